@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loop level: row functions and the order in which they are called. True here and not before: every read along a row
+// is a stream (a pointer of its own, so that loads of neighbours are independent for the vectoriser), everything that
+// is the same at all points is a uniform computed once, and the places of fills in the schedule are fixed.
+//
+//   row k(streams; uniforms) { let a = ...; s0 = ...; sum += ... }        one pass over the cells of one row
+//   program: prepare { fill u } body { sweep k grow 0 then fill v; fold w }
+//
+// Memory: all fields of a simulation share one layout (dpde_layout of kernel_abi.h); stream s of a row starts at
+// field[s] + layout offset of (z + dz, y + dy, first + dx).
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "source/source_file.h"
+#include "support/vocabulary.h"
+
+namespace dpde::loop {
+
+constexpr int max_rank = 3;
+using Offset = std::array<int, max_rank>;
+
+struct Node;
+class Expr {
+ public:
+  Expr(double value);  // NOLINT: a number is an expression
+  explicit Expr(Node node);
+  const Node& node() const { return *node_; }
+  const Node* operator->() const { return node_.get(); }
+  bool operator==(const Expr& other) const;
+
+ private:
+  std::shared_ptr<const Node> node_;
+};
+
+struct Literal {
+  double value;
+  bool operator==(const Literal&) const = default;
+};
+struct Uniform {  // index into Module::uniforms
+  int index;
+  bool operator==(const Uniform&) const = default;
+};
+struct Param {  // index into Module::params; only inside the definition of a uniform
+  int index;
+  bool operator==(const Param&) const = default;
+};
+struct Load {  // the stream's value at the current cell
+  int stream;
+  bool operator==(const Load&) const = default;
+};
+struct Local {  // index into Row::lets
+  int index;
+  bool operator==(const Local&) const = default;
+};
+struct Inside {
+  Offset offset;
+  int grow;
+  bool operator==(const Inside&) const = default;
+};
+struct Interp {  // `grid` is an index into Row::grids: fields read or scattered to at computed places
+  int grid;
+  Offset offset;
+  std::vector<Expr> displacement;
+  std::array<bool, max_rank> slope;
+  bool operator==(const Interp&) const = default;
+};
+struct Neg {
+  Expr operand;
+  bool operator==(const Neg&) const = default;
+};
+struct Binary {
+  BinaryOp op;
+  Expr left, right;
+  bool operator==(const Binary&) const = default;
+};
+struct Call {
+  Fn fn;
+  std::vector<Expr> arguments;
+  bool operator==(const Call&) const = default;
+};
+struct Select {
+  Expr condition, yes, no;
+  bool operator==(const Select&) const = default;
+};
+
+using Kind = std::variant<Literal, Uniform, Param, Load, Local, Inside, Interp, Neg, Binary, Call, Select>;
+struct Node {
+  Kind kind;
+  bool operator==(const Node&) const = default;
+};
+
+/// One pointer of a row function.
+struct Stream {
+  std::string field;
+  Offset offset{};
+  enum class Mode { in, out, inout } mode = Mode::in;
+  bool operator==(const Stream&) const = default;
+};
+struct Let {
+  std::string name;
+  Expr value;
+  bool operator==(const Let&) const = default;
+};
+struct Store {  // stream (+)= value
+  int stream;
+  bool accumulate;
+  Expr value;
+  Origin origin;
+  bool operator==(const Store&) const = default;
+};
+struct Sum {  // index into Module::sums of the program; name kept for the reader
+  std::string name;
+  Expr value;
+  bool operator==(const Sum&) const = default;
+};
+struct Scatter {
+  Interp target;
+  Expr value;
+  bool operator==(const Scatter&) const = default;
+};
+
+/// A function over one row: stores and sums of all its cells, or (never both) scatters of all its cells.
+/// A stencil kernel with stores and scatters becomes two rows, run one after the other.
+struct Row {
+  std::string name;
+  int rank = 1;
+  std::vector<Topology> axes;  // what inside and interp need to know
+  std::vector<Stream> streams;
+  std::vector<std::string> grids;
+  std::vector<Let> lets;
+  std::vector<Store> stores;
+  std::vector<Sum> sums;
+  std::vector<Scatter> scatters;
+  bool operator==(const Row&) const = default;
+};
+
+/// After the program `next` becomes `state`.
+struct Swap {
+  std::string state, next;
+  bool operator==(const Swap&) const = default;
+};
+
+struct Side {
+  SideKind kind;
+  int uniform;  // of the value; -1 when none
+  bool operator==(const Side&) const = default;
+};
+struct AxisBoundary {
+  Topology topology;
+  Side low, high;
+  bool operator==(const AxisBoundary&) const = default;
+};
+struct Fill {
+  std::string field;
+  std::vector<AxisBoundary> axes;
+  bool operator==(const Fill&) const = default;
+};
+struct Fold {
+  std::string field;
+  std::vector<AxisBoundary> axes;
+  bool operator==(const Fold&) const = default;
+};
+/// Calls a row function for every row of the region; `then` fills fields this sweep has written, each row's own ends
+/// right after the row while it is in cache.
+struct Sweep {
+  std::string row;
+  int grow = 0;
+  bool serial = false;  // scatters: rows in order, one thread
+  std::vector<Fill> then;
+  bool operator==(const Sweep&) const = default;
+};
+using Operation = std::variant<Fill, Fold, Sweep>;
+
+struct Program {
+  std::string name;
+  std::vector<Topology> axes;
+  std::vector<std::string> fields;      // index = field number of the ABI; inputs first
+  int input_count = 0;
+  std::vector<std::string> sums;
+  std::array<int, max_rank> halo{};
+  /// Fills of inputs: run once when inputs are bound. The body leaves the halo of every swap's `next` filled, so a loop
+  /// over steps runs `prepare` once.
+  std::vector<Fill> prepare;
+  std::vector<Operation> body;
+  std::vector<Swap> swaps;
+  std::vector<std::string> keeps;
+  bool operator==(const Program&) const = default;
+};
+
+struct UniformDef {
+  std::string name;  // u0, u1, ... or the parameter's own name
+  Expr value;        // of Params, Literals and earlier Uniforms
+  bool operator==(const UniformDef&) const = default;
+};
+
+struct Module {
+  std::vector<std::string> params;
+  std::vector<UniformDef> uniforms;
+  std::vector<Row> rows;
+  std::vector<Program> programs;
+  bool operator==(const Module&) const = default;
+  const Row* find_row(const std::string& name) const;
+};
+
+}  // namespace dpde::loop

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// Model level: one scene with its model, scheme and (maybe) task, resolved and typed. True here and not before: every
+// name means something, every expression has a type, numbers of the scene are evaluated, lap/grad/div are spelled out
+// over the axes of the scene's grid, lets and user names are gone. Not yet true: how a derivative is discretised.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "source/source_file.h"
+#include "support/vocabulary.h"
+
+namespace dpde::model {
+
+struct Node;
+class Expr {
+ public:
+  Expr(double value);  // NOLINT: a number is an expression
+  explicit Expr(Node node);
+  const Node& node() const { return *node_; }
+  const Node* operator->() const { return node_.get(); }
+  bool operator==(const Expr& other) const;
+
+ private:
+  std::shared_ptr<const Node> node_;
+};
+
+struct Number {
+  double value;
+  bool operator==(const Number&) const = default;
+};
+struct Param {  // a parameter, or t (time), dt
+  std::string name;
+  bool operator==(const Param&) const = default;
+};
+struct Field {  // a state, coefficient or datum at the current point
+  std::string name;
+  bool operator==(const Field&) const = default;
+};
+struct Coordinate {  // x, y, z of the cell centre
+  int axis;
+  bool operator==(const Coordinate&) const = default;
+};
+struct Neg {
+  Expr operand;
+  bool operator==(const Neg&) const = default;
+};
+struct Binary {
+  BinaryOp op;
+  Expr left, right;
+  bool operator==(const Binary&) const = default;
+};
+struct Call {
+  Fn fn;
+  std::vector<Expr> arguments;
+  bool operator==(const Call&) const = default;
+};
+struct Select {
+  Expr condition, yes, no;
+  bool operator==(const Select&) const = default;
+};
+/// d^order operand / d axis^order
+struct Derivative {
+  Expr operand;
+  int axis;
+  int order;
+  bool operator==(const Derivative&) const = default;
+};
+/// velocity . grad(operand), discretised by the scheme's `advect`; one velocity component an axis
+struct Advect {
+  std::vector<Expr> velocity;
+  Expr operand;
+  bool operator==(const Advect&) const = default;
+};
+/// mean, sum or integral over space; only in losses, tests and observables
+struct Reduce {
+  enum class Kind { mean, sum, integral } reduction;
+  Expr operand;
+  bool operator==(const Reduce&) const = default;
+};
+
+using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Reduce>;
+struct Node {
+  Kind kind;
+  Origin origin;
+  bool operator==(const Node&) const = default;
+};
+
+struct Axis {
+  std::string name;  // x, y, z
+  double low = 0, high = 1;
+  int cells = 1;
+  Topology topology = Topology::periodic;
+  double spacing() const { return (high - low) / cells; }
+};
+
+struct Parameter {
+  std::string name;
+  double value = 0;
+  bool unknown = false;  // an unknown of the task: stays symbolic, others equal to 0 or 1 are folded
+};
+
+/// A formula, or the path of a file that holds the values.
+struct Source {
+  std::optional<Expr> formula;
+  std::string file;  // .npy, relative to the model file's folder
+  Origin origin;
+};
+
+struct Side {
+  SideKind kind = SideKind::value;
+  Expr value = 0.0;  // of numbers and parameters
+};
+struct AxisSides {
+  Side low, high;  // not looked at on periodic axes
+};
+
+struct State {
+  std::string name;
+  std::vector<AxisSides> boundary;  // one an axis
+  std::optional<Expr> rhs;          // of dt(name) = rhs; absent for the states of a hand-written program
+  Source initial;
+  std::optional<Expr> exact;        // of x, y, z, t, params
+  Origin origin;                    // of the equation
+};
+
+struct Coefficient {
+  std::string name;
+  Source value;
+};
+
+/// A named number made of reductions: a loss term, an observable, a test.
+struct Quantity {
+  std::string name;
+  Expr value;  // linear in Reduce
+  Origin origin;
+};
+
+enum class Advection { central, upwind, semi_lagrangian };
+enum class TimeScheme { euler, rk2, rk4 };
+struct Scheme {
+  std::string name = "default";
+  Advection advect = Advection::central;
+  int advect_order = 2;   // central: 2 or 4; upwind: 1; semi_lagrangian: 1 (linear interpolation)
+  int derivative_order = 2;  // key dx: 2 or 4
+  int laplacian_order = 2;   // key lap: 2 or 4, for second derivatives
+  TimeScheme time = TimeScheme::rk4;
+};
+
+/// Which states of a run a quantity or datum looks at.
+struct When {
+  enum class Kind { end, at, over } kind = Kind::end;
+  std::vector<double> times;  // of `at`
+};
+
+struct Datum {
+  std::string name;
+  std::string file;          // load("..."), or
+  std::string scene, field;  // the field of another scene's run
+  When when;
+  Origin origin;
+};
+struct Unknown {
+  bool initial = false;  // initial state `name`, otherwise parameter `name`
+  std::string name;
+  Source from;           // initial: formula or file (default: the scene's own initial state); parameter: a number
+  Origin origin;
+};
+struct Loss {
+  Expr value;  // linear in Reduce
+  When when;
+  Origin origin;
+};
+struct Test {
+  Quantity quantity;
+  When when;
+};
+struct Optimiser {
+  enum class Kind { gradient_descent, adam, lbfgs } kind = Kind::lbfgs;
+  double rate = 0;  // gradient_descent, adam
+  int iterations = 50;
+};
+struct Task {
+  std::string name;
+  std::vector<Datum> data;
+  std::vector<Unknown> unknowns;
+  std::vector<Loss> losses;
+  std::optional<Optimiser> optimiser;
+  std::vector<Test> tests;
+};
+
+struct Problem {
+  std::string scene;
+  std::string model;    // name of the model, or
+  std::string program;  // name of the hand-written program that is the step
+  std::vector<Axis> axes;
+  std::vector<Parameter> params;
+  std::vector<State> states;
+  std::vector<Coefficient> coefficients;
+  std::vector<Quantity> observables;
+  double t_begin = 0, step = 0;
+  int steps = 0;
+  Origin time_origin;
+  Scheme scheme;
+  std::optional<Task> task;
+  std::vector<std::string> dropped;  // what a zero coefficient or nobody's need removed, in words, for `check`
+
+  const State* find_state(const std::string& name) const;
+  const Parameter* find_param(const std::string& name) const;
+};
+
+}  // namespace dpde::model

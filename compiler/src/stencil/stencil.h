@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stencil level: programs of kernels with constant offsets. No derivatives are left, everything is explicit.
+//
+// Semantics
+//  - A grid has 1 to 3 axes (x, y, z), each periodic or bounded, with n >= 1 cells; field values sit at cell centres.
+//  - A kernel is one loop over a region: the interior, grown on each side of each *bounded* axis by `grow` cells.
+//    All reads of a point see the fields as they were before the kernel ran; therefore a field that is stored
+//    may be read in the same kernel only at offset 0, and only when its store accumulates (`+=`).
+//  - Stores and sums of all points happen first, scatters after them, in the order of the points.
+//  - A program is a straight line of fills, folds and kernel runs. Every field is written by one kernel with `=`
+//    before any `+=` to it; inputs are the fields that are read before they are written.
+//  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.
+//    periodic: u[p] = u[p mod n]. value a: u[-1-k] = 2a - u[k]. zero_gradient: u[-1-k] = u[k]; both repeated until the
+//    place lies inside, so that any n >= 1 and any width is defined.
+//  - fold u: the transpose of the linear part of fill (axes in reverse): adds each halo value, times its weight, onto
+//    the interior cell it was filled from and then clears that halo value.
+//  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
+//    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
+//  - interp(u, d): multilinear interpolation of u at the point displaced by `offset` and then d (in cells, one value an
+//    axis). With f = d - floor(d): along a periodic axis the cell index wraps; along a bounded axis the position is
+//    clamped to [-1/2, n-1/2], so that the first halo cell is read at most. slope[a] replaces the interpolation along a
+//    by its derivative u[j+1] - u[j] (the right-hand one where d is an integer; 0 where the position was clamped).
+//  - sums: name += value, added over all points of the region; they start at 0 when the program starts.
+//  - Parameters hx, hy, hz (spacing), dt, t (time at the start of the step) and cells (number of cells of the
+//    grid) are bound by the scene; the fields x, y, z are the cells' coordinates, halo included.
+//  - Kinks: max(a,b) and min(a,b) have the derivative of a at a tie; abs has derivative 0 at 0.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "source/source_file.h"
+#include "support/vocabulary.h"
+
+namespace dpde::stencil {
+
+constexpr int max_rank = 3;
+using Offset = std::array<int, max_rank>;
+
+struct Node;
+
+/// Value handle of an immutable expression; never null. Equality is structural.
+class Expr {
+ public:
+  Expr(double value);  // NOLINT: a number is an expression
+  explicit Expr(Node node);
+  const Node& node() const { return *node_; }
+  const Node* operator->() const { return node_.get(); }
+  bool operator==(const Expr& other) const;
+
+ private:
+  std::shared_ptr<const Node> node_;
+};
+
+struct Literal {
+  double value;
+  bool operator==(const Literal&) const = default;
+};
+/// A scalar that is the same at all points.
+struct Param {
+  std::string name;
+  bool operator==(const Param&) const = default;
+};
+/// A let of the same kernel.
+struct Local {
+  std::string name;
+  bool operator==(const Local&) const = default;
+};
+/// field[i + offset]
+struct Access {
+  std::string field;
+  Offset offset{};
+  bool operator==(const Access&) const = default;
+};
+struct Interp {
+  std::string field;
+  Offset offset{};
+  std::vector<Expr> displacement;  // one an axis
+  std::array<bool, max_rank> slope{};
+  bool operator==(const Interp&) const = default;
+};
+struct Inside {
+  Offset offset{};
+  int grow = 0;
+  bool operator==(const Inside&) const = default;
+};
+struct Neg {
+  Expr operand;
+  bool operator==(const Neg&) const = default;
+};
+struct Binary {
+  BinaryOp op;
+  Expr left, right;
+  bool operator==(const Binary&) const = default;
+};
+struct Call {
+  Fn fn;
+  std::vector<Expr> arguments;
+  bool operator==(const Call&) const = default;
+};
+/// if(condition, yes, no)
+struct Select {
+  Expr condition, yes, no;
+  bool operator==(const Select&) const = default;
+};
+
+using Kind = std::variant<Literal, Param, Local, Access, Interp, Inside, Neg, Binary, Call, Select>;
+struct Node {
+  Kind kind;
+  bool operator==(const Node&) const = default;
+};
+
+/// A named scalar at the current point: defined once, before use; the only form of sharing.
+struct Let {
+  std::string name;
+  Expr value;
+  bool operator==(const Let&) const = default;
+};
+/// field[i] = value, or field[i] += value
+struct Store {
+  std::string field;
+  bool accumulate = false;
+  Expr value;
+  Origin origin;
+  bool operator==(const Store&) const = default;
+};
+/// name += value over all points of the region
+struct Sum {
+  std::string name;
+  Expr value;
+  bool operator==(const Sum&) const = default;
+};
+/// Adds value to target.field with the weights with which `target` would read it.
+struct Scatter {
+  Interp target;
+  Expr value;
+  bool operator==(const Scatter&) const = default;
+};
+
+struct Kernel {
+  std::string name;
+  int rank = 1;
+  std::vector<Let> lets;
+  std::vector<Store> stores;
+  std::vector<Sum> sums;
+  std::vector<Scatter> scatters;
+  bool operator==(const Kernel&) const = default;
+};
+
+/// One side of a bounded axis; `value` (of params and numbers only) is meant for SideKind::value.
+struct Side {
+  SideKind kind = SideKind::value;
+  Expr value = 0.0;
+  bool operator==(const Side&) const = default;
+};
+struct AxisBoundary {
+  Topology topology = Topology::periodic;
+  Side low, high;  // not looked at when periodic
+  bool operator==(const AxisBoundary&) const = default;
+};
+
+struct Fill {
+  std::string field;
+  std::vector<AxisBoundary> axes;  // rank entries
+  bool operator==(const Fill&) const = default;
+};
+struct Fold {
+  std::string field;
+  std::vector<AxisBoundary> axes;
+  bool operator==(const Fold&) const = default;
+};
+struct Run {
+  std::string kernel;
+  int grow = 0;
+  bool operator==(const Run&) const = default;
+};
+using Statement = std::variant<Fill, Fold, Run>;
+
+/// After the program `next` becomes `state`.
+struct Swap {
+  std::string state, next;
+  bool operator==(const Swap&) const = default;
+};
+
+struct Program {
+  std::string name;
+  std::vector<Topology> axes;  // rank entries
+  std::vector<Statement> body;
+  std::vector<Swap> swaps;
+  std::vector<std::string> keeps;  // results beside those of swaps and sums
+  bool operator==(const Program&) const = default;
+};
+
+/// loop counter in from .. to { programs }; from > to runs backwards.
+struct Loop {
+  std::string counter = "n";
+  int from = 0, to = 0;
+  std::vector<std::string> programs;
+  bool operator==(const Loop&) const = default;
+};
+
+struct Module {
+  std::vector<Kernel> kernels;
+  std::vector<Program> programs;
+  std::vector<Loop> loops;
+  bool operator==(const Module&) const = default;
+
+  const Kernel* find_kernel(const std::string& name) const;
+  const Program* find_program(const std::string& name) const;
+};
+
+}  // namespace dpde::stencil

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+// The grammar of a .dpde file as types. True here and not later: names are as written, nothing is resolved,
+// every node has a range, comments are kept. `Error` is poison: whoever meets it stays silent.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "source/source_file.h"
+#include "support/vocabulary.h"
+
+namespace dpde::ast {
+
+struct Node;
+
+/// Value handle of an immutable expression; never null.
+class Expr {
+ public:
+  Expr();  // an Error node
+  explicit Expr(Node node);
+  const Node& node() const { return *node_; }
+  const Node* operator->() const { return node_.get(); }
+  SourceRange range() const;
+
+ private:
+  std::shared_ptr<const Node> node_;
+};
+
+enum class UnaryOp { negate, logical_not };
+
+struct Number {
+  double value;
+  std::string spelling;  // as written
+};
+struct Text {  // "file.npy"
+  std::string value;
+};
+struct Name {
+  std::string name;
+};
+struct Unary {
+  UnaryOp op;
+  Expr operand;
+};
+struct Binary {
+  BinaryOp op;
+  Expr left, right;
+};
+struct Argument {
+  std::string name;  // "" when positional; rate = 5
+  Expr value;
+};
+struct Call {  // lap(u), central(2), gradient_descent(rate = 5)
+  std::string callee;
+  SourceRange callee_range;
+  std::vector<Argument> arguments;
+};
+struct Tuple {  // (u, v)
+  std::vector<Expr> elements;
+};
+/// u[+1, 0]: the field at a displacement in cells; inside[-1, 0] grow 1 has the name "inside".
+struct Offsets {
+  std::string name;
+  std::vector<int> offsets;
+  int grow = 0;  // only after inside[...]
+};
+struct Error {};
+
+using Kind = std::variant<Number, Text, Name, Unary, Binary, Call, Tuple, Offsets, Error>;
+
+struct Node {
+  Kind kind;
+  SourceRange range;
+};
+
+/// A name with its place, where a bare name is declared or referred to.
+struct Identifier {
+  std::string name;
+  SourceRange range;
+};
+
+/// Comments around an item, so that `dpde fmt` loses nothing.
+struct Trivia {
+  std::vector<std::string> before;  // whole-line comments above, each with its #
+  std::string after;                // comment at the end of the same line, with its #
+  bool blank_before = false;        // one blank line stood above
+};
+
+// ---- items inside a model ------------------------------------------------------------------------------------------
+struct FieldItem {  // field u, v
+  std::vector<Identifier> names;
+};
+struct CoefficientItem {  // coefficient kappa      (a given field, constant in time)
+  std::vector<Identifier> names;
+};
+struct ParamItem {  // param nu, c
+  std::vector<Identifier> names;
+};
+struct LetItem {  // let s = u + v           (models and kernels)
+  Identifier name;
+  Expr value;
+};
+struct EquationItem {  // dt(u) = rhs
+  Identifier field;
+  Expr rhs;
+};
+
+// ---- items inside a scene ------------------------------------------------------------------------------------------
+struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
+  Identifier axis;
+  Expr low, high;
+  std::optional<Expr> cells;
+  bool periodic = false;
+};
+struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
+  Identifier name;
+  Expr value;
+};
+struct InitialItem {  // initial u = -sin(pi*x)
+  Identifier field;
+  Expr value;
+};
+struct ExactItem {  // exact u = exp(-t)*sin(x)
+  Identifier field;
+  Expr value;
+};
+struct BoundarySide {  // x.low = 0     x = zero_gradient     all = 0
+  Identifier place;    // "x", "x.low", "x.high", "all"
+  Expr value;          // an expression, or Name zero_gradient / periodic
+};
+struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
+  Identifier field;
+  std::vector<BoundarySide> sides;
+};
+struct TimeItem {  // time 0 .. 1, step 1/32
+  Expr from, to;
+  std::optional<Expr> step;
+};
+struct StepItem {  // step 1/32             (with a hand-written loop)
+  Expr step;
+};
+struct ObserveItem {  // observe energy = 0.5*integral(u^2)
+  Identifier name;
+  Expr value;
+};
+
+// ---- items inside a task -------------------------------------------------------------------------------------------
+struct WhenAt {  // at t = 0.5, 1.0
+  std::vector<Expr> times;
+};
+struct WhenOver {};  // over time: every state from the first to the last
+struct WhenEnd {};   // nothing said: the last state
+using When = std::variant<WhenEnd, WhenAt, WhenOver>;
+
+struct DataItem {  // data u_ref = load("u.npy")  |  data u_ref = u from scene fine at t = 0.5 | ... over time
+  Identifier name;
+  Expr value;                        // load("...") or the field's name
+  std::optional<Identifier> scene;   // after `from scene`
+  When when;
+};
+struct UnknownItem {  // unknown initial u from 0      unknown nu from 0.01
+  bool initial = false;
+  Identifier name;
+  std::optional<Expr> from;
+};
+struct MinimiseItem {  // minimise mean((u - u_ref)^2) at t = 0.5
+  Expr loss;
+  When when;
+};
+struct UsingItem {  // using gradient_descent(rate = 5), iterations 50
+  Expr optimiser;
+  std::optional<Expr> iterations;
+};
+struct TestItem {  // test mae = mean(abs(u - u_true)) over time    (a number reported after optimising)
+  Identifier name;
+  Expr value;
+  When when;
+};
+
+// ---- items inside a kernel or program ------------------------------------------------------------------------------
+enum class KernelRole { in, out, inout, param, sum };
+struct KernelParameter {  // u: field halo 1    out v: field    sum nu_bar: param    nu: param
+  Identifier name;
+  KernelRole role;
+  std::optional<int> halo;
+};
+struct AssignItem {  // v = expr     v += expr   (field or sum)
+  Identifier target;
+  bool accumulate;
+  Expr value;
+};
+struct ScatterItem {  // interp(u_bar, d) += expr
+  Expr target;        // the Call interp(...)
+  Expr value;
+};
+struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high = zero_gradient
+  Identifier field;
+  bool fold = false;  // fold u ...: the transpose of the fill
+  std::vector<BoundarySide> sides;  // place "all" when no axis is written
+};
+struct RunItem {  // run burgers_step      run k grow 1
+  Identifier kernel;
+  int grow = 0;
+};
+struct SwapItem {  // swap u, v             (v becomes u for the next step)
+  Identifier state, next;
+};
+struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
+  std::vector<Identifier> names;
+};
+
+using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
+                              BoundaryItem, TimeItem, StepItem, ObserveItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
+                              AssignItem, ScatterItem, FillItem, RunItem, SwapItem, KeepItem>;
+struct Item {
+  ItemKind kind;
+  SourceRange range;
+  Trivia trivia;
+};
+
+// ---- declarations --------------------------------------------------------------------------------------------------
+struct Model {  // model NAME { ... }
+  Identifier name;
+  std::vector<Item> items;
+};
+struct Scene {  // scene NAME : MODEL [with SCHEME] { ... }      MODEL may be a hand-written program
+  Identifier name, of;
+  std::optional<Identifier> scheme;
+  std::vector<Item> items;
+};
+struct Scheme {  // scheme NAME { key = value; ... }
+  Identifier name;
+  std::vector<Item> items;  // ValueItem only
+};
+struct Task {  // task NAME : SCENE [with SCHEME] { ... }
+  Identifier name, of;
+  std::optional<Identifier> scheme;
+  std::vector<Item> items;
+};
+struct Kernel {  // kernel NAME(u: field halo 1, out v: field, nu: param) { ... }
+  Identifier name;
+  std::vector<KernelParameter> parameters;
+  std::vector<Item> items;  // LetItem, AssignItem, ScatterItem
+};
+struct Program {  // program NAME { fill ...; run ...; swap ... }
+  Identifier name;
+  std::vector<Item> items;
+};
+struct Loop {  // loop t in 0 .. 32 { wave_step }
+  Identifier counter;
+  int from = 0, to = 0;
+  std::vector<Identifier> body;
+};
+
+using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop>;
+struct Declaration {
+  DeclarationKind kind;
+  SourceRange range;
+  Trivia trivia;
+};
+
+struct File {
+  std::vector<Declaration> declarations;
+  std::vector<std::string> trailing_comments;
+};
+
+}  // namespace dpde::ast

@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The one thing the compiler and the runtime both know: C structs that describe compiled programs.
+ * JIT code, generated C++ and hand-written kernels all look alike to the runtime.
+ *
+ * Layout of a field: rank axes; axis 0 (x) is contiguous. Value of cell (x, y, z), halo cells included, is
+ *   base[x + y*stride[1] + z*stride[2]],  -halo[a] <= cell < cells[a] + halo[a],   `base` points at cell (0,0,0).
+ * All fields of a simulation share one layout. Axes beyond rank have cells 1, halo 0.
+ */
+#ifndef DPDE_KERNEL_ABI_H
+#define DPDE_KERNEL_ABI_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define DPDE_ABI_VERSION 1
+#define DPDE_MAX_RANK 3
+
+typedef struct dpde_layout {
+  int32_t rank;
+  int64_t cells[DPDE_MAX_RANK];  /* interior cells an axis */
+  int64_t halo[DPDE_MAX_RANK];   /* halo cells on each side */
+  int64_t stride[DPDE_MAX_RANK]; /* in elements; stride[0] = 1 */
+  int64_t size;                  /* elements of one field, halo and padding included */
+  int64_t origin;                /* element index of cell (0,0,0) from the start of the allocation */
+} dpde_layout;
+
+/* Arguments of one row call. */
+typedef struct dpde_row {
+  double* const* streams;  /* one pointer a stream, at the row's first cell */
+  double* const* grids;    /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
+  const double* uniforms;  /* values common to all cells */
+  double* sums;            /* row functions add their sums here, in the order of dpde_kernel.sums */
+  int64_t count;           /* cells in the row */
+  int64_t first;           /* x of the first cell; negative on a grown region */
+  int64_t y, z;            /* place of the row */
+  const dpde_layout* layout;
+} dpde_row;
+typedef void (*dpde_row_fn)(const dpde_row* row);
+
+typedef struct dpde_stream {
+  int32_t field;                 /* index into dpde_program.fields */
+  int32_t offset[DPDE_MAX_RANK]; /* x, y, z */
+  int32_t is_written;            /* 0 read, 1 written, 2 read and written */
+} dpde_stream;
+
+typedef struct dpde_kernel {
+  const char* name;
+  dpde_row_fn row;
+  int32_t stream_count;
+  const dpde_stream* streams;
+  int32_t grid_count;
+  const int32_t* grids; /* field indices */
+  int32_t sum_count;
+  const int32_t* sums; /* indices into dpde_program.sums */
+} dpde_kernel;
+
+enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2 };
+/* Both sides of one axis. value_*: index of the uniform that holds the value, -1 for the value 0. */
+typedef struct dpde_boundary {
+  int32_t low, high;
+  int32_t value_low, value_high;
+} dpde_boundary;
+
+typedef struct dpde_fill {
+  int32_t field;
+  dpde_boundary axes[DPDE_MAX_RANK];
+} dpde_fill;
+
+enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2 };
+typedef struct dpde_operation {
+  int32_t kind;
+  dpde_fill fill;                      /* of DPDE_FILL and DPDE_FOLD */
+  int32_t kernel;                      /* of DPDE_SWEEP: index into dpde_program.kernels */
+  int64_t grow[DPDE_MAX_RANK];         /* cells by which the region exceeds the interior on each side of the axis */
+  int32_t serial;                      /* rows must run in order on one thread */
+  int32_t then_count;                  /* fills to be done with the sweep */
+  const dpde_fill* then;
+} dpde_operation;
+
+typedef struct dpde_swap {
+  int32_t state, next; /* field indices: after a step `next` becomes `state` */
+} dpde_swap;
+
+typedef struct dpde_program {
+  int32_t version; /* DPDE_ABI_VERSION */
+  const char* name;
+  int32_t rank;
+  int64_t halo[DPDE_MAX_RANK]; /* least halo the layout must have */
+  int32_t field_count, input_count; /* inputs come first */
+  const char* const* fields;
+  int32_t param_count;
+  const char* const* params;
+  int32_t uniform_count;
+  void (*compute_uniforms)(const double* params, double* uniforms);
+  int32_t sum_count;
+  const char* const* sums;
+  int32_t kernel_count;
+  const dpde_kernel* kernels;
+  int32_t prepare_count;
+  const dpde_fill* prepare;
+  int32_t operation_count;
+  const dpde_operation* operations;
+  int32_t swap_count;
+  const dpde_swap* swaps;
+  /* Not null: runs the whole program in place of the operations above (the reference interpreter).
+   * fields: base pointers, one a field. sums: set to the program's sums. */
+  void (*interpret)(void* context, const dpde_layout* layout, double* const* fields, const double* params, double* sums);
+  void* context;
+} dpde_program;
+
+#ifdef __cplusplus
+}
+#endif
+#endif
