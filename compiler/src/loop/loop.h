@@ -162,6 +162,7 @@ struct Fill {
 };
 struct Fold {
   std::string field;
+  int grow = 0;  // halo cells folded on each side of bounded axes
   std::vector<AxisBoundary> axes;
   bool operator==(const Fold&) const = default;
 };

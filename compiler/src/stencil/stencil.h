@@ -12,8 +12,10 @@
 //  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.
 //    periodic: u[p] = u[p mod n]. value a: u[-1-k] = 2a - u[k]. zero_gradient: u[-1-k] = u[k]; both repeated until the
 //    place lies inside, so that any n >= 1 and any width is defined.
-//  - fold u: the transpose of the linear part of fill (axes in reverse): adds each halo value, times its weight, onto
-//    the interior cell it was filled from and then clears that halo value.
+//  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
+//    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
+//    times its weight, onto the interior cell it was filled from and then sets that halo value to 0. Along the other
+//    axes it acts on the interior grown by g likewise (axes not yet folded) or the interior (axes folded already).
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): multilinear interpolation of u at the point displaced by `offset` and then d (in cells, one value an
@@ -170,6 +172,7 @@ struct Fill {
 };
 struct Fold {
   std::string field;
+  int grow = 0;  // how many halo cells on each side of bounded axes are folded; the others are not touched
   std::vector<AxisBoundary> axes;
   bool operator==(const Fold&) const = default;
 };

@@ -85,7 +85,7 @@ struct Identifier {
 
 /// Comments around an item, so that `dpde fmt` loses nothing.
 struct Trivia {
-  std::vector<std::string> before;  // whole-line comments above, each with its #
+  std::vector<std::string> before;  // whole-line comments above, each with its #; "" is a blank line below a comment
   std::string after;                // comment at the end of the same line, with its #
   bool blank_before = false;        // one blank line stood above
 };
@@ -199,7 +199,8 @@ struct ScatterItem {  // interp(u_bar, d) += expr
 };
 struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high = zero_gradient
   Identifier field;
-  bool fold = false;  // fold u ...: the transpose of the fill
+  bool fold = false;  // fold u grow 1 ...: the transpose of the fill of 1 halo cell
+  int grow = 0;       // only of fold
   std::vector<BoundarySide> sides;  // place "all" when no axis is written
 };
 struct RunItem {  // run burgers_step      run k grow 1
@@ -212,10 +213,17 @@ struct SwapItem {  // swap u, v             (v becomes u for the next step)
 struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
   std::vector<Identifier> names;
 };
+struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of which tells)
+  struct Axis {
+    Identifier name;
+    Topology topology;
+  };
+  std::vector<Axis> axes;
+};
 
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, ObserveItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
-                              AssignItem, ScatterItem, FillItem, RunItem, SwapItem, KeepItem>;
+                              AssignItem, ScatterItem, FillItem, RunItem, SwapItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -241,9 +249,10 @@ struct Task {  // task NAME : SCENE [with SCHEME] { ... }
   std::optional<Identifier> scheme;
   std::vector<Item> items;
 };
-struct Kernel {  // kernel NAME(u: field halo 1, out v: field, nu: param) { ... }
+struct Kernel {  // kernel NAME(u: field halo 1, out v: field, nu: param) [on 2 axes] { ... }
   Identifier name;
   std::vector<KernelParameter> parameters;
+  std::optional<int> axes;  // on 2 axes: where no offset in the body tells
   std::vector<Item> items;  // LetItem, AssignItem, ScatterItem
 };
 struct Program {  // program NAME { fill ...; run ...; swap ... }
@@ -260,7 +269,9 @@ using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;
-  Trivia trivia;
+  Trivia trivia;                              // `after` stands behind the opening {
+  std::vector<std::string> closing_comments;  // whole-line comments above the closing }
+  bool one_line = false;                      // { ... } was written on one line
 };
 
 struct File {

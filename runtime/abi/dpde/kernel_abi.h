@@ -74,7 +74,8 @@ typedef struct dpde_operation {
   int32_t kind;
   dpde_fill fill;                      /* of DPDE_FILL and DPDE_FOLD */
   int32_t kernel;                      /* of DPDE_SWEEP: index into dpde_program.kernels */
-  int64_t grow[DPDE_MAX_RANK];         /* cells by which the region exceeds the interior on each side of the axis */
+  int64_t grow[DPDE_MAX_RANK];         /* DPDE_SWEEP: cells by which the region exceeds the interior on each side of the
+                                          axis; DPDE_FOLD: halo cells folded on each side; 0 on periodic axes */
   int32_t serial;                      /* rows must run in order on one thread */
   int32_t then_count;                  /* fills to be done with the sweep */
   const dpde_fill* then;

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reverse mode of a program: the statements it needs again, then the transposes of all statements, last first.
+#include "adjoint/adjoint.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "adjoint/adjoint_kernel.h"
+#include "adjoint/plan.h"
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+bool has_bounded_axis(const std::vector<Topology>& axes) {
+  return std::find(axes.begin(), axes.end(), Topology::bounded) != axes.end();
+}
+
+/// How far beyond the interior the adjoint kernels must reach along bounded axes: as far as varied reads do.
+int reach(const Module& module, const Program& program, const Varied& varied) {
+  if (!has_bounded_axis(program.axes)) return 0;
+  int result = 0;
+  for (const Statement& statement : program.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (!run) continue;
+    for (const auto& read : signature(*module.find_kernel(run->kernel)).reads) {
+      if (!varied.fields.contains(read.field)) continue;
+      int width = 0;
+      for (size_t axis = 0; axis < program.axes.size(); ++axis) {
+        if (program.axes[axis] == Topology::bounded) width = std::max(width, read.halo[axis]);
+      }
+      result = std::max(result, run->grow + width);
+    }
+  }
+  return result;
+}
+
+/// True if `kernel` reads `field` at an offset along a periodic axis.
+bool reads_around(const Kernel& kernel, const std::string& field, const std::vector<Topology>& axes) {
+  const Signature s = signature(kernel);
+  const Signature::Read* read = s.find_read(field);
+  if (!read) return false;
+  for (size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis] == Topology::periodic && read->halo[axis] > 0) return true;
+  }
+  return false;
+}
+
+/// Writes the reverse part of the adjoint program, statement by statement.
+class Reversal {
+ public:
+  Reversal(const Module& module, const Program& program, const Varied& varied, DerivedNames& names, Module& kernels)
+      : module_(module), program_(program), varied_(varied), names_(names), kernels_(kernels),
+        reach_(reach(module, program, varied)) {
+    for (const Swap& swap : program.swaps) add_seed(swap.next);
+    for (const std::string& keep : program.keeps) add_seed(keep);
+    for (const Statement& statement : program.body) {
+      if (const Fill* fill = std::get_if<Fill>(&statement)) filled_.insert(fill->field);
+    }
+  }
+
+  void reverse(int index) {
+    match(
+        program_.body[index], [&](const Fill& fill) { reverse_fill(fill); }, [&](const Fold& fold) { reverse_fold(fold); },
+        [&](const Run& run) { reverse_run(run, index); });
+  }
+
+  /// Kernel that sets to 0 the bars of active inputs nothing contributed to.
+  void finish(const std::set<std::string>& inputs) {
+    Kernel zero{names_.fresh(program_.name + "_adjoint_zero"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    for (const std::string& field : inputs) {
+      if (!bars_.contains(field)) zero.stores.push_back({names_.of(field), false, 0.0, {}});
+    }
+    if (!zero.stores.empty()) run(std::move(zero), 0);
+  }
+
+  std::vector<Statement> body;
+  /// Primal fields the reverse part reads, with the index of the earliest statement whose adjoint does.
+  std::map<std::string, int> needed;
+
+ private:
+  /// State of one x_bar.
+  struct Bar {
+    int grow = 0;            // region on which it holds values
+    bool is_around = false;  // periodic halo filled since the last change
+  };
+
+  void add_seed(const std::string& field) {
+    if (varied_.fields.contains(field)) bars_[field] = {};
+  }
+
+  void reverse_fill(const Fill& fill) {
+    const auto bar = bars_.find(fill.field);
+    if (bar == bars_.end() || reach_ == 0) return;
+    body.push_back(Fold{names_.of(fill.field), reach_, homogeneous(fill.axes)});
+    bar->second = {};
+  }
+
+  void reverse_fold(const Fold& fold) {
+    const auto bar = bars_.find(fold.field);
+    if (bar == bars_.end()) return;
+    body.push_back(Fill{names_.of(fold.field), homogeneous(fold.axes)});
+    bar->second = {fold.grow, true};
+  }
+
+  void reverse_run(const Run& primal, int index) {
+    const Kernel& kernel = *module_.find_kernel(primal.kernel);
+    const RunContext context{
+        program_.axes, primal.grow, std::max(reach_, primal.grow),
+        [&](const std::string& field) { return seed(field, primal.grow); },
+        [&](const std::string& field) { return bars_.contains(field); }};
+    KernelAdjoint derived = adjoint_of(kernel, varied_, context, names_);
+    note_needs(derived.gather, index);
+    note_needs(derived.scatter, index);
+    for (const Store& store : kernel.stores) {
+      if (!store.accumulate) consumed_.push_back(store.field);
+    }
+    if (!derived.gather.stores.empty() || !derived.gather.sums.empty()) run(std::move(derived.gather), context.target_grow);
+    if (!derived.scatter.scatters.empty()) run(std::move(derived.scatter), primal.grow);
+    for (const std::string& field : derived.contributed) bars_[field] = {context.target_grow, false};
+    for (const std::string& field : consumed_) bars_.erase(field);
+    consumed_.clear();
+  }
+
+  std::optional<Expr> seed(const std::string& field, int grow) const {
+    const auto bar = bars_.find(field);
+    if (bar == bars_.end()) return std::nullopt;
+    const Expr value = access(names_.of(field));
+    const bool reaches = bar->second.grow >= grow || !has_bounded_axis(program_.axes);
+    return reaches ? value : select(inside({}, bar->second.grow), value, 0.0);
+  }
+
+  /// Appends a run, after the periodic fills of what it reads at offsets: bars, and primal fields that the primal itself
+  /// reads at the centre only.
+  void run(Kernel kernel, int grow) {
+    for (const auto& read : signature(kernel).reads) {
+      if (!needed.contains(read.field) || !reads_around(kernel, read.field, program_.axes)) continue;
+      if (filled_.insert(read.field).second) body.push_back(Fill{read.field, seed_boundary()});
+    }
+    for (auto& [field, bar] : bars_) {
+      if (bar.is_around || !reads_around(kernel, names_.of(field), program_.axes)) continue;
+      body.push_back(Fill{names_.of(field), seed_boundary()});
+      bar.is_around = true;
+    }
+    body.push_back(Run{kernel.name, grow});
+    kernels_.kernels.push_back(std::move(kernel));
+  }
+
+  /// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
+  std::vector<AxisBoundary> seed_boundary() const {
+    std::vector<AxisBoundary> axes;
+    for (const Topology topology : program_.axes) {
+      axes.push_back({topology, {SideKind::zero_gradient, 0.0}, {SideKind::zero_gradient, 0.0}});
+    }
+    return axes;
+  }
+
+  void note_needs(const Kernel& kernel, int index) {
+    std::set<std::string> bars;
+    for (const auto& [primal, derived] : names_.all()) bars.insert(derived);
+    for (const auto& read : signature(kernel).reads) {
+      if (!bars.contains(read.field)) needed[read.field] = index;  // statements come last first
+    }
+  }
+
+  const Module& module_;
+  const Program& program_;
+  const Varied& varied_;
+  DerivedNames& names_;
+  Module& kernels_;
+  const int reach_;
+  std::map<std::string, Bar> bars_;  // primal field -> its bar, where it holds values
+  std::set<std::string> filled_;     // primal fields whose halo is filled
+  std::vector<std::string> consumed_;
+};
+
+/// The statements that compute what the reverse part reads.
+std::vector<Statement> recomputation(const Module& module, const Program& program, std::set<std::string> needed,
+                                     Module& kernels) {
+  std::vector<Statement> kept;
+  for (auto statement = program.body.rbegin(); statement != program.body.rend(); ++statement) {
+    const bool keep = match(
+        *statement, [&](const Fill& fill) { return needed.contains(fill.field); },
+        [&](const Fold& fold) { return needed.contains(fold.field); },
+        [&](const Run& run) {
+          const Kernel& kernel = *module.find_kernel(run.kernel);
+          const Signature s = signature(kernel);
+          const auto is_needed = [&](const std::string& field) { return needed.contains(field); };
+          if (std::none_of(s.writes.begin(), s.writes.end(), is_needed) &&
+              std::none_of(s.updates.begin(), s.updates.end(), is_needed)) {
+            return false;
+          }
+          for (const auto& read : s.reads) needed.insert(read.field);
+          if (!kernels.find_kernel(kernel.name)) kernels.kernels.push_back(kernel);
+          return true;
+        });
+    if (keep) kept.push_back(*statement);
+  }
+  std::reverse(kept.begin(), kept.end());
+  return kept;
+}
+
+bool changes(const Module& module, const Statement& statement, const std::string& field) {
+  return match(
+      statement, [&](const Fill&) { return false; }, [&](const Fold& fold) { return fold.field == field; },
+      [&](const Run& run) {
+        const Signature s = signature(*module.find_kernel(run.kernel));
+        return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();
+      });
+}
+
+/// Values are recomputed to their final state: a field that is read and changed later would be read wrongly.
+bool check_overwritten(const Module& module, const Program& program, const std::map<std::string, int>& needed,
+                       DiagnosticSink& sink) {
+  bool good = true;
+  for (const auto& [field, first] : needed) {
+    for (size_t i = first; i < program.body.size(); ++i) {
+      if (!changes(module, program.body[i], field)) continue;
+      sink.report("overwritten-value", {}, {std::get<Run>(program.body[first]).kernel, field},
+                  "store the changed value in a field of its own");
+      good = false;
+      break;
+    }
+  }
+  return good;
+}
+
+void add_results(const Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names, Program& derived) {
+  std::set<std::string> swapped;
+  for (const Swap& swap : program.swaps) {
+    if (!varied.fields.contains(swap.state)) continue;
+    derived.swaps.push_back({names.of(swap.next), names.of(swap.state)});
+    swapped.insert(swap.state);
+  }
+  for (const std::string& field : wrt.fields) {
+    if (!swapped.contains(field)) derived.keeps.push_back(names.of(field));
+  }
+}
+
+}  // namespace
+
+Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+  const Program* program = module.find_program(name);
+  require(program != nullptr, "adjoint of a program that is not in the module");
+  const Varied varied = find_varied(module, *program, wrt);
+  if (!check_differentiable(module, *program, varied, sink)) return {};
+
+  DerivedNames names(module, "_bar");
+  Derivative result;
+  result.program = names.fresh(name + "_adjoint");
+  Module reverse_kernels;
+  Reversal reversal(module, *program, varied, names, reverse_kernels);
+  for (int i = static_cast<int>(program->body.size()) - 1; i >= 0; --i) reversal.reverse(i);
+  std::set<std::string> inputs = wrt.fields;
+  for (const Swap& swap : program->swaps) {
+    if (varied.fields.contains(swap.state)) inputs.insert(swap.state);
+  }
+  reversal.finish(inputs);
+  if (!check_overwritten(module, *program, reversal.needed, sink)) return {};
+
+  std::set<std::string> needed;
+  for (const auto& [field, first] : reversal.needed) needed.insert(field);
+  Program derived{result.program, program->axes, recomputation(module, *program, needed, result.module), {}, {}};
+  derived.body.insert(derived.body.end(), reversal.body.begin(), reversal.body.end());
+  for (Kernel& kernel : reverse_kernels.kernels) result.module.kernels.push_back(std::move(kernel));
+  add_results(*program, varied, wrt, names, derived);
+  result.module.programs.push_back(std::move(derived));
+  for (const std::string& p : wrt.params) names.of(p);
+  result.names = names.all();
+  return result;
+}
+
+}  // namespace dpde::adjoint

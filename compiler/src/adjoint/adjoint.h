@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives of stencil programs as stencil programs: tangent (forward) and adjoint (reverse, gather form).
+//
+// Both are closed: what they return can be given to them again.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "source/diagnostic.h"
+#include "stencil/stencil.h"
+
+namespace dpde::adjoint {
+
+/// What the derivative is taken with respect to: input fields and parameters of the program.
+struct Activity {
+  std::set<std::string> fields;
+  std::set<std::string> params;
+};
+
+struct Derivative {
+  stencil::Module module;              // holds `program` and every kernel it runs
+  std::string program;                 // NAME_tangent or NAME_adjoint
+  std::map<std::string, std::string> names;  // field, param or sum of the primal -> its x_dot or x_bar
+};
+
+/// NAME_tangent: for inputs x and directions x_dot computes all results of NAME and their directional derivatives.
+///
+/// New inputs: x_dot of each active field, p_dot (a parameter) of each active parameter. New results: y_dot of each
+/// result field (in `swaps` and `keeps` beside y), s_dot of each sum.
+Derivative tangent(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink);
+
+/// NAME_adjoint: for inputs x and seeds y_bar computes x_bar = (dy/dx)^T y_bar.
+///
+/// Inputs: what NAME reads, y_bar of each result field, s_bar (a parameter) of each sum. Results: x_bar of each active
+/// field (through swap y_bar, x_bar where NAME swaps x, y; else through keep), the sum p_bar of each active parameter.
+/// Intermediate fields are recomputed from the inputs; what the derivative does not read is not computed.
+/// Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the kernel runs on
+/// the region grown by the stencil, terms of points outside are masked, and `fold` transposes the halo fill.
+Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink);
+
+}  // namespace dpde::adjoint

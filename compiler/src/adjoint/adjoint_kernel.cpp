@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/adjoint_kernel.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+/// A condition under which a value is used: its derivative is selected, never multiplied by 0, so that a branch not
+/// taken may hold NaN.
+struct Guard {
+  Expr condition;
+  bool yes;
+};
+using Guards = std::vector<Guard>;
+
+Expr guarded(Expr e, const Guards& guards) {
+  for (auto guard = guards.rbegin(); guard != guards.rend(); ++guard) {
+    e = guard->yes ? select(guard->condition, e, 0.0) : select(guard->condition, 0.0, e);
+  }
+  return e;
+}
+
+/// Values that differ from point to point: what is left of an expression once its uniform factors are combined.
+int point_values(const Expr& e) {
+  int count = 0;
+  visit(e, [&](const Expr& part) {
+    const Kind& kind = part->kind;
+    if (std::holds_alternative<Access>(kind) || std::holds_alternative<Local>(kind) || std::holds_alternative<Interp>(kind)) ++count;
+  });
+  return count;
+}
+
+bool is_leaf(const Expr& e) {
+  bool has_child = false;
+  for_each_child(e, [&](const Expr&) { has_child = true; });
+  return !has_child;
+}
+
+std::string shift_suffix(const Offset& k, int rank) {
+  std::string suffix;
+  for (int axis = 0; axis < rank; ++axis) {
+    suffix += k[axis] < 0 ? "_m" : k[axis] > 0 ? "_p" : "_";
+    suffix += std::to_string(std::abs(k[axis]));
+  }
+  return suffix;
+}
+
+Offset minus(const Offset& k) { return {-k[0], -k[1], -k[2]}; }
+
+/// Contributions of one read field, keyed by offset.
+struct ReadBars {
+  std::string field;
+  std::map<Offset, Expr> by_offset;
+};
+
+/// The backward walk: from seeds of results to one expression (at the same point) for each read, param and interp.
+class Walk {
+ public:
+  Walk(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names)
+      : kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {
+    lets = kernel.lets;
+    for (const Let& let : kernel.lets) values_.emplace(let.name, let.value);
+    push_results(run);
+    for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) push_let(*let);
+  }
+
+  std::vector<Let> lets;  // those of the kernel, then the bars, each before its use
+  std::vector<ReadBars> reads;
+  std::vector<std::pair<std::string, Expr>> params;
+  std::vector<Scatter> scatters;  // target.field is the primal field
+
+ private:
+  void push_results(const RunContext& run) {
+    for (const Store& store : kernel_.stores) {
+      if (!varied_.fields.contains(store.field)) continue;
+      if (const auto seed = run.seed(store.field)) push(store.value, *seed, {});
+    }
+    for (const Sum& sum : kernel_.sums) push(sum.value, param(names_.of(sum.name)), {});
+    for (const Scatter& scatter : kernel_.scatters) push_scatter(scatter, run);
+  }
+
+  /// field(at d) += value reads, transposed, value_bar = field_bar(at d) and d_bar = value * slope of field_bar at d.
+  void push_scatter(const Scatter& scatter, const RunContext& run) {
+    if (!varied_.fields.contains(scatter.target.field) || !run.seed(scatter.target.field)) return;
+    Interp seed = scatter.target;
+    seed.field = names_.of(seed.field);
+    push(scatter.value, interp(seed), {});
+    push_displacements(seed, scatter.value, {});
+  }
+
+  void push_displacements(const Interp& i, const Expr& x, const Guards& guards) {
+    for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
+      if (i.slope[axis] || !is_varied(i.displacement[axis], varied_)) continue;
+      Interp slope = i;
+      slope.slope[axis] = true;
+      push(i.displacement[axis], x * interp(slope), guards);
+    }
+  }
+
+  void push_let(const Let& let) {
+    const auto found = local_bars_.find(let.name);
+    if (found == local_bars_.end()) return;
+    const Expr& bar = found->second;
+    push(let.value, is_leaf(bar) ? bar : named(bar, let.name + "_bar"), {});
+  }
+
+  /// Gives `e` a let of its own.
+  Expr named(const Expr& e, const std::string& wish) {
+    const std::string name = names_.fresh(wish);
+    lets.push_back({name, e});
+    return local(name);
+  }
+
+  void push(const Expr& e, const Expr& x, const Guards& guards) {
+    if (is_literal(x, 0) || !is_varied(e, varied_)) return;
+    match(
+        e->kind,  //
+        [&](const Literal&) {}, [&](const Inside&) {},
+        [&](const Param& p) { add_param(p.name, guarded(x, guards)); },
+        [&](const Local& l) { push_local(l, x, guards); },
+        [&](const Access& a) { add_read(a.field, a.offset, guarded(x, guards)); },
+        [&](const Interp& i) {
+          if (varied_.fields.contains(i.field)) scatters.push_back({i, guarded(x, guards)});
+          push_displacements(i, x, guards);
+        },
+        [&](const Neg&) { push_parts(e, x, guards); }, [&](const Binary&) { push_parts(e, x, guards); },
+        [&](const Call&) { push_parts(e, x, guards); },
+        [&](const Select& s) {
+          Guards inner = guards;
+          inner.push_back({s.condition, true});
+          push(s.yes, x, inner);
+          inner.back().yes = false;
+          push(s.no, x, inner);
+        });
+  }
+
+  void push_local(const Local& l, const Expr& x, const Guards& guards) {
+    if (!guards.empty()) {  // the guard has to reach the reads, past this let
+      push(values_.at(l.name), x, guards);
+      return;
+    }
+    const auto [bar, is_new] = local_bars_.emplace(l.name, x);
+    if (!is_new) bar->second = bar->second + x;
+  }
+
+  void push_parts(const Expr& e, const Expr& x, const Guards& guards) {
+    int varied_children = 0;
+    for_each_child(e, [&](const Expr& child) { varied_children += is_varied(child, varied_) ? 1 : 0; });
+    const bool is_shared = varied_children > 1 && guards.empty() && point_values(x) > 2;
+    const Expr bar = is_shared ? named(x, "bar") : x;
+    int index = 0;
+    for_each_child(e, [&](const Expr& child) {
+      if (is_varied(child, varied_)) push(child, times_partial(e, index, bar), guards);
+      ++index;
+    });
+  }
+
+  void add_param(const std::string& name, const Expr& x) {
+    for (auto& [known, sum] : params) {
+      if (known == name) {
+        sum = sum + x;
+        return;
+      }
+    }
+    params.emplace_back(name, x);
+  }
+
+  void add_read(const std::string& field, const Offset& k, const Expr& x) {
+    auto bars = std::find_if(reads.begin(), reads.end(), [&](const ReadBars& r) { return r.field == field; });
+    if (bars == reads.end()) bars = reads.insert(reads.end(), {field, {}});
+    const auto [sum, is_new] = bars->by_offset.emplace(k, x);
+    if (!is_new) sum->second = sum->second + x;
+  }
+
+  const Kernel& kernel_;
+  const Varied varied_;
+  DerivedNames& names_;
+  std::map<std::string, Expr> values_;      // lets of the primal
+  std::map<std::string, Expr> local_bars_;  // local -> sum of what its uses pushed
+};
+
+/// Collects the lets of a walk at several displacements.
+class ShiftedLets {
+ public:
+  ShiftedLets(const std::vector<Let>& lets, int rank, DerivedNames& names) : lets_(lets), rank_(rank), names_(names) {
+    for (const Let& let : lets) index_.emplace(let.name, static_cast<int>(index_.size()));
+  }
+
+  /// `e` at the point displaced by k, with its lets noted at that displacement.
+  Expr at(const Expr& e, const Offset& k) {
+    return shift(e, k, [&](const std::string& name) { return use(name, k); });
+  }
+
+  /// All noted lets, in an order that defines before use.
+  std::vector<Let> definitions() {
+    std::vector<Let> result;
+    for (const Let& let : lets_) {
+      for (const auto& [key, shifted_name] : used_) {
+        if (key.first != index_.at(let.name)) continue;
+        const Offset k = key.second;
+        result.push_back({shifted_name, shift(let.value, k, [&](const std::string& n) { return use(n, k); })});
+      }
+    }
+    return result;
+  }
+
+ private:
+  std::string use(const std::string& name, const Offset& k) {
+    const auto key = std::make_pair(index_.at(name), k);
+    const auto found = used_.find(key);
+    if (found != used_.end()) return found->second;
+    const std::string shifted = k == Offset{} ? name : names_.fresh(name + shift_suffix(k, rank_));
+    used_.emplace(key, shifted);
+    visit(lets_[key.first].value, [&](const Expr& e) {
+      if (const Local* inner = std::get_if<Local>(&e->kind)) use(inner->name, k);
+    });
+    return shifted;
+  }
+
+  const std::vector<Let>& lets_;
+  const int rank_;
+  DerivedNames& names_;
+  std::map<std::string, int> index_;
+  std::map<std::pair<int, Offset>, std::string> used_;
+};
+
+/// Whether the terms of a read at offset k can stem from points outside the primal region.
+bool needs_mask(const Offset& k, const RunContext& run) {
+  for (size_t axis = 0; axis < run.axes.size(); ++axis) {
+    if (run.axes[axis] == Topology::bounded && (k[axis] != 0 || run.grow != run.target_grow)) return true;
+  }
+  return false;
+}
+
+Expr masked(const Expr& e, const Offset& k, const RunContext& run) {
+  return needs_mask(k, run) ? select(inside(minus(k), run.grow), e, 0.0) : e;
+}
+
+/// x_bar[i] = sum over k of (contribution of read k) at i - k.
+void add_gathers(const Walk& walk, const RunContext& run, DerivedNames& names, ShiftedLets& lets, KernelAdjoint& result) {
+  for (const ReadBars& read : walk.reads) {
+    Expr total = 0.0;
+    for (auto term = read.by_offset.rbegin(); term != read.by_offset.rend(); ++term) {
+      total = total + masked(lets.at(term->second, minus(term->first)), term->first, run);
+    }
+    result.gather.stores.push_back({names.of(read.field), run.is_initialised(read.field), total, {}});
+    result.contributed.push_back(read.field);
+  }
+  for (const auto& [name, value] : walk.params) {
+    result.gather.sums.push_back({names.of(name), masked(lets.at(value, {}), {}, run)});
+  }
+}
+
+void add_scatters(const Walk& walk, const RunContext& run, DerivedNames& names, KernelAdjoint& result) {
+  for (const Scatter& scatter : walk.scatters) {
+    const std::string field = scatter.target.field;
+    auto& known = result.contributed;
+    if (std::find(known.begin(), known.end(), field) == known.end()) {
+      known.push_back(field);
+      if (!run.is_initialised(field)) result.gather.stores.push_back({names.of(field), false, 0.0, {}});
+    }
+    Scatter moved = scatter;
+    moved.target.field = names.of(field);
+    result.scatter.scatters.push_back(std::move(moved));
+  }
+}
+
+}  // namespace
+
+KernelAdjoint adjoint_of(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names) {
+  const Walk walk(kernel, varied, run, names);
+  KernelAdjoint result;
+  result.gather.name = names.fresh(kernel.name + "_adjoint");
+  result.gather.rank = kernel.rank;
+  ShiftedLets lets(walk.lets, kernel.rank, names);
+  add_gathers(walk, run, names, lets, result);
+  result.gather.lets = lets.definitions();
+
+  result.scatter.rank = kernel.rank;
+  add_scatters(walk, run, names, result);
+  if (!result.scatter.scatters.empty()) {
+    result.scatter.name = names.fresh(kernel.name + "_adjoint_scatter");
+    result.scatter.lets = walk.lets;
+    prune_lets(result.scatter);
+  }
+  return result;
+}
+
+}  // namespace dpde::adjoint

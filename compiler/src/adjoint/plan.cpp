@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/plan.h"
+
+#include <algorithm>
+
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+void reserve_all(const Module& module, NameSupply& supply) {
+  for (const Kernel& kernel : module.kernels) {
+    supply.reserve(kernel.name);
+    const Signature s = signature(kernel);
+    for (const auto& read : s.reads) supply.reserve(read.field);
+    for (const auto* names : {&s.writes, &s.updates, &s.params, &s.sums}) {
+      for (const std::string& name : *names) supply.reserve(name);
+    }
+    for (const Let& let : kernel.lets) supply.reserve(let.name);
+  }
+  for (const Program& program : module.programs) {
+    supply.reserve(program.name);
+    for (const std::string& name : interface_of(module, program).params) supply.reserve(name);
+    for (const Swap& swap : program.swaps) {
+      supply.reserve(swap.state);
+      supply.reserve(swap.next);
+    }
+  }
+}
+
+/// One pass over the statements: adds the fields they make vary.
+void grow_varied(const Module& module, const Program& program, Varied& varied) {
+  for (const Statement& statement : program.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (!run) continue;
+    const Kernel& kernel = *module.find_kernel(run->kernel);
+    Varied inside{varied.fields, varied.params, varied_locals(kernel, varied)};
+    for (const Store& store : kernel.stores) {
+      if (is_varied(store.value, inside)) varied.fields.insert(store.field);
+    }
+    for (const Scatter& scatter : kernel.scatters) {
+      const bool moves = std::any_of(scatter.target.displacement.begin(), scatter.target.displacement.end(),
+                                     [&](const Expr& d) { return is_varied(d, inside); });
+      if (moves || is_varied(scatter.value, inside)) varied.fields.insert(scatter.target.field);
+    }
+  }
+}
+
+void for_each_value(const Kernel& kernel, const std::function<void(const Expr&)>& f) {
+  for (const Let& let : kernel.lets) f(let.value);
+  for (const Store& store : kernel.stores) f(store.value);
+  for (const Sum& sum : kernel.sums) f(sum.value);
+  for (const Scatter& scatter : kernel.scatters) {
+    for (const Expr& d : scatter.target.displacement) f(d);
+    f(scatter.value);
+  }
+}
+
+bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& sink) {
+  const Varied varied{outside.fields, outside.params, varied_locals(kernel, outside)};
+  bool good = true;
+  std::set<std::string> reported;
+  for_each_value(kernel, [&](const Expr& value) {
+    visit(value, [&](const Expr& e) {
+      const Call* call = std::get_if<Call>(&e->kind);
+      if (!call || has_useful_derivative(call->fn) || !is_varied(call->arguments[0], varied)) return;
+      if (!reported.insert(std::string(name_of(call->fn))).second) return;
+      sink.report("no-useful-derivative", {}, {std::string(name_of(call->fn)), kernel.name},
+                  "its derivative is 0 almost everywhere; write the smooth function you mean, or take its argument "
+                  "from what is not an unknown");
+      good = false;
+    });
+  });
+  const Signature s = signature(kernel);
+  for (const std::string& field : s.updates) {
+    if (!varied.fields.contains(field) || !s.find_read(field)) continue;
+    sink.report("accumulates-onto-read-field", {}, {kernel.name, field},
+                "store the new value in another field and let later statements read that one");
+    good = false;
+  }
+  return good;
+}
+
+bool check_sides(const Fill& fill, const Varied& varied, DiagnosticSink& sink) {
+  bool good = true;
+  for (const AxisBoundary& axis : fill.axes) {
+    if (axis.topology == Topology::periodic) continue;
+    for (const Side* side : {&axis.low, &axis.high}) {
+      if (side->kind != SideKind::value || !is_varied(side->value, varied)) continue;
+      sink.report("varied-boundary-value", {}, {fill.field},
+                  "boundary values cannot be unknowns yet: make the value a number or a parameter that is not sought");
+      good = false;
+    }
+  }
+  return good;
+}
+
+}  // namespace
+
+DerivedNames::DerivedNames(const Module& module, std::string suffix) : suffix_(std::move(suffix)) {
+  reserve_all(module, supply_);
+}
+
+const std::string& DerivedNames::of(const std::string& name) {
+  auto found = derived_.find(name);
+  if (found == derived_.end()) found = derived_.emplace(name, supply_.fresh(name + suffix_)).first;
+  return found->second;
+}
+
+Varied find_varied(const Module& module, const Program& program, const Activity& wrt) {
+  Varied varied{wrt.fields, wrt.params, {}};
+  bool grew = true;
+  while (grew) {
+    const size_t before = varied.fields.size();
+    for (const Swap& swap : program.swaps) {  // what varies after one step varies before the next
+      if (varied.fields.contains(swap.state)) varied.fields.insert(swap.next);
+      if (varied.fields.contains(swap.next)) varied.fields.insert(swap.state);
+    }
+    grow_varied(module, program, varied);
+    grew = varied.fields.size() > before;
+  }
+  return varied;
+}
+
+bool check_differentiable(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
+  bool good = true;
+  for (const Statement& statement : program.body) {
+    good &= match(
+        statement,  //
+        [&](const Fill& fill) { return check_sides(fill, varied, sink); }, [&](const Fold&) { return true; },
+        [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
+  }
+  return good;
+}
+
+std::vector<AxisBoundary> homogeneous(std::vector<AxisBoundary> axes) {
+  for (AxisBoundary& axis : axes) axis.low.value = axis.high.value = 0.0;
+  return axes;
+}
+
+void prune_lets(Kernel& kernel) {
+  std::set<std::string> used;
+  const auto note = [&](const Expr& e) {
+    if (const Local* local = std::get_if<Local>(&e->kind)) used.insert(local->name);
+  };
+  for (const Store& store : kernel.stores) visit(store.value, note);
+  for (const Sum& sum : kernel.sums) visit(sum.value, note);
+  for (const Scatter& scatter : kernel.scatters) {
+    visit(interp(scatter.target), note);
+    visit(scatter.value, note);
+  }
+  std::vector<Let> kept;
+  for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) {
+    if (!used.contains(let->name)) continue;
+    visit(let->value, note);
+    kept.push_back(*let);
+  }
+  std::reverse(kept.begin(), kept.end());
+  kernel.lets = std::move(kept);
+}
+
+}  // namespace dpde::adjoint

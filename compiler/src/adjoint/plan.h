@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// What tangent and adjoint agree on before they write anything: which fields vary, how derived names are made, and
+// what cannot be differentiated.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "adjoint/adjoint.h"
+#include "adjoint/rules.h"
+#include "stencil/build.h"
+#include "support/name_supply.h"
+
+namespace dpde::adjoint {
+
+/// Makes x_dot or x_bar for each x, once, avoiding every name of the module.
+class DerivedNames {
+ public:
+  DerivedNames(const stencil::Module& module, std::string suffix);
+  /// The derived name of field, parameter or sum `name`.
+  const std::string& of(const std::string& name);
+  /// A free name for a local, kernel or program.
+  std::string fresh(const std::string& wish) { return supply_.fresh(wish); }
+  const std::map<std::string, std::string>& all() const { return derived_; }
+
+ private:
+  std::string suffix_;
+  NameSupply supply_;
+  std::map<std::string, std::string> derived_;
+};
+
+/// Fields of `program` that depend on what is active (fixed point over its statements), and the active params.
+///
+/// The two fields of a swap vary together, so that the derivative of a step can be looped over like the step.
+Varied find_varied(const stencil::Module& module, const stencil::Program& program, const Activity& wrt);
+
+/// Reports what has no derivative: floor of something varied, a varied boundary value, `+=` to a field read in the same
+/// kernel. True when nothing was found.
+bool check_differentiable(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
+                          DiagnosticSink& sink);
+
+/// The boundary of the linear part of a fill: values become 0.
+std::vector<stencil::AxisBoundary> homogeneous(std::vector<stencil::AxisBoundary> axes);
+
+/// Removes lets nothing refers to.
+void prune_lets(stencil::Kernel& kernel);
+
+}  // namespace dpde::adjoint

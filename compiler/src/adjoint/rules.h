@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The calculus: one rule an operator, used by the tangent (x = child's dot) and by the adjoint (x = node's bar) alike,
+// since both multiply by the same partial derivative.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "stencil/stencil.h"
+
+namespace dpde::adjoint {
+
+/// x * d(e)/d(child `index` of e) for Neg, Binary and Call nodes.
+///
+/// Children are numbered as they are written. Conventions at kinks: max(a,b), min(a,b) take the derivative of a at
+/// a tie; abs has derivative sign(a), which is 0 at 0; sign, comparisons and conditions have derivative 0. floor has none
+/// that is of use: see has_useful_derivative.
+stencil::Expr times_partial(const stencil::Expr& e, int index, const stencil::Expr& x);
+
+/// False for functions whose derivative is 0 almost everywhere although users mean something else by it (floor).
+bool has_useful_derivative(Fn fn);
+
+/// Names that carry a derivative inside one kernel.
+struct Varied {
+  std::set<std::string> fields, params, locals;
+};
+
+/// True if the value of `e` depends on anything in `varied` in a differentiable way.
+bool is_varied(const stencil::Expr& e, const Varied& varied);
+
+/// The varied locals of `kernel`, given its varied fields and params.
+std::set<std::string> varied_locals(const stencil::Kernel& kernel, const Varied& outside);
+
+}  // namespace dpde::adjoint

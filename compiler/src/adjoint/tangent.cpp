@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forward mode: beside every value its directional derivative, statement by statement, in the order of the primal.
+#include "adjoint/adjoint.h"
+#include "adjoint/plan.h"
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+/// Writes the kernel of dots for one kernel.
+class KernelTangent {
+ public:
+  KernelTangent(const Kernel& kernel, const Varied& varied, DerivedNames& names)
+      : kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {}
+
+  Kernel build() {
+    Kernel result{names_.fresh(kernel_.name + "_tangent"), kernel_.rank, {}, {}, {}, {}};
+    for (const Let& let : kernel_.lets) {
+      result.lets.push_back(let);
+      if (!varied_.locals.contains(let.name)) continue;
+      const Expr value = dot(let.value);
+      dots_[let.name] = names_.fresh(let.name + "_dot");
+      result.lets.push_back({dots_[let.name], value});
+    }
+    for (const Store& store : kernel_.stores) {
+      if (!varied_.fields.contains(store.field)) continue;
+      result.stores.push_back({names_.of(store.field), store.accumulate, dot(store.value), store.origin});
+    }
+    for (const Sum& sum : kernel_.sums) {
+      if (is_varied(sum.value, varied_)) result.sums.push_back({names_.of(sum.name), dot(sum.value)});
+    }
+    for (const Scatter& scatter : kernel_.scatters) add_scatter(scatter, result);
+    prune_lets(result);
+    return result;
+  }
+
+ private:
+  /// d/de of  target.field(at d) += value  is  (dot of value at d) + sum_a (value * dot d_a, with the weights' slopes).
+  void add_scatter(const Scatter& scatter, Kernel& result) {
+    if (!varied_.fields.contains(scatter.target.field)) return;
+    Interp target = scatter.target;
+    target.field = names_.of(target.field);
+    if (is_varied(scatter.value, varied_)) result.scatters.push_back({target, dot(scatter.value)});
+    for (size_t axis = 0; axis < target.displacement.size(); ++axis) {
+      const Expr& d = target.displacement[axis];
+      if (target.slope[axis] || !is_varied(d, varied_)) continue;
+      Interp moved = target;
+      moved.slope[axis] = true;
+      result.scatters.push_back({moved, scatter.value * dot(d)});
+    }
+  }
+
+  Expr dot_of_interp(const Interp& i) {
+    Expr total = 0.0;
+    if (varied_.fields.contains(i.field)) {
+      Interp moved = i;
+      moved.field = names_.of(i.field);
+      total = interp(moved);
+    }
+    for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
+      if (i.slope[axis]) continue;  // piecewise linear: no second slope along one axis
+      Interp slope = i;
+      slope.slope[axis] = true;
+      total = total + interp(slope) * dot(i.displacement[axis]);
+    }
+    return total;
+  }
+
+  Expr dot_of_parts(const Expr& e) {
+    Expr total = 0.0;
+    int index = 0;
+    for_each_child(e, [&](const Expr& child) {
+      if (is_varied(child, varied_)) total = total + times_partial(e, index, dot(child));
+      ++index;
+    });
+    return total;
+  }
+
+  Expr dot(const Expr& e) {
+    if (!is_varied(e, varied_)) return 0.0;
+    return match(
+        e->kind,  //
+        [&](const Literal&) { return Expr(0.0); }, [&](const Inside&) { return Expr(0.0); },
+        [&](const Param& p) { return param(names_.of(p.name)); }, [&](const Local& l) { return local(dots_.at(l.name)); },
+        [&](const Access& a) { return access(names_.of(a.field), a.offset); },
+        [&](const Interp& i) { return dot_of_interp(i); }, [&](const Neg&) { return dot_of_parts(e); },
+        [&](const Binary&) { return dot_of_parts(e); }, [&](const Call&) { return dot_of_parts(e); },
+        [&](const Select& s) { return select(s.condition, dot(s.yes), dot(s.no)); });
+  }
+
+  const Kernel& kernel_;
+  const Varied varied_;
+  DerivedNames& names_;
+  std::map<std::string, std::string> dots_;  // local -> its dot
+};
+
+bool writes_varied(const Kernel& kernel, const Varied& varied) {
+  for (const Store& store : kernel.stores) {
+    if (varied.fields.contains(store.field)) return true;
+  }
+  for (const Scatter& scatter : kernel.scatters) {
+    if (varied.fields.contains(scatter.target.field)) return true;
+  }
+  const Varied inside{varied.fields, varied.params, varied_locals(kernel, varied)};
+  for (const Sum& sum : kernel.sums) {
+    if (is_varied(sum.value, inside)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Derivative tangent(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+  const Program* program = module.find_program(name);
+  require(program != nullptr, "tangent of a program that is not in the module");
+  const Varied varied = find_varied(module, *program, wrt);
+  if (!check_differentiable(module, *program, varied, sink)) return {};
+
+  DerivedNames names(module, "_dot");
+  Derivative result;
+  result.program = names.fresh(name + "_tangent");
+  Program derived{result.program, program->axes, {}, program->swaps, program->keeps};
+  for (const Statement& statement : program->body) {
+    derived.body.push_back(statement);
+    match(
+        statement,
+        [&](const Fill& fill) {
+          if (varied.fields.contains(fill.field)) derived.body.push_back(Fill{names.of(fill.field), homogeneous(fill.axes)});
+        },
+        [&](const Fold& fold) {
+          if (varied.fields.contains(fold.field)) derived.body.push_back(Fold{names.of(fold.field), fold.grow, fold.axes});
+        },
+        [&](const Run& run) {
+          const Kernel& kernel = *module.find_kernel(run.kernel);
+          if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(kernel);
+          if (!writes_varied(kernel, varied)) return;
+          Kernel dots = KernelTangent(kernel, varied, names).build();
+          // before the primal kernel: that one may accumulate onto what the dots still have to read
+          derived.body.insert(derived.body.end() - 1, Run{dots.name, run.grow});
+          result.module.kernels.push_back(std::move(dots));
+        });
+  }
+  for (const Swap& swap : program->swaps) {
+    if (varied.fields.contains(swap.next)) derived.swaps.push_back({names.of(swap.state), names.of(swap.next)});
+  }
+  for (const std::string& keep : program->keeps) {
+    if (varied.fields.contains(keep)) derived.keeps.push_back(names.of(keep));
+  }
+  for (const std::string& field : wrt.fields) names.of(field);
+  for (const std::string& p : wrt.params) names.of(p);
+  result.module.programs.push_back(std::move(derived));
+  result.names = names.all();
+  return result;
+}
+
+}  // namespace dpde::adjoint

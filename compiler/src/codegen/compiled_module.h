@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every back end returns: programs ready to run. A back end derives a class that also owns the code (the open
+// library, the JIT, the interpreter's data); whoever holds the shared_ptr may call the programs.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codegen/program_table.h"
+
+namespace dpde::codegen {
+
+class CompiledModule {
+ public:
+  explicit CompiledModule(ProgramTables tables) : tables_(std::move(tables)) {}
+  CompiledModule(const CompiledModule&) = delete;
+  CompiledModule& operator=(const CompiledModule&) = delete;
+  virtual ~CompiledModule() = default;
+
+  /// nullptr when there is no such program.
+  const dpde_program* find(const std::string& name) const { return tables_.find(name); }
+  std::vector<std::string> names() const { return tables_.names(); }
+
+ protected:
+  ProgramTables& tables() { return tables_; }
+
+ private:
+  ProgramTables tables_;
+};
+
+}  // namespace dpde::codegen

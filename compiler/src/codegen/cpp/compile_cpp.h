@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the system's C++ compiler on the emitted file and loads the result. Needs a compiler at run time ($CXX or c++).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "codegen/compiled_module.h"
+#include "loop/loop.h"
+
+namespace dpde::codegen {
+
+struct CompileResult {
+  std::shared_ptr<CompiledModule> module;  // null on failure
+  std::string error;                       // what the compiler or the loader said
+};
+
+/// `compiler` "": $CXX, else c++. All temporary files are gone when this returns.
+CompileResult compile_cpp(const loop::Module& module, const std::string& compiler = "");
+
+/// The same for given source text (for tools that compile a file somebody edited).
+CompileResult compile_cpp_source(const loop::Module& module, const std::string& source, const std::string& compiler = "");
+
+/// The flags compile_cpp gives the compiler, for assembly listings and build scripts.
+std::vector<std::string> cpp_flags();
+
+}  // namespace dpde::codegen

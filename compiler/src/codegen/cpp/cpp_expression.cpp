@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "codegen/cpp/cpp_expression.h"
+
+#include <cmath>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "support/assert.h"
+#include "support/match.h"
+#include "support/vocabulary.h"
+
+namespace dpde::codegen {
+
+namespace {
+
+constexpr int atom = 9;
+constexpr int product_precedence = 5;
+constexpr int comparison_precedence = 3;
+constexpr int choice_precedence = 0;
+
+bool is_condition(BinaryOp op) { return precedence(op) <= comparison_precedence; }
+bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
+
+std::string_view cpp_spelling(BinaryOp op) {
+  if (op == BinaryOp::logical_and) return "&&";
+  if (op == BinaryOp::logical_or) return "||";
+  return spelling(op);
+}
+
+std::string_view cpp_function(Fn fn) {
+  switch (fn) {
+    case Fn::abs: return "fabs";
+    case Fn::sign: return "dpde_sign";
+    case Fn::min: return "dpde_min";
+    case Fn::max: return "dpde_max";
+    case Fn::sin:
+    case Fn::cos:
+    case Fn::tan:
+    case Fn::asin:
+    case Fn::acos:
+    case Fn::atan:
+    case Fn::sinh:
+    case Fn::cosh:
+    case Fn::tanh:
+    case Fn::exp:
+    case Fn::log:
+    case Fn::sqrt:
+    case Fn::floor: return name_of(fn);
+  }
+  unreachable("function");
+}
+
+}  // namespace
+
+std::string cpp_number(double value) {
+  if (std::isnan(value)) return "NAN";
+  if (std::isinf(value)) return value < 0 ? "-INFINITY" : "INFINITY";
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string CppExpression::enclosed(const Piece& piece, int least) {
+  return piece.precedence < least ? fmt::format("({})", piece.text) : piece.text;
+}
+
+std::string CppExpression::number(const loop::Expr& e, int least) const { return enclosed(number_piece(e), least); }
+std::string CppExpression::truth(const loop::Expr& e, int least) const { return enclosed(truth_piece(e), least); }
+
+bool CppExpression::is_truth(const loop::Expr& e) const {
+  if (std::holds_alternative<loop::Inside>(e->kind)) return true;
+  if (const loop::Local* l = std::get_if<loop::Local>(&e->kind)) return leaves_.let_is_truth[l->index];
+  const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
+  return b && is_condition(b->op);
+}
+
+CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
+  if (const loop::Inside* i = std::get_if<loop::Inside>(&e->kind)) return {leaves_.inside(*i), atom};
+  if (const loop::Local* l = std::get_if<loop::Local>(&e->kind); l && leaves_.let_is_truth[l->index]) {
+    return {leaves_.lets[l->index], atom};
+  }
+  if (const loop::Literal* l = std::get_if<loop::Literal>(&e->kind)) return {l->value != 0 ? "true" : "false", atom};
+  const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
+  if (!b || !is_condition(b->op)) return {number(e, comparison_precedence + 1) + " != 0.0", comparison_precedence};
+  const int own = precedence(b->op);
+  const std::string left = is_logical(b->op) ? truth(b->left, own) : number(b->left, own + 1);
+  const std::string right = is_logical(b->op) ? truth(b->right, own + 1) : number(b->right, own + 1);
+  return {fmt::format("{} {} {}", left, cpp_spelling(b->op), right), own};
+}
+
+CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
+  if (is_truth(e)) return {fmt::format("{} ? 1.0 : 0.0", truth(e, 1)), choice_precedence};
+  return match(
+      e->kind,
+      [](const loop::Literal& l) { return Piece{cpp_number(l.value), std::signbit(l.value) ? unary_precedence : atom}; },
+      [&](const loop::Uniform& u) { return Piece{leaves_.uniforms[u.index], atom}; },
+      [&](const loop::Param& p) { return Piece{leaves_.params[p.index], atom}; },
+      [&](const loop::Load& l) { return Piece{leaves_.loads[l.stream], atom}; },
+      [&](const loop::Local& l) { return Piece{leaves_.lets[l.index], atom}; },
+      [&](const loop::Inside&) -> Piece { unreachable("inside is a condition"); },
+      [&](const loop::Interp& i) { return Piece{interp(i), atom}; }, [&](const loop::Neg& n) { return negation(n); },
+      [&](const loop::Binary& b) { return binary(b); }, [&](const loop::Call& c) { return Piece{call(c), atom}; },
+      [&](const loop::Select& s) {
+        return Piece{fmt::format("{} ? {} : {}", truth(s.condition, 1), number(s.yes, 1), number(s.no, 1)),
+                     choice_precedence};
+      });
+}
+
+/// -a*b stands for -(a*b), which is the same number.
+CppExpression::Piece CppExpression::negation(const loop::Neg& n) const {
+  const Piece operand = number_piece(n.operand);
+  if (operand.precedence == product_precedence) return {"-" + operand.text, product_precedence};
+  return {"-" + enclosed(operand, unary_precedence + 1), unary_precedence};
+}
+
+CppExpression::Piece CppExpression::binary(const loop::Binary& b) const {
+  if (b.op == BinaryOp::power) return {fmt::format("pow({}, {})", number(b.left), number(b.right)), atom};
+  const int own = precedence(b.op);
+  const bool tight = own == product_precedence;
+  const std::string left = number(b.left, own);
+  const std::string right = number(b.right, tight ? unary_precedence + 1 : own + 1);
+  return {fmt::format("{}{}{}{}{}", left, tight ? "" : " ", spelling(b.op), tight ? "" : " ", right), own};
+}
+
+std::string CppExpression::call(const loop::Call& c) const {
+  std::vector<std::string> arguments;
+  for (const loop::Expr& argument : c.arguments) arguments.push_back(number(argument));
+  return fmt::format("{}({})", cpp_function(c.fn), fmt::join(arguments, ", "));
+}
+
+std::string CppExpression::interp(const loop::Interp& i) const {
+  std::vector<std::string> displacement;
+  for (const loop::Expr& d : i.displacement) displacement.push_back(number(d));
+  return leaves_.interp(i, displacement);
+}
+
+}  // namespace dpde::codegen

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools, all else is double; each is
+// converted where it meets the other.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "loop/loop.h"
+
+namespace dpde::codegen {
+
+/// What the leaves are called.
+struct CppLeaves {
+  std::vector<std::string> params, uniforms, lets;
+  std::vector<std::string> loads;  // one a stream, with the index: u_m1[i]
+  std::vector<bool> let_is_truth;
+  std::function<std::string(const loop::Inside&)> inside;
+  /// The call that reads the grid; the displacements are given as text.
+  std::function<std::string(const loop::Interp&, const std::vector<std::string>&)> interp;
+};
+
+class CppExpression {
+ public:
+  explicit CppExpression(const CppLeaves& leaves) : leaves_(leaves) {}
+
+  /// `e` as a double, in parentheses if it binds weaker than `least` (precedence of vocabulary.h).
+  std::string number(const loop::Expr& e, int least = 0) const;
+  /// `e` as a bool.
+  std::string truth(const loop::Expr& e, int least = 0) const;
+  /// Whether `e` is a condition: comparison, and, or, inside, or a let of such.
+  bool is_truth(const loop::Expr& e) const;
+
+ private:
+  struct Piece {
+    std::string text;
+    int precedence;
+  };
+  Piece number_piece(const loop::Expr& e) const;
+  Piece truth_piece(const loop::Expr& e) const;
+  Piece binary(const loop::Binary& b) const;
+  Piece negation(const loop::Neg& n) const;
+  std::string call(const loop::Call& c) const;
+  std::string interp(const loop::Interp& i) const;
+  static std::string enclosed(const Piece& piece, int least);
+
+  const CppLeaves& leaves_;
+};
+
+/// A number as a C++ literal of type double that reads back to the same value.
+std::string cpp_number(double value);
+
+}  // namespace dpde::codegen

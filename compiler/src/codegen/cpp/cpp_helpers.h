@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small functions the emitted file carries along, each only where the module needs it.
+#pragma once
+
+#include <string>
+
+#include "loop/loop.h"
+
+namespace dpde::codegen {
+
+/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_inside and of interpolation for what `module` uses; may be "".
+std::string cpp_helpers(const loop::Module& module);
+
+}  // namespace dpde::codegen

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "codegen/cpp/cpp_names.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace dpde::codegen {
+
+namespace {
+
+/// Keywords a DSL name could be, functions the emitted code calls and variables it declares.
+constexpr auto reserved = std::to_array<std::string_view>(
+    {"alignas",   "alignof",      "and",       "and_eq",    "asm",          "auto",       "bitand",        "bitor",
+     "bool",      "break",        "case",      "catch",     "char",         "char16_t",   "char32_t",      "char8_t",
+     "class",     "compl",        "concept",   "const",     "const_cast",   "consteval",  "constexpr",     "constinit",
+     "continue",  "co_await",     "co_return", "co_yield",  "decltype",     "default",    "delete",        "do",
+     "double",    "dynamic_cast", "else",      "enum",      "explicit",     "export",     "extern",        "false",
+     "float",     "for",          "friend",    "goto",      "if",           "inline",     "int",           "long",
+     "mutable",   "namespace",    "new",       "noexcept",  "not",          "not_eq",     "nullptr",       "operator",
+     "or",        "or_eq",        "private",   "protected", "public",       "register",   "requires",      "return",
+     "short",     "signed",       "sizeof",    "static",    "static_assert", "static_cast", "struct",      "switch",
+     "template",  "this",         "thread_local", "throw",  "true",         "try",        "typedef",       "typeid",
+     "typename",  "union",        "unsigned",  "using",     "virtual",      "void",       "volatile",      "wchar_t",
+     "while",     "xor",          "xor_eq",    "reinterpret_cast",
+     "sin",       "cos",          "tan",       "asin",      "acos",         "atan",       "sinh",          "cosh",
+     "tanh",      "exp",          "log",       "sqrt",      "fabs",         "floor",      "pow",           "signbit",
+     "isnan",     "isinf",        "isfinite",  "isnormal",  "fpclassify",   "int64_t",    "int32_t",       "uint64_t",
+     "i",         "row",          "count",     "first",     "params",       "uniforms",   "sums",          "unix",
+     "linux"});
+
+bool is_macro_like(const std::string& name) {  // M_PI, NAN, INFINITY: system headers own such names
+  return name.size() > 2 && std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) || c > 127; });
+}
+
+NameSupply row_words(const loop::Row& row) {
+  NameSupply names;
+  names.reserve(cpp_identifier(row.name) + "_cells");
+  for (const char* word : {"cells_x", "cells_y", "cells_z", "stride_y", "stride_z", "place_y", "place_z"}) {
+    names.reserve(word);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::string cpp_identifier(const std::string& name) {
+  std::string result;
+  for (const unsigned char c : name) result += std::isalnum(c) || c > 127 ? static_cast<char>(c) : '_';
+  const bool is_reserved = std::find(reserved.begin(), reserved.end(), result) != reserved.end();
+  if (is_reserved || is_macro_like(result) || result.starts_with("dpde_") || result.starts_with("__")) result += "_";
+  return result;
+}
+
+std::string cpp_offset_suffix(const loop::Offset& offset, int rank) {
+  std::string suffix;
+  for (int axis = 0; axis < rank; ++axis) {
+    const int k = offset[axis];
+    suffix += k == 0 ? "_0" : fmt::format("_{}{}", k < 0 ? 'm' : 'p', k < 0 ? -k : k);
+  }
+  return suffix;
+}
+
+std::string cpp_stream_name(const loop::Stream& stream, int rank) {
+  const std::string name = cpp_identifier(stream.field);
+  return stream.offset == loop::Offset{} ? name : name + cpp_offset_suffix(stream.offset, rank);
+}
+
+CppNames cpp_names(const loop::Module& module, const loop::Row& row) {
+  NameSupply supply = row_words(row);
+  CppNames names;
+  for (const loop::Stream& stream : row.streams) names.streams.push_back(supply.fresh(cpp_stream_name(stream, row.rank)));
+  for (const std::string& grid : row.grids) names.grids.push_back(supply.fresh(cpp_identifier(grid) + "_grid"));
+  for (const loop::Let& let : row.lets) names.lets.push_back(supply.fresh(cpp_identifier(let.name)));
+  for (const loop::Sum& sum : row.sums) names.sums.push_back(supply.fresh(cpp_identifier(sum.name) + "_sum"));
+  for (const loop::UniformDef& uniform : module.uniforms) {
+    names.uniforms.push_back(supply.fresh(cpp_identifier(uniform.name)));
+  }
+  return names;
+}
+
+CppUniformNames cpp_uniform_names(const loop::Module& module) {
+  NameSupply supply;
+  CppUniformNames names;
+  for (const std::string& param : module.params) names.params.push_back(supply.fresh(cpp_identifier(param)));
+  for (const loop::UniformDef& uniform : module.uniforms) {
+    const loop::Param* param = std::get_if<loop::Param>(&uniform.value->kind);
+    names.uniforms.push_back(param ? names.params[param->index] : supply.fresh(cpp_identifier(uniform.name)));
+  }
+  return names;
+}
+
+}  // namespace dpde::codegen

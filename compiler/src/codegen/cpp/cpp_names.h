@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names of the emitted C++: those of the source, changed only where C++ or the file itself needs the word.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "loop/loop.h"
+#include "support/name_supply.h"
+
+namespace dpde::codegen {
+
+/// A valid C++ identifier that looks like `name`.
+std::string cpp_identifier(const std::string& name);
+
+/// Field and offset of a stream: u, u_m1, u_p1_0.
+std::string cpp_stream_name(const loop::Stream& stream, int rank);
+std::string cpp_offset_suffix(const loop::Offset& offset, int rank);
+
+/// The identifiers of one emitted function, all different.
+struct CppNames {
+  std::vector<std::string> streams, grids, uniforms, lets, sums;
+};
+CppNames cpp_names(const loop::Module& module, const loop::Row& row);
+
+/// Names of parameters and uniforms in dpde_compute_uniforms; a uniform that is a parameter shares its name.
+struct CppUniformNames {
+  std::vector<std::string> params, uniforms;
+};
+CppUniformNames cpp_uniform_names(const loop::Module& module);
+
+}  // namespace dpde::codegen

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Private to codegen/llvm: expressions become straight-line IR. Every floating-point instruction carries `contract` and
+// no other fast-math flag, so that results do not depend on how the optimiser orders terms.
+#pragma once
+
+#include <llvm/IR/IRBuilder.h>
+#include <llvm/IR/Module.h>
+
+#include <unordered_map>
+#include <vector>
+
+#include "codegen/llvm/emit_place.h"
+#include "loop/loop.h"
+
+namespace dpde::codegen {
+
+/// What the leaves stand for at the place where code is emitted; the index is that of the leaf.
+struct Leaves {
+  std::vector<llvm::Value*> params, uniforms, loads, lets;
+};
+
+class ExprEmitter {
+ public:
+  /// `place` is null where there are no cells (definitions of uniforms).
+  ExprEmitter(llvm::IRBuilder<>& builder, const Leaves& leaves, PlaceEmitter* place)
+      : builder_(builder), leaves_(leaves), place_(place) {}
+
+  llvm::Value* number(const loop::Expr& expr);     // a double
+  llvm::Value* condition(const loop::Expr& expr);  // an i1
+  /// A let may be either; its uses convert.
+  llvm::Value* value(const loop::Expr& expr);
+  llvm::Value* as_number(llvm::Value* value);
+  std::vector<llvm::Value*> numbers(const std::vector<loop::Expr>& exprs);
+
+ private:
+  llvm::Value* emit(const loop::Node& node);
+  llvm::Value* emit_binary(const loop::Binary& binary);
+  llvm::Value* emit_compare(const loop::Binary& binary);
+  llvm::Value* emit_power(const loop::Binary& binary);
+  llvm::Value* emit_call(const loop::Call& call);
+  llvm::Value* libm(const char* name, llvm::Value* argument);
+  llvm::Value* as_condition(llvm::Value* value);
+
+  llvm::IRBuilder<>& builder_;
+  const Leaves& leaves_;
+  PlaceEmitter* place_;
+  // Expressions may share nodes: each is emitted once.
+  std::unordered_map<const loop::Node*, llvm::Value*> emitted_;
+};
+
+}  // namespace dpde::codegen

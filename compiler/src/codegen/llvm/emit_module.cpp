@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "codegen/llvm/emit_module.h"
+
+#include <llvm/IR/Verifier.h>
+#include <llvm/Support/raw_ostream.h>
+
+#include "codegen/llvm/emit_expr.h"
+#include "support/assert.h"
+
+namespace dpde::codegen {
+
+std::string row_symbol(const std::string& row) { return "row_" + row; }
+
+std::string uniforms_symbol() { return "dpde_compute_uniforms"; }
+
+namespace {
+
+void emit_uniforms(const loop::Module& module, llvm::Module& out) {
+  llvm::IRBuilder<> builder(out.getContext());
+  auto* type = llvm::FunctionType::get(builder.getVoidTy(), {builder.getPtrTy(), builder.getPtrTy()}, false);
+  auto* function = llvm::Function::Create(type, llvm::Function::ExternalLinkage, uniforms_symbol(), out);
+  function->setDoesNotThrow();
+  function->getArg(0)->setName("params");
+  function->getArg(1)->setName("uniforms");
+  builder.SetInsertPoint(llvm::BasicBlock::Create(out.getContext(), "entry", function));
+  llvm::FastMathFlags flags;
+  flags.setAllowContract();
+  builder.setFastMathFlags(flags);
+
+  const auto slot = [&](int argument, std::size_t index) {
+    return builder.CreateConstInBoundsGEP1_64(builder.getDoubleTy(), function->getArg(argument), index);
+  };
+  Leaves leaves;
+  for (std::size_t i = 0; i < module.params.size(); ++i) {
+    leaves.params.push_back(
+        builder.CreateAlignedLoad(builder.getDoubleTy(), slot(0, i), llvm::Align(8), module.params[i]));
+  }
+  ExprEmitter emitter(builder, leaves, nullptr);
+  for (std::size_t i = 0; i < module.uniforms.size(); ++i) {
+    leaves.uniforms.push_back(emitter.number(module.uniforms[i].value));
+    builder.CreateAlignedStore(leaves.uniforms.back(), slot(1, i), llvm::Align(8));
+  }
+  builder.CreateRetVoid();
+}
+
+}  // namespace
+
+std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context) {
+  auto out = std::make_unique<llvm::Module>("dpde", context);
+  emit_uniforms(module, *out);
+  for (const loop::Row& row : module.rows) emit_row(module, row, *out);
+  std::string problems;
+  llvm::raw_string_ostream stream(problems);
+  if (llvm::verifyModule(*out, &stream)) unreachable(stream.str().c_str());
+  return out;
+}
+
+}  // namespace dpde::codegen

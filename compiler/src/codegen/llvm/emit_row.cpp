@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: Apache-2.0
+// A row becomes two functions: <row>_cells with one noalias pointer for each line of memory it touches, and the function
+// of the ABI that takes those pointers out of dpde_row. The loop is written in the form in which the vectoriser wants it:
+// rotated, with a preheader and exit of its own, and no code that depends on the order of neighbours along x.
+#include <cstddef>
+#include <map>
+#include <tuple>
+
+#include "codegen/llvm/emit_expr.h"
+#include "codegen/llvm/emit_module.h"
+#include "dpde/kernel_abi.h"
+#include "loop/expressions.h"
+#include "support/assert.h"
+
+namespace dpde::codegen {
+
+namespace {
+
+/// Streams that differ by their place along x only share one pointer: neighbours are reached by constant distances.
+struct Line {
+  int stream;  // the first of them, whose pointer is passed
+  bool is_read = false, is_written = false;
+};
+
+class RowEmitter {
+ public:
+  RowEmitter(const loop::Module& module, const loop::Row& row, llvm::Module& out)
+      : module_(module), row_(row), out_(out), before_(out.getContext()), body_(out.getContext()) {
+    llvm::FastMathFlags flags;
+    flags.setAllowContract();
+    before_.setFastMathFlags(flags);
+    body_.setFastMathFlags(flags);
+    find_lines();
+    find_uses();
+  }
+  void emit();
+
+ private:
+  /// Arguments of <row>_cells in order; `member` is where the wrapper finds the value.
+  enum class Source { count, first, y, z, layout, uniforms, sums, line, grid };
+  struct Argument {
+    Source source;
+    int index;  // of lines and grids
+    std::string name;
+  };
+
+  void find_lines();
+  void find_uses();
+  std::vector<Argument> arguments() const;
+  llvm::Type* type_of(const Argument& argument);
+  void set_attributes(llvm::Argument* target, const Argument& argument);
+  llvm::Function* create_function(const std::string& name, llvm::GlobalValue::LinkageTypes linkage,
+                                  const std::vector<llvm::Type*>& types);
+  void create_cells(const std::vector<Argument>& arguments);
+  void emit_cells(const std::vector<Argument>& arguments);
+  void emit_totals(llvm::BasicBlock* cell);
+  void emit_wrapper(const std::vector<Argument>& arguments);
+  llvm::Value* member(std::size_t offset, llvm::Type* type, llvm::Value* row, const std::string& name);
+  void load_uniforms();
+  void emit_body();
+  void emit_stores(ExprEmitter& emitter);
+  llvm::Value* stream_pointer(int stream);
+
+  const loop::Module& module_;
+  const loop::Row& row_;
+  llvm::Module& out_;
+  llvm::IRBuilder<> before_, body_;
+  std::vector<Line> lines_;
+  std::vector<int> line_of_stream_;
+  std::vector<bool> used_uniforms_, scattered_grids_;
+  bool needs_place_ = false;
+
+  llvm::Function* cells_ = nullptr;
+  std::map<Source, llvm::Value*> value_;
+  std::vector<llvm::Value*> line_pointers_;
+  PlaceEmitter::Row place_;
+  llvm::PHINode* index_ = nullptr;
+  Leaves leaves_;
+  std::vector<llvm::Value*> totals_;
+};
+
+void RowEmitter::find_lines() {
+  std::map<std::tuple<std::string, int, int>, int> known;
+  for (std::size_t s = 0; s < row_.streams.size(); ++s) {
+    const loop::Stream& stream = row_.streams[s];
+    const auto [entry, is_new] = known.try_emplace({stream.field, stream.offset[1], stream.offset[2]}, lines_.size());
+    if (is_new) lines_.push_back({static_cast<int>(s)});
+    lines_[entry->second].is_read |= stream.mode != loop::Stream::Mode::out;
+    lines_[entry->second].is_written |= stream.mode != loop::Stream::Mode::in;
+    line_of_stream_.push_back(entry->second);
+  }
+}
+
+void RowEmitter::find_uses() {
+  used_uniforms_.resize(module_.uniforms.size());
+  scattered_grids_.resize(row_.grids.size());
+  needs_place_ = !row_.scatters.empty();
+  for (const loop::Scatter& scatter : row_.scatters) scattered_grids_.at(scatter.target.grid) = true;
+  loop::for_each_expression(row_, [&](const loop::Expr& root) {
+    loop::visit(root, [&](const loop::Expr& expr) {
+      if (const auto* uniform = std::get_if<loop::Uniform>(&expr->kind)) used_uniforms_.at(uniform->index) = true;
+      needs_place_ |= std::holds_alternative<loop::Inside>(expr->kind);
+      needs_place_ |= std::holds_alternative<loop::Interp>(expr->kind);
+    });
+  });
+}
+
+/// u, u_yp1 (the row above), u_ym1_zp2 ...
+std::string line_name(const loop::Stream& stream) {
+  std::string name = stream.field;
+  for (int axis = 1; axis < loop::max_rank; ++axis) {
+    const int offset = stream.offset.at(axis);
+    if (offset == 0) continue;
+    name += std::string("_") + "xyz"[axis] + (offset < 0 ? "m" : "p") + std::to_string(std::abs(offset));
+  }
+  return name;
+}
+
+std::vector<RowEmitter::Argument> RowEmitter::arguments() const {
+  std::vector<Argument> result{{Source::count, 0, "count"}};
+  if (needs_place_) {
+    result.insert(result.end(), {{Source::first, 0, "first"}, {Source::y, 0, "y"}, {Source::z, 0, "z"}});
+    result.push_back({Source::layout, 0, "layout"});
+  }
+  result.push_back({Source::uniforms, 0, "uniforms"});
+  if (!row_.sums.empty()) result.push_back({Source::sums, 0, "sums"});
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    result.push_back({Source::line, static_cast<int>(i), line_name(row_.streams.at(lines_[i].stream))});
+  }
+  for (std::size_t i = 0; i < row_.grids.size(); ++i) {
+    result.push_back({Source::grid, static_cast<int>(i), row_.grids[i] + "_grid"});
+  }
+  return result;
+}
+
+llvm::Type* RowEmitter::type_of(const Argument& argument) {
+  switch (argument.source) {
+    case Source::count:
+    case Source::first:
+    case Source::y:
+    case Source::z: return before_.getInt64Ty();
+    case Source::layout:
+    case Source::uniforms:
+    case Source::sums:
+    case Source::line:
+    case Source::grid: return before_.getPtrTy();
+  }
+  unreachable("source of an argument");
+}
+
+/// No two pointers of one row reach the same value unless both only read it.
+void RowEmitter::set_attributes(llvm::Argument* target, const Argument& argument) {
+  target->setName(argument.name);
+  if (!target->getType()->isPointerTy()) return;
+  bool is_read = true, is_written = false;
+  if (argument.source == Source::sums) is_written = true;
+  if (argument.source == Source::grid) is_written = scattered_grids_.at(argument.index);
+  if (argument.source == Source::line) {
+    is_read = lines_.at(argument.index).is_read;
+    is_written = lines_.at(argument.index).is_written;
+  }
+  target->addAttr(llvm::Attribute::NoAlias);
+  target->addAttr(llvm::Attribute::NoCapture);
+  if (!is_written) target->addAttr(llvm::Attribute::ReadOnly);
+  if (!is_read) target->addAttr(llvm::Attribute::WriteOnly);
+}
+
+llvm::Function* RowEmitter::create_function(const std::string& name, llvm::GlobalValue::LinkageTypes linkage,
+                                            const std::vector<llvm::Type*>& types) {
+  auto* type = llvm::FunctionType::get(before_.getVoidTy(), types, false);
+  auto* function = llvm::Function::Create(type, linkage, name, out_);
+  function->setDoesNotThrow();
+  return function;
+}
+
+void RowEmitter::emit() {
+  const std::vector<Argument> list = arguments();
+  emit_cells(list);
+  emit_wrapper(list);
+}
+
+llvm::Value* RowEmitter::member(std::size_t offset, llvm::Type* type, llvm::Value* row, const std::string& name) {
+  llvm::Value* address = before_.CreateConstInBoundsGEP1_64(before_.getInt8Ty(), row, offset);
+  return before_.CreateAlignedLoad(type, address, llvm::Align(8), name);
+}
+
+void RowEmitter::emit_wrapper(const std::vector<Argument>& arguments) {
+  llvm::Function* function =
+      create_function(row_symbol(row_.name), llvm::Function::ExternalLinkage, {before_.getPtrTy()});
+  llvm::Value* row = function->getArg(0);
+  row->setName("row");
+  before_.SetInsertPoint(llvm::BasicBlock::Create(out_.getContext(), "entry", function));
+  const auto direct = [&](const Argument& argument, std::size_t offset) {
+    return member(offset, type_of(argument), row, argument.name);
+  };
+  std::map<std::size_t, llvm::Value*> arrays;
+  const auto element = [&](const Argument& argument, std::size_t offset, int index) {
+    llvm::Value*& array = arrays[offset];
+    if (array == nullptr) array = member(offset, before_.getPtrTy(), row, "");
+    return member(index * sizeof(double*), before_.getPtrTy(), array, argument.name);
+  };
+  std::vector<llvm::Value*> values;
+  for (const Argument& argument : arguments) {
+    switch (argument.source) {
+      case Source::count: values.push_back(direct(argument, offsetof(dpde_row, count))); break;
+      case Source::first: values.push_back(direct(argument, offsetof(dpde_row, first))); break;
+      case Source::y: values.push_back(direct(argument, offsetof(dpde_row, y))); break;
+      case Source::z: values.push_back(direct(argument, offsetof(dpde_row, z))); break;
+      case Source::layout: values.push_back(direct(argument, offsetof(dpde_row, layout))); break;
+      case Source::uniforms: values.push_back(direct(argument, offsetof(dpde_row, uniforms))); break;
+      case Source::sums: values.push_back(direct(argument, offsetof(dpde_row, sums))); break;
+      case Source::grid: values.push_back(element(argument, offsetof(dpde_row, grids), argument.index)); break;
+      case Source::line:
+        values.push_back(element(argument, offsetof(dpde_row, streams), lines_.at(argument.index).stream));
+        break;
+    }
+  }
+  before_.CreateCall(cells_, values);
+  before_.CreateRetVoid();
+}
+
+void RowEmitter::load_uniforms() {
+  leaves_.uniforms.resize(module_.uniforms.size());
+  for (std::size_t i = 0; i < module_.uniforms.size(); ++i) {
+    if (!used_uniforms_[i]) continue;
+    leaves_.uniforms[i] = member(i * sizeof(double), before_.getDoubleTy(), value_.at(Source::uniforms),
+                                 module_.uniforms[i].name);
+  }
+}
+
+/// The function with its arguments, still without code.
+void RowEmitter::create_cells(const std::vector<Argument>& arguments) {
+  std::vector<llvm::Type*> types;
+  for (const Argument& argument : arguments) types.push_back(type_of(argument));
+  cells_ = create_function(row_symbol(row_.name) + "_cells", llvm::Function::InternalLinkage, types);
+  cells_->addFnAttr(llvm::Attribute::AlwaysInline);
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    llvm::Argument* value = cells_->getArg(i);
+    set_attributes(value, arguments[i]);
+    if (arguments[i].source == Source::line) line_pointers_.push_back(value);
+    if (arguments[i].source == Source::grid) place_.grids.push_back(value);
+    value_[arguments[i].source] = value;
+  }
+  if (!needs_place_) return;
+  place_.first = value_.at(Source::first);
+  place_.y = value_.at(Source::y);
+  place_.z = value_.at(Source::z);
+  place_.layout = value_.at(Source::layout);
+}
+
+/// before: what is the same for all cells; cell: the loop; exit: totals of the sums.
+void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
+  create_cells(arguments);
+  const auto block = [&](const char* name) { return llvm::BasicBlock::Create(out_.getContext(), name, cells_); };
+  llvm::BasicBlock* entry = block("entry");
+  llvm::BasicBlock* before = block("before");
+  llvm::BasicBlock* cell = block("cell");
+  llvm::BasicBlock* exit = block("exit");
+  llvm::BasicBlock* done = block("done");
+  llvm::Value* count = value_.at(Source::count);
+
+  before_.SetInsertPoint(entry);
+  before_.CreateCondBr(before_.CreateICmpSGT(count, before_.getInt64(0)), before, done);
+  before_.SetInsertPoint(before);
+  load_uniforms();
+  body_.SetInsertPoint(cell);
+  index_ = body_.CreatePHI(body_.getInt64Ty(), 2, "i");
+  index_->addIncoming(body_.getInt64(0), before);
+  emit_body();
+  llvm::Value* next = body_.CreateAdd(index_, body_.getInt64(1), "next", true, true);
+  index_->addIncoming(next, cell);
+  body_.CreateCondBr(body_.CreateICmpEQ(next, count), exit, cell);
+  before_.CreateBr(cell);
+  body_.SetInsertPoint(exit);
+  emit_totals(cell);
+  body_.CreateBr(done);
+  body_.SetInsertPoint(done);
+  body_.CreateRetVoid();
+}
+
+void RowEmitter::emit_totals(llvm::BasicBlock* cell) {
+  for (std::size_t s = 0; s < totals_.size(); ++s) {
+    auto* total = body_.CreatePHI(body_.getDoubleTy(), 1, row_.sums[s].name + "_row");
+    total->addIncoming(totals_[s], cell);
+    totals_[s] = total;
+  }
+  for (std::size_t s = 0; s < totals_.size(); ++s) {
+    llvm::Value* address = body_.CreateConstInBoundsGEP1_64(body_.getDoubleTy(), value_.at(Source::sums), s);
+    llvm::Value* old = body_.CreateAlignedLoad(body_.getDoubleTy(), address, llvm::Align(8));
+    body_.CreateAlignedStore(body_.CreateFAdd(old, totals_[s]), address, llvm::Align(8));
+  }
+}
+
+llvm::Value* RowEmitter::stream_pointer(int stream) {
+  const int line = line_of_stream_.at(stream);
+  const int distance = row_.streams.at(stream).offset[0] - row_.streams.at(lines_.at(line).stream).offset[0];
+  llvm::Value* element = distance == 0 ? index_ : body_.CreateNSWAdd(index_, body_.getInt64(distance));
+  return body_.CreateInBoundsGEP(body_.getDoubleTy(), line_pointers_.at(line), element);
+}
+
+void RowEmitter::emit_body() {
+  std::vector<llvm::PHINode*> accumulators;
+  for (const loop::Sum& sum : row_.sums) {
+    auto* accumulator = body_.CreatePHI(body_.getDoubleTy(), 2, sum.name);
+    accumulator->addIncoming(llvm::ConstantFP::get(body_.getDoubleTy(), 0.0), before_.GetInsertBlock());
+    accumulators.push_back(accumulator);
+  }
+  for (std::size_t s = 0; s < row_.streams.size(); ++s) {
+    const bool is_read = row_.streams[s].mode != loop::Stream::Mode::out;
+    leaves_.loads.push_back(
+        is_read ? body_.CreateAlignedLoad(body_.getDoubleTy(), stream_pointer(s), llvm::Align(8)) : nullptr);
+  }
+  PlaceEmitter place(row_, place_, before_, body_, index_);
+  ExprEmitter emitter(body_, leaves_, &place);
+  for (const loop::Let& let : row_.lets) {
+    leaves_.lets.push_back(emitter.value(let.value));
+    if (llvm::isa<llvm::Instruction>(leaves_.lets.back())) leaves_.lets.back()->setName(let.name);
+  }
+  emit_stores(emitter);
+  for (std::size_t s = 0; s < row_.sums.size(); ++s) {
+    llvm::Value* value = emitter.number(row_.sums[s].value);
+    auto* total = llvm::cast<llvm::Instruction>(body_.CreateFAdd(accumulators[s], value));
+    total->setHasAllowReassoc(true);  // or sums could not be taken over several lanes
+    accumulators[s]->addIncoming(total, body_.GetInsertBlock());
+    totals_.push_back(total);
+  }
+  for (const loop::Scatter& scatter : row_.scatters) {
+    place.scatter(scatter.target, emitter.numbers(scatter.target.displacement), emitter.number(scatter.value));
+  }
+}
+
+/// A stream may be stored to several times; all reads see what was there before.
+void RowEmitter::emit_stores(ExprEmitter& emitter) {
+  std::map<int, llvm::Value*> stored;
+  for (const loop::Store& store : row_.stores) {
+    llvm::Value* value = emitter.number(store.value);
+    if (store.accumulate) {
+      const auto earlier = stored.find(store.stream);
+      llvm::Value* old = earlier != stored.end() ? earlier->second : leaves_.loads.at(store.stream);
+      value = body_.CreateFAdd(old, value);
+    }
+    stored[store.stream] = value;
+  }
+  for (const auto& [stream, value] : stored) {
+    body_.CreateAlignedStore(value, stream_pointer(stream), llvm::Align(8));
+  }
+}
+
+}  // namespace
+
+void emit_row(const loop::Module& module, const loop::Row& row, llvm::Module& out) {
+  RowEmitter(module, row, out).emit();
+}
+
+}  // namespace dpde::codegen

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Machine code in memory: a loop::Module becomes rows that can be called, for the processor this runs on.
+// The code lives as long as the CompiledModule. Safe to call from several threads at once.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "codegen/compiled_module.h"
+#include "codegen/llvm/jit_options.h"
+#include "loop/loop.h"
+
+namespace dpde::codegen {
+
+struct JitResult {
+  std::shared_ptr<CompiledModule> module;  // null when `error` says why not
+  std::string error;
+  double emit_s = 0;      // building the IR
+  double optimise_s = 0;  // passes over the IR
+  double link_s = 0;      // machine code, and linking it into the process
+};
+
+JitResult jit(const loop::Module& module, const JitOptions& options = {});
+
+}  // namespace dpde::codegen

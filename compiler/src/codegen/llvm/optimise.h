@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Private to codegen/llvm: a short pipeline around the loop vectoriser. The rows arrive simplified and with one loop each,
+// so most of -O3 would only cost time; two of its passes do harm: GVN's load-PRE makes neighbours along x into a chain from
+// cell to cell that cannot be vectorised (speed.md 3), and loop unswitching doubles the code for each mask.
+#pragma once
+
+#include <llvm/IR/Module.h>
+#include <llvm/Target/TargetMachine.h>
+
+namespace dpde::codegen {
+
+/// `module` has been bound to `target`.
+void optimise(llvm::Module& module, llvm::TargetMachine& target);
+
+/// Whether the function computes with vectors of numbers.
+bool is_vectorised(const llvm::Function& function);
+
+}  // namespace dpde::codegen

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "codegen/llvm/target.h"
+
+#include <llvm/IR/LegacyPassManager.h>
+#include <llvm/MC/TargetRegistry.h>
+#include <llvm/Support/TargetSelect.h>
+#include <llvm/Support/raw_ostream.h>
+#include <llvm/TargetParser/Host.h>
+
+#include <set>
+
+#include "support/assert.h"
+
+namespace dpde::codegen {
+
+namespace {
+
+struct Host {
+  std::string triple, cpu, features, error;
+  bool has_512_bits = false;
+  const llvm::Target* target = nullptr;
+};
+
+Host find_host() {
+  llvm::InitializeNativeTarget();
+  llvm::InitializeNativeTargetAsmPrinter();
+  Host host;
+  host.triple = llvm::sys::getProcessTriple();
+  host.cpu = llvm::sys::getHostCPUName().str();
+  std::set<std::string> features;  // sorted: the same text on every run
+  for (const auto& feature : llvm::sys::getHostCPUFeatures()) {
+    features.insert((feature.second ? "+" : "-") + feature.first().str());
+  }
+  host.has_512_bits = features.contains("+avx512f");
+  for (const std::string& feature : features) host.features += (host.features.empty() ? "" : ",") + feature;
+  host.target = llvm::TargetRegistry::lookupTarget(host.triple, host.error);
+  return host;
+}
+
+/// Looked up once; the initialisation of a local static is safe between threads.
+const Host& host() {
+  static const Host found = find_host();
+  return found;
+}
+
+}  // namespace
+
+std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
+  if (host().target == nullptr) {
+    error = host().error;
+    return nullptr;
+  }
+  llvm::TargetOptions options;
+  options.AllowFPOpFusion = llvm::FPOpFusion::Standard;  // only where the instructions say `contract`
+  std::unique_ptr<llvm::TargetMachine> machine(
+      host().target->createTargetMachine(host().triple, host().cpu, host().features, options, llvm::Reloc::PIC_,
+                                         llvm::CodeModel::Small, llvm::CodeGenOptLevel::Default, /*JIT=*/true));
+  if (machine == nullptr) error = "LLVM cannot generate code for " + host().triple;
+  return machine;
+}
+
+void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, const JitOptions& options) {
+  module.setDataLayout(target.createDataLayout());
+  module.setTargetTriple(target.getTargetTriple().str());
+  const int width = options.vector_width != 0 ? options.vector_width : host().has_512_bits ? 512 : 256;
+  for (llvm::Function& function : module) {
+    if (function.isDeclaration()) continue;
+    function.addFnAttr("target-cpu", target.getTargetCPU());
+    function.addFnAttr("target-features", target.getTargetFeatureString());
+    function.addFnAttr("prefer-vector-width", std::to_string(width));
+  }
+}
+
+llvm::SmallVector<char, 0> generate(llvm::Module& module, llvm::TargetMachine& target, llvm::CodeGenFileType type) {
+  llvm::SmallVector<char, 0> bytes;
+  llvm::raw_svector_ostream stream(bytes);
+  llvm::legacy::PassManager passes;
+  const bool fails = target.addPassesToEmitFile(passes, stream, nullptr, type, /*DisableVerify=*/true);
+  require(!fails, "the target writes object files");
+  passes.run(module);
+  return bytes;
+}
+
+}  // namespace dpde::codegen

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "codegen/program_table.h"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::codegen {
+
+namespace {
+
+/// A list of strings and the array of pointers to them that the ABI wants.
+struct Names {
+  explicit Names(std::vector<std::string> given) : names(std::move(given)) {
+    for (const std::string& name : names) pointers.push_back(name.c_str());
+  }
+  Names(const Names&) = delete;
+  int32_t count() const { return static_cast<int32_t>(names.size()); }
+  int32_t index_of(const std::string& name) const {
+    const auto found = std::find(names.begin(), names.end(), name);
+    require(found != names.end(), "the program knows the name");
+    return static_cast<int32_t>(found - names.begin());
+  }
+
+  std::vector<std::string> names;
+  std::vector<const char*> pointers;
+};
+
+struct KernelStorage {
+  std::string name;
+  std::vector<dpde_stream> streams;
+  std::vector<int32_t> grids, sums;
+};
+
+int32_t kind_of(SideKind kind) {
+  switch (kind) {
+    case SideKind::value: return DPDE_VALUE;
+    case SideKind::zero_gradient: return DPDE_ZERO_GRADIENT;
+  }
+  unreachable("kind of boundary");
+}
+
+int32_t mode_of(loop::Stream::Mode mode) {
+  switch (mode) {
+    case loop::Stream::Mode::in: return 0;
+    case loop::Stream::Mode::out: return 1;
+    case loop::Stream::Mode::inout: return 2;
+  }
+  unreachable("mode of stream");
+}
+
+constexpr dpde_boundary no_boundary{DPDE_PERIODIC, DPDE_PERIODIC, -1, -1};
+
+}  // namespace
+
+struct ProgramTables::Strings {
+  explicit Strings(const loop::Module& module) : params(module.params) {}
+  Names params;
+};
+
+/// One program with everything its struct points to.
+struct ProgramTables::Table {
+  Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, const Names& params,
+        ComputeUniforms compute_uniforms);
+
+  dpde_fill fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes) const;
+  void set_grow(dpde_operation& operation, int grow, const std::vector<Topology>& axes) const;
+  dpde_operation operation(const loop::Module& module, const loop::Program& program, const loop::Operation& source,
+                           const RowResolver& row_code);
+  int32_t kernel(const loop::Module& module, const std::string& row, const RowResolver& row_code);
+
+  std::string name;
+  Names fields, sums;
+  std::deque<KernelStorage> kernel_storage;
+  std::deque<std::vector<dpde_fill>> fills;
+  std::vector<dpde_kernel> kernels;
+  std::vector<dpde_fill> prepare;
+  std::vector<dpde_operation> operations;
+  std::vector<dpde_swap> swaps;
+  dpde_program program{};
+};
+
+dpde_fill ProgramTables::Table::fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes) const {
+  dpde_fill result{fields.index_of(field), {no_boundary, no_boundary, no_boundary}};
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    if (axes[a].topology == Topology::periodic) continue;
+    result.axes[a] = {kind_of(axes[a].low.kind), kind_of(axes[a].high.kind), axes[a].low.uniform, axes[a].high.uniform};
+  }
+  return result;
+}
+
+void ProgramTables::Table::set_grow(dpde_operation& operation, int grow, const std::vector<Topology>& axes) const {
+  for (std::size_t a = 0; a < axes.size(); ++a) operation.grow[a] = axes[a] == Topology::bounded ? grow : 0;
+}
+
+/// Index of the kernel, added at its first use.
+int32_t ProgramTables::Table::kernel(const loop::Module& module, const std::string& row, const RowResolver& row_code) {
+  const auto same = [&](const KernelStorage& known) { return known.name == row; };
+  const auto found = std::find_if(kernel_storage.begin(), kernel_storage.end(), same);
+  if (found != kernel_storage.end()) return static_cast<int32_t>(found - kernel_storage.begin());
+
+  const loop::Row* source = module.find_row(row);
+  require(source != nullptr, "the row is in the module");
+  KernelStorage& storage = kernel_storage.emplace_back();
+  storage.name = row;
+  for (const loop::Stream& s : source->streams) {
+    storage.streams.push_back(
+        {fields.index_of(s.field), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
+  }
+  for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(grid));
+  for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(sum.name));
+  kernels.push_back({storage.name.c_str(), row_code ? row_code(row) : nullptr,
+                     static_cast<int32_t>(storage.streams.size()), storage.streams.data(),
+                     static_cast<int32_t>(storage.grids.size()), storage.grids.data(),
+                     static_cast<int32_t>(storage.sums.size()), storage.sums.data()});
+  return static_cast<int32_t>(kernels.size()) - 1;
+}
+
+dpde_operation ProgramTables::Table::operation(const loop::Module& module, const loop::Program& program,
+                                               const loop::Operation& source, const RowResolver& row_code) {
+  dpde_operation result{};
+  match(
+      source,
+      [&](const loop::Fill& f) {
+        result.kind = DPDE_FILL;
+        result.fill = fill(f.field, f.axes);
+      },
+      [&](const loop::Fold& f) {
+        result.kind = DPDE_FOLD;
+        result.fill = fill(f.field, f.axes);
+        set_grow(result, f.grow, program.axes);
+      },
+      [&](const loop::Sweep& s) {
+        result.kind = DPDE_SWEEP;
+        result.kernel = kernel(module, s.row, row_code);
+        set_grow(result, s.grow, program.axes);
+        result.serial = s.serial;
+        std::vector<dpde_fill>& then = fills.emplace_back();
+        for (const loop::Fill& f : s.then) then.push_back(fill(f.field, f.axes));
+        result.then_count = static_cast<int32_t>(then.size());
+        result.then = then.data();
+      });
+  return result;
+}
+
+ProgramTables::Table::Table(const loop::Module& module, const loop::Program& source, const RowResolver& row_code,
+                            const Names& params, ComputeUniforms compute_uniforms)
+    : name(source.name), fields(source.fields), sums(source.sums) {
+  for (const loop::Fill& f : source.prepare) prepare.push_back(fill(f.field, f.axes));
+  for (const loop::Operation& o : source.body) operations.push_back(operation(module, source, o, row_code));
+  for (const loop::Swap& s : source.swaps) swaps.push_back({fields.index_of(s.state), fields.index_of(s.next)});
+
+  program.version = DPDE_ABI_VERSION;
+  program.name = name.c_str();
+  program.rank = static_cast<int32_t>(source.axes.size());
+  std::copy(source.halo.begin(), source.halo.end(), program.halo);
+  program.field_count = fields.count();
+  program.input_count = source.input_count;
+  program.fields = fields.pointers.data();
+  program.param_count = params.count();
+  program.params = params.pointers.data();
+  program.uniform_count = static_cast<int32_t>(module.uniforms.size());
+  program.compute_uniforms = compute_uniforms;
+  program.sum_count = sums.count();
+  program.sums = sums.pointers.data();
+  program.kernel_count = static_cast<int32_t>(kernels.size());
+  program.kernels = kernels.data();
+  program.prepare_count = static_cast<int32_t>(prepare.size());
+  program.prepare = prepare.data();
+  program.operation_count = static_cast<int32_t>(operations.size());
+  program.operations = operations.data();
+  program.swap_count = static_cast<int32_t>(swaps.size());
+  program.swaps = swaps.data();
+}
+
+ProgramTables::ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms)
+    : strings_(std::make_unique<Strings>(module)) {
+  for (const loop::Program& program : module.programs) {
+    tables_.push_back(std::make_unique<Table>(module, program, row_code, strings_->params, compute_uniforms));
+  }
+}
+
+ProgramTables::~ProgramTables() = default;
+ProgramTables::ProgramTables(ProgramTables&&) noexcept = default;
+ProgramTables& ProgramTables::operator=(ProgramTables&&) noexcept = default;
+
+const dpde_program* ProgramTables::find(const std::string& name) const {
+  for (const auto& table : tables_) {
+    if (table->name == name) return &table->program;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> ProgramTables::names() const {
+  std::vector<std::string> names;
+  for (const auto& table : tables_) names.push_back(table->name);
+  return names;
+}
+
+void ProgramTables::set_interpreter(const std::string& program, Interpret interpret, void* context) {
+  for (const auto& table : tables_) {
+    if (table->name != program) continue;
+    table->program.interpret = interpret;
+    table->program.context = context;
+    return;
+  }
+  unreachable("the program is in the tables");
+}
+
+}  // namespace dpde::codegen

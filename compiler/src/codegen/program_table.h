@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C structs of kernel_abi.h for the programs of a loop module. ProgramTables owns every string and array they point
+// to; the addresses stay the same for its whole life, also when it is moved.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+#include "loop/loop.h"
+
+namespace dpde::codegen {
+
+/// Code of a row function, by the name of the loop::Row.
+using RowResolver = std::function<dpde_row_fn(const std::string& row)>;
+/// Fills all uniforms of the module (order of Module::uniforms) from all its parameters (order of Module::params).
+using ComputeUniforms = void (*)(const double* params, double* uniforms);
+using Interpret = void (*)(void* context, const dpde_layout* layout, double* const* fields, const double* params,
+                           double* sums);
+
+class ProgramTables {
+ public:
+  /// An interpreter that needs no code passes {} and nullptr and calls set_interpreter for each program.
+  ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms);
+  ~ProgramTables();
+  ProgramTables(ProgramTables&&) noexcept;
+  ProgramTables& operator=(ProgramTables&&) noexcept;
+
+  /// nullptr when there is no such program.
+  const dpde_program* find(const std::string& name) const;
+  /// Names in the order of the module.
+  std::vector<std::string> names() const;
+  void set_interpreter(const std::string& program, Interpret interpret, void* context);
+
+ private:
+  struct Strings;
+  struct Table;
+  std::unique_ptr<Strings> strings_;  // shared by all tables: the parameters
+  std::vector<std::unique_ptr<Table>> tables_;
+};
+
+}  // namespace dpde::codegen

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/data.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "driver/files.h"
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/npy.h"
+
+namespace dpde::driver {
+
+namespace {
+
+using Shape = std::vector<std::int64_t>;
+
+std::string shape_text(const Shape& shape) {
+  return shape.size() == 1 ? fmt::format("({},)", shape[0]) : fmt::format("({})", fmt::join(shape, ", "));
+}
+
+Shape shape_of(const std::vector<model::Axis>& axes) {
+  Shape shape;
+  for (const model::Axis& axis : axes) shape.insert(shape.begin(), axis.cells);
+  return shape;
+}
+
+bool all_finite(const std::string& file, const std::vector<double>& values, SourceRange where, DiagnosticSink& sink) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::isfinite(values[i])) continue;
+    sink.report("data-not-finite", where, {file, fmt::format("{}", values[i]), fmt::format("{}", i)});
+    return false;
+  }
+  return true;
+}
+
+/// The step of a run nearest to `t`, or -1 when no step falls on it.
+int step_at(const Session& session, double t) {
+  const double position = (t - session.problem().t_begin) / session.problem().step;
+  const double nearest = std::round(position);
+  const bool fits = std::abs(position - nearest) < 1e-6 && nearest >= 0 && nearest <= session.steps();
+  return fits ? static_cast<int>(nearest) : -1;
+}
+
+/// Means over blocks of ratio[0] x ratio[1] x ratio[2] cells.
+std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
+                                 const std::vector<model::Axis>& to) {
+  std::array<int, 3> n{1, 1, 1}, ratio{1, 1, 1};
+  for (std::size_t a = 0; a < to.size(); ++a) {
+    n[a] = to[a].cells;
+    ratio[a] = from[a].cells / to[a].cells;
+  }
+  std::vector<double> result(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0.0);
+  const double weight = 1.0 / (static_cast<double>(ratio[0]) * ratio[1] * ratio[2]);
+  std::size_t i = 0;
+  for (int z = 0; z < n[2] * ratio[2]; ++z) {
+    for (int y = 0; y < n[1] * ratio[1]; ++y) {
+      for (int x = 0; x < n[0] * ratio[0]; ++x, ++i) {
+        const std::size_t row = static_cast<std::size_t>(z / ratio[2]) * n[1] + y / ratio[1];
+        result[row * n[0] + x / ratio[0]] += weight * fine[i];
+      }
+    }
+  }
+  return result;
+}
+
+/// Why cells of `from` are not whole parts of cells of `to`; "" when they are.
+std::string mismatch(const std::vector<model::Axis>& from, const std::vector<model::Axis>& to) {
+  if (from.size() != to.size()) return fmt::format("it has {} axes, this scene {}", from.size(), to.size());
+  for (std::size_t a = 0; a < to.size(); ++a) {
+    if (from[a].name != to[a].name || std::abs(from[a].low - to[a].low) + std::abs(from[a].high - to[a].high) > 1e-12) {
+      return fmt::format("its axis {} reaches from {} to {}, here axis {} reaches from {} to {}", from[a].name, from[a].low,
+                         from[a].high, to[a].name, to[a].low, to[a].high);
+    }
+    if (from[a].cells % to[a].cells != 0) {
+      return fmt::format("its {} cells along {} are no multiple of {}", from[a].cells, from[a].name, to[a].cells);
+    }
+  }
+  return "";
+}
+
+/// The times at which a datum is wanted, of this session's run.
+std::vector<double> times_of(const Session& session, const model::When& when) {
+  switch (when.kind) {
+    case model::When::Kind::end: return {session.end_time()};
+    case model::When::Kind::at: return when.times;
+    case model::When::Kind::over: break;
+  }
+  std::vector<double> times;
+  for (int k = 0; k <= session.steps(); ++k) times.push_back(session.time_of(k));
+  return times;
+}
+
+/// Runs the other scene and keeps a field at the wanted times.
+std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session, const model::Datum& datum,
+                                                                const std::vector<double>& times, const SourceFile& source,
+                                                                DiagnosticSink& sink) {
+  const SourceRange where = datum.origin.range;
+  const auto fail = [&](const std::string& reason) {
+    sink.report("data-of-other-scene", where, {datum.scene, reason});
+    return std::nullopt;
+  };
+  CompileOptions options;
+  options.selection.name = datum.scene;
+  options.backend = Backend::jit;
+  std::optional<Compiled> compiled = compile(source, options, sink);
+  if (!compiled) return std::nullopt;
+  SessionOptions session_options;
+  session_options.threads = session.options().threads;
+  session_options.stop = session.options().stop;
+  const auto other = Session::open(source, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
+  if (!other) return std::nullopt;
+  const std::string difference = mismatch(other->workspace().axes(), session.workspace().axes());
+  if (!difference.empty()) return fail(difference);
+  const int state = other->rollout().state_index(datum.field);
+  if (state < 0) return fail("it has no state " + datum.field);
+  std::map<int, std::vector<double>> wanted;  // by step of the other run
+  int every = 0;
+  for (const double t : times) {
+    const int step = step_at(*other, t);
+    if (step < 0) return fail(fmt::format("no step of it ends at t = {}", t));
+    wanted[step];
+    every = std::gcd(every, step);
+  }
+  const auto keep = [&](const Snapshot& snapshot) {
+    const auto slot = wanted.find(snapshot.step);
+    if (slot == wanted.end()) return;
+    std::vector<double> values(other->workspace().cell_count());
+    copy_out(other->workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
+    slot->second = average_down(values, other->workspace().axes(), session.workspace().axes());
+  };
+  const RunResult result = other->rollout().run({every == 0 ? std::max(1, other->steps()) : every, keep});
+  if (result.stopped) return fail("its run was stopped");
+  if (result.blow_up) return fail(fmt::format("its run blows up at t = {}", result.blow_up->t));
+  std::vector<std::vector<double>> states;
+  for (const double t : times) states.push_back(wanted[step_at(*other, t)]);
+  return states;
+}
+
+std::vector<std::vector<double>> made_up(std::size_t states, std::size_t cells) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::vector<std::vector<double>> result(states, std::vector<double>(cells));
+  for (std::vector<double>& state : result) {
+    for (double& value : state) value = uniform(random);
+  }
+  return result;
+}
+
+std::optional<std::vector<std::vector<double>>> from_file(Session& session, const model::Datum& datum, std::size_t states,
+                                                          const SourceFile& source, DiagnosticSink& sink) {
+  const std::optional<std::vector<double>> values =
+      load_array(datum.file, source, session.problem().axes, states > 1 ? static_cast<int>(states) : 0, datum.origin.range, sink);
+  if (!values) return std::nullopt;
+  const std::size_t cells = session.workspace().cell_count();
+  std::vector<std::vector<double>> result;
+  for (std::size_t k = 0; k < states; ++k) {
+    result.emplace_back(values->begin() + static_cast<std::ptrdiff_t>(k * cells),
+                        values->begin() + static_cast<std::ptrdiff_t>((k + 1) * cells));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::optional<std::vector<double>> load_array(const std::string& file, const SourceFile& source,
+                                              const std::vector<model::Axis>& axes, int states, SourceRange where,
+                                              DiagnosticSink& sink) {
+  const std::filesystem::path path = find_data_file(file, source.path());
+  const std::optional<std::string> bytes = read_file(path, where, sink);
+  if (!bytes) return std::nullopt;
+  Shape wanted = shape_of(axes);
+  if (states > 0) wanted.insert(wanted.begin(), states);
+  try {
+    NpyArray array = parse_npy(*bytes, path.string());
+    if (array.shape != wanted) {
+      sink.report("wrong-shape", where,
+                  {path.string(), shape_text(array.shape), states > 0 ? "the grid and its steps" : "the grid", shape_text(wanted)});
+      return std::nullopt;
+    }
+    if (!all_finite(path.string(), array.values, where, sink)) return std::nullopt;
+    return std::move(array.values);
+  } catch (const Error& error) {
+    sink.report("bad-array-file", where, {path.string(), error.what()});
+    return std::nullopt;
+  }
+}
+
+std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
+                             const std::vector<model::Axis>& to) {
+  std::array<int, 3> n{1, 1, 1}, m{1, 1, 1};
+  for (std::size_t a = 0; a < to.size(); ++a) {
+    n[a] = to[a].cells;
+    m[a] = from[a].cells;
+  }
+  std::vector<double> result;
+  for (int z = 0; z < n[2]; ++z) {
+    for (int y = 0; y < n[1]; ++y) {
+      for (int x = 0; x < n[0]; ++x) {
+        const std::size_t row = static_cast<std::size_t>(z * m[2] / n[2]) * m[1] + y * m[1] / n[1];
+        result.push_back(values[row * m[0] + x * m[0] / n[0]]);
+      }
+    }
+  }
+  return result;
+}
+
+std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
+                                     DiagnosticSink& sink) {
+  const std::vector<double> times = times_of(session, datum.when);
+  const bool is_file = !datum.file.empty();
+  std::optional<std::vector<std::vector<double>>> states;
+  if (!session.options().cells.empty()) {
+    states = made_up(times.size(), session.workspace().cell_count());
+  } else if (is_file) {
+    states = from_file(session, datum, times.size(), source, sink);
+  } else {
+    states = run_other_scene(session, datum, times, source, sink);
+  }
+  if (!states) return std::nullopt;
+  DataStates result{datum.name, times.size() > 1 ? times : std::vector<double>{}, {}};
+  for (std::size_t k = 0; k < states->size(); ++k) {
+    result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
+    session.workspace().field(result.fields.back()).copy_in((*states)[k]);
+  }
+  return result;
+}
+
+}  // namespace dpde::driver

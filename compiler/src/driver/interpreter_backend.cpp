@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Copies fields (halo included) into the interpreter's state, runs the program, copies what it wrote back.
+#include "driver/interpreter_backend.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "stencil/build.h"
+#include "stencil/interpret.h"
+#include "support/assert.h"
+
+namespace dpde::driver {
+
+namespace {
+
+/// What one program needs besides the memory it runs on.
+struct Context {
+  const stencil::Module* module;
+  const stencil::Program* program;
+  const loop::Program* table;  // numbering of fields and sums
+  const std::vector<std::string>* params;
+  stencil::Interface interface;
+  int halo;
+};
+
+using Cell = std::array<int, stencil::max_rank>;
+
+/// Calls `f(cell, element)` for the cells of the layout's interior grown by `grow` along each axis of the grid.
+template <class F>
+void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max_rank>& grow, const F& f) {
+  for (int z = -grow[2]; z < layout.cells[2] + grow[2]; ++z) {
+    for (int y = -grow[1]; y < layout.cells[1] + grow[1]; ++y) {
+      for (int x = -grow[0]; x < layout.cells[0] + grow[0]; ++x) f(Cell{x, y, z}, x + y * layout.stride[1] + z * layout.stride[2]);
+    }
+  }
+}
+
+void run_program(void* opaque, const dpde_layout* layout, double* const* fields, const double* params, double* sums) {
+  const Context& context = *static_cast<const Context*>(opaque);
+  stencil::Grid grid{layout->rank, {1, 1, 1}};
+  std::array<int, stencil::max_rank> grow{};
+  for (int a = 0; a < layout->rank; ++a) {
+    grid.cells[a] = static_cast<int>(layout->cells[a]);
+    grow[a] = std::min<int>(context.halo, static_cast<int>(layout->halo[a]));
+  }
+  stencil::State state(grid, context.halo);
+  const std::vector<std::string>& names = context.table->fields;
+  for (const std::string& input : context.interface.inputs) {
+    const auto number = std::find(names.begin(), names.end(), input) - names.begin();
+    for_each_cell(*layout, grow, [&](const Cell& c, std::int64_t i) { state.at(input, c) = fields[number][i]; });
+  }
+  stencil::Params values;
+  for (std::size_t p = 0; p < context.params->size(); ++p) values[(*context.params)[p]] = params[p];
+  const std::map<std::string, double> totals = stencil::interpret(*context.module, *context.program, state, values);
+  for (std::size_t f = 0; f < names.size(); ++f) {
+    // The interpreter has applied the swaps: the new value lies under the state's name.
+    std::string name = names[f];
+    for (const stencil::Swap& swap : context.program->swaps) {
+      if (swap.next == names[f]) name = swap.state;
+    }
+    const bool is_result = name != names[f] || std::find(context.program->keeps.begin(), context.program->keeps.end(), name) !=
+                                                   context.program->keeps.end();
+    if (!is_result || !state.has(name)) continue;
+    for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) { fields[f][i] = state.at(name, c); });
+  }
+  for (std::size_t s = 0; s < context.table->sums.size(); ++s) {
+    const auto total = totals.find(context.table->sums[s]);
+    sums[s] = total == totals.end() ? 0 : total->second;
+  }
+}
+
+class InterpretedModule : public codegen::CompiledModule {
+ public:
+  InterpretedModule(const stencil::Module& stencil, const loop::Module& loop)
+      : CompiledModule(codegen::ProgramTables(loop, {}, nullptr)), stencil_(stencil), loop_(loop) {
+    for (const loop::Program& table : loop_.programs) {
+      const stencil::Program* program = stencil_.find_program(table.name);
+      require(program != nullptr, "a loop program without its stencil program");
+      auto context = std::make_unique<Context>();
+      *context = {&stencil_, program, &table, &loop_.params, stencil::interface_of(stencil_, *program), 0};
+      for (const int halo : table.halo) context->halo = std::max(context->halo, halo);
+      for (const auto& [field, halo] : stencil::required_halo(stencil_, *program)) {
+        context->halo = std::max(context->halo, *std::max_element(halo.begin(), halo.end()));
+      }
+      tables().set_interpreter(table.name, run_program, context.get());
+      contexts_.push_back(std::move(context));
+    }
+  }
+
+ private:
+  stencil::Module stencil_;
+  loop::Module loop_;
+  std::vector<std::unique_ptr<Context>> contexts_;
+};
+
+}  // namespace
+
+std::shared_ptr<codegen::CompiledModule> interpreted(const stencil::Module& stencil, const loop::Module& loop) {
+  return std::make_shared<InterpretedModule>(stencil, loop);
+}
+
+}  // namespace dpde::driver

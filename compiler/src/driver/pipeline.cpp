@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/pipeline.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "codegen/cpp/compile_cpp.h"
+#include "codegen/llvm/jit.h"
+#include "driver/interpreter_backend.h"
+#include "loop/from_stencil.h"
+#include "loop/print_loop.h"
+#include "loop/verify_loop.h"
+#include "model/print_model.h"
+#include "model/verify_model.h"
+#include "stencil/build.h"
+#include "stencil/from_ast.h"
+#include "stencil/from_model.h"
+#include "stencil/passes/passes.h"
+#include "stencil/print_stencil.h"
+#include "stencil/verify_stencil.h"
+#include "support/assert.h"
+#include "syntax/parser.h"
+#include "syntax/print_ast.h"
+
+namespace dpde::driver {
+
+namespace {
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool is_bound_by_the_scene(const std::string& name) {
+  static const std::set<std::string> names = {"hx", "hy", "hz", "dt", "t", "cells", "x", "y", "z"};
+  return names.contains(name);
+}
+
+/// Tells the observer and reports broken invariants; false when there are some.
+class Stages {
+ public:
+  Stages(const CompileOptions& options, DiagnosticSink& sink) : options_(options), sink_(sink) {}
+
+  bool after(const std::string& stage, const std::function<std::string()>& text,
+             const std::function<std::vector<std::string>()>& verify) {
+    if (options_.after) options_.after(stage, text);
+    if (!options_.verify || !verify) return true;
+    const std::vector<std::string> broken = verify();
+    for (const std::string& rule : broken) sink_.report("broken-invariant", {}, {stage, rule});
+    return broken.empty();
+  }
+
+ private:
+  const CompileOptions& options_;
+  DiagnosticSink& sink_;
+};
+
+/// Adds what `extra` has and `base` has not; of two with the same name the one in `base` stays.
+void merge(stencil::Module& base, const stencil::Module& extra) {
+  for (const stencil::Kernel& kernel : extra.kernels) {
+    if (base.find_kernel(kernel.name) == nullptr) base.kernels.push_back(kernel);
+  }
+  for (const stencil::Program& program : extra.programs) {
+    if (base.find_program(program.name) == nullptr) base.programs.push_back(program);
+  }
+  for (const stencil::Loop& loop : extra.loops) {
+    if (std::find(base.loops.begin(), base.loops.end(), loop) == base.loops.end()) base.loops.push_back(loop);
+  }
+}
+
+stencil::Module run_passes(stencil::Module module) {
+  for (const stencil::Pass& pass : stencil::default_passes) module = pass.run(module);
+  return module;
+}
+
+std::vector<std::string> names_of(const std::vector<stencil::Program>& programs) {
+  std::vector<std::string> names;
+  for (const stencil::Program& program : programs) names.push_back(program.name);
+  return names;
+}
+
+bool has_scene(const ast::File& file) {
+  return std::any_of(file.declarations.begin(), file.declarations.end(),
+                     [](const ast::Declaration& d) { return std::holds_alternative<ast::Scene>(d.kind); });
+}
+
+/// Whether the selection means a hand-written program rather than a scene or task.
+bool selects_program(const ast::File& file, const std::string& name) {
+  if (!has_scene(file)) return true;
+  return std::any_of(file.declarations.begin(), file.declarations.end(), [&](const ast::Declaration& d) {
+    const ast::Program* program = std::get_if<ast::Program>(&d.kind);
+    return program != nullptr && program->name.name == name;
+  });
+}
+
+/// The programs of the scene and its task: from equations and formulas, or as written by hand.
+stencil::Module lower(const Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
+  stencil::Module written = stencil::from_ast(compiled.ast, sink);
+  if (sink.has_errors()) return {};
+  for (const std::string& rule : stencil::verify(written)) sink.report("broken-program", {}, {rule});
+  if (sink.has_errors()) return {};
+  if (!compiled.problem) {
+    const std::string& name = options.selection.name;
+    if (written.programs.empty()) sink.report("nothing-to-do", {}, {"the file has no scene and no program"});
+    if (name.empty() || sink.has_errors()) return written;
+    if (written.find_program(name) == nullptr) {
+      sink.report("nothing-to-do", {}, {"there is no program called " + name},
+                  nearest_name(name, names_of(written.programs)).empty()
+                      ? ""
+                      : "did you mean " + nearest_name(name, names_of(written.programs)) + "?");
+      return {};
+    }
+    return extract(written, {name});
+  }
+  stencil::Module module = stencil::from_model(*compiled.problem, sink);
+  if (compiled.problem->program.empty()) return module;
+  std::vector<std::string> wanted = names_of(module.programs);
+  wanted.push_back(compiled.problem->program);
+  stencil::Module result = extract(written, wanted);
+  merge(result, module);
+  return result;
+}
+
+void add_probe(Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
+  stencil::Kernel kernel;
+  kernel.name = compiled.probe_name();
+  kernel.rank = static_cast<int>(problem.axes.size());
+  stencil::Expr total = 0.0;
+  for (const model::State& state : problem.states) {
+    total = total + stencil::access(state.name + "_probe") * stencil::access(state.name);
+  }
+  kernel.sums.push_back({"loss", total});
+  stencil::Program program;
+  program.name = kernel.name;
+  for (const model::Axis& axis : problem.axes) program.axes.push_back(axis.topology);
+  program.body.push_back(stencil::Run{kernel.name, 0});
+  compiled.stencil.kernels.push_back(std::move(kernel));
+  compiled.stencil.programs.push_back(std::move(program));
+}
+
+/// Parameters of boundary values have no adjoint yet.
+std::set<std::string> params_of_boundaries(const stencil::Module& module) {
+  std::set<std::string> params;
+  const auto collect = [&](const stencil::Expr& e) {
+    stencil::visit(e, [&](const stencil::Expr& part) {
+      if (const stencil::Param* param = std::get_if<stencil::Param>(&part->kind)) params.insert(param->name);
+    });
+  };
+  for (const stencil::Program& program : module.programs) {
+    for (const stencil::Statement& statement : program.body) {
+      const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
+      if (fill == nullptr) continue;
+      for (const stencil::AxisBoundary& axis : fill->axes) {
+        collect(axis.low.value);
+        collect(axis.high.value);
+      }
+    }
+  }
+  return params;
+}
+
+/// What derivatives are taken with respect to.
+adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& options) {
+  adjoint::Activity wrt;
+  const std::set<std::string> passive = params_of_boundaries(compiled.stencil);
+  const auto add_param = [&](const std::string& name) {
+    if (!is_bound_by_the_scene(name) && !passive.contains(name)) wrt.params.insert(name);
+  };
+  if (!compiled.problem) {
+    for (const stencil::Program& program : compiled.stencil.programs) {
+      const stencil::Interface interface = stencil::interface_of(compiled.stencil, program);
+      for (const std::string& field : interface.inputs) {
+        if (!is_bound_by_the_scene(field)) wrt.fields.insert(field);
+      }
+      for (const std::string& param : interface.params) add_param(param);
+    }
+    return wrt;
+  }
+  for (const model::State& state : compiled.problem->states) wrt.fields.insert(state.name);
+  for (const model::Parameter& param : compiled.problem->params) {
+    if (param.unknown) wrt.params.insert(param.name);
+    if (options.all_params && !compiled.problem->task) add_param(param.name);
+  }
+  return wrt;
+}
+
+/// The part of `wrt` that a program reads. Initial states depend on parameters only.
+adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name) {
+  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(name));
+  adjoint::Activity wrt;
+  for (const std::string& field : interface.inputs) {
+    if (compiled.activity.fields.contains(field)) wrt.fields.insert(field);
+  }
+  for (const std::string& param : interface.params) {
+    if (compiled.activity.params.contains(param)) wrt.params.insert(param);
+  }
+  return wrt;
+}
+
+/// Programs a gradient goes through: the step, the initial state, the losses; all of a file without a scene.
+std::vector<std::string> differentiable_programs(const Compiled& compiled) {
+  if (!compiled.problem) return compiled.primal_programs;
+  std::vector<std::string> names;
+  const std::string step = compiled.step_name(), initial = compiled.problem->scene + "_initial";
+  const std::string loss = compiled.problem->task ? compiled.problem->task->name + "_loss_" : "";
+  for (const std::string& name : compiled.primal_programs) {
+    const bool is_loss = !loss.empty() && name.starts_with(loss);
+    if (name == step || name == initial || is_loss || name == compiled.probe_name()) names.push_back(name);
+  }
+  return names;
+}
+
+void differentiate(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
+  stencil::Module derivatives;
+  for (const std::string& name : differentiable_programs(compiled)) {
+    const adjoint::Activity wrt = active_inputs(compiled, name);
+    if (wrt.fields.empty() && wrt.params.empty()) continue;
+    Derived& derived = compiled.derived[name];
+    if (options.tangent) {
+      derived.tangent = adjoint::tangent(compiled.stencil, name, wrt, sink);
+      merge(derivatives, derived.tangent->module);
+    }
+    if (options.adjoint) {
+      derived.adjoint = adjoint::adjoint(compiled.stencil, name, wrt, sink);
+      merge(derivatives, derived.adjoint->module);
+    }
+  }
+  if (sink.has_errors()) return;
+  merge(compiled.stencil, run_passes(std::move(derivatives)));
+}
+
+void generate(Compiled& compiled, Backend backend, DiagnosticSink& sink) {
+  std::string error;
+  switch (backend) {
+    case Backend::jit: {
+      codegen::JitResult result = codegen::jit(compiled.loop);
+      compiled.code = std::move(result.module);
+      error = result.error;
+      break;
+    }
+    case Backend::cpp: {
+      codegen::CompileResult result = codegen::compile_cpp(compiled.loop);
+      compiled.code = std::move(result.module);
+      error = result.error;
+      break;
+    }
+    case Backend::interpreter: compiled.code = interpreted(compiled.stencil, compiled.loop); break;
+  }
+  if (!compiled.code) sink.report("machine-failed", {}, {"the back end failed: " + error});
+}
+
+/// ast and model; false after errors.
+bool understand(Compiled& compiled, const SourceFile& source, const CompileOptions& options, Stages& stages,
+                DiagnosticSink& sink) {
+  compiled.ast = parse(source, sink);
+  if (sink.has_errors()) return false;
+  if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
+  if (selects_program(compiled.ast, options.selection.name)) return true;
+  compiled.problem = model::from_ast(compiled.ast, options.selection, sink);
+  if (sink.has_errors() || !compiled.problem) return false;
+  return stages.after("model", [&] { return print(*compiled.problem); }, [&] { return verify(*compiled.problem); });
+}
+
+bool lower_and_differentiate(Compiled& compiled, const CompileOptions& options, Stages& stages, DiagnosticSink& sink) {
+  compiled.stencil = run_passes(lower(compiled, options, sink));
+  if (sink.has_errors()) return false;
+  if (options.probe && compiled.problem) add_probe(compiled);
+  compiled.primal_programs = names_of(compiled.stencil.programs);
+  compiled.activity = activity_of(compiled, options);
+  const auto verified = [&] { return stencil::verify(compiled.stencil); };
+  if (!stages.after("stencil", [&] { return print(compiled.stencil); }, verified)) return false;
+  if (!options.tangent && !options.adjoint) return true;
+  differentiate(compiled, options, sink);
+  if (sink.has_errors()) return false;
+  const auto derivatives_text = [&](bool adjoint) {
+    return print(extract(compiled.stencil, compiled.derivative_programs(adjoint)));
+  };
+  if (options.tangent && !stages.after("tangent", [&] { return derivatives_text(false); }, verified)) return false;
+  return !options.adjoint || stages.after("adjoint", [&] { return derivatives_text(true); }, verified);
+}
+
+}  // namespace
+
+std::string Compiled::step_name() const {
+  if (!problem) return "";
+  return problem->program.empty() ? problem->scene + "_step" : problem->program;
+}
+
+std::string Compiled::probe_name() const { return problem ? problem->scene + "_probe" : ""; }
+
+const dpde_program* Compiled::tangent_of(const std::string& name) const {
+  const auto found = derived.find(name);
+  return found == derived.end() || !found->second.tangent ? nullptr : program(found->second.tangent->program);
+}
+
+const dpde_program* Compiled::adjoint_of(const std::string& name) const {
+  const auto found = derived.find(name);
+  return found == derived.end() || !found->second.adjoint ? nullptr : program(found->second.adjoint->program);
+}
+
+std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
+  std::vector<std::string> names;
+  for (const std::string& primal : primal_programs) {
+    const auto found = derived.find(primal);
+    if (found == derived.end()) continue;
+    const std::optional<adjoint::Derivative>& derivative = adjoint ? found->second.adjoint : found->second.tangent;
+    if (derivative) names.push_back(derivative->program);
+  }
+  return names;
+}
+
+std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
+  const auto start = std::chrono::steady_clock::now();
+  Compiled compiled;
+  Stages stages(options, sink);
+  if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
+  if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
+  compiled.loop = loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs));
+  if (!stages.after("loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); })) return std::nullopt;
+  if (options.backend) generate(compiled, *options.backend, sink);
+  if (sink.has_errors()) return std::nullopt;
+  compiled.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return compiled;
+}
+
+stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs) {
+  stencil::Module result;
+  std::set<std::string> kernels;
+  for (const stencil::Program& program : module.programs) {
+    if (!contains(programs, program.name)) continue;
+    result.programs.push_back(program);
+    for (const stencil::Statement& statement : program.body) {
+      if (const stencil::Run* run = std::get_if<stencil::Run>(&statement)) kernels.insert(run->kernel);
+    }
+  }
+  for (const stencil::Kernel& kernel : module.kernels) {
+    if (kernels.contains(kernel.name)) result.kernels.push_back(kernel);
+  }
+  for (const stencil::Loop& loop : module.loops) {
+    const auto is_there = [&](const std::string& name) { return contains(programs, name); };
+    if (std::all_of(loop.programs.begin(), loop.programs.end(), is_there)) result.loops.push_back(loop);
+  }
+  return result;
+}
+
+}  // namespace dpde::driver

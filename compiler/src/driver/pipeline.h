@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way of a .dpde file through the levels; the only place that knows the order:
+//
+//   text -> ast -> model::Problem -> stencil::Module -> + tangent, adjoint -> loop::Module -> compiled programs
+//
+// After each stage an observer sees its name and can ask for its text.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "adjoint/adjoint.h"
+#include "codegen/compiled_module.h"
+#include "loop/loop.h"
+#include "model/from_ast.h"
+#include "model/model.h"
+#include "source/diagnostic.h"
+#include "stencil/stencil.h"
+#include "syntax/ast.h"
+
+namespace dpde::driver {
+
+enum class Backend { jit, cpp, interpreter };
+
+/// Stages: ast, model, stencil, tangent, adjoint, loop.
+using StageObserver = std::function<void(std::string_view stage, const std::function<std::string()>& text)>;
+
+struct CompileOptions {
+  model::Selection selection;       // the scene or task; in a file without scenes a program, or "" for all
+  std::optional<Backend> backend;   // nullopt: stop at the loop level
+  bool tangent = false, adjoint = false;
+  bool all_params = false;          // of a scene: derivatives for its parameters too, not only for its states
+  bool probe = false;               // of a scene: add the program probe_name(), a linear functional of the state
+  bool verify = false;              // check every level's invariants after each stage
+  StageObserver after;              // may be empty
+};
+
+/// A program and the programs of its derivatives, when it depends on something active.
+struct Derived {
+  std::optional<adjoint::Derivative> tangent, adjoint;  // names; their kernels are in Compiled::stencil
+};
+
+struct Compiled {
+  ast::File ast;
+  std::optional<model::Problem> problem;   // absent: a file of kernels and programs only
+  stencil::Module stencil;                 // all programs, derivatives too
+  std::vector<std::string> primal_programs;
+  std::map<std::string, Derived> derived;  // by primal program
+  adjoint::Activity activity;              // what derivatives are taken with respect to (states of the scene, params)
+  loop::Module loop;
+  std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
+  double seconds = 0;
+
+  std::string step_name() const;  // "" without a problem
+  /// Sums `loss` = sum over states u and cells of u_probe*u, with the input fields u_probe.
+  std::string probe_name() const;
+  std::vector<std::string> derivative_programs(bool adjoint) const;
+  /// nullptr when there is no such program.
+  const dpde_program* program(const std::string& name) const { return code ? code->find(name) : nullptr; }
+  const dpde_program* tangent_of(const std::string& name) const;
+  const dpde_program* adjoint_of(const std::string& name) const;
+};
+
+/// Parses, lowers, differentiates and compiles. nullopt when `sink` has errors afterwards.
+std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink);
+
+/// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
+stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);
+
+}  // namespace dpde::driver

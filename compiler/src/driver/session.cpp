@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "driver/data.h"
+#include "dpde/runtime/error.h"
+
+namespace dpde::driver {
+
+namespace {
+
+bool is_field(const dpde_program& program, const std::string& field) {
+  for (int f = 0; f < program.field_count; ++f) {
+    if (program.fields[f] == field) return true;
+  }
+  return false;
+}
+
+/// An unknown inside a coefficient's formula would need the derivative through that field, which is not there.
+bool check_coefficients(const Compiled& compiled, DiagnosticSink& sink) {
+  const dpde_program* program = compiled.program(compiled.problem->scene + "_coefficients");
+  if (program == nullptr || !compiled.problem->task) return true;
+  for (const model::Unknown& unknown : compiled.problem->task->unknowns) {
+    for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
+      if (unknown.initial || !coefficient.value.formula) continue;
+      bool found = false;
+      model::visit(*coefficient.value.formula, [&](const model::Expr& e) {
+        const model::Param* param = std::get_if<model::Param>(&e->kind);
+        found = found || (param != nullptr && param->name == unknown.name);
+      });
+      if (found) sink.report("unknown-in-coefficient", unknown.origin.range, {unknown.name, coefficient.name});
+    }
+  }
+  return !sink.has_errors();
+}
+
+}  // namespace
+
+std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
+                                       const SessionOptions& options, DiagnosticSink& sink) {
+  std::unique_ptr<Session> session(new Session);
+  session->compiled_ = std::move(compiled);
+  session->options_ = options;
+  session->steps_ = options.steps.value_or(session->problem().steps);
+  try {
+    session->workspace_ = std::make_unique<Workspace>(session->problem(), *session->compiled_->code, options.cells, options.threads);
+    if (!session->load(source, sink)) return nullptr;
+  } catch (const std::exception& error) {
+    report_error(error, sink);
+    return nullptr;
+  }
+  return session;
+}
+
+bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
+  if (!check_coefficients(*compiled_, sink) || !load_coefficients(source, sink) || !load_states(source, sink)) return false;
+  if (problem().task) {
+    for (const model::Datum& datum : problem().task->data) {
+      std::optional<DataStates> states = load_datum(*this, datum, source, sink);
+      if (!states) return false;
+      data_.push_back(std::move(*states));
+    }
+  }
+  if (!make_rollout(sink)) return false;
+  reset_initial();
+  for (int s = 0; s < rollout_->state_count(); ++s) {
+    const Field& start = rollout_->initial(s);
+    const std::optional<Cell> bad = find_not_finite(start.layout(), start.base());
+    if (!bad) continue;
+    const model::State* state = problem().find_state(rollout_->state_name(s));
+    const SourceRange where = state == nullptr ? SourceRange{} : state->initial.origin.range;
+    sink.report("start-not-finite", where, {rollout_->state_name(s), workspace_->cell_text(*bad), workspace_->place_text(*bad)});
+    return false;
+  }
+  return true;
+}
+
+bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) {
+  for (const model::Coefficient& coefficient : problem().coefficients) {
+    Field& field = workspace_->field(coefficient.name);
+    if (coefficient.value.formula) continue;
+    std::optional<std::vector<double>> values =
+        load_array(coefficient.value.file, source, problem().axes, 0, coefficient.value.origin.range, sink);
+    if (!values) return false;
+    if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
+    field.copy_in(*values);
+  }
+  const dpde_program* program = compiled_->program(problem().scene + "_coefficients");
+  if (program != nullptr) workspace_->run(*program, problem().t_begin);
+  return true;
+}
+
+bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
+  for (const model::State& state : problem().states) {
+    if (state.initial.file.empty()) continue;
+    std::optional<std::vector<double>> values =
+        load_array(state.initial.file, source, problem().axes, 0, state.initial.origin.range, sink);
+    if (!values) return false;
+    if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
+    state_files_[state.name] = std::move(*values);
+  }
+  return true;
+}
+
+void Session::reset_initial() {
+  for (const auto& [name, value] : workspace_->params()) rollout_->set_param(name, value);
+  const dpde_program* program = compiled_->program(problem().scene + "_initial");
+  if (program != nullptr) workspace_->run(*program, problem().t_begin);
+  std::vector<double> values(workspace_->cell_count());
+  for (int s = 0; s < rollout_->state_count(); ++s) {
+    const std::string& name = rollout_->state_name(s);
+    const auto file = state_files_.find(name);
+    if (file == state_files_.end()) workspace_->field(name).copy_out(values);
+    rollout_->initial(s).copy_in(file == state_files_.end() ? values : file->second);
+  }
+}
+
+bool Session::make_rollout(DiagnosticSink& sink) {
+  RolloutSetup setup;
+  setup.step = compiled_->program(compiled_->step_name());
+  setup.adjoint = compiled_->adjoint_of(compiled_->step_name());
+  setup.layout = workspace_->layout();
+  setup.steps = steps_;
+  setup.t0 = problem().t_begin;
+  setup.dt = problem().step;
+  setup.threads = options_.threads;
+  setup.checkpoint_bytes = options_.checkpoint_bytes;
+  setup.slots = options_.slots;
+  setup.stop = options_.stop;
+  if (!add_losses(setup, sink)) return false;
+  std::set<std::string> states;
+  for (const model::State& state : problem().states) states.insert(state.name);
+  for (const std::string& name : workspace_->field_names()) {
+    if (!states.contains(name)) setup.fields.push_back({name, workspace_->field(name).base()});
+  }
+  for (const auto& [name, value] : workspace_->params()) setup.params.push_back({name, value});
+  rollout_ = std::make_unique<Rollout>(std::move(setup));
+  return true;
+}
+
+bool Session::add_losses(RolloutSetup& setup, DiagnosticSink& sink) {
+  if (!problem().task) return true;
+  const model::Task& task = *problem().task;
+  for (std::size_t i = 0; i < task.losses.size(); ++i) {
+    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    LossTerm term;
+    term.loss = compiled_->program(name);
+    term.adjoint = compiled_->adjoint_of(name);
+    term.at_steps = steps_of(task.losses[i].when);
+    // `over time` is the mean over the states, so that the loss means the same with half the step.
+    if (task.losses[i].when.kind == model::When::Kind::over) term.weight = 1.0 / static_cast<double>(term.at_steps.size());
+    for (const DataStates& datum : data_) {
+      if (!is_field(*term.loss, datum.name)) continue;
+      LossData data{datum.name, {}};
+      for (const int step : term.at_steps) {
+        data.at.push_back(datum_at(datum, time_of(step)));
+        if (data.at.back() != nullptr) continue;
+        sink.report("data-without-time", task.losses[i].origin.range, {datum.name, fmt::format("{}", time_of(step))});
+        return false;
+      }
+      if (datum.fields.size() == 1) data.at.resize(1);
+      term.data.push_back(std::move(data));
+    }
+    setup.losses.push_back(std::move(term));
+  }
+  return true;
+}
+
+double* Session::datum_at(const DataStates& datum, double t) {
+  if (datum.times.empty()) return workspace_->field(datum.fields[0]).base();
+  for (std::size_t k = 0; k < datum.times.size(); ++k) {
+    if (std::abs(datum.times[k] - t) < 1e-6 * problem().step) return workspace_->field(datum.fields[k]).base();
+  }
+  return nullptr;
+}
+
+std::vector<int> Session::steps_of(const model::When& when) const {
+  std::vector<int> steps;
+  switch (when.kind) {
+    case model::When::Kind::end: steps.push_back(steps_); break;
+    case model::When::Kind::at:
+      for (const double t : when.times) {
+        const double position = std::round((t - problem().t_begin) / problem().step);
+        steps.push_back(static_cast<int>(std::clamp(position, 0.0, static_cast<double>(steps_))));
+      }
+      std::sort(steps.begin(), steps.end());
+      steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+      break;
+    case model::When::Kind::over:
+      for (int k = 0; k <= steps_; ++k) steps.push_back(k);
+      break;
+  }
+  return steps;
+}
+
+std::vector<double> Session::initial(int state) {
+  std::vector<double> values(workspace_->cell_count());
+  rollout_->initial(state).copy_out(values);
+  return values;
+}
+
+std::vector<double> Session::final_state(int state) {
+  std::vector<double> values(workspace_->cell_count());
+  copy_out(workspace_->layout(), rollout_->final_states()[static_cast<std::size_t>(state)], values);
+  return values;
+}
+
+std::map<std::string, double*> Session::bind_states(const std::vector<double*>& states) {
+  std::map<std::string, double*> bound;
+  for (int s = 0; s < rollout_->state_count(); ++s) bound[rollout_->state_name(s)] = states[static_cast<std::size_t>(s)];
+  return bound;
+}
+
+double Session::evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states) {
+  std::map<std::string, double*> bound = bind_states(states);
+  for (const DataStates& datum : data_) {
+    if (is_field(program, datum.name)) bound[datum.name] = datum_at(datum, t);
+    if (is_field(program, datum.name) && bound[datum.name] == nullptr) return NAN;
+  }
+  const std::map<std::string, double> sums = workspace_->run(program, t, bound);
+  const auto value = sums.find(sum);
+  return value == sums.end() ? 0 : value->second;
+}
+
+std::vector<std::pair<std::string, double>> Session::observe(double t, const std::vector<double*>& states) {
+  const dpde_program* program = compiled_->program(problem().scene + "_observe");
+  std::vector<std::pair<std::string, double>> values;
+  if (program == nullptr) return values;
+  const std::map<std::string, double> sums = workspace_->run(*program, t, bind_states(states));
+  for (const model::Quantity& quantity : problem().observables) {
+    const auto sum = sums.find(quantity.name);
+    values.emplace_back(quantity.name, sum == sums.end() ? 0 : sum->second);
+  }
+  return values;
+}
+
+std::vector<ErrorNorms> Session::errors(double t, const std::vector<double*>& states) {
+  const dpde_program* program = compiled_->program(problem().scene + "_exact");
+  std::vector<ErrorNorms> norms;
+  if (program == nullptr) return norms;
+  workspace_->run(*program, t);
+  std::vector<double> computed(workspace_->cell_count());
+  // The program keeps one field for each state with an exact solution, in the order of the states.
+  auto kept = compiled_->stencil.find_program(problem().scene + "_exact")->keeps.begin();
+  for (const model::State& state : problem().states) {
+    const int index = rollout_->state_index(state.name);
+    if (!state.exact) continue;
+    const std::vector<double> exact = workspace_->dense(*kept++);
+    if (index < 0) continue;
+    copy_out(workspace_->layout(), states[static_cast<std::size_t>(index)], computed);
+    ErrorNorms norm{state.name};
+    for (std::size_t i = 0; i < computed.size(); ++i) {
+      const double error = std::abs(computed[i] - exact[i]);
+      norm.l1 += error;
+      norm.l2 += error * error;
+      norm.linf = error > norm.linf || std::isnan(error) ? error : norm.linf;
+    }
+    norm.l1 /= static_cast<double>(computed.size());
+    norm.l2 = std::sqrt(norm.l2 / static_cast<double>(computed.size()));
+    norms.push_back(norm);
+  }
+  return norms;
+}
+
+bool Session::has_gradient(const std::string& param) {
+  const std::vector<std::string>& names = rollout_->param_bar_names();
+  return std::find(names.begin(), names.end(), param) != names.end();
+}
+
+void report_error(const std::exception& error, DiagnosticSink& sink) {
+  if (const Error* known = dynamic_cast<const Error*>(&error)) {
+    switch (known->kind()) {
+      case ErrorKind::input: sink.report("bad-option", {}, {known->what()}); return;
+      case ErrorKind::run: sink.report("run-failed", {}, {known->what()}); return;
+      case ErrorKind::machine: sink.report("machine-failed", {}, {known->what()}); return;
+    }
+  }
+  const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+  sink.report("machine-failed", {}, {memory ? std::string("not enough memory") : std::string(error.what())});
+}
+
+void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink) {
+  const std::string& name = session.rollout().state_name(blow_up.state);
+  const model::State* state = session.problem().find_state(name);
+  const SourceRange where = state == nullptr ? SourceRange{} : state->origin.range;
+  sink.report("blow-up", where,
+              {name, fmt::format("{}", blow_up.step), fmt::format("{}", session.steps()), fmt::format("{:.6g}", blow_up.t),
+               session.workspace().cell_text(blow_up.cell), session.workspace().place_text(blow_up.cell)},
+              fmt::format("the value is {}; a smaller step than {} may help (--set step=...)", blow_up.value,
+                          session.problem().step));
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// A compiled scene ready to run: its initial state, coefficients, coordinates and data in memory, bound to a rollout.
+#pragma once
+
+#include <atomic>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dpde/runtime/rollout.h"
+#include "driver/pipeline.h"
+#include "driver/workspace.h"
+
+namespace dpde::driver {
+
+struct SessionOptions {
+  int threads = 1;
+  std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
+  int slots = 0;                            // overrides checkpoint_bytes
+  const std::atomic<bool>* stop = nullptr;  // looked at before each step
+  /// Another grid of the same shape, one number an axis, for verification: files are resampled, data made up.
+  std::vector<int> cells;
+  std::optional<int> steps;                 // in place of the scene's
+};
+
+/// States of one datum: one for all times, or one for each of `times`.
+struct DataStates {
+  std::string name;
+  std::vector<double> times;        // empty: one state for all times
+  std::vector<std::string> fields;  // of the workspace
+};
+
+/// |computed - exact| of one state; l1 and l2 are means over the cells (l2 its root).
+struct ErrorNorms {
+  std::string field;
+  double l1 = 0, l2 = 0, linf = 0;
+};
+
+class Session {
+ public:
+  /// `compiled` has a problem and code. null when `sink` has errors afterwards.
+  static std::unique_ptr<Session> open(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
+                                       const SessionOptions& options, DiagnosticSink& sink);
+
+  const Compiled& compiled() const { return *compiled_; }
+  const model::Problem& problem() const { return *compiled_->problem; }
+  const SessionOptions& options() const { return options_; }
+  Workspace& workspace() { return *workspace_; }
+  Rollout& rollout() { return *rollout_; }
+  int steps() const { return steps_; }
+  double end_time() const { return problem().t_begin + steps_ * problem().step; }
+  double time_of(int step) const { return problem().t_begin + step * problem().step; }
+  const std::vector<DataStates>& data() const { return data_; }
+
+  /// Copies the scene's initial state into the rollout again, recomputed from the formulas with the present parameters.
+  void reset_initial();
+  std::vector<double> initial(int state);
+  /// The state where the last run ended.
+  std::vector<double> final_state(int state);
+
+  /// Values of the observables at a state of the run.
+  std::vector<std::pair<std::string, double>> observe(double t, const std::vector<double*>& states);
+  /// Distance from the exact solution, for the states that have one.
+  std::vector<ErrorNorms> errors(double t, const std::vector<double*>& states);
+  /// The rollout's adjoint programs compute this parameter's gradient.
+  bool has_gradient(const std::string& param);
+  /// The pointer a datum has at a time; null when it has none.
+  double* datum_at(const DataStates& datum, double t);
+  /// The states a quantity is evaluated at, as step numbers.
+  std::vector<int> steps_of(const model::When& when) const;
+  /// A quantity of the task (a loss or test) at one state.
+  double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states);
+
+ private:
+  Session() = default;
+  bool load(const SourceFile& source, DiagnosticSink& sink);
+  bool load_states(const SourceFile& source, DiagnosticSink& sink);
+  bool load_coefficients(const SourceFile& source, DiagnosticSink& sink);
+  bool make_rollout(DiagnosticSink& sink);
+  bool add_losses(RolloutSetup& setup, DiagnosticSink& sink);
+  std::map<std::string, double*> bind_states(const std::vector<double*>& states);
+
+  std::shared_ptr<const Compiled> compiled_;
+  SessionOptions options_;
+  int steps_ = 0;
+  std::unique_ptr<Workspace> workspace_;
+  std::vector<DataStates> data_;
+  std::map<std::string, std::vector<double>> state_files_;  // initial states that come from files
+  std::unique_ptr<Rollout> rollout_;
+};
+
+/// What `error` says as a diagnostic: input, run or machine.
+void report_error(const std::exception& error, DiagnosticSink& sink);
+
+/// A blown-up run in the user's words, at the equation of the field.
+void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink);
+
+}  // namespace dpde::driver

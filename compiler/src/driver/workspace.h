@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named fields and parameters of a scene on its grid (or on another one of the same shape), and single runs of
+// programs on them: initial states, coefficients, exact solutions, observables, tests.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "codegen/compiled_module.h"
+#include "dpde/runtime/executor.h"
+#include "dpde/runtime/field.h"
+#include "model/model.h"
+
+namespace dpde::driver {
+
+class Workspace {
+ public:
+  /// `cells`: one number an axis, in place of the scene's; empty: the scene's. The layout's halo fits every program of
+  /// `code`. Coordinates x, y, z are there from the start.
+  /// @throws Error(machine) when memory runs out.
+  Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells, int threads);
+
+  const dpde_layout& layout() const { return layout_; }
+  /// The grid's axes, `cells` applied.
+  const std::vector<model::Axis>& axes() const { return axes_; }
+  int threads() const { return threads_; }
+  std::size_t cell_count() const { return cell_count_; }
+  /// Shape of arrays in files: (nz, ny, nx) without the axes that are not there.
+  std::vector<std::int64_t> shape() const;
+  /// "3, 4" for a cell and "x = 0.1, y = 0.2" for its centre.
+  std::string cell_text(const Cell& cell) const;
+  std::string place_text(const Cell& cell) const;
+
+  /// A field by name; made (all zero) when it is not there.
+  Field& field(const std::string& name);
+  /// Fields made so far.
+  std::vector<std::string> field_names() const;
+  std::vector<double> dense(const std::string& name);
+
+  const std::map<std::string, double>& params() const { return params_; }
+  void set_param(const std::string& name, double value) { params_[name] = value; }
+
+  /// Runs a program once at time `t` on the fields of these names, `bound` ones taken from there instead; what the program
+  /// needs beside them is made. Returns its sums by name.
+  std::map<std::string, double> run(const dpde_program& program, double t, const std::map<std::string, double*>& bound = {});
+
+ private:
+  std::vector<model::Axis> axes_;
+  dpde_layout layout_;
+  int threads_;
+  std::size_t cell_count_;
+  std::map<std::string, std::unique_ptr<Field>> fields_;
+  std::map<std::string, double> params_;
+  std::map<const dpde_program*, std::unique_ptr<Executor>> executors_;
+};
+
+}  // namespace dpde::driver

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loop/expressions.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "support/match.h"
+
+namespace dpde::loop {
+
+namespace {
+
+bool is_product(const Binary& b) { return b.op == BinaryOp::multiply || b.op == BinaryOp::divide; }
+
+/// A product that begins with a number, with that number negated.
+std::optional<Expr> negate_leading_number(const Expr& e) {
+  if (const Literal* number = std::get_if<Literal>(&e->kind)) return Expr(-number->value);
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (!b || !is_product(*b)) return std::nullopt;
+  const std::optional<Expr> left = negate_leading_number(b->left);
+  if (!left) return std::nullopt;
+  return make(Binary{b->op, *left, b->right});
+}
+
+bool leads_with_minus(const Expr& e) {
+  if (const Literal* number = std::get_if<Literal>(&e->kind)) return number->value < 0;
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  return b && is_product(*b) && leads_with_minus(b->left);
+}
+
+/// x when `e` is -x in any spelling.
+std::optional<Expr> without_minus(const Expr& e) {
+  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return neg->operand;
+  return leads_with_minus(e) ? negate_leading_number(e) : std::nullopt;
+}
+
+Expr add(const Expr& a, const Expr& b) {
+  if (is_literal(a, 0)) return b;
+  if (is_literal(b, 0)) return a;
+  if (const auto positive = without_minus(b)) return binary(BinaryOp::subtract, a, *positive);
+  if (const Neg* neg = std::get_if<Neg>(&a->kind)) return binary(BinaryOp::subtract, b, neg->operand);
+  return make(Binary{BinaryOp::add, a, b});
+}
+
+Expr subtract(const Expr& a, const Expr& b) {
+  if (is_literal(a, 0)) return negate(b);
+  if (is_literal(b, 0)) return a;
+  if (const auto positive = without_minus(b)) return binary(BinaryOp::add, a, *positive);
+  return make(Binary{BinaryOp::subtract, a, b});
+}
+
+}  // namespace
+
+Expr make(Kind kind) { return Expr(Node{std::move(kind)}); }
+
+Expr negate(const Expr& a) {
+  if (const Neg* neg = std::get_if<Neg>(&a->kind)) return neg->operand;
+  if (const std::optional<Expr> negated = negate_leading_number(a)) return *negated;
+  return make(Neg{a});
+}
+
+Expr binary(BinaryOp op, const Expr& a, const Expr& b) {
+  if (op == BinaryOp::add) return add(a, b);
+  if (op == BinaryOp::subtract) return subtract(a, b);
+  return make(Binary{op, a, b});
+}
+
+Expr product(const std::vector<Expr>& factors) {
+  if (factors.empty()) return 1.0;
+  Expr result = factors.front();
+  for (std::size_t i = 1; i < factors.size(); ++i) result = make(Binary{BinaryOp::multiply, result, factors[i]});
+  return result;
+}
+
+bool is_literal(const Expr& e, double value) {
+  const Literal* literal = std::get_if<Literal>(&e->kind);
+  return literal && literal->value == value;
+}
+
+bool is_leaf(const Expr& e) {
+  return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Uniform>(e->kind) ||
+         std::holds_alternative<Param>(e->kind) || std::holds_alternative<Load>(e->kind) ||
+         std::holds_alternative<Local>(e->kind);
+}
+
+void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f) {
+  match(
+      e->kind, [](const Literal&) {}, [](const Uniform&) {}, [](const Param&) {}, [](const Load&) {},
+      [](const Local&) {}, [](const Inside&) {},
+      [&](const Interp& i) { std::for_each(i.displacement.begin(), i.displacement.end(), f); },
+      [&](const Neg& n) { f(n.operand); },
+      [&](const Binary& b) {
+        f(b.left);
+        f(b.right);
+      },
+      [&](const Call& c) { std::for_each(c.arguments.begin(), c.arguments.end(), f); },
+      [&](const Select& s) {
+        f(s.condition);
+        f(s.yes);
+        f(s.no);
+      });
+}
+
+void visit(const Expr& e, const std::function<void(const Expr&)>& f) {
+  f(e);
+  for_each_child(e, [&](const Expr& child) { visit(child, f); });
+}
+
+void for_each_expression(const Row& row, const std::function<void(const Expr&)>& f) {
+  for (const Let& let : row.lets) f(let.value);
+  for (const Store& store : row.stores) f(store.value);
+  for (const Sum& sum : row.sums) f(sum.value);
+  for (const Scatter& scatter : row.scatters) {
+    for (const Expr& d : scatter.target.displacement) f(d);
+    f(scatter.value);
+  }
+}
+
+}  // namespace dpde::loop

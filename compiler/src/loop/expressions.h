@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Constructors and traversals of loop expressions. The constructors only move signs outwards (a + -b is a - b) and drop
+// neutral numbers; everything cleverer happened at the stencil level.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "loop/loop.h"
+
+namespace dpde::loop {
+
+Expr make(Kind kind);
+Expr negate(const Expr& a);
+Expr binary(BinaryOp op, const Expr& a, const Expr& b);
+/// The product of all factors, from left to right; 1 when there are none.
+Expr product(const std::vector<Expr>& factors);
+
+bool is_literal(const Expr& e, double value);
+/// Literal, Uniform, Param, Load or Local: free to mention twice.
+bool is_leaf(const Expr& e);
+
+void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f);
+/// Calls `f` on `e` and everything below it, parents first.
+void visit(const Expr& e, const std::function<void(const Expr&)>& f);
+/// Calls `f` on every expression of the row: lets, stores, sums, displacements and values of scatters.
+void for_each_expression(const Row& row, const std::function<void(const Expr&)>& f);
+
+}  // namespace dpde::loop

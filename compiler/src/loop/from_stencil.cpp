@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loop/from_stencil.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "loop/expressions.h"
+#include "loop/rows.h"
+#include "loop/schedule.h"
+#include "loop/uniforms.h"
+#include "stencil/build.h"
+#include "support/assert.h"
+#include "support/match.h"
+#include "support/name_supply.h"
+
+namespace dpde::loop {
+
+namespace {
+
+void add_once(std::vector<std::string>& names, const std::string& name) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+/// Names a reader already knows as something else.
+NameSupply taken_names(const stencil::Module& module) {
+  NameSupply taken;
+  for (const stencil::Kernel& kernel : module.kernels) {
+    for (const stencil::Let& let : kernel.lets) taken.reserve(let.name);
+    const stencil::Signature s = stencil::signature(kernel);
+    for (const stencil::Signature::Read& read : s.reads) taken.reserve(read.field);
+    for (const std::string& field : s.writes) taken.reserve(field);
+    for (const std::string& field : s.updates) taken.reserve(field);
+    for (const std::string& sum : s.sums) taken.reserve(sum);
+  }
+  return taken;
+}
+
+class ModuleBuilder {
+ public:
+  ModuleBuilder(const stencil::Module& source, std::vector<std::string> params)
+      : source_(source), uniforms_(std::move(params), taken_names(source)) {
+    for (const stencil::Kernel& kernel : source.kernels) row_names_.reserve(kernel.name);
+  }
+
+  void add_program(const stencil::Program& program);
+  Module take();
+
+ private:
+  using RowKey = std::tuple<std::string, std::vector<Topology>, int>;
+
+  const std::vector<std::string>& rows_for(const stencil::Run& run, const std::vector<Topology>& axes);
+  std::vector<AxisBoundary> boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values);
+  Side side(const stencil::Side& side, bool with_value);
+  std::vector<ScheduleItem> items_of(const stencil::Program& program);
+  void add_sweeps(std::vector<ScheduleItem>& items, const stencil::Run& run, const stencil::Program& program);
+
+  const stencil::Module& source_;
+  UniformTable uniforms_;
+  NameSupply row_names_;
+  std::map<RowKey, std::vector<std::string>> rows_;
+  Module result_;
+};
+
+/// Rows of a kernel, made at its first use; a kernel used with other axes gets rows of its own, NAME_2.
+const std::vector<std::string>& ModuleBuilder::rows_for(const stencil::Run& run, const std::vector<Topology>& axes) {
+  const stencil::Kernel* kernel = source_.find_kernel(run.kernel);
+  require(kernel != nullptr, "a program runs a kernel of its module");
+  const bool specific = depends_on_axes(*kernel);
+  const RowKey key = specific ? RowKey{run.kernel, axes, run.grow} : RowKey{run.kernel, {}, 0};
+  const auto found = rows_.find(key);
+  if (found != rows_.end()) return found->second;
+
+  const bool first = std::none_of(rows_.begin(), rows_.end(), [&](const auto& entry) {
+    return std::get<0>(entry.first) == run.kernel;
+  });
+  stencil::Kernel named = *kernel;
+  if (!first) named.name = row_names_.fresh(kernel->name);
+  std::vector<std::string> names;
+  for (Row& row : rows_of(named, axes, run.grow, uniforms_)) {
+    names.push_back(row.name);
+    result_.rows.push_back(std::move(row));
+  }
+  return rows_.emplace(key, std::move(names)).first->second;
+}
+
+Side ModuleBuilder::side(const stencil::Side& side, bool with_value) {
+  if (!with_value || side.kind != SideKind::value) return {side.kind, -1};
+  const Expr definition = uniform_definition(side.value, uniforms_);
+  return {side.kind, is_literal(definition, 0) ? -1 : uniforms_.index_of(definition)};
+}
+
+/// `with_values` false: the linear part, which is all a fold needs.
+std::vector<AxisBoundary> ModuleBuilder::boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values) {
+  std::vector<AxisBoundary> result;
+  for (const stencil::AxisBoundary& axis : axes) {
+    if (axis.topology == Topology::periodic) {
+      result.push_back({axis.topology, {SideKind::value, -1}, {SideKind::value, -1}});
+    } else {
+      result.push_back({axis.topology, side(axis.low, with_values), side(axis.high, with_values)});
+    }
+  }
+  return result;
+}
+
+void ModuleBuilder::add_sweeps(std::vector<ScheduleItem>& items, const stencil::Run& run,
+                               const stencil::Program& program) {
+  for (const std::string& name : rows_for(run, program.axes)) {
+    const Row& row = *result_.find_row(name);
+    ScheduleItem item{Sweep{name, run.grow, !row.scatters.empty(), {}}, {}, {}};
+    for (const Stream& stream : row.streams) {
+      item.touched.insert(stream.field);
+      if (stream.mode != Stream::Mode::in) item.modified.insert(stream.field);
+    }
+    item.touched.insert(row.grids.begin(), row.grids.end());
+    for (const Scatter& scatter : row.scatters) item.modified.insert(row.grids[scatter.target.grid]);
+    items.push_back(std::move(item));
+  }
+}
+
+std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& program) {
+  std::vector<ScheduleItem> items;
+  for (const stencil::Statement& statement : program.body) {
+    match(
+        statement,
+        [&](const stencil::Fill& f) {
+          items.push_back({Fill{f.field, boundaries(f.axes, true)}, {}, {f.field}});
+        },
+        [&](const stencil::Fold& f) {
+          items.push_back({Fold{f.field, f.grow, boundaries(f.axes, false)}, {f.field}, {f.field}});
+        },
+        [&](const stencil::Run& run) { add_sweeps(items, run, program); });
+  }
+  return items;
+}
+
+/// Fields with a boundary value that depends on the time: it is another one in the next step.
+std::set<std::string> time_dependent_fields(const stencil::Program& program) {
+  std::set<std::string> fields;
+  const auto look = [&](const stencil::Fill& fill, const stencil::Side& side) {
+    stencil::visit(side.value, [&](const stencil::Expr& e) {
+      const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
+      if (param && param->name == "t" && side.kind == SideKind::value) fields.insert(fill.field);
+    });
+  };
+  for (const stencil::Statement& statement : program.body) {
+    const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
+    if (!fill) continue;
+    for (const stencil::AxisBoundary& axis : fill->axes) {
+      if (axis.topology == Topology::periodic) continue;
+      look(*fill, axis.low);
+      look(*fill, axis.high);
+    }
+  }
+  return fields;
+}
+
+/// Inputs first, then what the program writes, then names only swaps and keeps know.
+void set_fields(Program& result, const stencil::Program& program, const stencil::Interface& known) {
+  result.fields = known.inputs;
+  const auto is_written = [&](const std::string& name) {
+    return std::find(known.written.begin(), known.written.end(), name) != known.written.end();
+  };
+  for (const stencil::Swap& swap : program.swaps) {
+    for (const std::string& name : {swap.state, swap.next}) {
+      if (!is_written(name)) add_once(result.fields, name);
+    }
+  }
+  for (const std::string& name : program.keeps) {
+    if (!is_written(name)) add_once(result.fields, name);
+  }
+  result.input_count = static_cast<int>(result.fields.size());
+  for (const std::string& name : known.written) add_once(result.fields, name);
+}
+
+void set_halo(Program& result, const stencil::Module& module, const stencil::Program& program) {
+  for (const auto& [field, needed] : stencil::required_halo(module, program)) {
+    for (int axis = 0; axis < max_rank; ++axis) result.halo[axis] = std::max(result.halo[axis], needed[axis]);
+  }
+  for (const stencil::Statement& statement : program.body) {
+    const stencil::Fold* fold = std::get_if<stencil::Fold>(&statement);
+    if (!fold) continue;
+    for (std::size_t axis = 0; axis < program.axes.size(); ++axis) {
+      if (program.axes[axis] == Topology::bounded) result.halo[axis] = std::max(result.halo[axis], fold->grow);
+    }
+  }
+}
+
+void ModuleBuilder::add_program(const stencil::Program& program) {
+  const stencil::Interface known = stencil::interface_of(source_, program);
+  Program result{.name = program.name, .axes = program.axes};
+  set_fields(result, program, known);
+  set_halo(result, source_, program);
+  result.sums = known.sums;
+  for (const stencil::Swap& swap : program.swaps) result.swaps.push_back({swap.state, swap.next});
+  result.keeps = program.keeps;
+
+  Schedule scheduled = schedule({items_of(program), known.inputs, result.swaps, program.axes,
+                                 time_dependent_fields(program)});
+  result.prepare = std::move(scheduled.prepare);
+  result.body = std::move(scheduled.body);
+  result_.programs.push_back(std::move(result));
+}
+
+Module ModuleBuilder::take() {
+  result_.params = uniforms_.params();
+  result_.uniforms = uniforms_.take();
+  return std::move(result_);
+}
+
+}  // namespace
+
+Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs) {
+  std::vector<const stencil::Program*> chosen;
+  std::vector<std::string> params;
+  for (const std::string& name : programs) {
+    const stencil::Program* program = module.find_program(name);
+    require(program != nullptr, "the program is in the module");
+    chosen.push_back(program);
+    for (const std::string& param : stencil::interface_of(module, *program).params) add_once(params, param);
+  }
+  ModuleBuilder builder(module, std::move(params));
+  for (const stencil::Program* program : chosen) builder.add_program(*program);
+  return builder.take();
+}
+
+}  // namespace dpde::loop

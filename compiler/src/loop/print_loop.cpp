@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Text with the fewest parentheses that keep the meaning; the spelling of expressions is that of the stencil level.
+#include "loop/print_loop.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "support/match.h"
+
+namespace dpde::loop {
+
+namespace {
+
+constexpr int atom = 9;
+constexpr int product_precedence = 5;
+constexpr std::string_view axis_names = "xyz";
+
+struct Piece {
+  std::string text;
+  int precedence = atom;
+};
+
+/// "[-1, 0]"; "" for the point itself.
+std::string offset_text(const Offset& offset, int rank) {
+  if (offset == Offset{}) return "";
+  std::vector<std::string> parts;
+  for (int axis = 0; axis < rank; ++axis) {
+    parts.push_back(offset[axis] == 0 ? "0" : fmt::format("{:+}", offset[axis]));
+  }
+  return fmt::format("[{}]", fmt::join(parts, ", "));
+}
+
+std::string stream_text(const Stream& stream, int rank) { return stream.field + offset_text(stream.offset, rank); }
+
+class ExprPrinter {
+ public:
+  ExprPrinter(const Module& module, const Row* row) : module_(module), row_(row) {}
+
+  std::string text(const Expr& e, int least = 0) const {
+    const Piece piece = print(e);
+    return piece.precedence < least ? fmt::format("({})", piece.text) : piece.text;
+  }
+
+  std::string interp_text(const Interp& i) const {
+    std::string name = "interp";
+    for (int axis = 0; axis < row_->rank; ++axis) {
+      if (i.slope[axis]) name += fmt::format("{}d{}", name == "interp" ? "_" : "", axis_names[axis]);
+    }
+    const std::string place = row_->grids[i.grid] + offset_text(i.offset, row_->rank);
+    return fmt::format("{}({}, {})", name, place, list(i.displacement));
+  }
+
+ private:
+  std::string list(const std::vector<Expr>& expressions) const {
+    std::vector<std::string> texts;
+    for (const Expr& e : expressions) texts.push_back(text(e));
+    return fmt::format("{}", fmt::join(texts, ", "));
+  }
+
+  std::string inside_text(const Inside& i) const {
+    std::vector<std::string> parts;
+    for (int axis = 0; axis < row_->rank; ++axis) {
+      parts.push_back(i.offset[axis] == 0 ? "0" : fmt::format("{:+}", i.offset[axis]));
+    }
+    return fmt::format("inside[{}]{}", fmt::join(parts, ", "), i.grow == 0 ? "" : fmt::format(" grow {}", i.grow));
+  }
+
+  Piece print(const Expr& e) const {
+    return match(
+        e->kind, [](const Literal& l) { return Piece{fmt::format("{}", l.value), l.value < 0 ? unary_precedence : atom}; },
+        [&](const Uniform& u) { return Piece{module_.uniforms[u.index].name}; },
+        [&](const Param& p) { return Piece{module_.params[p.index]}; },
+        [&](const Load& l) { return Piece{stream_text(row_->streams[l.stream], row_->rank)}; },
+        [&](const Local& l) { return Piece{row_->lets[l.index].name}; },
+        [&](const Inside& i) { return Piece{inside_text(i)}; },
+        [&](const Interp& i) { return Piece{interp_text(i)}; }, [&](const Neg& n) { return print_neg(n); },
+        [&](const Binary& b) { return print_binary(b); },
+        [&](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
+        [&](const Select& s) { return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))}; });
+  }
+
+  /// -a*b stands for -(a*b), which is the same number.
+  Piece print_neg(const Neg& n) const {
+    const Piece operand = print(n.operand);
+    if (operand.precedence == product_precedence) return {"-" + operand.text, product_precedence};
+    return {"-" + text(n.operand, unary_precedence + 1), unary_precedence};
+  }
+
+  Piece print_binary(const Binary& b) const {
+    const int own = precedence(b.op);
+    const bool is_power = b.op == BinaryOp::power;
+    const bool is_comparison = own == precedence(BinaryOp::less);
+    const int left = is_power ? atom : is_comparison ? own + 1 : own;
+    const int right = own >= product_precedence ? unary_precedence + 1 : own + 1;
+    const std::string_view gap = own >= product_precedence ? "" : " ";
+    return {fmt::format("{}{}{}{}{}", text(b.left, left), gap, spelling(b.op), gap, text(b.right, right)), own};
+  }
+
+  const Module& module_;
+  const Row* row_;
+};
+
+std::string stream_list(const Row& row, Stream::Mode mode) {
+  std::vector<std::string> parts;
+  for (const Stream& stream : row.streams) {
+    if (stream.mode == mode) parts.push_back(stream_text(stream, row.rank));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string axes_text(const std::vector<Topology>& axes) {
+  std::vector<std::string> parts;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    parts.push_back(fmt::format("{} {}", axis_names[a], axes[a] == Topology::periodic ? "periodic" : "bounded"));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string side_text(const Module& module, const Side& side) {
+  if (side.kind == SideKind::zero_gradient) return "zero_gradient";
+  return side.uniform < 0 ? "0" : module.uniforms[side.uniform].name;
+}
+
+std::string boundary_text(const Module& module, const std::vector<AxisBoundary>& axes) {
+  std::vector<std::string> parts;
+  bool all_periodic = true;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const char name = axis_names[a];
+    if (axes[a].topology == Topology::periodic) {
+      parts.push_back(fmt::format("{} periodic", name));
+      continue;
+    }
+    all_periodic = false;
+    const std::string low = side_text(module, axes[a].low), high = side_text(module, axes[a].high);
+    if (low == high) {
+      parts.push_back(fmt::format("{} = {}", name, low));
+    } else {
+      parts.push_back(fmt::format("{}.low = {}, {}.high = {}", name, low, name, high));
+    }
+  }
+  return all_periodic ? "periodic" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string fill_text(const Module& module, const Fill& fill) {
+  return fmt::format("fill {} {}", fill.field, boundary_text(module, fill.axes));
+}
+
+std::string grow_text(int grow) { return grow == 0 ? "" : fmt::format(" grow {}", grow); }
+
+std::string operation_text(const Module& module, const Operation& operation) {
+  return match(
+      operation, [&](const Fill& f) { return fill_text(module, f); },
+      [&](const Fold& f) {
+        return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(module, f.axes));
+      },
+      [&](const Sweep& s) {
+        std::string text = fmt::format("sweep {}{}{}", s.row, grow_text(s.grow), s.serial ? " serial" : "");
+        for (const Fill& fill : s.then) text += " then " + fill_text(module, fill);
+        return text;
+      });
+}
+
+std::string program_text(const Module& module, const Program& program) {
+  std::vector<std::string> halo;
+  for (std::size_t a = 0; a < program.axes.size(); ++a) halo.push_back(fmt::format("{}", program.halo[a]));
+  const auto inputs_end = program.fields.begin() + program.input_count;
+  std::string out = fmt::format("program {} {{\n  axes {}\n", program.name, axes_text(program.axes));
+  out += fmt::format("  inputs {}\n", fmt::join(program.fields.begin(), inputs_end, ", "));
+  out += fmt::format("  fields {}\n", fmt::join(inputs_end, program.fields.end(), ", "));
+  if (!program.sums.empty()) out += fmt::format("  sums {}\n", fmt::join(program.sums, ", "));
+  out += fmt::format("  halo {}\n", fmt::join(halo, ", "));
+  for (const Fill& fill : program.prepare) out += fmt::format("  prepare {}\n", fill_text(module, fill));
+  for (const Operation& operation : program.body) out += fmt::format("  {}\n", operation_text(module, operation));
+  for (const Swap& swap : program.swaps) out += fmt::format("  swap {}, {}\n", swap.state, swap.next);
+  if (!program.keeps.empty()) out += fmt::format("  keep {}\n", fmt::join(program.keeps, ", "));
+  return out + "}\n";
+}
+
+}  // namespace
+
+std::string print(const Module& module, const Row& row, const Expr& e) { return ExprPrinter(module, &row).text(e); }
+
+std::string print(const Module& module, const UniformDef& uniform) {
+  const std::string value = ExprPrinter(module, nullptr).text(uniform.value);
+  return value == uniform.name ? value : fmt::format("{} = {}", uniform.name, value);
+}
+
+std::string print(const Module& module, const Row& row) {
+  const ExprPrinter printer(module, &row);
+  std::string out = fmt::format("row {} {{\n", row.name);
+  const std::pair<std::string_view, Stream::Mode> modes[] = {
+      {"out", Stream::Mode::out}, {"inout", Stream::Mode::inout}, {"in", Stream::Mode::in}};
+  for (const auto& [word, mode] : modes) {
+    const std::string list = stream_list(row, mode);
+    if (!list.empty()) out += fmt::format("  {} {}\n", word, list);
+  }
+  if (!row.grids.empty()) out += fmt::format("  grid {}\n", fmt::join(row.grids, ", "));
+  for (const Let& let : row.lets) out += fmt::format("  let {} = {}\n", let.name, printer.text(let.value));
+  for (const Store& store : row.stores) {
+    out += fmt::format("  {} {} {}\n", stream_text(row.streams[store.stream], row.rank),
+                       store.accumulate ? "+=" : "=", printer.text(store.value));
+  }
+  for (const Sum& sum : row.sums) out += fmt::format("  sum {} += {}\n", sum.name, printer.text(sum.value));
+  for (const Scatter& scatter : row.scatters) {
+    out += fmt::format("  {} += {}\n", printer.interp_text(scatter.target), printer.text(scatter.value));
+  }
+  return out + "}\n";
+}
+
+std::string print(const Module& module) {
+  std::string out;
+  if (!module.params.empty()) out += fmt::format("params {}\n", fmt::join(module.params, ", "));
+  for (const UniformDef& uniform : module.uniforms) out += fmt::format("uniform {}\n", print(module, uniform));
+  for (const Row& row : module.rows) out += fmt::format("{}{}", out.empty() ? "" : "\n", print(module, row));
+  for (const Program& program : module.programs) {
+    out += fmt::format("{}{}", out.empty() ? "" : "\n", program_text(module, program));
+  }
+  return out;
+}
+
+}  // namespace dpde::loop

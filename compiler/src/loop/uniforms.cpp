@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loop/uniforms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "loop/expressions.h"
+
+namespace dpde::loop {
+
+UniformTable::UniformTable(std::vector<std::string> params, NameSupply taken)
+    : params_(std::move(params)), names_(std::move(taken)) {
+  for (const std::string& name : params_) names_.reserve(name);
+}
+
+Expr UniformTable::param(const std::string& name) {
+  const auto found = std::find(params_.begin(), params_.end(), name);
+  const int index = static_cast<int>(found - params_.begin());
+  if (found == params_.end()) {
+    params_.push_back(name);
+    names_.reserve(name);
+  }
+  return make(Param{index});
+}
+
+std::string UniformTable::name_for(const Expr& definition, const std::string& wish) {
+  if (const Param* param = std::get_if<Param>(&definition->kind)) return params_[param->index];
+  if (!wish.empty()) return names_.fresh(wish);
+  std::string name;
+  do {
+    name = fmt::format("u{}", next_number_++);
+  } while (names_.is_used(name));
+  names_.reserve(name);
+  return name;
+}
+
+int UniformTable::index_of(const Expr& definition, const std::string& wish) {
+  if (const Uniform* uniform = std::get_if<Uniform>(&definition->kind)) return uniform->index;
+  const auto same = [&](const UniformDef& known) { return known.value == definition; };
+  const auto found = std::find_if(uniforms_.begin(), uniforms_.end(), same);
+  const int index = static_cast<int>(found - uniforms_.begin());
+  if (found == uniforms_.end()) uniforms_.push_back({name_for(definition, wish), definition});
+  return index;
+}
+
+Expr UniformTable::use(const Expr& definition, const std::string& wish) {
+  if (std::holds_alternative<Literal>(definition->kind)) return definition;
+  return make(Uniform{index_of(definition, wish)});
+}
+
+void Factors::add_number(double value, bool inverse) {
+  const double size = std::abs(value);
+  const double product = (inverse ? number_below_ : number_above_) * size;
+  if (!std::isnormal(product)) return add_uniform(value, inverse);  // 0 or overflow: leave the decision to run time
+  if (std::signbit(value)) negate();
+  (inverse ? number_below_ : number_above_) = product;
+}
+
+Expr Factors::unsigned_definition() const {
+  const double quotient = number_above_ / number_below_;
+  const bool divides = quotient == std::floor(quotient) && std::isnormal(quotient);
+  const double number_above = divides ? quotient : number_above_;
+  const double number_below = divides ? 1 : number_below_;
+  if (uniform_above_.empty() && uniform_below_.empty() && std::isnormal(quotient)) return quotient;
+
+  std::vector<Expr> above = uniform_above_;
+  std::vector<Expr> below = uniform_below_;
+  if (number_above != 1) above.insert(above.begin(), number_above);
+  if (number_below != 1) below.insert(below.begin(), number_below);
+  if (below.empty()) return product(above);
+  return make(Binary{BinaryOp::divide, product(above), product(below)});
+}
+
+Expr Factors::definition() const { return negative_ ? loop::negate(unsigned_definition()) : unsigned_definition(); }
+
+Expr Factors::varying(UniformTable& uniforms) const {
+  std::vector<Expr> above = above_;
+  const Expr uniform = unsigned_definition();
+  if (!is_literal(uniform, 1)) above.insert(above.begin(), uniforms.use(uniform));
+  Expr result = product(above);
+  if (!below_.empty()) result = make(Binary{BinaryOp::divide, result, product(below_)});
+  return negative_ ? loop::negate(result) : result;
+}
+
+}  // namespace dpde::loop

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of uniforms of a module: values that are the same at all points, each defined once.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "loop/loop.h"
+#include "stencil/stencil.h"
+#include "support/name_supply.h"
+
+namespace dpde::loop {
+
+class UniformTable {
+ public:
+  /// `taken`: names of fields, lets and sums, which no uniform may have.
+  UniformTable(std::vector<std::string> params, NameSupply taken);
+
+  /// The parameter as a leaf of a uniform's definition; a name seen for the first time becomes a parameter.
+  Expr param(const std::string& name);
+
+  /// `definition` (of Literal, Param, Uniform and what is built from them) as it appears in a row: numbers stay
+  /// numbers, all else is one Uniform. `wish` names it if it is new and the name is free.
+  Expr use(const Expr& definition, const std::string& wish = "");
+  int index_of(const Expr& definition, const std::string& wish = "");
+
+  std::vector<std::string> params() const { return params_; }
+  std::vector<UniformDef> take() { return std::move(uniforms_); }
+
+ private:
+  std::string name_for(const Expr& definition, const std::string& wish);
+
+  std::vector<std::string> params_;
+  std::vector<UniformDef> uniforms_;
+  NameSupply names_;
+  int next_number_ = 0;
+};
+
+/// The uniform part of a product and the rest of it. Numbers are kept apart, so that 2*nu/(3*hx) stays readable.
+class Factors {
+ public:
+  void negate() { negative_ = !negative_; }
+  void add_number(double value, bool inverse);
+  void add_uniform(const Expr& e, bool inverse) { (inverse ? uniform_below_ : uniform_above_).push_back(e); }
+  void add_varying(const Expr& e, bool inverse) { (inverse ? below_ : above_).push_back(e); }
+
+  bool is_uniform() const { return above_.empty() && below_.empty(); }
+  /// All factors, when they are uniform: a definition of Params and Literals.
+  Expr definition() const;
+  /// uniform * above / below, in a row.
+  Expr varying(UniformTable& uniforms) const;
+
+ private:
+  Expr unsigned_definition() const;
+
+  bool negative_ = false;
+  double number_above_ = 1, number_below_ = 1;
+  std::vector<Expr> uniform_above_, uniform_below_, above_, below_;
+};
+
+}  // namespace dpde::loop

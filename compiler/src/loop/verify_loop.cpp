@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "loop/verify_loop.h"
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "loop/expressions.h"
+#include "support/match.h"
+
+namespace dpde::loop {
+
+namespace {
+
+class Verifier {
+ public:
+  explicit Verifier(const Module& module) : module_(module) {}
+
+  std::vector<std::string> run() {
+    check_uniforms();
+    for (const Row& row : module_.rows) check_row(row);
+    for (const Program& program : module_.programs) check_program(program);
+    check_unique("row", module_.rows);
+    check_unique("program", module_.programs);
+    check_unique("uniform", module_.uniforms);
+    return std::move(errors_);
+  }
+
+ private:
+  void check(bool holds, std::string_view where, std::string_view what) {
+    if (!holds) errors_.push_back(fmt::format("{}: {}", where, what));
+  }
+  static bool is_index(int index, std::size_t size) { return index >= 0 && index < static_cast<int>(size); }
+
+  template <class Named>
+  void check_unique(std::string_view kind, const std::vector<Named>& all) {
+    std::set<std::string> names;
+    for (const Named& one : all) check(names.insert(one.name).second, one.name, fmt::format("two {}s of this name", kind));
+  }
+
+  void check_uniforms();
+  void check_expression(const Row& row, const Expr& e, std::size_t lets);
+  void check_interp(const Row& row, const Interp& i);
+  void check_streams(const Row& row);
+  void check_row(const Row& row);
+  void check_boundaries(const Program& program, const std::string& field, const std::vector<AxisBoundary>& axes);
+  void check_sweep(const Program& program, const Sweep& sweep);
+  void check_program(const Program& program);
+
+  const Module& module_;
+  std::vector<std::string> errors_;
+};
+
+void Verifier::check_uniforms() {
+  for (std::size_t u = 0; u < module_.uniforms.size(); ++u) {
+    const UniformDef& def = module_.uniforms[u];
+    visit(def.value, [&](const Expr& e) {
+      if (const Param* p = std::get_if<Param>(&e->kind)) {
+        check(is_index(p->index, module_.params.size()), def.name, "no such parameter");
+      }
+      if (const Uniform* other = std::get_if<Uniform>(&e->kind)) {
+        check(is_index(other->index, u), def.name, "reads a uniform that is not defined before it");
+      }
+      const bool varies = std::holds_alternative<Load>(e->kind) || std::holds_alternative<Local>(e->kind) ||
+                          std::holds_alternative<Inside>(e->kind) || std::holds_alternative<Interp>(e->kind);
+      check(!varies, def.name, "a uniform reads what differs from point to point");
+    });
+  }
+}
+
+void Verifier::check_interp(const Row& row, const Interp& i) {
+  check(is_index(i.grid, row.grids.size()), row.name, "no such grid");
+  check(static_cast<int>(i.displacement.size()) == row.rank, row.name, "a displacement needs one value an axis");
+}
+
+/// `lets`: how many of the row's lets are defined already.
+void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets) {
+  visit(e, [&](const Expr& part) {
+    match(
+        part->kind, [](const Literal&) {},
+        [&](const Uniform& u) { check(is_index(u.index, module_.uniforms.size()), row.name, "no such uniform"); },
+        [&](const Param&) { check(false, row.name, "a parameter outside the definition of a uniform"); },
+        [&](const Load& l) {
+          const bool exists = is_index(l.stream, row.streams.size());
+          check(exists, row.name, "no such stream");
+          check(!exists || row.streams[l.stream].mode != Stream::Mode::out, row.name, "reads a stream that is only written");
+        },
+        [&](const Local& l) { check(is_index(l.index, lets), row.name, "reads a let that is not defined before it"); },
+        [](const Inside&) {}, [&](const Interp& i) { check_interp(row, i); }, [](const Neg&) {}, [](const Binary&) {},
+        [&](const Call& c) {
+          check(static_cast<int>(c.arguments.size()) == arity(c.fn), row.name, "wrong number of arguments");
+        },
+        [](const Select&) {});
+  });
+}
+
+void Verifier::check_streams(const Row& row) {
+  for (std::size_t s = 0; s < row.streams.size(); ++s) {
+    const Stream& stream = row.streams[s];
+    if (stream.mode == Stream::Mode::in) continue;
+    check(stream.offset == Offset{}, row.name, fmt::format("writes {} at an offset", stream.field));
+    for (std::size_t other = 0; other < row.streams.size(); ++other) {
+      check(other == s || row.streams[other].field != stream.field, row.name,
+            fmt::format("writes {} and has another stream of it", stream.field));
+    }
+    const bool is_grid = std::find(row.grids.begin(), row.grids.end(), stream.field) != row.grids.end();
+    check(!is_grid, row.name, fmt::format("writes {} and reads it at computed places", stream.field));
+  }
+}
+
+void Verifier::check_row(const Row& row) {
+  check(row.rank >= 1 && row.rank <= max_rank, row.name, "rank must be 1, 2 or 3");
+  check(static_cast<int>(row.axes.size()) == row.rank, row.name, "needs one topology an axis");
+  check(row.scatters.empty() || (row.stores.empty() && row.sums.empty()), row.name, "stores and scatters in one row");
+  check_streams(row);
+  for (std::size_t l = 0; l < row.lets.size(); ++l) check_expression(row, row.lets[l].value, l);
+  for (const Store& store : row.stores) {
+    const bool exists = is_index(store.stream, row.streams.size());
+    check(exists, row.name, "no such stream");
+    if (!exists) continue;
+    const Stream::Mode mode = row.streams[store.stream].mode;
+    check(mode != Stream::Mode::in, row.name, "stores to a stream that is only read");
+    check(!store.accumulate || mode == Stream::Mode::inout, row.name, "adds to a stream that is only written");
+    check_expression(row, store.value, row.lets.size());
+  }
+  for (const Sum& sum : row.sums) check_expression(row, sum.value, row.lets.size());
+  for (const Scatter& scatter : row.scatters) {
+    check_interp(row, scatter.target);
+    for (const Expr& d : scatter.target.displacement) check_expression(row, d, row.lets.size());
+    check_expression(row, scatter.value, row.lets.size());
+    if (!is_index(scatter.target.grid, row.grids.size())) continue;
+    const std::string& target = row.grids[scatter.target.grid];
+    const auto reads_it = [&](const Expr& e) {
+      const Interp* i = std::get_if<Interp>(&e->kind);
+      check(!i || i->grid != scatter.target.grid, row.name, fmt::format("reads {} while scattering to it", target));
+    };
+    for_each_expression(row, [&](const Expr& e) { visit(e, reads_it); });
+    for (const Stream& stream : row.streams) {
+      check(stream.field != target, row.name, fmt::format("reads {} while scattering to it", target));
+    }
+  }
+}
+
+bool has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void Verifier::check_boundaries(const Program& program, const std::string& field,
+                                const std::vector<AxisBoundary>& axes) {
+  check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+  check(axes.size() == program.axes.size(), program.name, fmt::format("{} needs one boundary an axis", field));
+  for (std::size_t a = 0; a < std::min(axes.size(), program.axes.size()); ++a) {
+    check(axes[a].topology == program.axes[a], program.name, fmt::format("boundary of {} on another kind of axis", field));
+    for (const Side* side : {&axes[a].low, &axes[a].high}) {
+      check(side->uniform == -1 || is_index(side->uniform, module_.uniforms.size()), program.name, "no such uniform");
+    }
+  }
+}
+
+void Verifier::check_sweep(const Program& program, const Sweep& sweep) {
+  const Row* row = module_.find_row(sweep.row);
+  check(row != nullptr, program.name, fmt::format("no row {}", sweep.row));
+  if (!row) return;
+  check(row->rank == static_cast<int>(program.axes.size()), program.name, fmt::format("{} has another rank", row->name));
+  check(sweep.serial == !row->scatters.empty(), program.name, fmt::format("{}: scatters run serially", row->name));
+  check(sweep.grow >= 0, program.name, "negative grow");
+  for (const Stream& stream : row->streams) {
+    check(has(program.fields, stream.field), program.name, fmt::format("no field {}", stream.field));
+  }
+  for (const std::string& grid : row->grids) check(has(program.fields, grid), program.name, fmt::format("no field {}", grid));
+  for (const Sum& sum : row->sums) check(has(program.sums, sum.name), program.name, fmt::format("no sum {}", sum.name));
+  for (const Fill& fill : sweep.then) {
+    check_boundaries(program, fill.field, fill.axes);
+    const bool written = std::any_of(row->streams.begin(), row->streams.end(), [&](const Stream& s) {
+      return s.field == fill.field && s.mode != Stream::Mode::in;
+    });
+    check(written, program.name, fmt::format("{} fills {}, which it does not write", row->name, fill.field));
+  }
+}
+
+void Verifier::check_program(const Program& program) {
+  check(program.input_count >= 0 && program.input_count <= static_cast<int>(program.fields.size()), program.name,
+        "more inputs than fields");
+  std::set<std::string> unique(program.fields.begin(), program.fields.end());
+  check(unique.size() == program.fields.size(), program.name, "a field twice");
+  for (const Fill& fill : program.prepare) check_boundaries(program, fill.field, fill.axes);
+  for (const Operation& operation : program.body) {
+    match(
+        operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
+        [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
+        [&](const Sweep& s) { check_sweep(program, s); });
+  }
+  for (const Swap& swap : program.swaps) {
+    check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name, "swaps a field it does not have");
+  }
+  for (const std::string& name : program.keeps) {
+    check(has(program.fields, name), program.name, fmt::format("keeps {}, which it does not have", name));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> verify(const Module& module) { return Verifier(module).run(); }
+
+}  // namespace dpde::loop

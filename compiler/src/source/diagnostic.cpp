@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sink: messages are put together here, and a flood of them is cut off.
+#include "source/diagnostic.h"
+
+#include <algorithm>
+
+namespace dpde {
+namespace {
+
+constexpr int max_of_a_severity = 20;
+
+/// Replaces each {} of `message` by the next argument; what an argument contains is left as it is.
+std::string fill_in(std::string_view message, std::initializer_list<std::string> arguments) {
+  std::string text;
+  auto argument = arguments.begin();
+  while (!message.empty()) {
+    const std::size_t hole = message.find("{}");
+    text += message.substr(0, hole);
+    if (hole == std::string_view::npos) break;
+    if (argument != arguments.end()) text += *argument++;
+    message.remove_prefix(hole + 2);
+  }
+  return text;
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
+/// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b` (Damerau-Levenshtein, each part
+/// edited once).
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> before_last, last, row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = static_cast<int>(j);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    before_last = last;
+    last = row;
+    row[0] = static_cast<int>(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) row[j] = std::min(row[j], before_last[j - 2] + 1);
+    }
+  }
+  return row[b.size()];
+}
+
+/// How many edits may separate a word of this length from the one that was meant.
+int allowed_edits(std::size_t length) {
+  if (length < 2) return 0;
+  if (length < 5) return 1;
+  return length < 9 ? 2 : 3;
+}
+
+}  // namespace
+
+Diagnostic& DiagnosticSink::report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
+                                   std::string hint) {
+  Diagnostic diagnostic{kind.kind, fill_in(kind.kind->message, arguments), range, std::move(hint), {}};
+  const Severity severity = kind.kind->severity;
+  if (severity == Severity::error) ++error_count_;
+  const auto kept = std::count_if(diagnostics_.begin(), diagnostics_.end(),
+                                  [&](const Diagnostic& other) { return other.kind->severity == severity; });
+  if (kept >= max_of_a_severity) return overflow_ = std::move(diagnostic);
+  return diagnostics_.emplace_back(std::move(diagnostic));
+}
+
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  const std::string wanted = lower(name);
+  const int allowed = allowed_edits(name.size());
+  std::string nearest;
+  int nearest_distance = allowed + 1;
+  for (const std::string& candidate : candidates) {
+    if (candidate == name) continue;
+    const auto difference = static_cast<long>(candidate.size()) - static_cast<long>(name.size());
+    if (difference > allowed || difference < -allowed) continue;
+    const int distance = edit_distance(wanted, lower(candidate));
+    if (distance >= nearest_distance) continue;
+    nearest = candidate;
+    nearest_distance = distance;
+  }
+  return nearest;
+}
+
+}  // namespace dpde

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Diagnostics as text for people (source line and caret) and as JSON for programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "source/diagnostic.h"
+#include "source/source_file.h"
+
+namespace dpde {
+
+/// One diagnostic as text, ending in a line break:
+///   wave.dpde:3:9: error[E0301]: message
+///     the source line
+///       ^~~~
+///   help: what to write instead
+/// Only the first line of a range is underlined; without a range there is no source line. Bytes that a terminal
+/// cannot show appear as '?'.
+std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bool colour = false);
+
+/// A JSON array of {code, severity, message, file, line, column, hint}; line and column are 0 without a range.
+std::string render_json(const SourceFile& file, const std::vector<Diagnostic>& diagnostics);
+
+}  // namespace dpde

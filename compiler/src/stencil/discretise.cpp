@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+// One recursion over the model expression, carrying the place of evaluation in half cells.
+#include "stencil/discretise.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stencil/build.h"
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+template <class T>
+const T* as(const model::Expr& e) {
+  return std::get_if<T>(&e->kind);
+}
+
+bool is_odd(int half_cells) { return half_cells % 2 != 0; }
+int cell_below(int half_cells) { return (half_cells - (is_odd(half_cells) ? 1 : 0)) / 2; }
+
+/// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
+/// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
+bool has_parts_midway(const model::Expr& e) {
+  if (holds_derivative(e) || !holds_field(e)) return true;
+  if (as<model::Neg>(e)) return true;
+  const model::Binary* b = as<model::Binary>(e);
+  if (!b) return false;
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return true;
+  if (b->op == BinaryOp::multiply) return !holds_field(b->left) || !holds_field(b->right);
+  return b->op == BinaryOp::divide && !holds_field(b->right);
+}
+
+bool is_leaf(const Expr& e) {
+  if (const Neg* neg = std::get_if<Neg>(&e->kind)) return is_leaf(neg->operand);
+  return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Param>(e->kind) ||
+         std::holds_alternative<Local>(e->kind) || std::holds_alternative<Access>(e->kind);
+}
+
+}  // namespace
+
+std::string axis_letter(int axis) { return std::string(1, "xyz"[axis]); }
+Expr spacing(int axis) { return param(std::string("h").append(axis_letter(axis))); }
+
+Expr scaled(const Expr& factor, const Expr& product) {
+  if (const Neg* neg = std::get_if<Neg>(&product->kind)) return -scaled(factor, neg->operand);
+  const Binary* b = std::get_if<Binary>(&product->kind);
+  const bool is_product = b && (b->op == BinaryOp::multiply || b->op == BinaryOp::divide);
+  if (!is_product || is_literal(b->left)) return factor * product;
+  return binary(b->op, scaled(factor, b->left), b->right);
+}
+
+Reading::Reading() : time(param("t")) {}
+
+Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading)
+    : scheme_(scheme), names_(std::move(names)), reading_(std::move(reading)) {
+  require(scheme_.advect != model::Advection::semi_lagrangian, "semi-Lagrangian advection is no difference");
+}
+
+Expr Discretiser::operator()(const model::Expr& e) { return at(e, Place{}).value(); }
+
+Expr Discretiser::shared(const std::string& wish, const Expr& value) {
+  if (is_leaf(value)) return value;
+  lets_.push_back({names_.fresh(wish), value});
+  return local(lets_.back().name);
+}
+
+Expr Discretiser::Quotient::value() const {
+  Expr bottom = static_cast<double>(number);
+  for (int axis = 0; axis < max_rank; ++axis) {
+    if (powers[axis] > 0) bottom = bottom * power(spacing(axis), powers[axis]);
+  }
+  return top / bottom;
+}
+
+Discretiser::Quotient Discretiser::at(const model::Expr& e, const Place& place) {
+  for (int axis = 0; axis < max_rank; ++axis) {
+    if (is_odd(place[axis]) && !has_parts_midway(e)) return at_halfway(e, place, axis);
+  }
+  return at_place(e, place);
+}
+
+/// The same where no let may stand for a part: lets are values at the current cell.
+Discretiser::Quotient Discretiser::inside_difference(const model::Expr& e, const Place& place) {
+  ++nesting_;
+  const Quotient value = at(e, place);
+  --nesting_;
+  return value;
+}
+
+/// `e` as a whole, averaged over the cells on both sides along `axis`.
+Discretiser::Quotient Discretiser::at_halfway(const model::Expr& e, const Place& place, int axis) {
+  return combine(midpoint(scheme_.derivative_order), axis, e, place);
+}
+
+Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& place) {
+  const auto value = [&](const model::Expr& part) { return at(part, place).value(); };
+  return match(
+      e->kind, [](const model::Number& n) { return Quotient{n.value}; },
+      [&](const model::Param& p) { return Quotient{p.name == "t" ? reading_.time : param(p.name)}; },
+      [&](const model::Field& f) {
+        const auto found = reading_.fields.find(f.name);
+        Offset offset{};
+        for (int axis = 0; axis < max_rank; ++axis) offset[axis] = place[axis] / 2;
+        return Quotient{access(found == reading_.fields.end() ? f.name : found->second, offset)};
+      },
+      [&](const model::Coordinate& c) { return coordinate_at(c, place); },
+      [&](const model::Neg& n) {
+        Quotient result = at(n.operand, place);
+        result.top = -result.top;
+        return result;
+      },
+      [&](const model::Binary& b) { return binary_at(b, place); },
+      [&](const model::Call& c) {
+        std::vector<Expr> arguments;
+        for (const model::Expr& argument : c.arguments) arguments.push_back(value(argument));
+        return Quotient{call(c.fn, std::move(arguments))};
+      },
+      [&](const model::Select& s) {
+        const Expr condition = value(s.condition);
+        const Expr yes = value(s.yes);
+        return Quotient{select(condition, yes, value(s.no))};
+      },
+      [&](const model::Derivative& d) {
+        return derivative_at(d, place, d.order % 2 == 0 ? scheme_.laplacian_order : scheme_.derivative_order);
+      },
+      [&](const model::Advect& a) { return advect_at(a, place); },
+      [](const model::Reduce&) -> Quotient { unreachable("reduction inside an expression at a point"); });
+}
+
+Discretiser::Quotient Discretiser::binary_at(const model::Binary& e, const Place& place) {
+  const Quotient left = at(e.left, place);
+  const Quotient right = at(e.right, place);
+  if (e.op == BinaryOp::divide) {
+    Quotient result = left;
+    result.top = left.top / right.value();
+    return result;
+  }
+  if (e.op != BinaryOp::multiply) return Quotient{binary(e.op, left.value(), right.value())};
+  Quotient result{left.top * right.top, left.number * right.number};
+  for (int axis = 0; axis < max_rank; ++axis) result.powers[axis] = left.powers[axis] + right.powers[axis];
+  return result;
+}
+
+Discretiser::Quotient Discretiser::coordinate_at(const model::Coordinate& e, const Place& place) {
+  Offset offset{};
+  // the coordinate does not change along the other axes
+  offset[e.axis] = cell_below(place[e.axis]);
+  const Expr centre = access(axis_letter(e.axis), offset);
+  return Quotient{is_odd(place[e.axis]) ? centre + spacing(e.axis) / 2.0 : centre};
+}
+
+/// Whether the natural place of `e` along `axis` is midway between cells: an odd number of first derivatives.
+bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
+  if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
+    return belongs_midway(d->operand, axis) != (d->order == 1);
+  }
+  if (const model::Advect* a = as<model::Advect>(e)) {
+    if (scheme_.advect == model::Advection::central && !is_number(a->velocity[axis], 0)) return true;
+  }
+  bool found = false;
+  for_each_child(e, [&](const model::Expr& child) { found = found || belongs_midway(child, axis); });
+  return found;
+}
+
+Discretiser::Quotient Discretiser::derivative_at(const model::Derivative& e, const Place& place, int accuracy) {
+  const bool midway = is_odd(place[e.axis]);
+  if (e.order == 1 && (midway || belongs_midway(e.operand, e.axis))) {
+    return combine(staggered_difference(accuracy), e.axis, e.operand, place);
+  }
+  if (midway) return at_halfway(model::Expr(model::Node{e}), place, e.axis);
+  const model::Field* field = as<model::Field>(e.operand);
+  if (field && nesting_ == 0) return Quotient{named_derivative(e, field->name, accuracy)};
+  return combine(central_difference(e.order, accuracy), e.axis, e.operand, place);
+}
+
+Expr Discretiser::named_derivative(const model::Derivative& e, const std::string& field, int accuracy) {
+  std::string wish = field + "_";
+  for (int i = 0; i < e.order; ++i) wish += axis_letter(e.axis);
+  std::string& name = derivative_lets_[wish + " " + std::to_string(accuracy)];
+  if (name.empty()) {
+    const Expr value = combine(central_difference(e.order, accuracy), e.axis, e.operand, Place{}).value();
+    name = names_.fresh(wish);
+    lets_.push_back({name, value});
+  }
+  return local(name);
+}
+
+Discretiser::Quotient Discretiser::combine(const Difference& difference, int axis, const model::Expr& e,
+                                           const Place& place) {
+  std::vector<Tap> taps = difference.taps;
+  // u[+1] - u[-1], not -u[-1] + u[+1]
+  if (difference.derivative % 2 != 0 && taps.front().weight < 0) std::reverse(taps.begin(), taps.end());
+  std::vector<Quotient> values;
+  bool same = true;
+  for (const Tap& tap : taps) {
+    Place there = place;
+    there[axis] += tap.place;
+    values.push_back(inside_difference(e, there));
+    same = same && values.back().same_bottom(values.front());
+  }
+  if (!same) {
+    for (Quotient& value : values) value = Quotient{value.value()};
+  }
+  Expr sum = scaled(static_cast<double>(taps[0].weight), values[0].top);
+  for (std::size_t i = 1; i < taps.size(); ++i) {
+    sum = sum + scaled(static_cast<double>(taps[i].weight), values[i].top);
+  }
+  Quotient result{sum, values[0].number * difference.denominator, values[0].powers};
+  result.powers[axis] += difference.derivative;
+  return result;
+}
+
+Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place& place) {
+  if (scheme_.advect == model::Advection::upwind) return upwind_at(e, place);
+  std::vector<Quotient> terms;
+  for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
+    if (is_number(e.velocity[axis], 0)) continue;
+    const Quotient speed = at(e.velocity[axis], place);
+    const Quotient slope = derivative_at(model::Derivative{e.operand, axis, 1}, place, scheme_.advect_order);
+    Quotient term{speed.top * slope.top, speed.number * slope.number};
+    for (int a = 0; a < max_rank; ++a) term.powers[a] = speed.powers[a] + slope.powers[a];
+    terms.push_back(term);
+  }
+  if (terms.empty()) return Quotient{0.0};
+  if (terms.size() == 1) return terms.front();
+  Expr sum = 0.0;
+  for (const Quotient& term : terms) sum = sum + term.value();
+  return Quotient{sum};
+}
+
+Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place& place) {
+  for (int axis = 0; axis < max_rank; ++axis) {
+    if (is_odd(place[axis])) return at_halfway(model::Expr(model::Node{e}), place, axis);
+  }
+  Expr sum = 0.0;
+  for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
+    if (is_number(e.velocity[axis], 0)) continue;
+    Expr speed = at(e.velocity[axis], place).value();
+    if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
+    Place behind = place, ahead = place;
+    behind[axis] -= 2;
+    ahead[axis] += 2;
+    const Expr here = at(e.operand, place).value();
+    const Expr rise_before = here - inside_difference(e.operand, behind).value();
+    const Expr rise_after = inside_difference(e.operand, ahead).value() - here;
+    sum = sum + call(Fn::max, {speed, 0.0}) * rise_before / spacing(axis);
+    sum = sum + call(Fn::min, {speed, 0.0}) * rise_after / spacing(axis);
+  }
+  return Quotient{sum};
+}
+
+}  // namespace dpde::stencil

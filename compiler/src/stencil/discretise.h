@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// From an expression with derivatives to one with offsets. Rules, h the spacing along the axis of a derivative:
+//  - a derivative of something that has none along this axis: central difference of the scheme's order of the whole;
+//  - a first derivative of something that holds a first derivative along this axis, as d(kappa*dx(u), x): staggered.
+//    The inside is taken at the half points, first derivatives by staggered differences, everything else interpolated
+//    with the same order, coordinates exactly; then their difference. This is the conservative, compact flux form;
+//  - every other nesting composes by shifting;
+//  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each.
+// Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "stencil/finite_difference.h"
+#include "stencil/stencil.h"
+#include "support/name_supply.h"
+
+namespace dpde::stencil {
+
+/// Derivatives of one expression may have at most this order; higher ones are nested.
+constexpr int max_derivative_order = 6;
+
+/// The letter of an axis: its coordinate field is x, its spacing hx.
+std::string axis_letter(int axis);
+Expr spacing(int axis);
+/// factor * product, as a person writes it: dt*nu*u_xx, not dt*(nu*u_xx).
+Expr scaled(const Expr& factor, const Expr& product);
+
+/// Which field stands for a state, and the time that is meant by t.
+struct Reading {
+  std::map<std::string, std::string> fields;  // those not named here stand for themselves
+  Expr time;
+  Reading();
+};
+
+/// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
+class Discretiser {
+ public:
+  /// `scheme.advect` is central or upwind. Lets take names that `names` does not know.
+  Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading = {});
+
+  /// `e`, which holds no Reduce, at the current cell.
+  Expr operator()(const model::Expr& e);
+  /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
+  Expr shared(const std::string& wish, const Expr& value);
+  const std::vector<Let>& lets() const { return lets_; }
+
+ private:
+  /// Half cells from the current cell: odd along an axis means midway between two cells.
+  using Place = std::array<int, max_rank>;
+  /// top / (number * hx^powers[0] * ...): divisions of nested differences are done once, at the outside.
+  struct Quotient {
+    Expr top;
+    std::int64_t number = 1;
+    std::array<int, max_rank> powers{};
+    Expr value() const;
+    bool same_bottom(const Quotient& other) const { return number == other.number && powers == other.powers; }
+  };
+
+  Quotient at(const model::Expr& e, const Place& place);
+  Quotient inside_difference(const model::Expr& e, const Place& place);
+  Quotient at_halfway(const model::Expr& e, const Place& place, int axis);
+  Quotient at_place(const model::Expr& e, const Place& place);
+  Quotient binary_at(const model::Binary& e, const Place& place);
+  Quotient coordinate_at(const model::Coordinate& e, const Place& place);
+  Quotient derivative_at(const model::Derivative& e, const Place& place, int accuracy);
+  Quotient advect_at(const model::Advect& e, const Place& place);
+  Quotient upwind_at(const model::Advect& e, const Place& place);
+  Quotient combine(const Difference& difference, int axis, const model::Expr& e, const Place& place);
+  Expr named_derivative(const model::Derivative& e, const std::string& field, int accuracy);
+  bool belongs_midway(const model::Expr& e, int axis) const;
+
+  model::Scheme scheme_;
+  NameSupply names_;
+  Reading reading_;
+  std::vector<Let> lets_;
+  int nesting_ = 0;  // > 0 inside a difference, where nothing is named
+  std::map<std::string, std::string> derivative_lets_;  // field, axis, order and accuracy -> let
+};
+
+/// Calls `f` on `e` and everything below it, parents first.
+void visit(const model::Expr& e, const std::function<void(const model::Expr&)>& f);
+void for_each_child(const model::Expr& e, const std::function<void(const model::Expr&)>& f);
+bool holds_field(const model::Expr& e);
+bool holds_derivative(const model::Expr& e);  // Derivative or Advect
+bool is_number(const model::Expr& e, double value);
+
+}  // namespace dpde::stencil

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expressions of kernels and of boundary values. What a name means is the scope's to say; operators, functions and
+// numbers are the same everywhere.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "source/diagnostic.h"
+#include "stencil/stencil.h"
+#include "syntax/ast.h"
+
+namespace dpde::stencil {
+
+class ExprReader {
+ public:
+  explicit ExprReader(DiagnosticSink& sink) : sink_(sink) {}
+  virtual ~ExprReader() = default;
+
+  /// What was reported comes back as 0, and nothing further is said about it.
+  Expr read(const ast::Expr& e);
+
+ protected:
+  virtual Expr read_name(const std::string& name, SourceRange range) = 0;
+  virtual Expr read_offsets(const ast::Offsets& offsets, SourceRange range) = 0;
+  virtual Expr read_interp(const ast::Call& call, SourceRange range) = 0;
+
+  DiagnosticSink& sink() { return sink_; }
+  /// Reports a wrong number of arguments.
+  bool has_arguments(const ast::Call& call, std::size_t count, SourceRange range);
+
+ private:
+  Expr read_call(const ast::Call& call, SourceRange range);
+  bool are_positional(const ast::Call& call);
+
+  DiagnosticSink& sink_;
+};
+
+/// The slopes that interp, interp_dx, interp_dxdz ... take; nothing for other names.
+std::optional<std::array<bool, max_rank>> interp_slopes(const std::string& callee);
+
+}  // namespace dpde::stencil

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs and loops, and the number of axes of all: a kernel without offsets takes it from the programs that run it, a
+// program from its fills and kernels. What is left over after the specific checks is found by the verifier.
+#include "stencil/from_ast.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "stencil/build.h"
+#include "stencil/expr_from_ast.h"
+#include "stencil/kernel_from_ast.h"
+#include "stencil/verify_stencil.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+constexpr std::string_view axis_names = "xyz";
+
+std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
+  const std::string nearest = nearest_name(name, candidates);
+  return nearest.empty() ? "" : fmt::format("did you mean {}?", nearest);
+}
+
+bool is_name(const ast::Expr& e, std::string_view name) {
+  const auto* found = std::get_if<ast::Name>(&e->kind);
+  return found && found->name == name;
+}
+
+/// Boundary values: params, numbers and functions of them.
+class BoundaryValueReader : public ExprReader {
+ public:
+  BoundaryValueReader(const std::vector<std::string>& fields, const char* statement, DiagnosticSink& sink)
+      : ExprReader(sink), fields_(fields), statement_(statement) {}
+
+ private:
+  Expr read_name(const std::string& name, SourceRange range) override {
+    if (std::find(fields_.begin(), fields_.end(), name) != fields_.end()) return refuse(name, range);
+    return name == "pi" ? Expr(3.14159265358979323846) : param(name);
+  }
+  Expr read_offsets(const ast::Offsets& offsets, SourceRange range) override { return refuse(offsets.name, range); }
+  Expr read_interp(const ast::Call& call, SourceRange range) override { return refuse(call.callee, range); }
+
+  Expr refuse(const std::string& name, SourceRange range) {
+    sink().report("boundary-value-varies", range, {name, statement_});
+    return 0.0;
+  }
+
+  const std::vector<std::string>& fields_;
+  const char* statement_;
+};
+
+/// What a place such as "y.low" names.
+struct Place {
+  int axis = -1;  // -1: all axes
+  bool low = true, high = true;
+};
+
+std::optional<Place> place_of(const std::string& text) {
+  if (text == "all") return Place{};
+  const std::size_t axis = text.empty() ? std::string::npos : axis_names.find(text[0]);
+  if (axis == std::string::npos) return std::nullopt;
+  const std::string side = text.substr(1);
+  if (!side.empty() && side != ".low" && side != ".high") return std::nullopt;
+  return Place{static_cast<int>(axis), side != ".high", side != ".low"};
+}
+
+class ModuleReader {
+ public:
+  ModuleReader(const ast::File& file, DiagnosticSink& sink) : file_(file), sink_(sink) {}
+
+  Module run() {
+    for_each<ast::Kernel>([&](const ast::Kernel& kernel) { read_kernel(kernel); });
+    for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, false); });
+    for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, true); });
+    for (const KernelRead& read : kernels_) module_.kernels.push_back(read.kernel);
+    for_each<ast::Program>([&](const ast::Program& program) { read_program(program); });
+    for_each<ast::Loop>([&](const ast::Loop& loop) { read_loop(loop); });
+    if (!sink_.has_errors()) report_problems();
+    return module_;
+  }
+
+ private:
+  template <class Kind, class F>
+  void for_each(const F& f) {
+    for (const ast::Declaration& declaration : file_.declarations) {
+      if (const Kind* found = std::get_if<Kind>(&declaration.kind)) f(*found);
+    }
+  }
+
+  // ---- kernels and the number of axes ------------------------------------------------------------------------------
+  KernelRead* find_kernel(const std::string& name) {
+    const auto found = std::find_if(kernels_.begin(), kernels_.end(), [&](const KernelRead& k) { return k.kernel.name == name; });
+    return found == kernels_.end() ? nullptr : &*found;
+  }
+
+  void read_kernel(const ast::Kernel& source) {
+    if (find_kernel(source.name.name)) {
+      sink_.report("name-taken", source.name.range, {source.name.name, "another kernel"});
+      return;
+    }
+    kernels_.push_back(dpde::stencil::read_kernel(source, sink_));
+  }
+
+  /// The number of axes that the program or the kernels it runs tell; nothing when none does.
+  std::optional<int> told_rank(const ast::Program& source) {
+    int rank = 0;
+    for (const ast::Item& item : source.items) {
+      if (const auto* axes = std::get_if<ast::AxesItem>(&item.kind)) return static_cast<int>(axes->axes.size());
+      const auto* fill = std::get_if<ast::FillItem>(&item.kind);
+      if (!fill) continue;
+      for (const ast::BoundarySide& side : fill->sides) {
+        const std::optional<Place> place = place_of(side.place.name);
+        if (place && place->axis >= 0) rank = std::max(rank, place->axis + 1);
+      }
+    }
+    for (const ast::Item& item : source.items) {
+      const auto* run = std::get_if<ast::RunItem>(&item.kind);
+      const KernelRead* kernel = run ? find_kernel(run->kernel.name) : nullptr;
+      if (kernel && kernel->rank_known) rank = std::max(rank, kernel->kernel.rank);
+    }
+    return rank == 0 ? std::nullopt : std::optional(rank);
+  }
+
+  /// Gives the program's number of axes to the kernels it runs that do not show their own.
+  void spread_rank(const ast::Program& source, bool last) {
+    std::optional<int> rank = told_rank(source);
+    if (!rank && last) rank = 1;
+    if (!rank) return;
+    ranks_[source.name.name] = *rank;
+    for (const ast::Item& item : source.items) {
+      const auto* run = std::get_if<ast::RunItem>(&item.kind);
+      KernelRead* kernel = run ? find_kernel(run->kernel.name) : nullptr;
+      if (!kernel || kernel->rank_known) continue;
+      kernel->kernel.rank = *rank;
+      kernel->rank_known = true;
+    }
+  }
+
+  // ---- programs ----------------------------------------------------------------------------------------------------
+  void read_program(const ast::Program& source) {
+    if (module_.find_program(source.name.name) || module_.find_kernel(source.name.name)) {
+      sink_.report("name-taken", source.name.range, {source.name.name, "another program or kernel"});
+      return;
+    }
+    program_ = Program{source.name.name, read_topologies(source), {}, {}, {}};
+    fields_ = fields_of(source);
+    ranges_.clear();
+    for (const ast::Item& item : source.items) read_item(item);
+    check_results(source);
+    statement_ranges_[program_.name] = ranges_;
+    module_.programs.push_back(program_);
+  }
+
+  std::vector<std::string> fields_of(const ast::Program& source) {
+    std::vector<std::string> fields;
+    for (const ast::Item& item : source.items) {
+      const auto* run = std::get_if<ast::RunItem>(&item.kind);
+      const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
+      if (!kernel) continue;
+      const Signature s = signature(*kernel);
+      for (const Signature::Read& read : s.reads) fields.push_back(read.field);
+      fields.insert(fields.end(), s.writes.begin(), s.writes.end());
+      fields.insert(fields.end(), s.updates.begin(), s.updates.end());
+    }
+    return fields;
+  }
+
+  /// Periodic where nothing tells otherwise.
+  std::vector<Topology> read_topologies(const ast::Program& source) {
+    std::vector<Topology> axes(std::clamp(ranks_[source.name.name], 1, max_rank), Topology::periodic);
+    for (const ast::Item& item : source.items) {
+      if (const auto* stated = std::get_if<ast::AxesItem>(&item.kind)) read_axes(*stated, axes);
+      const auto* fill = std::get_if<ast::FillItem>(&item.kind);
+      if (!fill) continue;
+      for (const ast::BoundarySide& side : fill->sides) {
+        const std::optional<Place> place = place_of(side.place.name);
+        if (!place || is_name(side.value, "periodic")) continue;
+        for (int axis = 0; axis < static_cast<int>(axes.size()); ++axis) {
+          if (place->axis < 0 || place->axis == axis) axes[axis] = Topology::bounded;
+        }
+      }
+    }
+    return axes;
+  }
+
+  void read_axes(const ast::AxesItem& stated, std::vector<Topology>& axes) {
+    for (std::size_t i = 0; i < stated.axes.size(); ++i) {
+      const ast::Identifier& name = stated.axes[i].name;
+      if (i >= max_rank || name.name != axis_names.substr(i, 1)) {
+        sink_.report("bad-program", name.range, {"the axes of a program are x, then y, then z"});
+        return;
+      }
+      if (i < axes.size()) axes[i] = stated.axes[i].topology;
+    }
+  }
+
+  void read_item(const ast::Item& item) {
+    if (const auto* fill = std::get_if<ast::FillItem>(&item.kind)) {
+      read_fill(*fill, item.range);
+    } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
+      read_run(*run, item.range);
+    } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
+      read_swap(*swap);
+    } else if (const auto* keep = std::get_if<ast::KeepItem>(&item.kind)) {
+      for (const ast::Identifier& name : keep->names) {
+        check_written(name);
+        program_.keeps.push_back(name.name);
+      }
+    } else if (!std::holds_alternative<ast::AxesItem>(item.kind)) {
+      sink_.report("not-in-kernels", item.range, {"this item"});
+    }
+  }
+
+  void read_fill(const ast::FillItem& fill, SourceRange range) {
+    const char* statement = fill.fold ? "fold" : "fill";
+    const std::size_t rank = program_.axes.size();
+    std::vector<AxisBoundary> axes(rank);
+    std::vector<std::array<bool, 2>> said(rank, {false, false});
+    for (const ast::BoundarySide& side : fill.sides) {
+      const std::optional<Place> place = place_of(side.place.name);
+      if (!place || place->axis >= static_cast<int>(rank)) {
+        sink_.report("bad-program", side.place.range, {fmt::format("{} is not an axis or a side of one", side.place.name)},
+                     "write x, x.low, x.high, ... or all");
+        return;
+      }
+      const AxisBoundary stated = read_side(side, *place, statement);
+      for (std::size_t axis = 0; axis < rank; ++axis) {
+        if (place->axis >= 0 && place->axis != static_cast<int>(axis)) continue;
+        axes[axis].topology = stated.topology;
+        if (place->low) axes[axis].low = stated.low;
+        if (place->high) axes[axis].high = stated.high;
+        said[axis][0] = said[axis][0] || place->low;
+        said[axis][1] = said[axis][1] || place->high;
+      }
+    }
+    check_fill(fill, statement, axes, said);
+    ranges_.push_back(range);
+    if (fill.fold) {
+      program_.body.push_back(Fold{fill.field.name, fill.grow, axes});
+    } else {
+      program_.body.push_back(Fill{fill.field.name, axes});
+    }
+  }
+
+  AxisBoundary read_side(const ast::BoundarySide& side, const Place& place, const char* statement) {
+    AxisBoundary boundary;
+    if (is_name(side.value, "periodic")) {
+      if (!place.low || !place.high) {
+        sink_.report("bad-program", side.value.range(), {"one side of an axis cannot be periodic by itself"});
+      }
+      return boundary;
+    }
+    boundary.topology = Topology::bounded;
+    Side value{SideKind::zero_gradient, 0.0};
+    if (!is_name(side.value, "zero_gradient")) {
+      value = {SideKind::value, BoundaryValueReader(fields_, statement, sink_).read(side.value)};
+    }
+    boundary.low = boundary.high = value;
+    return boundary;
+  }
+
+  void check_fill(const ast::FillItem& fill, const char* statement, const std::vector<AxisBoundary>& axes,
+                  const std::vector<std::array<bool, 2>>& said) {
+    if (std::find(fields_.begin(), fields_.end(), fill.field.name) == fields_.end()) report_unknown_field(fill.field);
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+      if (!said[axis][0] || !said[axis][1]) {
+        const char* side = said[axis][0] ? ".high" : said[axis][1] ? ".low" : "";
+        sink_.report("fill-incomplete", fill.field.range,
+                     {statement, fill.field.name, fmt::format("{}{}", axis_names[axis], side)});
+      } else if (axes[axis].topology != program_.axes[axis]) {
+        const bool bounded = program_.axes[axis] == Topology::bounded;
+        sink_.report("program-axes", fill.field.range,
+                     {program_.name, fmt::format("{} axis {}", bounded ? "a bounded" : "a periodic", axis_names[axis]),
+                      fmt::format("the {} of {}", statement, fill.field.name), bounded ? "a periodic one" : "a bounded one"});
+      }
+    }
+  }
+
+  void read_run(const ast::RunItem& run, SourceRange range) {
+    const Kernel* kernel = module_.find_kernel(run.kernel.name);
+    if (!kernel) {
+      std::vector<std::string> names;
+      for (const Kernel& k : module_.kernels) names.push_back(k.name);
+      sink_.report("unknown-kernel", run.kernel.range, {run.kernel.name}, did_you_mean(run.kernel.name, names));
+      return;
+    }
+    const int rank = static_cast<int>(program_.axes.size());
+    if (kernel->rank != rank) {
+      sink_.report("program-axes", run.kernel.range,
+                   {program_.name, axes_phrase(rank), fmt::format("kernel {}", kernel->name), axes_phrase(kernel->rank)});
+    }
+    ranges_.push_back(range);
+    program_.body.push_back(Run{run.kernel.name, run.grow});
+  }
+
+  static std::string axes_phrase(int rank) { return rank == 1 ? "1 axis" : fmt::format("{} axes", rank); }
+
+  void read_swap(const ast::SwapItem& swap) {
+    if (std::find(fields_.begin(), fields_.end(), swap.state.name) == fields_.end()) report_unknown_field(swap.state);
+    check_written(swap.next);
+    program_.swaps.push_back({swap.state.name, swap.next.name});
+  }
+
+  void report_unknown_field(const ast::Identifier& field) {
+    sink_.report("program-unknown-field", field.range, {program_.name, field.name}, did_you_mean(field.name, fields_));
+  }
+
+  void check_written(const ast::Identifier& field) {
+    std::vector<std::string> written;
+    for (const Statement& statement : program_.body) {
+      const Run* run = std::get_if<Run>(&statement);
+      if (!run) continue;
+      const Signature s = signature(*module_.find_kernel(run->kernel));
+      written.insert(written.end(), s.writes.begin(), s.writes.end());
+      written.insert(written.end(), s.updates.begin(), s.updates.end());
+    }
+    if (std::find(written.begin(), written.end(), field.name) != written.end()) return;
+    sink_.report("program-result-not-written", field.range, {program_.name, field.name}, did_you_mean(field.name, written));
+  }
+
+  void check_results(const ast::Program& source) {
+    bool has_sums = false;
+    for (const Statement& statement : program_.body) {
+      const Run* run = std::get_if<Run>(&statement);
+      has_sums = has_sums || (run && !module_.find_kernel(run->kernel)->sums.empty());
+    }
+    if (sink_.has_errors() || has_sums || !program_.swaps.empty() || !program_.keeps.empty()) return;
+    sink_.report("program-without-result", source.name.range, {program_.name},
+                 "name the fields it computes, as in keep v or swap u, v");
+  }
+
+  // ---- loops and the rest ------------------------------------------------------------------------------------------
+  void read_loop(const ast::Loop& source) {
+    Loop loop{source.counter.name, source.from, source.to, {}};
+    for (const ast::Identifier& name : source.body) {
+      if (!module_.find_program(name.name)) {
+        std::vector<std::string> names;
+        for (const Program& program : module_.programs) names.push_back(program.name);
+        sink_.report("unknown-program", name.range, {name.name}, did_you_mean(name.name, names));
+      }
+      loop.programs.push_back(name.name);
+    }
+    module_.loops.push_back(loop);
+  }
+
+  void report_problems() {
+    for (const Problem& problem : find_problems(module_)) {
+      SourceRange range;
+      for_each<ast::Kernel>([&](const ast::Kernel& k) { if (k.name.name == problem.declaration) range = k.name.range; });
+      for_each<ast::Program>([&](const ast::Program& p) { if (p.name.name == problem.declaration) range = p.name.range; });
+      if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
+      sink_.report("bad-program", range, {problem.text});
+    }
+  }
+
+  const ast::File& file_;
+  DiagnosticSink& sink_;
+  Module module_;
+  std::vector<KernelRead> kernels_;
+  std::map<std::string, int> ranks_;  // of programs
+  std::map<std::string, std::vector<SourceRange>> statement_ranges_;
+  Program program_;  // the one being read
+  std::vector<std::string> fields_;
+  std::vector<SourceRange> ranges_;
+};
+
+}  // namespace
+
+Module from_ast(const ast::File& file, DiagnosticSink& sink) { return ModuleReader(file, sink).run(); }
+
+}  // namespace dpde::stencil

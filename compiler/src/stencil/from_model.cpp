@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks first, all of them; then lowering, which cannot fail.
+#include "stencil/from_model.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stencil/build.h"
+#include "stencil/lowering.h"
+#include "stencil/quantities.h"
+#include "stencil/semi_lagrangian.h"
+#include "stencil/time_schemes.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+void check_derivatives(const model::Expr& e, DiagnosticSink& sink) {
+  visit(e, [&](const model::Expr& x) {
+    const auto* derivative = std::get_if<model::Derivative>(&x->kind);
+    if (!derivative || (derivative->order >= 1 && derivative->order <= max_derivative_order)) return;
+    sink.report("derivative-order", x->origin.range,
+                {std::to_string(derivative->order), std::to_string(max_derivative_order)},
+                "nest derivatives, as lap(lap(u)), to reach higher orders");
+  });
+}
+
+void check_source(const model::Source& source, DiagnosticSink& sink) {
+  if (source.formula) check_derivatives(*source.formula, sink);
+}
+
+void check_value(const model::Expr& value, const Origin& origin, DiagnosticSink& sink) {
+  check_derivatives(value, sink);
+  check_quantity(value, origin, sink);
+}
+
+void check_scheme(const model::Scheme& scheme, DiagnosticSink& sink) {
+  const auto check_order = [&](const char* key, int order) {
+    if (order == 2 || order == 4) return;
+    sink.report("difference-order", SourceRange{}, {key, std::to_string(order)}, "write central(2) or central(4)");
+  };
+  check_order("dx", scheme.derivative_order);
+  check_order("lap", scheme.laplacian_order);
+  if (scheme.advect == model::Advection::central) check_order("advect", scheme.advect_order);
+}
+
+bool check(const model::Problem& problem, DiagnosticSink& sink) {
+  const std::size_t before = sink.all().size();
+  check_scheme(problem.scheme, sink);
+  for (const model::State& state : problem.states) {
+    if (state.rhs) check_derivatives(*state.rhs, sink);
+    if (state.exact) check_derivatives(*state.exact, sink);
+    check_source(state.initial, sink);
+  }
+  for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value, sink);
+  for (const model::Quantity& observable : problem.observables) check_value(observable.value, observable.origin, sink);
+  if (problem.scheme.advect == model::Advection::semi_lagrangian) check_semi_lagrangian(problem, sink);
+  if (problem.task) {
+    for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from, sink);
+    for (const model::Loss& loss : problem.task->losses) check_value(loss.value, loss.origin, sink);
+    for (const model::Test& test : problem.task->tests) check_value(test.quantity.value, test.quantity.origin, sink);
+  }
+  return sink.all().size() == before;
+}
+
+/// A field and the formula that gives it.
+struct Formula {
+  std::string field;
+  model::Expr value;
+  Origin origin;
+};
+
+/// Kernels that store the formulas, in order; a formula that reads a field stored before it begins a new kernel.
+std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& name,
+                                  const std::vector<Formula>& formulas) {
+  std::vector<Stage> stages;
+  std::vector<std::string> stored;
+  Kernel kernel;
+  Discretiser at_point = lowering.discretiser();
+  const auto begin = [&] {
+    kernel = lowering.kernel(stages.empty() ? name : name + "_" + std::to_string(stages.size() + 1));
+    at_point = lowering.discretiser();
+    stored.clear();
+  };
+  const auto end = [&] {
+    kernel.lets = at_point.lets();
+    stages.push_back(Lowering::stage(kernel));
+  };
+  begin();
+  for (const Formula& formula : formulas) {
+    bool reads_stored = false;
+    visit(formula.value, [&](const model::Expr& x) {
+      const auto* field = std::get_if<model::Field>(&x->kind);
+      reads_stored = reads_stored || (field && std::count(stored.begin(), stored.end(), field->name) > 0);
+    });
+    if (reads_stored) {
+      end();
+      begin();
+    }
+    kernel.stores.push_back({formula.field, false, at_point(formula.value), formula.origin});
+    stored.push_back(formula.field);
+  }
+  end();
+  return stages;
+}
+
+/// A program that stores and keeps the formulas' fields; none when there are no formulas.
+void add_formulas(Module& module, const Lowering& lowering, const std::string& name,
+                  const std::vector<Formula>& formulas) {
+  if (formulas.empty()) return;
+  Program& program = lowering.add_program(module, name, formula_stages(lowering, name, formulas));
+  for (const Formula& formula : formulas) program.keeps.push_back(formula.field);
+}
+
+std::vector<Formula> coefficient_formulas(const model::Problem& problem) {
+  std::vector<Formula> formulas;
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (c.value.formula) formulas.push_back({c.name, *c.value.formula, c.value.origin});
+  }
+  return formulas;
+}
+
+std::vector<Formula> initial_formulas(const model::Problem& problem) {
+  std::vector<Formula> formulas;
+  for (const model::State& s : problem.states) {
+    if (s.initial.formula) formulas.push_back({s.name, *s.initial.formula, s.initial.origin});
+  }
+  return formulas;
+}
+
+std::vector<Formula> start_formulas(const model::Task& task) {
+  std::vector<Formula> formulas;
+  for (const model::Unknown& u : task.unknowns) {
+    if (u.initial && u.from.formula) formulas.push_back({u.name, *u.from.formula, u.origin});
+  }
+  return formulas;
+}
+
+std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& lowering) {
+  std::vector<Formula> formulas;
+  for (const model::State& s : problem.states) {
+    if (s.exact) formulas.push_back({lowering.fresh_field(s.name + "_exact"), *s.exact, (*s.exact)->origin});
+  }
+  return formulas;
+}
+
+void add_step(Module& module, Lowering& lowering) {
+  const model::Problem& problem = lowering.problem();
+  const auto has_equation = [](const model::State& state) { return state.rhs.has_value(); };
+  if (!problem.program.empty() || problem.states.empty()) return;
+  if (!std::all_of(problem.states.begin(), problem.states.end(), has_equation)) return;
+
+  std::vector<std::string> next;
+  for (const model::State& state : problem.states) next.push_back(lowering.field_beside(state.name, "next"));
+  const std::string name = problem.scene + "_step";
+  std::vector<Stage> stages;
+  if (problem.scheme.advect == model::Advection::semi_lagrangian) {
+    stages = semi_lagrangian_stages(lowering, next);
+  } else {
+    std::vector<Advance> advances;
+    for (std::size_t i = 0; i < problem.states.size(); ++i) {
+      const model::State& state = problem.states[i];
+      advances.push_back({state.name, *state.rhs, next[i], state.origin});
+    }
+    stages = time_stages(lowering, advances, name);
+  }
+  Program& program = lowering.add_program(module, name, stages);
+  for (std::size_t i = 0; i < next.size(); ++i) program.swaps.push_back({problem.states[i].name, next[i]});
+  Loop loop;
+  loop.to = problem.steps;
+  loop.programs = {name};
+  module.loops.push_back(loop);
+}
+
+/// A named number and the name of its sum.
+struct NamedValue {
+  std::string sum;
+  model::Expr value;
+};
+
+void add_sums(Module& module, const Lowering& lowering, const std::string& name,
+              const std::vector<NamedValue>& values) {
+  if (values.empty()) return;
+  Discretiser at_point = lowering.discretiser();
+  Kernel kernel = lowering.kernel(name);
+  for (const NamedValue& v : values) kernel.sums.push_back({v.sum, cell_share(v.value, lowering.rank(), at_point)});
+  kernel.lets = at_point.lets();
+  lowering.add_program(module, name, {Lowering::stage(kernel)});
+}
+
+void add_task(Module& module, const Lowering& lowering, const model::Task& task) {
+  for (std::size_t i = 0; i < task.losses.size(); ++i) {
+    add_sums(module, lowering, task.name + "_loss_" + std::to_string(i + 1), {{"loss", task.losses[i].value}});
+  }
+  for (const model::Test& test : task.tests) {
+    const model::Quantity& quantity = test.quantity;
+    add_sums(module, lowering, task.name + "_test_" + quantity.name, {{quantity.name, quantity.value}});
+  }
+}
+
+}  // namespace
+
+Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
+  Module module;
+  if (!check(problem, sink)) return module;
+  Lowering lowering(problem);
+  add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
+  add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
+  if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(*problem.task));
+  add_step(module, lowering);
+  add_formulas(module, lowering, problem.scene + "_exact", exact_formulas(problem, lowering));
+  std::vector<NamedValue> observables;
+  for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});
+  add_sums(module, lowering, problem.scene + "_observe", observables);
+  if (problem.task) add_task(module, lowering, *problem.task);
+  return module;
+}
+
+}  // namespace dpde::stencil

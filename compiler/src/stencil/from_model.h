@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// From equations to kernels: every derivative becomes a difference, every time step a program.
+//
+// The programs (those that apply) in this order, S the scene and T the task:
+//   S_coefficients  coefficient fields from formulas, kept          S_initial  states from formulas, kept
+//   T_start         unknown initial states from formulas, kept      S_step     one step, swap (u, u_next)
+//   S_exact         u_exact of the states that have one, kept       S_observe  a sum for each observable
+//   T_loss_1, ...   sum `loss`, one program a `minimise` line       T_test_N   sum N
+// and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
+#pragma once
+
+#include "model/model.h"
+#include "source/diagnostic.h"
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+/// Lowers a verified problem. What no scheme can discretise is reported to `sink`; the module is empty then.
+Module from_model(const model::Problem& problem, DiagnosticSink& sink);
+
+}  // namespace dpde::stencil

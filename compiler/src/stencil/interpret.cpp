@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels evaluated point by point. Stores are applied only after all points have been evaluated, so that the rule "reads
+// see the fields as they were" holds by construction.
+#include "stencil/interpret.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "stencil/build.h"
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+using Cell = std::array<int, max_rank>;
+
+namespace {
+
+constexpr double garbage = std::numeric_limits<double>::signaling_NaN();
+
+int modulo(int i, int n) { return (i % n + n) % n; }
+
+/// Calls f for every cell of the box [low, high), x fastest.
+void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f) {
+  for (int k = low[2]; k < high[2]; ++k) {
+    for (int j = low[1]; j < high[1]; ++j) {
+      for (int i = low[0]; i < high[0]; ++i) f({i, j, k});
+    }
+  }
+}
+
+}  // namespace
+
+// ---- memory --------------------------------------------------------------------------------------------------------
+
+std::size_t State::index(const Cell& cell) const {
+  std::size_t index = 0;
+  for (int axis = max_rank - 1; axis >= 0; --axis) {
+    const int width = grid_.cells[axis] + 2 * halo(axis);
+    const int place = cell[axis] + halo(axis);
+    require(place >= 0 && place < width, "a cell inside the halo");
+    index = index * width + place;
+  }
+  return index;
+}
+
+double& State::at(const std::string& field, Cell cell) {
+  if (!has(field)) poison(field);
+  return fields_.at(field)[index(cell)];
+}
+
+double State::at(const std::string& field, Cell cell) const {
+  const auto found = fields_.find(field);
+  return found == fields_.end() ? garbage : found->second[index(cell)];
+}
+
+void State::poison(const std::string& field) {
+  std::size_t size = 1;
+  for (int axis = 0; axis < max_rank; ++axis) size *= grid_.cells[axis] + 2 * halo(axis);
+  fields_[field].assign(size, garbage);
+}
+
+void State::set(const std::string& field, const std::vector<double>& interior) {
+  poison(field);
+  require(interior.size() == get(field).size(), "one value a cell");
+  auto next = interior.begin();
+  for_each_cell({}, grid_.cells, [&](const Cell& cell) { at(field, cell) = *next++; });
+}
+
+std::vector<double> State::get(const std::string& field) const {
+  std::vector<double> values;
+  for_each_cell({}, grid_.cells, [&](const Cell& cell) { values.push_back(at(field, cell)); });
+  return values;
+}
+
+void State::set_coordinate(int axis, Topology topology, double low, double spacing) {
+  Cell first{}, last = grid_.cells;
+  for (int a = 0; a < max_rank; ++a) {
+    first[a] -= halo(a);
+    last[a] += halo(a);
+  }
+  for_each_cell(first, last, [&](const Cell& cell) {
+    const int i = topology == Topology::periodic ? modulo(cell[axis], grid_.cells[axis]) : cell[axis];
+    at(std::string(1, "xyz"[axis]), cell) = low + (i + 0.5) * spacing;
+  });
+}
+
+// ---- expressions ---------------------------------------------------------------------------------------------------
+
+namespace {
+
+double evaluate_binary(BinaryOp op, double a, double b) {
+  switch (op) {
+    case BinaryOp::add: return a + b;
+    case BinaryOp::subtract: return a - b;
+    case BinaryOp::multiply: return a * b;
+    case BinaryOp::divide: return a / b;
+    case BinaryOp::power: return std::pow(a, b);
+    case BinaryOp::less: return a < b;
+    case BinaryOp::less_equal: return a <= b;
+    case BinaryOp::greater: return a > b;
+    case BinaryOp::greater_equal: return a >= b;
+    case BinaryOp::equal: return a == b;
+    case BinaryOp::not_equal: return a != b;
+    case BinaryOp::logical_and: return a != 0 && b != 0;
+    case BinaryOp::logical_or: return a != 0 || b != 0;
+  }
+  unreachable("operator");
+}
+
+double evaluate_call(Fn fn, double a, double b) {
+  switch (fn) {
+    case Fn::sin: return std::sin(a);
+    case Fn::cos: return std::cos(a);
+    case Fn::tan: return std::tan(a);
+    case Fn::asin: return std::asin(a);
+    case Fn::acos: return std::acos(a);
+    case Fn::atan: return std::atan(a);
+    case Fn::sinh: return std::sinh(a);
+    case Fn::cosh: return std::cosh(a);
+    case Fn::tanh: return std::tanh(a);
+    case Fn::exp: return std::exp(a);
+    case Fn::log: return std::log(a);
+    case Fn::sqrt: return std::sqrt(a);
+    case Fn::abs: return std::abs(a);
+    case Fn::sign: return (a > 0) - (a < 0);
+    case Fn::floor: return std::floor(a);
+    case Fn::min: return b < a ? b : a;
+    case Fn::max: return a < b ? b : a;
+  }
+  unreachable("function");
+}
+
+/// Two neighbouring cells of an axis and what an interpolation takes of each.
+struct Pair {
+  std::array<int, 2> cell{};
+  std::array<double, 2> weight{};
+};
+
+/// Between which cells along one axis the point `at` displaced by `d` lies.
+Pair pair_along(Topology topology, int n, int at, double d, bool slope) {
+  const double j = at + std::floor(d);
+  double f = d - std::floor(d);
+  Pair pair;
+  bool clamped = false;
+  if (!std::isfinite(d)) {  // no place: the weights are NaN and so is the result
+    pair.cell = {0, topology == Topology::periodic ? modulo(1, n) : 1};
+    f = d - d;
+  } else if (topology == Topology::periodic) {
+    const int wrapped = modulo(static_cast<int>(std::fmod(j, n)), n);
+    pair.cell = {wrapped, modulo(wrapped + 1, n)};
+  } else {
+    const bool below = j < -1 || (j == -1 && f < 0.5);
+    const bool above = j > n - 1 || (j == n - 1 && f > 0.5);
+    clamped = below || above;
+    if (clamped) f = 0.5;
+    const int left = below ? -1 : above ? n - 1 : static_cast<int>(j);
+    pair.cell = {left, left + 1};
+  }
+  const double rate = f != f ? f : clamped ? 0.0 : 1.0;
+  pair.weight = slope ? std::array{-rate, rate} : std::array{1 - f, f};
+  return pair;
+}
+
+/// The scope of one point of one kernel run.
+struct Point {
+  const State& state;
+  const std::vector<Topology>& axes;
+  const Params& params;
+  Cell cell;
+  std::map<std::string, double> locals;
+
+  double value(const Expr& e) const;
+  bool is_inside(const Inside& inside) const;
+  /// Calls f(cell, weight) for each corner of the interpolation.
+  void for_each_corner(const Interp& interp, const std::function<void(const Cell&, double)>& f) const;
+};
+
+Cell displaced(Cell cell, const Offset& offset) {
+  for (int axis = 0; axis < max_rank; ++axis) cell[axis] += offset[axis];
+  return cell;
+}
+
+bool Point::is_inside(const Inside& inside) const {
+  const Cell place = displaced(cell, inside.offset);
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const int n = state.grid().cells[axis];
+    if (axes[axis] == Topology::periodic) continue;
+    if (place[axis] < -inside.grow || place[axis] >= n + inside.grow) return false;
+  }
+  return true;
+}
+
+void Point::for_each_corner(const Interp& interp, const std::function<void(const Cell&, double)>& f) const {
+  std::array<Pair, max_rank> pairs;
+  Cell corners{1, 1, 1};
+  for (Pair& pair : pairs) pair.weight = {1, 0};
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    pairs[axis] = pair_along(axes[axis], state.grid().cells[axis], cell[axis] + interp.offset[axis],
+                             value(interp.displacement[axis]), interp.slope[axis]);
+    corners[axis] = 2;
+  }
+  for_each_cell({}, corners, [&](const Cell& c) {
+    f({pairs[0].cell[c[0]], pairs[1].cell[c[1]], pairs[2].cell[c[2]]},
+      pairs[0].weight[c[0]] * pairs[1].weight[c[1]] * pairs[2].weight[c[2]]);
+  });
+}
+
+double Point::value(const Expr& e) const {
+  return match(
+      e->kind, [](const Literal& l) { return l.value; },
+      [&](const Param& p) {
+        const auto found = params.find(p.name);
+        require(found != params.end(), "every parameter has a value");
+        return found->second;
+      },
+      [&](const Local& l) {
+        const auto found = locals.find(l.name);
+        require(found != locals.end(), "a local is defined before use");
+        return found->second;
+      },
+      [&](const Access& a) { return state.at(a.field, displaced(cell, a.offset)); },
+      [&](const Interp& i) {
+        double sum = 0;
+        for_each_corner(i, [&](const Cell& c, double weight) { sum += weight * state.at(i.field, c); });
+        return sum;
+      },
+      [&](const Inside& i) { return is_inside(i) ? 1.0 : 0.0; }, [&](const Neg& n) { return -value(n.operand); },
+      [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
+      [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments[0]), value(c.arguments.back())); },
+      [&](const Select& s) { return value(s.condition) != 0 ? value(s.yes) : value(s.no); });
+}
+
+/// One addition or assignment to a cell, waiting until all points have been evaluated.
+struct Write {
+  std::string field;
+  Cell cell;
+  bool accumulate;
+  double value;
+};
+
+void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axes, State& state, const Params& params,
+                std::map<std::string, double>& sums) {
+  Cell low{}, high = state.grid().cells;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis] == Topology::periodic) continue;
+    low[axis] -= grow;
+    high[axis] += grow;
+  }
+  std::vector<Write> stores, scatters;
+  for_each_cell(low, high, [&](const Cell& cell) {
+    Point point{state, axes, params, cell, {}};
+    for (const Let& let : kernel.lets) point.locals[let.name] = point.value(let.value);
+    for (const Store& s : kernel.stores) stores.push_back({s.field, cell, s.accumulate, point.value(s.value)});
+    for (const Sum& sum : kernel.sums) sums[sum.name] += point.value(sum.value);
+    for (const Scatter& s : kernel.scatters) {
+      const double value = point.value(s.value);
+      point.for_each_corner(s.target, [&](const Cell& corner, double weight) {
+        scatters.push_back({s.target.field, corner, true, weight * value});
+      });
+    }
+  });
+  for (const std::vector<Write>* writes : {&stores, &scatters}) {
+    for (const Write& write : *writes) {
+      double& target = state.at(write.field, write.cell);
+      target = write.accumulate ? target + write.value : write.value;
+    }
+  }
+}
+
+// ---- halos ---------------------------------------------------------------------------------------------------------
+
+/// What a fill puts into place p of an axis: weight*u[cell] + constant.
+struct Source {
+  int cell;
+  double weight = 1;
+  double constant = 0;
+};
+
+Source source_of(const AxisBoundary& boundary, int n, int p, double low_value, double high_value) {
+  if (boundary.topology == Topology::periodic) return {modulo(p, n)};
+  if (p >= 0 && p < n) return {p};
+  const Side& side = p < 0 ? boundary.low : boundary.high;
+  const double value = p < 0 ? low_value : high_value;
+  const int mirrored = p < 0 ? -1 - p : 2 * n - 1 - p;
+  Source source = source_of(boundary, n, mirrored, low_value, high_value);
+  if (side.kind == SideKind::value) source = {source.cell, -source.weight, 2 * value - source.constant};
+  return source;
+}
+
+/// Calls f(place, cell of its source, source) for the halo along `axis`, `width` cells wide, over the halo of the axes before.
+void for_each_halo_cell(const Grid& grid, const AxisBoundary& boundary, int axis, const Cell& width, double low_value,
+                        double high_value, const std::function<void(const Cell&, const Cell&, const Source&)>& f) {
+  Cell low{}, high = grid.cells;
+  for (int before = 0; before < axis; ++before) {
+    low[before] -= width[before];
+    high[before] += width[before];
+  }
+  low[axis] = -width[axis];
+  high[axis] = grid.cells[axis] + width[axis];
+  for_each_cell(low, high, [&](const Cell& place) {
+    if (place[axis] >= 0 && place[axis] < grid.cells[axis]) return;
+    const Source source = source_of(boundary, grid.cells[axis], place[axis], low_value, high_value);
+    Cell cell = place;
+    cell[axis] = source.cell;
+    f(place, cell, source);
+  });
+}
+
+/// The number of a boundary value, which holds params and numbers only.
+double side_value(const Side& side, const State& state, const Params& params) {
+  if (side.kind != SideKind::value) return 0;
+  const std::vector<Topology> no_axes;
+  return Point{state, no_axes, params, {}, {}}.value(side.value);
+}
+
+}  // namespace
+
+void apply(State& state, const Fill& fill, const Params& params) {
+  const Cell width{state.halo(0), state.halo(1), state.halo(2)};
+  for (int axis = 0; axis < state.grid().rank; ++axis) {
+    const AxisBoundary& boundary = fill.axes[axis];
+    const bool bounded = boundary.topology == Topology::bounded;
+    const double low = bounded ? side_value(boundary.low, state, params) : 0;
+    const double high = bounded ? side_value(boundary.high, state, params) : 0;
+    for_each_halo_cell(state.grid(), boundary, axis, width, low, high,
+                       [&](const Cell& place, const Cell& cell, const Source& source) {
+                         state.at(fill.field, place) = source.weight * state.at(fill.field, cell) + source.constant;
+                       });
+  }
+}
+
+void apply(State& state, const Fold& fold) {
+  Cell width{};
+  for (int axis = 0; axis < state.grid().rank; ++axis) {
+    if (fold.axes[axis].topology == Topology::bounded) width[axis] = fold.grow;
+  }
+  for (int axis = state.grid().rank - 1; axis >= 0; --axis) {
+    for_each_halo_cell(state.grid(), fold.axes[axis], axis, width, 0, 0,
+                       [&](const Cell& place, const Cell& cell, const Source& source) {
+                         state.at(fold.field, cell) += source.weight * state.at(fold.field, place);
+                         state.at(fold.field, place) = 0;
+                       });
+  }
+}
+
+std::map<std::string, double> interpret(const Module& module, const Program& program, State& state, const Params& params) {
+  require(static_cast<int>(program.axes.size()) == state.grid().rank, "one topology an axis");
+  std::map<std::string, double> sums;
+  for (const std::string& name : interface_of(module, program).sums) sums[name] = 0;
+  for (const Statement& statement : program.body) {
+    match(
+        statement, [&](const Fill& fill) { apply(state, fill, params); }, [&](const Fold& fold) { apply(state, fold); },
+        [&](const Run& run) {
+          run_kernel(*module.find_kernel(run.kernel), run.grow, program.axes, state, params, sums);
+        });
+  }
+  const State before = state;
+  for (const Swap& swap : program.swaps) state.poison(swap.next);
+  for (const Swap& swap : program.swaps) {
+    state.poison(swap.state);
+    Cell low{}, high = state.grid().cells;
+    for (int axis = 0; axis < max_rank; ++axis) {
+      low[axis] -= state.halo(axis);
+      high[axis] += state.halo(axis);
+    }
+    for_each_cell(low, high, [&](const Cell& cell) { state.at(swap.state, cell) = before.at(swap.next, cell); });
+  }
+  return sums;
+}
+
+}  // namespace dpde::stencil

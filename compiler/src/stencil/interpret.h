@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The reference meaning of stencil programs: every rule of stencil.h, one point at a time, slow and obvious.
+// What holds: memory nobody has written is NaN, so that a read of it shows in the result.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+struct Grid {
+  int rank = 1;
+  std::array<int, max_rank> cells{1, 1, 1};  // 1 beyond rank
+};
+
+using Params = std::map<std::string, double>;
+
+/// Fields by name, each with the same halo on both sides of every axis.
+class State {
+ public:
+  State(Grid grid, int halo) : grid_(grid), halo_(halo) {}
+
+  const Grid& grid() const { return grid_; }
+  /// Halo width along `axis`; 0 beyond the rank.
+  int halo(int axis) const { return axis < grid_.rank ? halo_ : 0; }
+  bool has(const std::string& field) const { return fields_.contains(field); }
+
+  /// The value of a cell; -halo <= cell < cells + halo. The writing form creates a field that is not there, all NaN.
+  double& at(const std::string& field, std::array<int, max_rank> cell);
+  double at(const std::string& field, std::array<int, max_rank> cell) const;
+  double& at(const std::string& field, int i, int j = 0, int k = 0) { return at(field, std::array{i, j, k}); }
+  double at(const std::string& field, int i, int j = 0, int k = 0) const { return at(field, std::array{i, j, k}); }
+
+  /// Sets the interior (x fastest); the halo becomes NaN.
+  void set(const std::string& field, const std::vector<double>& interior);
+  std::vector<double> get(const std::string& field) const;
+
+  /// Makes every cell NaN.
+  void poison(const std::string& field);
+  /// Sets field x, y or z to the coordinates of the cell centres, low + (i + 1/2)*spacing, halo included.
+  void set_coordinate(int axis, Topology topology, double low, double spacing);
+
+ private:
+  std::size_t index(const std::array<int, max_rank>& cell) const;
+
+  Grid grid_;
+  int halo_;
+  std::map<std::string, std::vector<double>> fields_;
+};
+
+/// Fills the whole halo of a field.
+void apply(State& state, const Fill& fill, const Params& params);
+/// Adds `grow` halo cells of a field on each side of bounded axes onto its interior, and clears them.
+void apply(State& state, const Fold& fold);
+
+/// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are created.
+/// Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or wider.
+std::map<std::string, double> interpret(const Module& module, const Program& program, State& state, const Params& params);
+
+}  // namespace dpde::stencil

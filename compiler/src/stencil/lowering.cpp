@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/lowering.h"
+
+#include <set>
+#include <utility>
+
+#include "stencil/build.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+const std::set<std::string>& names_of_the_scene() {
+  static const std::set<std::string> names{"x", "y", "z", "hx", "hy", "hz", "t", "dt", "cells", "loss"};
+  return names;
+}
+
+bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
+
+bool is_read_beyond_the_cell(const Signature::Read& read) {
+  if (read.interpolated) return true;
+  for (const int width : read.halo) {
+    if (width > 0) return true;
+  }
+  return false;
+}
+
+Side side(const model::Side& from, const Expr& time) {
+  Reading reading;
+  reading.time = time;
+  return {from.kind, Discretiser(model::Scheme{}, NameSupply(), reading)(from.value)};
+}
+
+}  // namespace
+
+Lowering::Lowering(const model::Problem& problem) : problem_(problem) {
+  for (const std::string& name : names_of_the_scene()) names_.reserve(name);
+  for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
+  for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);
+  for (const model::Quantity& observable : problem.observables) names_.reserve(observable.name);
+  for (const model::State& state : problem.states) {
+    names_.reserve(state.name);
+    state_of_[state.name] = state.name;
+  }
+  if (!problem.task) return;
+  for (const model::Datum& datum : problem.task->data) names_.reserve(datum.name);
+  for (const model::Test& test : problem.task->tests) names_.reserve(test.quantity.name);
+}
+
+std::string Lowering::field_beside(const std::string& state, const std::string& suffix) {
+  const std::string field = names_.fresh(state + "_" + suffix);
+  state_of_[field] = state;
+  return field;
+}
+
+Discretiser Lowering::discretiser(Reading reading) const {
+  model::Scheme scheme = problem_.scheme;
+  if (scheme.advect == model::Advection::semi_lagrangian) {
+    scheme.advect = model::Advection::central;
+    scheme.advect_order = 2;
+  }
+  return {scheme, names_, std::move(reading)};
+}
+
+Kernel Lowering::kernel(const std::string& name) const {
+  Kernel kernel;
+  kernel.name = name;
+  kernel.rank = rank();
+  return kernel;
+}
+
+std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field, const Expr& time) const {
+  const auto state = state_of_.find(field);
+  std::vector<AxisBoundary> boundary;
+  for (int axis = 0; axis < rank(); ++axis) {
+    AxisBoundary sides{problem_.axes[axis].topology, {SideKind::zero_gradient}, {SideKind::zero_gradient}};
+    if (sides.topology == Topology::periodic) {
+      sides = AxisBoundary{};
+    } else if (state != state_of_.end()) {
+      const model::AxisSides& given = problem_.find_state(state->second)->boundary[axis];
+      sides.low = side(given.low, time);
+      sides.high = side(given.high, time);
+    }
+    boundary.push_back(sides);
+  }
+  return boundary;
+}
+
+Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& stages) const {
+  Program program;
+  program.name = name;
+  for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
+  std::set<std::string> filled;
+  for (const Stage& stage : stages) {
+    const Signature signature = stencil::signature(stage.kernel);
+    for (const Signature::Read& read : signature.reads) {
+      if (!is_read_beyond_the_cell(read) || is_coordinate(read.field) || !filled.insert(read.field).second) continue;
+      program.body.push_back(Fill{read.field, boundary_of(read.field, stage.time)});
+    }
+    program.body.push_back(Run{stage.kernel.name});
+    for (const std::string& field : signature.writes) filled.erase(field);
+    module.kernels.push_back(stage.kernel);
+  }
+  module.programs.push_back(std::move(program));
+  return module.programs.back();
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the programs of one problem share: names, boundaries, and the rule by which a sequence of kernels becomes a
+// program: a field read at offsets or interpolated is filled before the first such read after it was written.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "stencil/discretise.h"
+#include "stencil/stencil.h"
+#include "support/name_supply.h"
+
+namespace dpde::stencil {
+
+/// One kernel of a program and the time of the fields it reads (for boundary values that vary).
+struct Stage {
+  Kernel kernel;
+  Expr time;
+};
+
+class Lowering {
+ public:
+  explicit Lowering(const model::Problem& problem);
+
+  const model::Problem& problem() const { return problem_; }
+  int rank() const { return static_cast<int>(problem_.axes.size()); }
+
+  /// A new field beside a state with the state's boundary, as u_next or u_1.
+  std::string field_beside(const std::string& state, const std::string& suffix);
+  /// A new field with no boundary of its own, as u_exact.
+  std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
+
+  /// Semi-Lagrangian transport is no difference: where it was chosen, an advect that is left is central(2).
+  Discretiser discretiser(Reading reading = {}) const;
+
+  Kernel kernel(const std::string& name) const;
+  /// `kernel` reads the fields at the time t.
+  static Stage stage(Kernel kernel) { return {std::move(kernel), Reading().time}; }
+  /// Adds the kernels and the program that runs them; swaps and keeps are the caller's.
+  Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages) const;
+
+ private:
+  std::vector<AxisBoundary> boundary_of(const std::string& field, const Expr& time) const;
+
+  const model::Problem& problem_;
+  NameSupply names_;
+  std::map<std::string, std::string> state_of_;  // the states, and the fields beside them
+};
+
+}  // namespace dpde::stencil

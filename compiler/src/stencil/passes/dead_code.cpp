@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Backward liveness over programs. A kernel that several programs run keeps what any of them needs, and then reads for all
+// of them; so the parts that live are grown to a fixed point first, and everything else is removed after.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "stencil/build.h"
+#include "stencil/passes/passes.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+using Names = std::set<std::string>;
+
+bool reads_local(const Expr& e, const std::string& name) {
+  bool found = false;
+  visit(e, [&](const Expr& part) {
+    const Local* l = std::get_if<Local>(&part->kind);
+    found = found || (l && l->name == name);
+  });
+  return found;
+}
+
+Kernel without_unused_lets(Kernel kernel) {
+  for (std::size_t i = kernel.lets.size(); i-- > 0;) {
+    bool used = false;
+    map_kernel(kernel, [&](const Expr& e) {
+      used = used || reads_local(e, kernel.lets[i].name);
+      return e;
+    });
+    if (!used) kernel.lets.erase(kernel.lets.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return kernel;
+}
+
+/// The kernel with its sums and the stores and scatters to `fields`.
+Kernel restricted(Kernel kernel, const Names& fields) {
+  std::erase_if(kernel.stores, [&](const Store& store) { return !fields.contains(store.field); });
+  std::erase_if(kernel.scatters, [&](const Scatter& scatter) { return !fields.contains(scatter.target.field); });
+  return without_unused_lets(std::move(kernel));
+}
+
+/// The statements of one program seen from its end.
+class Liveness {
+ public:
+  Liveness(const Module& module, const Program& program, std::map<std::string, Names>& live_parts)
+      : module_(module), program_(program), live_parts_(live_parts) {
+    for (const Swap& swap : program.swaps) live_.insert(swap.next);
+    live_.insert(program.keeps.begin(), program.keeps.end());
+  }
+
+  /// The statements that have an effect, in order.
+  std::vector<Statement> run() {
+    std::vector<Statement> kept;
+    for (auto statement = program_.body.rbegin(); statement != program_.body.rend(); ++statement) {
+      const bool has_effect = match(
+          *statement, [&](const Fill& fill) { return pass_fill(fill); },
+          [&](const Fold& fold) { return live_.contains(fold.field); }, [&](const Run& run) { return pass_run(run); });
+      if (has_effect) kept.push_back(*statement);
+    }
+    std::reverse(kept.begin(), kept.end());
+    return kept;
+  }
+
+ private:
+  bool pass_fill(const Fill& fill) {
+    if (live_halos_.erase(fill.field) == 0) return false;
+    live_.insert(fill.field);
+    return true;
+  }
+
+  bool pass_run(const Run& run) {
+    const Kernel& kernel = *module_.find_kernel(run.kernel);
+    Names needed;
+    for (const Store& store : kernel.stores) {
+      if (is_live(store.field)) needed.insert(store.field);
+    }
+    for (const Scatter& scatter : kernel.scatters) {
+      if (is_live(scatter.target.field)) needed.insert(scatter.target.field);
+    }
+    if (needed.empty() && kernel.sums.empty()) return false;
+    Names& parts = live_parts_[kernel.name];
+    parts.insert(needed.begin(), needed.end());
+    const Signature s = signature(restricted(kernel, parts));
+    for (const std::string& field : s.writes) live_.erase(field);
+    const bool grown = run.grow > 0 && std::count(program_.axes.begin(), program_.axes.end(), Topology::bounded) > 0;
+    for (const Signature::Read& read : s.reads) {
+      live_.insert(read.field);
+      if (grown || read.halo != std::array<int, max_rank>{}) live_halos_.insert(read.field);
+    }
+    return true;
+  }
+
+  bool is_live(const std::string& field) const { return live_.contains(field) || live_halos_.contains(field); }
+
+  const Module& module_;
+  const Program& program_;
+  std::map<std::string, Names>& live_parts_;
+  Names live_, live_halos_;
+};
+
+Names kernels_run(const std::vector<Program>& programs) {
+  Names names;
+  for (const Program& program : programs) {
+    for (const Statement& statement : program.body) {
+      if (const Run* run = std::get_if<Run>(&statement)) names.insert(run->kernel);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+Module remove_dead_code(const Module& module) {
+  std::map<std::string, Names> live_parts, before;
+  do {
+    before = live_parts;
+    for (const Program& program : module.programs) Liveness(module, program, live_parts).run();
+  } while (live_parts != before);
+
+  Module result = module;
+  for (Program& program : result.programs) program.body = Liveness(module, program, live_parts).run();
+  const Names run_before = kernels_run(module.programs), run_after = kernels_run(result.programs);
+  std::erase_if(result.kernels,
+                [&](const Kernel& k) { return run_before.contains(k.name) && !run_after.contains(k.name); });
+  for (Kernel& kernel : result.kernels) {
+    kernel = run_after.contains(kernel.name) ? restricted(kernel, live_parts[kernel.name]) : without_unused_lets(kernel);
+  }
+  return result;
+}
+
+}  // namespace dpde::stencil

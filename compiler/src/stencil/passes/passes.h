@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Passes: verified module in, verified module out, same observable results (swaps, keeps, sums and loops).
+// A pass cannot fail. The order of default_passes is what the pipeline runs.
+#pragma once
+
+#include <string_view>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+/// Rebuilds every expression through the smart constructors and replaces lets that are numbers, params or other locals
+/// by what they stand for.
+Module simplify(const Module& module);
+
+/// Gives expressions that occur more than once in a kernel a let (t1, t2, ...), largest first.
+Module eliminate_common_subexpressions(const Module& module);
+
+/// Removes lets, stores, sums-free kernels' runs, fills and kernels whose results nobody reads. Results of a program are
+/// its swaps, keeps and sums. Kernels that no program runs stay.
+Module remove_dead_code(const Module& module);
+
+struct Pass {
+  std::string_view name;
+  Module (*run)(const Module&);
+};
+inline constexpr Pass default_passes[] = {
+    {"simplify", simplify},
+    {"cse", eliminate_common_subexpressions},
+    {"dead-code", remove_dead_code},
+};
+
+}  // namespace dpde::stencil

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+
+#include "stencil/build.h"
+#include "stencil/passes/passes.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+using Values = std::map<std::string, Expr>;
+
+/// Rebuilds `e` from the leaves up, with the locals in `values` replaced.
+Expr rebuild(const Expr& e, const Values& values) {
+  if (const Local* l = std::get_if<Local>(&e->kind)) {
+    const auto found = values.find(l->name);
+    return found == values.end() ? e : found->second;
+  }
+  return map_children(e, [&](const Expr& child) { return rebuild(child, values); });
+}
+
+bool is_trivial(const Expr& e) {
+  return is_literal(e) || std::holds_alternative<Param>(e->kind) || std::holds_alternative<Local>(e->kind);
+}
+
+Kernel simplify_kernel(const Kernel& kernel) {
+  Kernel result = kernel;
+  result.lets.clear();
+  Values values;
+  for (const Let& let : kernel.lets) {
+    const Expr value = rebuild(let.value, values);
+    if (is_trivial(value)) {
+      values.emplace(let.name, value);
+    } else {
+      result.lets.push_back({let.name, value});
+    }
+  }
+  result = map_kernel(result, [&](const Expr& e) { return rebuild(e, values); });
+  std::erase_if(result.stores, [](const Store& store) { return store.accumulate && is_literal(store.value, 0); });
+  std::erase_if(result.scatters, [](const Scatter& scatter) { return is_literal(scatter.value, 0); });
+  return result;
+}
+
+void simplify_sides(std::vector<AxisBoundary>& axes) {
+  for (AxisBoundary& axis : axes) {
+    axis.low.value = rebuild(axis.low.value, {});
+    axis.high.value = rebuild(axis.high.value, {});
+  }
+}
+
+}  // namespace
+
+Module simplify(const Module& module) {
+  Module result = module;
+  for (Kernel& kernel : result.kernels) kernel = simplify_kernel(kernel);
+  for (Program& program : result.programs) {
+    for (Statement& statement : program.body) {
+      if (Fill* fill = std::get_if<Fill>(&statement)) simplify_sides(fill->axes);
+      if (Fold* fold = std::get_if<Fold>(&statement)) simplify_sides(fold->axes);
+    }
+  }
+  return result;
+}
+
+}  // namespace dpde::stencil

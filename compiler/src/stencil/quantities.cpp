@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/quantities.h"
+
+#include "stencil/build.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+bool holds_reduction(const model::Expr& e) {
+  bool found = false;
+  visit(e, [&](const model::Expr& x) { found = found || std::holds_alternative<model::Reduce>(x->kind); });
+  return found;
+}
+
+bool varies_in_space(const model::Expr& e) {
+  bool found = false;
+  visit(e, [&](const model::Expr& x) {
+    found = found || std::holds_alternative<model::Field>(x->kind) ||
+            std::holds_alternative<model::Coordinate>(x->kind);
+  });
+  return found;
+}
+
+bool is_combination(const model::Expr& e) {
+  if (const auto* reduce = std::get_if<model::Reduce>(&e->kind)) return !holds_reduction(reduce->operand);
+  if (!holds_reduction(e)) return !varies_in_space(e);
+  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) return is_combination(neg->operand);
+  const auto* b = std::get_if<model::Binary>(&e->kind);
+  if (!b || !is_combination(b->left) || !is_combination(b->right)) return false;
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return true;
+  if (b->op == BinaryOp::multiply) return !holds_reduction(b->left) || !holds_reduction(b->right);
+  return b->op == BinaryOp::divide && !holds_reduction(b->right);
+}
+
+/// top / bottom, bottom the same everywhere.
+struct Share {
+  Expr top;
+  Expr bottom;
+  Expr value() const { return top / bottom; }
+};
+
+Share reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
+  Expr value = at_point(reduce.operand);
+  switch (reduce.reduction) {
+    case model::Reduce::Kind::mean: return {value, param("cells")};
+    case model::Reduce::Kind::sum: return {value, 1.0};
+    case model::Reduce::Kind::integral:
+      for (int axis = 0; axis < rank; ++axis) value = value * spacing(axis);
+      return {value, 1.0};
+  }
+  unreachable("reduction");
+}
+
+Share share(const model::Expr& e, int rank, Discretiser& at_point) {
+  if (const auto* reduce = std::get_if<model::Reduce>(&e->kind)) return reduced(*reduce, rank, at_point);
+  if (!holds_reduction(e)) return {at_point(e), param("cells")};
+  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
+    const Share positive = share(neg->operand, rank, at_point);
+    return {-positive.top, positive.bottom};
+  }
+  const auto& b = std::get<model::Binary>(e->kind);
+  if (b.op == BinaryOp::divide) {
+    const Share left = share(b.left, rank, at_point);
+    return {left.top, at_point(b.right) * left.bottom};
+  }
+  if (b.op == BinaryOp::multiply) {
+    const bool factor_first = !holds_reduction(b.left);
+    const Share rest = share(factor_first ? b.right : b.left, rank, at_point);
+    return {scaled(at_point(factor_first ? b.left : b.right), rest.top), rest.bottom};
+  }
+  const Share left = share(b.left, rank, at_point);
+  const Share right = share(b.right, rank, at_point);
+  if (left.bottom == right.bottom) return {binary(b.op, left.top, right.top), left.bottom};
+  return {binary(b.op, left.value(), right.value()), 1.0};
+}
+
+}  // namespace
+
+void check_quantity(const model::Expr& value, const Origin& origin, DiagnosticSink& sink) {
+  if (is_combination(value)) return;
+  const SourceRange range = value->origin.range.is_known() ? value->origin.range : origin.range;
+  sink.report("not-linear-in-reductions", range, {},
+              "add and scale mean(...), sum(...) and integral(...); other functions belong inside them");
+}
+
+Expr cell_share(const model::Expr& value, int rank, Discretiser& at_point) {
+  return share(value, rank, at_point).value();
+}
+
+}  // namespace dpde::stencil

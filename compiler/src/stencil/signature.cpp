@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// What kernels and programs touch: fields read and written, params, sums, and the halo they need.
+#include <algorithm>
+#include <cstdlib>
+
+#include "stencil/build.h"
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+using Names = std::vector<std::string>;
+
+bool contains(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void add_once(Names& names, const std::string& name) {
+  if (!contains(names, name)) names.push_back(name);
+}
+
+Signature::Read& read_of(Signature& s, const std::string& field) {
+  for (Signature::Read& read : s.reads) {
+    if (read.field == field) return read;
+  }
+  return s.reads.emplace_back(Signature::Read{field, {}, false});
+}
+
+void add_leaf(Signature& s, const Expr& e, int rank) {
+  if (const Param* p = std::get_if<Param>(&e->kind)) {
+    add_once(s.params, p->name);
+  } else if (const Access* a = std::get_if<Access>(&e->kind)) {
+    Signature::Read& read = read_of(s, a->field);
+    for (int axis = 0; axis < rank; ++axis) read.halo[axis] = std::max(read.halo[axis], std::abs(a->offset[axis]));
+  } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+    Signature::Read& read = read_of(s, i->field);
+    read.interpolated = true;
+    for (int axis = 0; axis < rank; ++axis) read.halo[axis] = std::max(read.halo[axis], 1);
+  }
+}
+
+void add_boundary_params(Names& params, const std::vector<AxisBoundary>& axes) {
+  for (const AxisBoundary& axis : axes) {
+    if (axis.topology == Topology::periodic) continue;
+    for (const Side* side : {&axis.low, &axis.high}) {
+      if (side->kind != SideKind::value) continue;
+      visit(side->value, [&](const Expr& e) {
+        if (const Param* p = std::get_if<Param>(&e->kind)) add_once(params, p->name);
+      });
+    }
+  }
+}
+
+void add_input(Interface& result, const std::string& field) {
+  if (!contains(result.written, field)) add_once(result.inputs, field);
+}
+
+void add_run(Interface& result, const Kernel& kernel) {
+  const Signature s = signature(kernel);
+  for (const Signature::Read& read : s.reads) add_input(result, read.field);
+  for (const std::string& field : s.updates) {
+    if (!contains(s.writes, field)) add_input(result, field);
+  }
+  for (const std::string& field : s.writes) add_once(result.written, field);
+  for (const std::string& field : s.updates) add_once(result.written, field);
+  for (const std::string& name : s.params) add_once(result.params, name);
+  for (const std::string& name : s.sums) add_once(result.sums, name);
+}
+
+using Halo = std::array<int, max_rank>;
+
+void widen(Halo& halo, const Halo& by) {
+  for (int axis = 0; axis < max_rank; ++axis) halo[axis] = std::max(halo[axis], by[axis]);
+}
+
+/// `cells` on each bounded axis of the program, 0 elsewhere.
+Halo on_bounded_axes(const Program& program, int cells) {
+  Halo halo{};
+  for (std::size_t axis = 0; axis < program.axes.size(); ++axis) {
+    if (program.axes[axis] == Topology::bounded) halo[axis] = cells;
+  }
+  return halo;
+}
+
+void add_read_halo(std::map<std::string, Halo>& result, const Expr& e, const Halo& grown, const Halo& one) {
+  if (const Access* a = std::get_if<Access>(&e->kind)) {
+    Halo needed = grown;
+    for (int axis = 0; axis < max_rank; ++axis) needed[axis] += std::abs(a->offset[axis]);
+    widen(result[a->field], needed);
+  } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+    // The position is clamped, so that neither the offset nor a grown region asks for more than one cell.
+    widen(result[i->field], one);
+  }
+}
+
+const Kernel& kernel_of(const Module& module, const Run& run) {
+  const Kernel* kernel = module.find_kernel(run.kernel);
+  require(kernel != nullptr, "a program runs a kernel of its module");
+  return *kernel;
+}
+
+}  // namespace
+
+const Kernel* Module::find_kernel(const std::string& name) const {
+  const auto found = std::find_if(kernels.begin(), kernels.end(), [&](const Kernel& k) { return k.name == name; });
+  return found == kernels.end() ? nullptr : &*found;
+}
+
+const Program* Module::find_program(const std::string& name) const {
+  const auto found = std::find_if(programs.begin(), programs.end(), [&](const Program& p) { return p.name == name; });
+  return found == programs.end() ? nullptr : &*found;
+}
+
+const Signature::Read* Signature::find_read(const std::string& field) const {
+  const auto found = std::find_if(reads.begin(), reads.end(), [&](const Read& read) { return read.field == field; });
+  return found == reads.end() ? nullptr : &*found;
+}
+
+Signature signature(const Kernel& kernel) {
+  Signature s;
+  const auto add = [&](const Expr& e) { visit(e, [&](const Expr& part) { add_leaf(s, part, kernel.rank); }); };
+  for (const Let& let : kernel.lets) add(let.value);
+  for (const Store& store : kernel.stores) {
+    add(store.value);
+    add_once(store.accumulate ? s.updates : s.writes, store.field);
+  }
+  for (const Sum& sum : kernel.sums) {
+    add(sum.value);
+    add_once(s.sums, sum.name);
+  }
+  for (const Scatter& scatter : kernel.scatters) {
+    for (const Expr& d : scatter.target.displacement) add(d);
+    add(scatter.value);
+    add_once(s.updates, scatter.target.field);
+  }
+  return s;
+}
+
+Interface interface_of(const Module& module, const Program& program) {
+  Interface result;
+  for (const Statement& statement : program.body) {
+    match(
+        statement,
+        [&](const Fill& fill) {
+          add_input(result, fill.field);
+          add_boundary_params(result.params, fill.axes);
+        },
+        [&](const Fold& fold) {
+          add_input(result, fold.field);
+          add_once(result.written, fold.field);
+        },
+        [&](const Run& run) { add_run(result, kernel_of(module, run)); });
+  }
+  return result;
+}
+
+std::map<std::string, Halo> required_halo(const Module& module, const Program& program) {
+  std::map<std::string, Halo> result;
+  const Halo one = on_bounded_axes(program, 1);
+  const auto add_run = [&](const Run& run) {
+    const Kernel& kernel = kernel_of(module, run);
+    const Halo grown = on_bounded_axes(program, run.grow);
+    map_kernel(kernel, [&](const Expr& e) {
+      visit(e, [&](const Expr& part) { add_read_halo(result, part, grown, one); });
+      return e;
+    });
+    for (const Store& store : kernel.stores) widen(result[store.field], grown);
+    for (const Scatter& scatter : kernel.scatters) widen(result[scatter.target.field], one);
+  };
+  for (const Statement& statement : program.body) {
+    match(
+        statement, [&](const Fill& fill) { result[fill.field]; },
+        [&](const Fold& fold) { widen(result[fold.field], on_bounded_axes(program, fold.grow)); }, add_run);
+  }
+  return result;
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/time_schemes.h"
+
+#include <functional>
+#include <map>
+
+#include "stencil/build.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+Expr dt() { return param("dt"); }
+
+bool is_at_rest(const Advance& advance) { return is_number(advance.rate, 0); }
+
+/// The value a kernel stores for a state, from its rate at the stage.
+using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
+
+class Stages {
+ public:
+  Stages(Lowering& lowering, const std::vector<Advance>& advances) : lowering_(lowering), advances_(advances) {}
+
+  /// The fields of stage `number`, in the place of the states.
+  std::map<std::string, std::string> fields(int number) {
+    std::map<std::string, std::string> fields;
+    for (const Advance& advance : advances_) {
+      if (!is_at_rest(advance)) {
+        fields[advance.state] = lowering_.field_beside(advance.state, std::to_string(number));
+      }
+    }
+    return fields;
+  }
+
+  /// Rates of the states `from` at `time`; results go to `into`.
+  Stage stage(const std::string& name, const std::map<std::string, std::string>& from, const Expr& time,
+              const std::map<std::string, std::string>& into, const Update& update) const {
+    Reading reading;
+    reading.fields = from;
+    reading.time = time;
+    Discretiser at_point = lowering_.discretiser(reading);
+    Kernel kernel = lowering_.kernel(name);
+    for (const Advance& advance : advances_) {
+      const auto target = into.find(advance.state);
+      if (target == into.end()) continue;
+      const Expr value = is_at_rest(advance) ? access(advance.state) : update(advance.state, at_point(advance.rate));
+      kernel.stores.push_back({target->second, false, value, advance.origin});
+    }
+    kernel.lets = at_point.lets();
+    return {kernel, time};
+  }
+
+  std::map<std::string, std::string> results() const {
+    std::map<std::string, std::string> fields;
+    for (const Advance& advance : advances_) fields[advance.state] = advance.into;
+    return fields;
+  }
+
+  std::string name(int number) const { return lowering_.problem().scene + "_stage" + std::to_string(number); }
+
+ private:
+  Lowering& lowering_;
+  const std::vector<Advance>& advances_;
+};
+
+Update forward(const Expr& step) {
+  return [step](const std::string& state, const Expr& rate) { return access(state) + scaled(step, rate); };
+}
+
+std::vector<Stage> midpoint_method(Stages stages) {
+  const Expr t = param("t");
+  const auto u_1 = stages.fields(1);
+  return {stages.stage(stages.name(1), {}, t, u_1, forward(dt() / 2.0)),
+          stages.stage(stages.name(2), u_1, t + dt() / 2.0, stages.results(), forward(dt()))};
+}
+
+std::vector<Stage> runge_kutta_4(Stages stages) {
+  const Expr t = param("t");
+  const auto u_1 = stages.fields(1), u_2 = stages.fields(2), u_3 = stages.fields(3);
+  const Update last = [&](const std::string& state, const Expr& rate) {
+    const Expr sum = access(u_1.at(state)) + 2.0 * access(u_2.at(state)) + access(u_3.at(state)) - access(state);
+    return sum / 3.0 + scaled(dt() / 6.0, rate);
+  };
+  return {stages.stage(stages.name(1), {}, t, u_1, forward(dt() / 2.0)),
+          stages.stage(stages.name(2), u_1, t + dt() / 2.0, u_2, forward(dt() / 2.0)),
+          stages.stage(stages.name(3), u_2, t + dt() / 2.0, u_3, forward(dt())),
+          stages.stage(stages.name(4), u_3, t + dt(), stages.results(), last)};
+}
+
+}  // namespace
+
+std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
+  const Stages stages(lowering, advances);
+  switch (lowering.problem().scheme.time) {
+    case model::TimeScheme::euler:
+      return {stages.stage(name, {}, param("t"), stages.results(), forward(dt()))};
+    case model::TimeScheme::rk2: return midpoint_method(stages);
+    case model::TimeScheme::rk4: return runge_kutta_4(stages);
+  }
+  unreachable("time scheme");
+}
+
+}  // namespace dpde::stencil

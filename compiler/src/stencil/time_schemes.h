@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Explicit Runge-Kutta methods as kernels, one a stage, every kernel covering all states. Between stages only states
+// are kept, never slopes ("stage-state form"): with U1 = u + dt/2 F(u), U2 = u + dt/2 F(U1), U3 = u + dt F(U2)
+// the classical RK4 step is (U1 + 2 U2 + U3 - u)/3 + dt/6 F(U3), as dt F(u) = 2 (U1 - u) and so on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "stencil/lowering.h"
+
+namespace dpde::stencil {
+
+/// A state to be advanced by dt(state) = rate, and the field that gets the result.
+struct Advance {
+  std::string state;
+  model::Expr rate;
+  std::string into;
+  Origin origin;
+};
+
+/// One step of the scheme's time integrator. A single kernel is called `name`, several S_stage1, S_stage2, ...
+/// Rates have no semi-Lagrangian advect. A state whose rate is 0 has no stages of its own.
+std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name);
+
+}  // namespace dpde::stencil

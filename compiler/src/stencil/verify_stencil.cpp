@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/verify_stencil.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "stencil/build.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+using Problems = std::vector<Problem>;
+
+
+/// Checks of one kernel by itself.
+class KernelCheck {
+ public:
+  KernelCheck(const Kernel& kernel, Problems& problems)
+      : kernel_(kernel), signature_(signature(kernel)), problems_(problems) {}
+
+  void run() {
+    if (kernel_.rank < 1 || kernel_.rank > max_rank) problem("has {} axes", kernel_.rank);
+    check_locals();
+    check_names();
+    check_stores();
+    check_scatters();
+  }
+
+ private:
+  template <class... Args>
+  void problem(fmt::format_string<Args...> text, Args&&... args) {
+    const std::string what = fmt::format(text, std::forward<Args>(args)...);
+    problems_.push_back({fmt::format("kernel {} {}", kernel_.name, what), kernel_.name});
+  }
+
+  void check_offset(const Offset& offset, const std::string& what) {
+    for (int axis = kernel_.rank; axis < max_rank; ++axis) {
+      if (offset[axis] != 0) problem("has an offset of {} along an axis it does not have", what);
+    }
+  }
+
+  void check_interp(const Interp& i) {
+    check_offset(i.offset, i.field);
+    if (static_cast<int>(i.displacement.size()) != kernel_.rank) {
+      problem("interpolates {} with {} displacements", i.field, i.displacement.size());
+    }
+    for (int axis = kernel_.rank; axis < max_rank; ++axis) {
+      if (i.slope[axis]) problem("takes the slope of {} along an axis it does not have", i.field);
+    }
+  }
+
+  void check_node(const Expr& e) {
+    if (const Local* l = std::get_if<Local>(&e->kind)) {
+      if (!defined_.contains(l->name)) problem("uses local {} before it is defined", l->name);
+    } else if (const Access* a = std::get_if<Access>(&e->kind)) {
+      check_offset(a->offset, a->field);
+    } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+      check_interp(*i);
+    } else if (const Inside* inside = std::get_if<Inside>(&e->kind)) {
+      check_offset(inside->offset, "inside");
+      if (inside->grow < 0) problem("has inside grown by {}", inside->grow);
+    } else if (const Call* c = std::get_if<Call>(&e->kind)) {
+      if (static_cast<int>(c->arguments.size()) != arity(c->fn)) {
+        problem("calls {} with {} arguments", name_of(c->fn), c->arguments.size());
+      }
+    }
+  }
+
+  void check_locals() {
+    const auto check = [this](const Expr& e) { visit(e, [this](const Expr& part) { check_node(part); }); };
+    for (const Let& let : kernel_.lets) {
+      check(let.value);
+      if (!defined_.insert(let.name).second) problem("defines local {} twice", let.name);
+    }
+    for (const Store& store : kernel_.stores) check(store.value);
+    for (const Sum& sum : kernel_.sums) check(sum.value);
+    for (const Scatter& scatter : kernel_.scatters) {
+      check_interp(scatter.target);
+      for (const Expr& d : scatter.target.displacement) check(d);
+      check(scatter.value);
+    }
+  }
+
+  void check_names() {
+    std::map<std::string, std::string> kinds;
+    const auto claim = [&](const std::string& name, const std::string& kind) {
+      const auto [found, is_new] = kinds.emplace(name, kind);
+      if (!is_new && found->second != kind) problem("uses {} both as {} and as {}", name, found->second, kind);
+    };
+    for (const Signature::Read& read : signature_.reads) claim(read.field, "field");
+    for (const std::string& field : signature_.writes) claim(field, "field");
+    for (const std::string& field : signature_.updates) claim(field, "field");
+    for (const std::string& name : signature_.params) claim(name, "param");
+    for (const std::string& name : signature_.sums) claim(name, "sum");
+    for (const Let& let : kernel_.lets) claim(let.name, "local");
+  }
+
+  void check_stores() {
+    std::set<std::string> stored, summed;
+    for (const Store& store : kernel_.stores) {
+      if (!stored.insert(store.field).second) problem("stores {} twice", store.field);
+      const Signature::Read* read = signature_.find_read(store.field);
+      if (!read) continue;
+      if (!store.accumulate) problem("both reads and writes {}", store.field);
+      if (store.accumulate && read->halo != std::array<int, max_rank>{}) {
+        problem("adds to {} and reads it at an offset", store.field);
+      }
+    }
+    for (const Sum& sum : kernel_.sums) {
+      if (!summed.insert(sum.name).second) problem("has two sums {}", sum.name);
+    }
+  }
+
+  void check_scatters() {
+    if (kernel_.scatters.empty()) return;
+    Kernel scatters_only = kernel_;
+    scatters_only.stores.clear();
+    scatters_only.sums.clear();
+    std::set<std::string> used;
+    for (const Scatter& scatter : kernel_.scatters) collect_locals(scatter.value, used);
+    for (const Scatter& scatter : kernel_.scatters) {
+      for (const Expr& d : scatter.target.displacement) collect_locals(d, used);
+    }
+    for (auto let = kernel_.lets.rbegin(); let != kernel_.lets.rend(); ++let) {
+      if (used.contains(let->name)) collect_locals(let->value, used);
+    }
+    std::erase_if(scatters_only.lets, [&](const Let& let) { return !used.contains(let.name); });
+    const Signature read_by_scatters = signature(scatters_only);
+    for (const Store& store : kernel_.stores) {
+      if (read_by_scatters.find_read(store.field)) problem("stores {}, which a scatter reads", store.field);
+    }
+    for (const std::string& field : read_by_scatters.updates) {
+      if (signature_.find_read(field)) problem("both reads {} and scatters to it", field);
+    }
+  }
+
+  static void collect_locals(const Expr& e, std::set<std::string>& used) {
+    visit(e, [&](const Expr& part) {
+      if (const Local* l = std::get_if<Local>(&part->kind)) used.insert(l->name);
+    });
+  }
+
+  const Kernel& kernel_;
+  const Signature signature_;
+  Problems& problems_;
+  std::set<std::string> defined_;
+};
+
+/// Checks of one program, statement by statement.
+class ProgramCheck {
+ public:
+  ProgramCheck(const Module& module, const Program& program, Problems& problems)
+      : module_(module), program_(program), problems_(problems) {}
+
+  void run() {
+    if (program_.axes.empty() || program_.axes.size() > max_rank) problem("has {} axes", program_.axes.size());
+    for (const Statement& statement : program_.body) {
+      ++statement_;
+      match(
+          statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
+          [&](const Run& run) { check_run(run); });
+    }
+    statement_ = -1;
+    check_results();
+    for (const std::string& name : params_) {
+      if (fields_.contains(name)) problem("uses {} both as field and as param", name);
+    }
+  }
+
+ private:
+  template <class... Args>
+  void problem(fmt::format_string<Args...> text, Args&&... args) {
+    const std::string what = fmt::format(text, std::forward<Args>(args)...);
+    problems_.push_back({fmt::format("program {} {}", program_.name, what), program_.name, statement_});
+  }
+
+  void check_axes(const std::string& field, const std::vector<AxisBoundary>& axes) {
+    fields_.insert(field);
+    std::vector<Topology> topologies;
+    for (const AxisBoundary& axis : axes) {
+      topologies.push_back(axis.topology);
+      if (axis.topology == Topology::periodic) continue;
+      check_side(field, axis.low);
+      check_side(field, axis.high);
+    }
+    if (topologies != program_.axes) problem("has other axes than the boundaries of {}", field);
+  }
+
+  void check_side(const std::string& field, const Side& side) {
+    if (side.kind != SideKind::value) return;
+    bool constant = true;
+    visit(side.value, [&](const Expr& e) {
+      const Param* p = std::get_if<Param>(&e->kind);
+      if (p) params_.insert(p->name);
+      const bool varies = std::holds_alternative<Access>(e->kind) || std::holds_alternative<Interp>(e->kind) ||
+                          std::holds_alternative<Local>(e->kind) || std::holds_alternative<Inside>(e->kind);
+      constant = constant && !varies;
+    });
+    if (!constant) problem("has a boundary value of {} that is not made of params and numbers", field);
+  }
+
+  void check_fill(const Fill& fill) {
+    check_axes(fill.field, fill.axes);
+    filled_.insert(fill.field);
+  }
+
+  void check_fold(const Fold& fold) {
+    check_axes(fold.field, fold.axes);
+    if (fold.grow < 0) problem("folds {} grown by {}", fold.field, fold.grow);
+    if (!written_.contains(fold.field)) problem("folds {} before it is written", fold.field);
+    filled_.erase(fold.field);
+  }
+
+  void check_run(const Run& run) {
+    const Kernel* kernel = module_.find_kernel(run.kernel);
+    if (!kernel) return problem("runs {}, which does not exist", run.kernel);
+    if (kernel->rank != static_cast<int>(program_.axes.size())) {
+      return problem("has {} axes and runs {}, which has {}", program_.axes.size(), run.kernel, kernel->rank);
+    }
+    if (run.grow < 0) problem("runs {} grown by {}", run.kernel, run.grow);
+    const Signature s = signature(*kernel);
+    for (const std::string& name : s.params) params_.insert(name);
+    for (const Signature::Read& read : s.reads) fields_.insert(read.field);
+    check_halos(*kernel, s);
+    for (const std::string& field : s.writes) {
+      check_write(field);
+      grown_[field] = run.grow;
+    }
+    for (const std::string& field : s.updates) check_update(field);
+  }
+
+  void check_write(const std::string& field) {
+    fields_.insert(field);
+    if (updated_.contains(field)) problem("writes {} after adding to it", field);
+    if (!written_.insert(field).second) problem("writes {} twice", field);
+    filled_.erase(field);
+  }
+
+  void check_update(const std::string& field) {
+    fields_.insert(field);
+    updated_.insert(field);
+    if (!written_.contains(field)) problem("adds to {} before it is written", field);
+    filled_.erase(field);
+  }
+
+  static bool looks_inside(const Kernel& kernel) {
+    bool found = false;
+    map_kernel(kernel, [&](const Expr& e) {
+      visit(e, [&](const Expr& part) { found = found || std::holds_alternative<Inside>(part->kind); });
+      return e;
+    });
+    return found;
+  }
+
+  /// Along periodic axes a neighbour needs a filled halo. Along bounded axes it may also have been computed on a grown
+  /// region, and what a kernel with inside[] reads there is its own affair; interpolation reads the halo in any case.
+  void check_halos(const Kernel& kernel, const Signature& s) {
+    const bool masked = looks_inside(kernel);
+    for (const Signature::Read& read : s.reads) {
+      const bool coordinate = read.field == "x" || read.field == "y" || read.field == "z";
+      if (coordinate || filled_.contains(read.field)) continue;
+      bool needed = false;
+      for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
+        if (program_.axes[axis] == Topology::periodic) {
+          needed = needed || access_reach(kernel, read.field, axis) > 0;
+        } else {
+          needed = needed || read.interpolated || (!masked && read.halo[axis] > grown_of(read.field));
+        }
+      }
+      if (needed) problem("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);
+    }
+  }
+
+  int grown_of(const std::string& field) const {
+    const auto found = grown_.find(field);
+    return found == grown_.end() ? 0 : found->second;
+  }
+
+  /// The largest offset of plain reads; interpolation wraps along periodic axes by itself.
+  static int access_reach(const Kernel& kernel, const std::string& field, std::size_t axis) {
+    int reach = 0;
+    map_kernel(kernel, [&](const Expr& e) {
+      visit(e, [&](const Expr& part) {
+        const Access* a = std::get_if<Access>(&part->kind);
+        if (a && a->field == field) reach = std::max(reach, std::abs(a->offset[axis]));
+      });
+      return e;
+    });
+    return reach;
+  }
+
+  void check_results() {
+    std::set<std::string> states;
+    for (const Swap& swap : program_.swaps) {
+      if (!written_.contains(swap.next)) problem("swaps {}, which it does not write", swap.next);
+      if (swap.state == swap.next) problem("swaps {} with itself", swap.state);
+      if (!states.insert(swap.state).second) problem("swaps {} twice", swap.state);
+    }
+    for (const std::string& field : program_.keeps) {
+      if (!written_.contains(field)) problem("keeps {}, which it does not write", field);
+    }
+  }
+
+  const Module& module_;
+  const Program& program_;
+  Problems& problems_;
+  int statement_ = -1;
+  std::set<std::string> written_, updated_, filled_, fields_, params_;
+  std::map<std::string, int> grown_;  // region on which a field's values were computed
+};
+
+template <class T>
+void check_unique_names(const std::vector<T>& things, const char* what, Problems& problems) {
+  std::set<std::string> names;
+  for (const T& thing : things) {
+    if (!names.insert(thing.name).second) problems.push_back({fmt::format("there are two {} {}", what, thing.name), thing.name});
+  }
+}
+
+}  // namespace
+
+std::vector<Problem> find_problems(const Module& module) {
+  Problems problems;
+  check_unique_names(module.kernels, "kernels", problems);
+  check_unique_names(module.programs, "programs", problems);
+  for (const Kernel& kernel : module.kernels) KernelCheck(kernel, problems).run();
+  for (const Program& program : module.programs) ProgramCheck(module, program, problems).run();
+  for (const Loop& loop : module.loops) {
+    for (const std::string& program : loop.programs) {
+      if (!module.find_program(program)) problems.push_back({fmt::format("a loop runs {}, which does not exist", program), ""});
+    }
+  }
+  return problems;
+}
+
+std::vector<std::string> verify(const Module& module) {
+  std::vector<std::string> texts;
+  for (const Problem& problem : find_problems(module)) texts.push_back(problem.text);
+  return texts;
+}
+
+}  // namespace dpde::stencil

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files, blocks and the order of things in them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "syntax/parse_parts.h"
+#include "syntax/parser.h"
+
+namespace dpde::ast {
+namespace {
+
+// ---- blocks --------------------------------------------------------------------------------------------------------
+std::vector<std::string> words_of(const BlockRule& rule) {
+  std::vector<std::string> words;
+  for (const ItemRule& item : rule.items) words.emplace_back(item.word);
+  return words;
+}
+
+std::string understood(const BlockRule& rule) {
+  std::vector<std::string> words = words_of(rule);
+  if (!rule.named.example.empty()) words.emplace_back(rule.named.example);
+  return fmt::format("understood here: {}", fmt::join(words, ", "));
+}
+
+/// "did you mean ..." for a slip, "it belongs in ..." for the wrong block; always what is understood.
+std::string hint_for(std::string_view word, const BlockRule& here) {
+  const std::string near = nearest_name(word, words_of(here));
+  if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
+  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule()}) {
+    for (const ItemRule& item : rule.items) {
+      if (item.word == word) return fmt::format("{} belongs in a {}; {}", word, rule.name, understood(here));
+    }
+  }
+  return understood(here);
+}
+
+ItemKind parse_item(Cursor& cursor, const BlockRule& rule) {
+  if (rule.named.begins != nullptr && rule.named.begins(cursor)) return rule.named.parse(cursor);
+  for (const ItemRule& item : rule.items) {
+    if (cursor.accept_word(item.word)) return item.parse(cursor);
+  }
+  const Token token = cursor.peek();
+  if (token.kind == TokenKind::identifier) {
+    cursor.fail("unknown-item", token.range, {quoted(token.spelling), std::string(rule.name)},
+                hint_for(token.spelling.substr(0, 40), rule));
+  } else {
+    cursor.fail_expected(fmt::format("an item of the {}", rule.name), understood(rule));
+  }
+  return {};
+}
+
+void add_item(Cursor& cursor, const BlockRule& rule, std::vector<Item>& items) {
+  const int start = cursor.position();
+  Item item;
+  item.trivia = cursor.take_comments_above();
+  if (items.empty()) item.trivia.blank_before = false;
+  item.kind = parse_item(cursor, rule);
+  cursor.expect_end_of_item();
+  if (cursor.failed()) {
+    cursor.recover(start);
+    return;
+  }
+  item.range = cursor.range_since(start);
+  cursor.collect_inner_comments(item.trivia);
+  item.trivia.after = cursor.take_comment_behind();
+  items.push_back(std::move(item));
+}
+
+/// { ... }, with `parse_one` called at the begin of every item.
+template <class ParseOne>
+void parse_block(Cursor& cursor, Declaration& declaration, std::string_view name, const ParseOne& parse_one) {
+  if (cursor.at(TokenKind::line_break) && cursor.peek_second().kind == TokenKind::left_brace) cursor.take();
+  const int open = cursor.position();
+  const SourceRange brace = cursor.peek().range;
+  if (!cursor.expect(TokenKind::left_brace)) return;
+  cursor.collect_inner_comments(declaration.trivia);
+  declaration.trivia.after = cursor.take_comment_behind();
+  while (true) {
+    cursor.skip_separators();
+    if (cursor.at(TokenKind::right_brace)) break;
+    if (cursor.at(TokenKind::end_of_file) || cursor.at_declaration()) {
+      cursor.error("unclosed-block", brace, {std::string(name)});
+      return;
+    }
+    parse_one();
+  }
+  const Trivia closing = cursor.take_comments_above();
+  cursor.take();
+  declaration.closing_comments = closing.before;
+  std::vector<std::string>& comments = declaration.closing_comments;
+  if (!comments.empty() && comments.back().empty()) comments.pop_back();
+  if (!comments.empty() && closing.blank_before) comments.insert(comments.begin(), "");
+  declaration.one_line = !cursor.has_line_break_since(open);
+}
+
+void parse_items(Cursor& cursor, Declaration& declaration, const BlockRule& rule, std::vector<Item>& items) {
+  parse_block(cursor, declaration, rule.name, [&] { add_item(cursor, rule, items); });
+}
+
+// ---- declarations --------------------------------------------------------------------------------------------------
+// Each is called behind its first word, fills in declaration.kind, and leaves the cursor failed after a bad header.
+
+void parse_model(Cursor& cursor, Declaration& declaration) {
+  Model model;
+  model.name = cursor.expect_name("the name of the model");
+  parse_items(cursor, declaration, model_rule(), model.items);
+  declaration.kind = std::move(model);
+}
+
+void parse_scheme_name(Cursor& cursor, std::optional<Identifier>& scheme) {
+  if (cursor.accept_word("with")) scheme = cursor.expect_name("the name of a scheme");
+}
+
+void parse_scene(Cursor& cursor, Declaration& declaration) {
+  Scene scene;
+  scene.name = cursor.expect_name("the name of the scene");
+  cursor.expect(TokenKind::colon);
+  scene.of = cursor.expect_name("the name of a model or program");
+  parse_scheme_name(cursor, scene.scheme);
+  parse_items(cursor, declaration, scene_rule(), scene.items);
+  declaration.kind = std::move(scene);
+}
+
+void parse_scheme(Cursor& cursor, Declaration& declaration) {
+  Scheme scheme;
+  scheme.name = cursor.expect_name("the name of the scheme");
+  parse_items(cursor, declaration, scheme_rule(), scheme.items);
+  declaration.kind = std::move(scheme);
+}
+
+void parse_task(Cursor& cursor, Declaration& declaration) {
+  Task task;
+  task.name = cursor.expect_name("the name of the task");
+  cursor.expect(TokenKind::colon);
+  task.of = cursor.expect_name("the name of a scene");
+  parse_scheme_name(cursor, task.scheme);
+  parse_items(cursor, declaration, task_rule(), task.items);
+  declaration.kind = std::move(task);
+}
+
+void parse_kernel(Cursor& cursor, Declaration& declaration) {
+  Kernel kernel;
+  kernel.name = cursor.expect_name("the name of the kernel");
+  kernel.parameters = parse_kernel_parameters(cursor);
+  if (cursor.accept_word("on")) {
+    kernel.axes = cursor.expect_whole_number();
+    if (!cursor.accept_word("axis")) cursor.expect_word("axes");
+  }
+  parse_items(cursor, declaration, kernel_rule(), kernel.items);
+  declaration.kind = std::move(kernel);
+}
+
+void parse_program(Cursor& cursor, Declaration& declaration) {
+  Program program;
+  program.name = cursor.expect_name("the name of the program");
+  parse_items(cursor, declaration, program_rule(), program.items);
+  declaration.kind = std::move(program);
+}
+
+void parse_loop(Cursor& cursor, Declaration& declaration) {
+  Loop loop;
+  loop.counter = cursor.expect_name("the name of the counter");
+  cursor.expect_word("in");
+  loop.from = cursor.expect_whole_number();
+  cursor.expect(TokenKind::dot_dot);
+  loop.to = cursor.expect_whole_number();
+  parse_block(cursor, declaration, "loop", [&] {
+    const int start = cursor.position();
+    Identifier program = cursor.expect_name("the name of a program");
+    if (!cursor.at_end_of_item()) cursor.fail_expected("the end of the line or ';'");
+    if (cursor.failed()) {
+      cursor.recover(start);
+    } else {
+      loop.body.push_back(std::move(program));
+    }
+  });
+  declaration.kind = std::move(loop);
+}
+
+struct DeclarationRule {
+  std::string_view word;
+  void (*parse)(Cursor&, Declaration&);
+};
+constexpr DeclarationRule declaration_rules[] = {
+    {"model", parse_model},   {"scene", parse_scene},     {"scheme", parse_scheme}, {"task", parse_task},
+    {"kernel", parse_kernel}, {"program", parse_program}, {"loop", parse_loop},
+};
+
+void refuse_declaration(Cursor& cursor) {
+  std::vector<std::string> words;
+  for (const DeclarationRule& rule : declaration_rules) words.emplace_back(rule.word);
+  const std::string list = fmt::format("understood here: {}", fmt::join(words, ", "));
+  const Token token = cursor.peek();
+  if (token.kind != TokenKind::identifier) {
+    cursor.fail_expected("a block such as model or scene", list);
+    return;
+  }
+  const std::string near = nearest_name(token.spelling.substr(0, 40), words);
+  cursor.fail("unknown-declaration", token.range, {quoted(token.spelling)},
+              near.empty() ? list : fmt::format("did you mean {}? {}", near, list));
+}
+
+void add_declaration(Cursor& cursor, Declaration declaration, std::vector<Declaration>& declarations) {
+  const int start = cursor.position();
+  const auto rule = std::find_if(std::begin(declaration_rules), std::end(declaration_rules),
+                                 [&](const DeclarationRule& candidate) { return cursor.at_word(candidate.word); });
+  if (rule == std::end(declaration_rules)) {
+    refuse_declaration(cursor);
+  } else {
+    cursor.take();
+    rule->parse(cursor, declaration);
+  }
+  if (cursor.failed()) {
+    cursor.skip_declaration(start);
+    return;
+  }
+  declaration.range = cursor.range_since(start);
+  declarations.push_back(std::move(declaration));
+}
+
+}  // namespace
+
+File parse(const SourceFile& source, DiagnosticSink& sink) {
+  Cursor cursor(source, sink);
+  File file;
+  while (true) {
+    cursor.skip_separators();
+    Declaration declaration;
+    declaration.trivia = cursor.take_comments_above();
+    if (file.declarations.empty()) declaration.trivia.blank_before = false;
+    if (cursor.at(TokenKind::end_of_file)) {
+      file.trailing_comments = std::move(declaration.trivia.before);
+      std::vector<std::string>& comments = file.trailing_comments;
+      if (!comments.empty() && comments.back().empty()) comments.pop_back();
+      if (!comments.empty() && declaration.trivia.blank_before) comments.insert(comments.begin(), "");
+      return file;
+    }
+    add_declaration(cursor, std::move(declaration), file.declarations);
+  }
+}
+
+Expr parse_expression(const SourceFile& source, DiagnosticSink& sink) {
+  Cursor cursor(source, sink);
+  cursor.skip_separators();
+  Expr expr = parse_expression(cursor);
+  if (!cursor.failed()) cursor.skip_separators();
+  if (!cursor.at(TokenKind::end_of_file)) cursor.fail_expected("an operator or the end of the expression", cursor.product_hint());
+  return cursor.failed() ? Expr() : expr;
+}
+
+}  // namespace dpde::ast

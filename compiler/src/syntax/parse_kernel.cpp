@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// The headers and items of kernels, and the items of programs.
+#include "syntax/parse_parts.h"
+
+namespace dpde::ast {
+namespace {
+
+struct RolePrefix {
+  KernelRole role;
+  std::string_view word;
+};
+constexpr RolePrefix role_prefixes[] = {
+    {KernelRole::out, "out"}, {KernelRole::inout, "inout"}, {KernelRole::sum, "sum"}};
+
+/// out v, w: field — a prefix belongs to all names of its group.
+const RolePrefix* accept_prefix(Cursor& cursor) {
+  if (cursor.peek_second().kind != TokenKind::identifier) return nullptr;
+  for (const RolePrefix& prefix : role_prefixes) {
+    if (cursor.accept_word(prefix.word)) return &prefix;
+  }
+  return nullptr;
+}
+
+/// The type behind the colon, which with the prefix makes the role.
+KernelRole parse_role(Cursor& cursor, const RolePrefix* prefix) {
+  const bool is_param = cursor.at_word("param");
+  if (!is_param && !cursor.at_word("field")) cursor.fail_expected("'field' or 'param'");
+  const bool wants_param = prefix != nullptr && prefix->role == KernelRole::sum;
+  if (prefix != nullptr && wants_param != is_param) {
+    cursor.fail("bad-role", cursor.peek().range, {std::string(prefix->word), wants_param ? "param" : "field"});
+  }
+  cursor.take();
+  if (prefix != nullptr) return prefix->role;
+  return is_param ? KernelRole::param : KernelRole::in;
+}
+
+void parse_group(Cursor& cursor, std::vector<KernelParameter>& parameters) {
+  const RolePrefix* prefix = accept_prefix(cursor);
+  const std::vector<Identifier> names = parse_names(cursor, "the name of a field or param");
+  cursor.expect(TokenKind::colon);
+  const KernelRole role = parse_role(cursor, prefix);
+  std::optional<int> halo;
+  const bool is_field = role != KernelRole::param && role != KernelRole::sum;
+  if (is_field && cursor.accept_word("halo")) halo = cursor.expect_whole_number();
+  for (const Identifier& name : names) parameters.push_back({name, role, halo});
+}
+
+// ---- kernel --------------------------------------------------------------------------------------------------------
+bool begins_assignment(const Cursor& cursor) {
+  const TokenKind second = cursor.peek_second().kind;
+  return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::plus_assign ||
+                                              second == TokenKind::left_paren);
+}
+
+ItemKind parse_assignment(Cursor& cursor) {
+  const Identifier target = cursor.expect_name("the name of a field");
+  if (cursor.at(TokenKind::left_paren)) {
+    ScatterItem item;
+    item.target = parse_call(cursor, target);
+    cursor.expect(TokenKind::plus_assign);
+    item.value = parse_expression(cursor);
+    return item;
+  }
+  const bool accumulate = cursor.take().kind == TokenKind::plus_assign;
+  return AssignItem{target, accumulate, parse_expression(cursor)};
+}
+
+// ---- program -------------------------------------------------------------------------------------------------------
+ItemKind parse_fill(Cursor& cursor) {
+  const Identifier field = cursor.expect_name("the name of a field");
+  return FillItem{field, false, 0, parse_sides(cursor)};
+}
+
+ItemKind parse_fold(Cursor& cursor) {
+  const Identifier field = cursor.expect_name("the name of a field");
+  const bool grows = cursor.at_word("grow") && cursor.peek_second().kind == TokenKind::number;
+  if (grows) cursor.take();
+  const int grow = grows ? cursor.expect_whole_number() : 0;
+  return FillItem{field, true, grow, parse_sides(cursor)};
+}
+
+ItemKind parse_run(Cursor& cursor) {
+  RunItem item;
+  item.kernel = cursor.expect_name("the name of a kernel");
+  if (cursor.accept_word("grow")) item.grow = cursor.expect_whole_number();
+  return item;
+}
+
+ItemKind parse_swap(Cursor& cursor) {
+  SwapItem item;
+  item.state = cursor.expect_name("the name of a field");
+  cursor.expect(TokenKind::comma);
+  item.next = cursor.expect_name("the name of a field");
+  return item;
+}
+
+ItemKind parse_keep(Cursor& cursor) { return KeepItem{parse_names(cursor, "the name of a field")}; }
+
+ItemKind parse_axes(Cursor& cursor) {
+  AxesItem item;
+  do {
+    AxesItem::Axis axis{cursor.expect_name("an axis: x, y or z"), Topology::periodic};
+    if (cursor.accept_word("bounded")) {
+      axis.topology = Topology::bounded;
+    } else if (!cursor.accept_word("periodic")) {
+      cursor.fail_expected("'periodic' or 'bounded'");
+    }
+    item.axes.push_back(std::move(axis));
+  } while (cursor.accept(TokenKind::comma));
+  return item;
+}
+
+}  // namespace
+
+std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor) {
+  std::vector<KernelParameter> parameters;
+  const Token open = cursor.peek();
+  if (!cursor.expect(TokenKind::left_paren)) return parameters;
+  cursor.begin_group(open);
+  if (!cursor.at(TokenKind::right_paren)) {
+    do {
+      parse_group(cursor, parameters);
+    } while (cursor.accept(TokenKind::comma));
+  }
+  cursor.end_group(TokenKind::right_paren);
+  return parameters;
+}
+
+BlockRule kernel_rule() {
+  return {"kernel", {{"let", parse_let}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
+}
+
+BlockRule program_rule() {
+  return {"program",
+          {{"fill", parse_fill},
+           {"fold", parse_fold},
+           {"run", parse_run},
+           {"swap", parse_swap},
+           {"keep", parse_keep},
+           {"axes", parse_axes}},
+          {}};
+}
+
+}  // namespace dpde::ast

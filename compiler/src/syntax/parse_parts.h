@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the parse_*.cpp files call from one another. A function that fails leaves the cursor failed and returns
+// something that nobody looks at.
+#pragma once
+
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "syntax/ast.h"
+#include "syntax/cursor.h"
+
+namespace dpde::ast {
+
+// parse_expression.cpp
+Expr parse_expression(Cursor& cursor);
+/// The rest of a call, from its `(` on.
+Expr parse_call(Cursor& cursor, const Identifier& callee);
+
+// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp: what stands between the braces of each kind of block
+struct ItemRule {
+  std::string_view word;  // the first of the item; it is taken already when parse is called
+  ItemKind (*parse)(Cursor&);
+};
+/// Items that begin with a name of the user, such as nu = 0.01.
+struct NamedItemRule {
+  bool (*begins)(const Cursor&) = nullptr;
+  ItemKind (*parse)(Cursor&) = nullptr;
+  std::string_view example = "";
+};
+struct BlockRule {
+  std::string_view name;
+  std::vector<ItemRule> items;
+  NamedItemRule named;
+};
+BlockRule model_rule();
+BlockRule scene_rule();
+BlockRule scheme_rule();
+BlockRule task_rule();
+BlockRule kernel_rule();
+BlockRule program_rule();
+
+ItemKind parse_let(Cursor& cursor);
+/// a, b, c
+std::vector<Identifier> parse_names(Cursor& cursor, const char* what);
+/// name = value
+std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what);
+/// x.low = 0, y periodic, ... with the place "all" where none is written
+std::vector<BoundarySide> parse_sides(Cursor& cursor);
+/// (u: field halo 1, out v: field)
+std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor);
+
+}  // namespace dpde::ast

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// The items of models, scenes and schemes.
+#include <fmt/format.h>
+
+#include "syntax/parse_parts.h"
+
+namespace dpde::ast {
+namespace {
+
+// ---- model ---------------------------------------------------------------------------------------------------------
+ItemKind parse_field(Cursor& cursor) { return FieldItem{parse_names(cursor, "the name of a field")}; }
+ItemKind parse_coefficient(Cursor& cursor) { return CoefficientItem{parse_names(cursor, "the name of a coefficient")}; }
+ItemKind parse_param(Cursor& cursor) { return ParamItem{parse_names(cursor, "the name of a parameter")}; }
+
+ItemKind parse_equation(Cursor& cursor) {
+  EquationItem item;
+  const Token open = cursor.peek();
+  cursor.expect(TokenKind::left_paren);
+  cursor.begin_group(open);
+  item.field = cursor.expect_name("the name of a field");
+  cursor.end_group(TokenKind::right_paren);
+  cursor.expect(TokenKind::assign);
+  item.rhs = parse_expression(cursor);
+  return item;
+}
+
+/// What looks like an equation but is none: u = ..., dx(u) = ..., 0 = div(u).
+bool begins_no_equation(const Cursor& cursor) {
+  if (cursor.at_word("dt")) return false;
+  const TokenKind second = cursor.peek_second().kind;
+  const bool is_name = cursor.at(TokenKind::identifier);
+  return second == TokenKind::assign || (is_name && second == TokenKind::left_paren);
+}
+
+ItemKind refuse_equation(Cursor& cursor) {
+  const bool is_name = cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::assign;
+  const std::string name(cursor.peek().spelling.substr(0, 40));
+  std::string hint = is_name ? fmt::format("write dt({0}) = ... for a field, or let {0} = ... for a shorthand", name) : "";
+  cursor.fail("not-an-equation", cursor.peek().range, {describe(cursor.peek())}, std::move(hint));
+  return {};
+}
+
+// ---- scene ---------------------------------------------------------------------------------------------------------
+void refuse_option(Cursor& cursor, const char* item, const std::vector<std::string>& understood) {
+  if (!cursor.at(TokenKind::identifier)) {
+    cursor.fail_expected(fmt::format("one of: {}", fmt::join(understood, ", ")));
+    return;
+  }
+  const std::string near = nearest_name(cursor.peek().spelling.substr(0, 40), understood);
+  const std::string list = fmt::format("understood here: {}", fmt::join(understood, ", "));
+  cursor.fail("unknown-option", cursor.peek().range, {describe(cursor.peek()), item},
+              near.empty() ? list : fmt::format("did you mean {}? {}", near, list));
+}
+
+void refuse_repetition(Cursor& cursor, bool repeated) {
+  if (repeated) cursor.fail("repeated", cursor.peek().range, {describe(cursor.peek())});
+}
+
+ItemKind parse_grid(Cursor& cursor) {
+  GridItem item;
+  item.axis = cursor.expect_name("an axis: x, y or z");
+  cursor.expect(TokenKind::assign);
+  item.low = parse_expression(cursor);
+  cursor.expect(TokenKind::dot_dot);
+  item.high = parse_expression(cursor);
+  while (cursor.accept(TokenKind::comma)) {
+    if (cursor.at_word("cells")) {
+      refuse_repetition(cursor, item.cells.has_value());
+      cursor.take();
+      item.cells = parse_expression(cursor);
+    } else if (cursor.at_word("periodic")) {
+      refuse_repetition(cursor, item.periodic);
+      cursor.take();
+      item.periodic = true;
+    } else {
+      refuse_option(cursor, "grid", {"cells", "periodic"});
+    }
+  }
+  return item;
+}
+
+ItemKind parse_value(Cursor& cursor) {
+  auto [name, value] = parse_definition(cursor, "a name");
+  return ValueItem{std::move(name), std::move(value)};
+}
+
+ItemKind parse_initial(Cursor& cursor) {
+  auto [field, value] = parse_definition(cursor, "the name of a field");
+  return InitialItem{std::move(field), std::move(value)};
+}
+
+ItemKind parse_exact(Cursor& cursor) {
+  auto [field, value] = parse_definition(cursor, "the name of a field");
+  return ExactItem{std::move(field), std::move(value)};
+}
+
+ItemKind parse_observe(Cursor& cursor) {
+  auto [name, value] = parse_definition(cursor, "a name for what is observed");
+  return ObserveItem{std::move(name), std::move(value)};
+}
+
+ItemKind parse_boundary(Cursor& cursor) {
+  BoundaryItem item;
+  item.field = cursor.expect_name("the name of a field");
+  if (cursor.at(TokenKind::assign)) {
+    const SourceRange range = cursor.take().range;
+    item.sides.push_back({{"all", range}, parse_expression(cursor)});
+    return item;
+  }
+  if (!cursor.accept(TokenKind::colon)) {
+    cursor.fail_expected("':' or '='", "as in: boundary u: x.low = 0, x.high = 1");
+  }
+  item.sides = parse_sides(cursor);
+  return item;
+}
+
+ItemKind parse_time(Cursor& cursor) {
+  TimeItem item;
+  item.from = parse_expression(cursor);
+  cursor.expect(TokenKind::dot_dot);
+  item.to = parse_expression(cursor);
+  while (cursor.accept(TokenKind::comma)) {
+    if (cursor.at_word("step")) {
+      refuse_repetition(cursor, item.step.has_value());
+      cursor.take();
+      item.step = parse_expression(cursor);
+    } else {
+      refuse_option(cursor, "time", {"step"});
+    }
+  }
+  return item;
+}
+
+ItemKind parse_step(Cursor& cursor) { return StepItem{parse_expression(cursor)}; }
+
+bool begins_value(const Cursor& cursor) {
+  return cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::assign;
+}
+
+Identifier parse_place(Cursor& cursor) {
+  Identifier place = cursor.expect_name("a side such as x.low");
+  if (!cursor.accept(TokenKind::dot)) return place;
+  if (!cursor.at_word("low") && !cursor.at_word("high")) {
+    cursor.fail_expected("'low' or 'high'");
+    return place;
+  }
+  const Token side = cursor.take();
+  return {place.name + "." + std::string(side.spelling), {place.range.begin, side.range.end}};
+}
+
+}  // namespace
+
+std::vector<BoundarySide> parse_sides(Cursor& cursor) {
+  std::vector<BoundarySide> sides;
+  do {
+    BoundarySide side{{"all", cursor.peek().range}, {}};
+    const TokenKind second = cursor.peek_second().kind;
+    const bool has_place = second == TokenKind::assign || second == TokenKind::dot || second == TokenKind::identifier;
+    if (has_place && !cursor.at(TokenKind::assign)) side.place = parse_place(cursor);
+    const bool is_word = cursor.at_word("periodic") || cursor.at_word("zero_gradient");
+    if (!is_word && !cursor.accept(TokenKind::assign)) {
+      cursor.fail_expected("'=', 'periodic' or 'zero_gradient'");
+    }
+    side.value = parse_expression(cursor);
+    sides.push_back(std::move(side));
+  } while (cursor.accept(TokenKind::comma));
+  return sides;
+}
+
+ItemKind parse_let(Cursor& cursor) {
+  auto [name, value] = parse_definition(cursor, "a name");
+  return LetItem{std::move(name), std::move(value)};
+}
+
+std::vector<Identifier> parse_names(Cursor& cursor, const char* what) {
+  std::vector<Identifier> names;
+  do {
+    names.push_back(cursor.expect_name(what));
+  } while (cursor.accept(TokenKind::comma));
+  return names;
+}
+
+std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what) {
+  Identifier name = cursor.expect_name(what);
+  cursor.expect(TokenKind::assign);
+  return {std::move(name), parse_expression(cursor)};
+}
+
+BlockRule model_rule() {
+  return {"model",
+          {{"field", parse_field},
+           {"coefficient", parse_coefficient},
+           {"param", parse_param},
+           {"let", parse_let},
+           {"dt", parse_equation}},
+          {begins_no_equation, refuse_equation}};
+}
+
+BlockRule scene_rule() {
+  return {"scene",
+          {{"grid", parse_grid},
+           {"initial", parse_initial},
+           {"exact", parse_exact},
+           {"boundary", parse_boundary},
+           {"time", parse_time},
+           {"step", parse_step},
+           {"observe", parse_observe}},
+          {begins_value, parse_value, "parameter = value"}};
+}
+
+BlockRule scheme_rule() { return {"scheme", {}, {begins_value, parse_value, "key = value"}}; }
+
+}  // namespace dpde::ast

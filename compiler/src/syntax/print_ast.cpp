@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every item becomes one line. A block that was written on one line stays on one if it has no comments and fits.
+#include "syntax/print_ast.h"
+
+#include <fmt/format.h>
+
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::ast {
+namespace {
+
+constexpr std::size_t max_columns = 120;
+
+std::string print_names(const std::vector<Identifier>& names) {
+  std::vector<std::string_view> texts;
+  for (const Identifier& name : names) texts.push_back(name.name);
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string print_list(const std::vector<Expr>& values) {
+  std::vector<std::string> texts;
+  for (const Expr& value : values) texts.push_back(print(value));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string print_definition(const char* keyword, const Identifier& name, const Expr& value) {
+  return fmt::format("{}{} = {}", keyword, name.name, print(value));
+}
+
+std::string print_when(const When& when) {
+  return match(
+      when,                                             //
+      [](const WhenEnd&) { return std::string(); },     //
+      [](const WhenOver&) { return std::string(" over time"); },
+      [](const WhenAt& at) { return " at t = " + print_list(at.times); });
+}
+
+// ---- items ---------------------------------------------------------------------------------------------------------
+std::string print_grid(const GridItem& grid) {
+  std::string text = fmt::format("grid {} = {} .. {}", grid.axis.name, print(grid.low), print(grid.high));
+  if (grid.cells) text += ", cells " + print(*grid.cells);
+  if (grid.periodic) text += ", periodic";
+  return text;
+}
+
+bool is_word(const Expr& value, std::string_view word) {
+  const auto* name = std::get_if<Name>(&value->kind);
+  return name != nullptr && name->name == word;
+}
+
+std::string print_boundary(const BoundaryItem& boundary) {
+  std::string text = "boundary " + boundary.field.name;
+  if (boundary.sides.size() == 1 && boundary.sides[0].place.name == "all") {
+    return text + " = " + print(boundary.sides[0].value);
+  }
+  const char* separator = ": ";
+  for (const BoundarySide& side : boundary.sides) {
+    text += separator + print_definition("", side.place, side.value);
+    separator = ", ";
+  }
+  return text;
+}
+
+/// x periodic, y.low = 0; the place "all" is left out where it is alone.
+std::string print_fill(const FillItem& fill) {
+  std::string text = fmt::format("{} {}", fill.fold ? "fold" : "fill", fill.field.name);
+  if (fill.grow != 0) text += fmt::format(" grow {}", fill.grow);
+  const char* separator = " ";
+  for (const BoundarySide& side : fill.sides) {
+    const bool alone = side.place.name == "all" && fill.sides.size() == 1;
+    const bool periodic = is_word(side.value, "periodic");
+    const bool bare = periodic || (alone && is_word(side.value, "zero_gradient"));
+    text += fmt::format("{}{}{}{}", separator, alone ? "" : side.place.name + " ", bare ? "" : "= ", print(side.value));
+    separator = ", ";
+  }
+  return text;
+}
+
+std::string print_time(const TimeItem& time) {
+  std::string text = fmt::format("time {} .. {}", print(time.from), print(time.to));
+  if (time.step) text += ", step " + print(*time.step);
+  return text;
+}
+
+std::string print_data(const DataItem& data) {
+  std::string text = print_definition("data ", data.name, data.value);
+  if (data.scene) text += " from scene " + data.scene->name;
+  return text + print_when(data.when);
+}
+
+std::string print_unknown(const UnknownItem& unknown) {
+  std::string text = fmt::format("unknown {}{}", unknown.initial ? "initial " : "", unknown.name.name);
+  if (unknown.from) text += " from " + print(*unknown.from);
+  return text;
+}
+
+std::string print_using(const UsingItem& use) {
+  std::string text = "using " + print(use.optimiser);
+  if (use.iterations) text += ", iterations " + print(*use.iterations);
+  return text;
+}
+
+std::string print_run(const RunItem& run) {
+  return fmt::format("run {}{}", run.kernel.name, run.grow != 0 ? fmt::format(" grow {}", run.grow) : "");
+}
+
+std::string print_axes(const AxesItem& item) {
+  std::string text;
+  for (const AxesItem::Axis& axis : item.axes) {
+    text += fmt::format("{}{} {}", text.empty() ? "axes " : ", ", axis.name.name,
+                        axis.topology == Topology::periodic ? "periodic" : "bounded");
+  }
+  return text;
+}
+
+std::string print_item(const Item& item) {
+  return match(
+      item.kind,                                                                                                //
+      [](const FieldItem& i) { return "field " + print_names(i.names); },                                       //
+      [](const CoefficientItem& i) { return "coefficient " + print_names(i.names); },                           //
+      [](const ParamItem& i) { return "param " + print_names(i.names); },                                       //
+      [](const LetItem& i) { return print_definition("let ", i.name, i.value); },                               //
+      [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },             //
+      [](const GridItem& i) { return print_grid(i); },                                                          //
+      [](const ValueItem& i) { return print_definition("", i.name, i.value); },                                 //
+      [](const InitialItem& i) { return print_definition("initial ", i.field, i.value); },                      //
+      [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },                          //
+      [](const BoundaryItem& i) { return print_boundary(i); },                                                  //
+      [](const TimeItem& i) { return print_time(i); },                                                          //
+      [](const StepItem& i) { return "step " + print(i.step); },                                                //
+      [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },                       //
+      [](const DataItem& i) { return print_data(i); },                                                          //
+      [](const UnknownItem& i) { return print_unknown(i); },                                                    //
+      [](const MinimiseItem& i) { return "minimise " + print(i.loss) + print_when(i.when); },                   //
+      [](const UsingItem& i) { return print_using(i); },                                                        //
+      [](const TestItem& i) { return print_definition("test ", i.name, i.value) + print_when(i.when); },        //
+      [](const AssignItem& i) {
+        return fmt::format("{} {} {}", i.target.name, i.accumulate ? "+=" : "=", print(i.value));
+      },                                                                                                        //
+      [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },            //
+      [](const FillItem& i) { return print_fill(i); },                                                          //
+      [](const RunItem& i) { return print_run(i); },                                                            //
+      [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },                  //
+      [](const KeepItem& i) { return "keep " + print_names(i.names); },                                         //
+      [](const AxesItem& i) { return print_axes(i); });
+}
+
+// ---- headers -------------------------------------------------------------------------------------------------------
+/// The words before the name and behind it: "out " and "field".
+std::pair<const char*, const char*> words_of(KernelRole role) {
+  switch (role) {
+    case KernelRole::in: return {"", "field"};
+    case KernelRole::out: return {"out ", "field"};
+    case KernelRole::inout: return {"inout ", "field"};
+    case KernelRole::param: return {"", "param"};
+    case KernelRole::sum: return {"sum ", "param"};
+  }
+  unreachable("kernel role");
+}
+
+/// Neighbours of the same type share it: u, v: field halo 1, nu, dt: param.
+std::string print_parameters(const std::vector<KernelParameter>& parameters) {
+  std::string text;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const auto same = [&](std::size_t j) {
+      return j < parameters.size() && parameters[j].role == parameters[i].role && parameters[j].halo == parameters[i].halo;
+    };
+    const auto [prefix, type] = words_of(parameters[i].role);
+    if (i > 0) text += ", ";
+    if (i == 0 || !same(i - 1)) text += prefix;
+    text += parameters[i].name.name;
+    if (same(i + 1)) continue;
+    text += fmt::format(": {}", type);
+    if (parameters[i].halo) text += fmt::format(" halo {}", *parameters[i].halo);
+  }
+  return text;
+}
+
+std::string print_kernel_header(const Kernel& kernel) {
+  std::string text = fmt::format("kernel {}({})", kernel.name.name, print_parameters(kernel.parameters));
+  if (kernel.axes) text += fmt::format(" on {} {}", *kernel.axes, *kernel.axes == 1 ? "axis" : "axes");
+  return text;
+}
+
+std::string print_of(const char* keyword, const Identifier& name, const Identifier& of,
+                     const std::optional<Identifier>& scheme) {
+  return fmt::format("{} {} : {}{}", keyword, name.name, of.name, scheme ? " with " + scheme->name : "");
+}
+
+std::string print_header(const DeclarationKind& kind) {
+  return match(
+      kind,                                                                           //
+      [](const Model& d) { return "model " + d.name.name; },                          //
+      [](const Scene& d) { return print_of("scene", d.name, d.of, d.scheme); },       //
+      [](const Scheme& d) { return "scheme " + d.name.name; },                        //
+      [](const Task& d) { return print_of("task", d.name, d.of, d.scheme); },         //
+      [](const Kernel& d) { return print_kernel_header(d); },                         //
+      [](const Program& d) { return "program " + d.name.name; },                      //
+      [](const Loop& d) { return fmt::format("loop {} in {} .. {}", d.counter.name, d.from, d.to); });
+}
+
+// ---- blocks --------------------------------------------------------------------------------------------------------
+/// One row of a block: an item, or a program of a loop.
+struct Row {
+  std::string text;
+  Trivia trivia;
+};
+
+std::vector<Row> rows_of(const DeclarationKind& kind) {
+  std::vector<Row> rows;
+  if (const auto* loop = std::get_if<Loop>(&kind)) {
+    for (const Identifier& program : loop->body) rows.push_back({program.name, {}});
+    return rows;
+  }
+  const std::vector<Item>* items = match(
+      kind,                                                              //
+      [](const Model& d) -> const std::vector<Item>* { return &d.items; },  //
+      [](const Scene& d) -> const std::vector<Item>* { return &d.items; },  //
+      [](const Scheme& d) -> const std::vector<Item>* { return &d.items; },
+      [](const Task& d) -> const std::vector<Item>* { return &d.items; },
+      [](const Kernel& d) -> const std::vector<Item>* { return &d.items; },
+      [](const Program& d) -> const std::vector<Item>* { return &d.items; },
+      [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); });
+  for (const Item& item : *items) rows.push_back({print_item(item), item.trivia});
+  return rows;
+}
+
+std::string print_comments(const std::vector<std::string>& comments, const char* indent) {
+  std::string text;
+  for (const std::string& comment : comments) text += comment.empty() ? "\n" : fmt::format("{}{}\n", indent, comment);
+  return text;
+}
+
+std::string behind(const std::string& comment) { return comment.empty() ? "" : "  " + comment; }
+
+/// { a; b }, or "" where the block cannot be put on one line behind the header.
+std::string print_on_one_line(const Declaration& declaration, const std::vector<Row>& rows, std::size_t header_size) {
+  if (!declaration.one_line || !declaration.closing_comments.empty() || !declaration.trivia.after.empty()) return {};
+  std::string text;
+  for (const Row& row : rows) {
+    if (!row.trivia.before.empty() || !row.trivia.after.empty()) return {};
+    text += (text.empty() ? "" : "; ") + row.text;
+  }
+  text = text.empty() ? "{ }" : "{ " + text + " }";
+  return header_size + 1 + text.size() <= max_columns ? text : "";
+}
+
+std::string print_declaration(const Declaration& declaration) {
+  const std::string header = print_header(declaration.kind);
+  const std::vector<Row> rows = rows_of(declaration.kind);
+  const std::string line = print_on_one_line(declaration, rows, header.size());
+  if (!line.empty()) return fmt::format("{} {}\n", header, line);
+  std::string text = fmt::format("{} {{{}\n", header, behind(declaration.trivia.after));
+  for (const Row& row : rows) {
+    if (row.trivia.blank_before && &row != &rows.front()) text += '\n';
+    text += print_comments(row.trivia.before, "  ");
+    text += fmt::format("  {}{}\n", row.text, behind(row.trivia.after));
+  }
+  return text + print_comments(declaration.closing_comments, "  ") + "}\n";
+}
+
+}  // namespace
+
+std::string print(const File& file) {
+  std::string text;
+  for (const Declaration& declaration : file.declarations) {
+    if (declaration.trivia.blank_before && !text.empty()) text += '\n';
+    text += print_comments(declaration.trivia.before, "");
+    text += print_declaration(declaration);
+  }
+  return text + print_comments(file.trailing_comments, "");
+}
+
+}  // namespace dpde::ast

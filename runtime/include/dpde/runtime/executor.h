@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs compiled programs: fills, folds and sweeps of row functions over the fields of one layout.
+//
+//  - run() allocates nothing, looks nothing up and takes no lock; the constructor resolves everything.
+//  - Results, sums included, are bit-identical for any number of threads.
+//  - The executor owns no fields: bind() every field of the program (inputs, temporaries and outputs) before run().
+//    The program (and its code) must outlive the executor.
+//
+//   Executor step(program, layout, threads);
+//   step.bind(step.field_index("u"), u.base()); ...
+//   step.set_param(step.param_index("dt"), 0.01); step.update_uniforms();
+//   step.prepare();   // once: halos of the inputs
+//   step.run();       // as often as wanted; rebind for ping-pong
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+class Executor {
+ public:
+  /// @throws Error(run) when the program's version, rank or halo does not fit the layout.
+  Executor(const dpde_program& program, const dpde_layout& layout, int threads = 1);
+  ~Executor();
+  Executor(Executor&&) noexcept;
+  Executor& operator=(Executor&&) noexcept;
+
+  /// -1 when the program has none of that name.
+  int field_index(std::string_view name) const;
+  int param_index(std::string_view name) const;
+  int sum_index(std::string_view name) const;
+
+  /// `base` points at cell (0, 0, 0) of memory with the executor's layout.
+  void bind(int field, double* base) { fields_[static_cast<size_t>(field)] = base; }
+  double* bound(int field) const { return fields_[static_cast<size_t>(field)]; }
+
+  /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
+  void set_param(int param, double value) { params_[static_cast<size_t>(param)] = value; }
+  double param(int param) const { return params_[static_cast<size_t>(param)]; }
+  void update_uniforms();
+
+  /// Fills the halos of the inputs (all, or those of one field) as the program needs them.
+  void prepare();
+  void prepare(int field);
+  /// True when prepare() fills that field.
+  bool prepares(int field) const;
+
+  void run();
+
+  /// Sums of the last run, in the order of the program's `sums`.
+  std::span<const double> sums() const { return sums_; }
+  const dpde_program& program() const { return *program_; }
+  const dpde_layout& layout() const { return *layout_; }
+
+ private:
+  struct Plan;
+  const dpde_program* program_;
+  std::unique_ptr<dpde_layout> layout_;
+  std::vector<double*> fields_;
+  std::vector<double> params_, uniforms_, sums_;
+  std::unique_ptr<Plan> plan_;
+};
+
+}  // namespace dpde

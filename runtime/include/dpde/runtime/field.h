@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// A field: aligned memory with a layout, and copies between fields and dense arrays.
+//
+// Dense arrays hold the interior only, x fastest: C order of shape (nz, ny, nx). A new field is zero, halo included.
+#pragma once
+
+#include <array>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "dpde/runtime/layout.h"
+
+namespace dpde {
+
+class Field {
+ public:
+  /// `number` staggers the base addresses of the fields of a simulation modulo 4 KiB: count them 0, 1, 2, ...
+  /// @throws Error(machine) naming the bytes when there is no memory.
+  explicit Field(const dpde_layout& layout, int number = 0);
+
+  const dpde_layout& layout() const { return layout_; }
+  /// Cell (0, 0, 0).
+  double* base() { return base_; }
+  const double* base() const { return base_; }
+  double& at(int64_t x, int64_t y = 0, int64_t z = 0) { return base_[index_of(layout_, x, y, z)]; }
+  double at(int64_t x, int64_t y = 0, int64_t z = 0) const { return base_[index_of(layout_, x, y, z)]; }
+
+  /// Sets every element, halo included.
+  void fill(double value);
+  /// @throws Error(input) when the length is not cell_count(layout()).
+  void copy_in(std::span<const double> dense);
+  void copy_out(std::span<double> dense) const;
+
+ private:
+  struct Free {
+    void operator()(void* memory) const { std::free(memory); }
+  };
+  dpde_layout layout_;
+  std::unique_ptr<void, Free> memory_;
+  double* base_;
+};
+
+/// The same for memory that is not a Field; `base` points at cell (0, 0, 0).
+void copy_in(const dpde_layout& layout, double* base, std::span<const double> dense);
+void copy_out(const dpde_layout& layout, const double* base, std::span<double> dense);
+
+/// Sets the whole field, halo included, to the coordinate of the cell centres along `axis`: low + (i + 1/2) * spacing;
+/// in the halo i wraps where `periodic`, and runs on linearly otherwise.
+void fill_coordinate(Field& field, int axis, double low, double spacing, bool periodic);
+
+struct Cell {
+  int64_t x = 0, y = 0, z = 0;
+  bool operator==(const Cell&) const = default;
+};
+
+/// The first interior cell, in order of memory, whose value is infinite or not a number.
+std::optional<Cell> find_not_finite(const dpde_layout& layout, const double* base);
+bool is_finite(const dpde_layout& layout, const double* base);
+
+}  // namespace dpde

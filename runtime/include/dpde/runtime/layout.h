@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the cells of a field lie in memory. Holds for every layout made here:
+//  - cell (0, y, z) of every row starts on a 64-byte boundary when the allocation does;
+//  - at least max(halo, 8) elements lie before and after the cells of a row;
+//  - the strides of y and z are multiples of 8 elements and no multiples of 4 KiB (stores and loads do not collide).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+/// Layout of a grid of `cells` (x, y, z order, 1 to 3 entries >= 1) with `halo` cells on each side (entries beyond the
+/// rank are not looked at).
+/// @throws Error(input) for a rank that is not 1..3, cells < 1, halo < 0; Error(machine) for more bytes than addressable.
+dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo);
+
+/// Interior cells: the length of a dense array.
+int64_t cell_count(const dpde_layout& layout);
+
+/// Bytes of one field, halo and padding included.
+int64_t field_bytes(const dpde_layout& layout);
+
+/// Element index of cell (x, y, z) relative to the base pointer.
+inline int64_t index_of(const dpde_layout& layout, int64_t x, int64_t y, int64_t z) {
+  return x + y * layout.stride[1] + z * layout.stride[2];
+}
+
+}  // namespace dpde

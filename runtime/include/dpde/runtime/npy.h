@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// NumPy's .npy files: arrays of numbers in and out.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace dpde {
+
+struct NpyArray {
+  std::vector<int64_t> shape;  // as in the file, e.g. (nz, ny, nx); empty: one number
+  std::vector<double> values;  // C order (last axis fastest), whatever order the file has
+};
+
+/// Reads float64, float32, int64 and int32 of either byte order, C and Fortran order, format versions 1 to 3.
+/// @throws Error(input) naming the file and what is wrong with it (never allocates more than the file holds).
+NpyArray read_npy(const std::filesystem::path& path);
+
+/// The same from bytes in memory; `name` stands for the file in messages.
+NpyArray parse_npy(std::span<const char> bytes, const std::string& name);
+
+/// Writes float64, C order, version 1.0, atomically (see atomic_file.h).
+/// @throws Error(input) when shape and length disagree, Error(machine) when the file cannot be written.
+void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values);
+
+}  // namespace dpde

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps a program through time, with losses at chosen steps, and computes the gradient by running its adjoint back.
+//
+//  - State k is the state after k steps, at the time t0 + k * dt; state 0 is initial().
+//  - loss = sum over terms and their steps k of weight * (sum `loss` of the term's program at state k).
+//  - The gradient is the exact adjoint of the loop; it is bit-identical for every number of checkpoint slots and threads.
+//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field.
+//
+// Names: the step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds u_next_bar and swaps
+// (u_next_bar, u_bar); a loss adjoint reads the parameter loss_bar and keeps u_bar. Sums <param>_bar of both are the
+// gradient with respect to parameters. Parameters `t` (time at the start of the step, or of the loss's state) are set by
+// the rollout; all others by the caller.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dpde/runtime/executor.h"
+#include "dpde/runtime/field.h"
+
+namespace dpde {
+
+/// A field of the caller: coefficients, coordinates, data. Its memory must outlive the rollout; its interior may change
+/// between calls; its halo is filled as the programs that read it demand, whenever they are about to run.
+struct BoundField {
+  std::string name;
+  double* base = nullptr;
+};
+struct BoundParam {
+  std::string name;
+  double value = 0;
+};
+/// An input of a loss program that is neither state nor one of RolloutSetup::fields: one pointer for all steps, or one for
+/// each entry of at_steps.
+struct LossData {
+  std::string name;
+  std::vector<double*> at;
+};
+struct LossTerm {
+  const dpde_program* loss = nullptr;
+  const dpde_program* adjoint = nullptr;  // may be null when no gradient is asked for
+  std::vector<int> at_steps;              // strictly increasing, 0 .. steps
+  double weight = 1;
+  std::vector<LossData> data;
+};
+
+struct RolloutSetup {
+  const dpde_program* step = nullptr;
+  const dpde_program* adjoint = nullptr;  // null: forward only
+  dpde_layout layout{};
+  int steps = 0;
+  double t0 = 0, dt = 0;
+  int threads = 1;
+  std::vector<BoundField> fields;
+  std::vector<BoundParam> params;
+  std::vector<LossTerm> losses;
+  /// Memory for the states of gradient(), working states included; slots > 0 overrides it.
+  int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
+  int slots = 0;
+  /// Looked at before each step; when it becomes true the call returns early with `stopped`.
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Called with state 0, every, 2 every, ... and the last one. `states` are base pointers, halos filled.
+struct Snapshot {
+  int step;
+  double t;
+  const std::vector<double*>& states;
+};
+struct Observer {
+  int every = 0;  // 0: never
+  std::function<void(const Snapshot&)> call;
+};
+
+struct BlowUp {
+  int step;  // number of the first state that is not finite
+  double t;  // its time
+  int state;  // index of the state field, and its first bad cell
+  Cell cell;
+  double value;
+};
+struct RunResult {
+  int steps_done = 0;  // the number of the state that final_states() holds
+  bool stopped = false;
+  std::optional<BlowUp> blow_up;  // final_states() is then the last finite state
+  double seconds = 0;
+};
+
+struct GradientResult {
+  double loss = 0;
+  bool stopped = false;                    // nothing else is valid then
+  std::vector<const double*> state_bars;   // d loss / d initial(i): base pointers, valid until the next call
+  std::vector<double> param_bars;          // in the order of param_bar_names()
+  int stored_states = 0;                   // checkpoints held beside the initial state
+  int64_t recomputed_steps = 0;            // forward steps beyond the first pass
+  int64_t checkpoint_bytes = 0;            // of the states allocated for gradient(), working states included
+  double forward_seconds = 0, total_seconds = 0;
+};
+
+class Rollout {
+ public:
+  /// @throws Error(input) for steps < 0, losses at steps out of range, a budget that is too small;
+  ///         Error(run) naming program and field or parameter for anything that is not bound;
+  ///         Error(machine) when memory runs out.
+  explicit Rollout(RolloutSetup setup);
+  ~Rollout();
+  Rollout(Rollout&&) noexcept;
+  Rollout& operator=(Rollout&&) noexcept;
+
+  int state_count() const;
+  const std::string& state_name(int state) const;
+  /// -1 when there is no such state.
+  int state_index(std::string_view name) const;
+  /// The caller sets the interior; run(), loss() and gradient() fill the halo and leave the rest alone.
+  Field& initial(int state);
+
+  /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.
+  bool set_param(std::string_view name, double value);
+
+  /// Forward from initial(); keeps the last state. Looks for values that are not finite at intervals and, when there are
+  /// some, runs again from the last good state to find the first. Losses are not evaluated.
+  RunResult run(const Observer& observer = {});
+  /// Base pointers of the states where the last run() ended, halos filled; valid until the next call.
+  const std::vector<double*>& final_states() const;
+
+  /// Value of the loss (forward only; nothing is stored). Not a number when stopped.
+  double loss();
+  /// @throws Error(run) when the adjoint of the step or of a loss is missing.
+  const GradientResult& gradient();
+  /// Parameters whose gradient the adjoint programs compute (without `_bar`).
+  const std::vector<std::string>& param_bar_names() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// write, fsync, rename; the temporary file is gone whatever happens.
+#include "dpde/runtime/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, int code) {
+  throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), std::strerror(code)));
+}
+
+/// An open file that closes, and if it has a temporary name removes it, unless it was finished.
+class OutputFile {
+ public:
+  OutputFile(const std::filesystem::path& path, bool direct) : path_(path) {
+    if (direct) {
+      descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    } else {
+      temporary_ = path.string() + ".XXXXXX";
+      descriptor_ = mkostemp(temporary_.data(), O_CLOEXEC);
+    }
+    if (descriptor_ < 0) {
+      temporary_.clear();
+      fail(path_, errno);
+    }
+  }
+  ~OutputFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+    if (!temporary_.empty()) unlink(temporary_.c_str());
+  }
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write_all(std::string_view part) {
+    while (!part.empty()) {
+      const ssize_t written = write(descriptor_, part.data(), part.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail(path_, errno);
+      if (written == 0) fail(path_, EIO);
+      part.remove_prefix(static_cast<size_t>(written));
+    }
+  }
+
+  void finish() {
+    if (!temporary_.empty()) {
+      set_permissions();
+      if (fsync(descriptor_) != 0) fail(path_, errno);
+    }
+    const int closed = close(descriptor_);
+    descriptor_ = -1;
+    if (closed != 0) fail(path_, errno);
+    if (temporary_.empty()) return;
+    if (rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, errno);
+    temporary_.clear();
+  }
+
+ private:
+  /// mkostemp makes files for their owner only: give those of the file that is replaced, or of any new file.
+  void set_permissions() {
+    struct stat old {};
+    mode_t mode = 0;
+    if (stat(path_.c_str(), &old) == 0) {
+      mode = old.st_mode & 07777;
+    } else {
+      const mode_t mask = umask(0);
+      umask(mask);
+      mode = 0666 & ~mask;
+    }
+    if (fchmod(descriptor_, mode) != 0) fail(path_, errno);
+  }
+
+  std::filesystem::path path_;
+  std::string temporary_;
+  int descriptor_ = -1;
+};
+
+}  // namespace
+
+void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts) {
+  struct stat status {};
+  const bool exists = stat(path.c_str(), &status) == 0;
+  if (exists && S_ISDIR(status.st_mode)) fail(path, EISDIR);
+  const bool special = exists && !S_ISREG(status.st_mode);
+  // A link is followed: its target is replaced, the link stays.
+  std::error_code error;
+  const std::filesystem::path target = exists && !special ? std::filesystem::canonical(path, error) : path;
+  if (error) fail(path, error.value());
+  OutputFile file(target, special);
+  for (std::string_view part : parts) file.write_all(part);
+  file.finish();
+}
+
+void write_file_atomically(const std::filesystem::path& path, std::string_view content) { write_file_atomically(path, {content}); }
+
+}  // namespace dpde

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// The binomial schedule. advanced(l, s), the least number of forward steps that reverse l steps from a stored state with
+// s slots (that one included), is the solution of
+//   advanced(1, s) = 0,  advanced(l, 1) = l (l - 1) / 2,  advanced(l, s) = min over m of m + advanced(l - m, s - 1) + advanced(m, s)
+// and has the closed form (Griewank and Walther 2000)  r l - C(s + r, r - 1),  r the least number with C(s + r, s) >= l.
+// The minimum lies at any m with advanced' on the same slope in both parts; `split` picks one by the closed form.
+#include "dpde/runtime/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde::checkpoint {
+namespace {
+
+__extension__ using Wide = __int128;
+constexpr int64_t far = int64_t{1} << 62;
+
+/// Binomial coefficient C(n, k), cut off at `far`.
+int64_t binomial(int64_t n, int64_t k) {
+  k = std::min(k, n - k);
+  if (k < 0) return 0;
+  Wide value = 1;
+  for (int64_t i = 1; i <= k; ++i) {
+    value = value * (n - k + i) / i;
+    if (value >= far) return far;
+  }
+  return static_cast<int64_t>(value);
+}
+
+/// Least r with C(slots + r, slots) >= steps: how often a step is advanced at most.
+int64_t repetitions(int64_t steps, int64_t slots) {
+  int64_t r = 0;
+  while (binomial(slots + r, slots) < steps) ++r;
+  return r;
+}
+
+int64_t advanced(int64_t steps, int64_t slots) {
+  if (steps <= 1) return 0;
+  if (slots == 1) return steps * (steps - 1) / 2;
+  const int64_t r = repetitions(steps, slots);
+  return r * steps - binomial(slots + r, r - 1);
+}
+
+/// How far to advance from a stored state before the next one is stored.
+int64_t split(int64_t steps, int64_t slots) {
+  const int64_t r = repetitions(steps, slots);
+  const int64_t low = steps - binomial(slots - 1 + r, r);       // the rest must not need more than r repetitions
+  const int64_t least = binomial(slots + r - 2, slots);         // the first part needs r - 1: between these two
+  return std::clamp(std::max(low, least), int64_t{1}, steps - 1);
+}
+
+void check(int steps, int slots) {
+  if (steps < 0) throw Error(ErrorKind::input, fmt::format("{} steps cannot be reversed", steps));
+  if (slots < 1) throw Error(ErrorKind::input, fmt::format("{} checkpoint slots: at least 1 is needed", slots));
+}
+
+}  // namespace
+
+std::vector<Action> plan(int steps, int slots) {
+  check(steps, slots);
+  std::vector<Action> actions;
+  if (steps == 0) return actions;
+  const int last = std::min(slots, std::max(steps - 1, 1)) - 1;
+  std::vector<int> stored{0};  // entry i: the state in slot i
+  actions.push_back({ActionKind::store, 0, 0, 0});
+  // Each turn: the current state is stored.back(); steps end - 1 .. 0 are still to be reversed.
+  for (int end = steps; !stored.empty();) {
+    const int begin = stored.back(), slot = static_cast<int>(stored.size()) - 1;
+    if (end - begin == 1) {
+      actions.push_back({ActionKind::reverse, begin});
+      end = begin;
+      stored.pop_back();
+      if (!stored.empty()) actions.push_back({ActionKind::restore, stored.back(), 0, slot - 1});
+      continue;
+    }
+    const int middle = slot == last ? end - 1 : begin + static_cast<int>(split(end - begin, last - slot + 1));
+    actions.push_back({ActionKind::advance, begin, middle});
+    if (end - middle > 1) {
+      actions.push_back({ActionKind::store, middle, 0, slot + 1});
+      stored.push_back(middle);
+      continue;
+    }
+    actions.push_back({ActionKind::reverse, middle});  // at once: no slot needed
+    actions.push_back({ActionKind::restore, begin, 0, slot});
+    end = middle;
+  }
+  return actions;
+}
+
+int64_t advanced_steps(int steps, int slots) {
+  check(steps, slots);
+  return advanced(steps, std::min(slots, std::max(steps - 1, 1)));
+}
+
+int slots_for(int64_t memory_bytes, int64_t state_bytes, int steps) {
+  const int64_t states = memory_bytes / std::max<int64_t>(state_bytes, 1);
+  if (states < 3) {
+    throw Error(ErrorKind::input, fmt::format("a checkpoint budget of {} bytes is too small: three states of {} bytes are needed", memory_bytes, state_bytes));
+  }
+  return static_cast<int>(std::min<int64_t>(states - 2, std::max(steps - 1, 1)));
+}
+
+}  // namespace dpde::checkpoint

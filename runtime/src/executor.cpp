@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+// The schedule of row calls: see executor.h for what holds.
+//
+// A sweep of one row goes through run_single (nothing but pointers and the call); others through run_rows, one call a
+// thread: y in tiles where the grid is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends
+// filled while they are in cache, the y and z halos afterwards.
+#include "dpde/runtime/executor.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "dpde/runtime/error.h"
+#include "fill.h"
+
+namespace dpde {
+namespace {
+
+constexpr int64_t tile_rows = 64;
+constexpr int64_t least_cells_for_threads = 32 * 1024;
+
+struct Stream {
+  int field;
+  int64_t delta;  // from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)
+};
+
+struct Range {
+  int64_t from = 0, to = 1;
+  int64_t count() const { return to - from; }
+};
+
+struct Sweep {
+  dpde_row_fn row = nullptr;
+  std::vector<Stream> streams;
+  std::vector<int> grids;
+  std::vector<int> sums;  // program sums
+  std::vector<HaloFill> then;
+  int64_t first = 0, count = 0;
+  Range y, z;
+  int threads = 1;
+  bool ordered = false;
+  int64_t rows() const { return y.count() * z.count(); }
+};
+
+struct Operation {
+  int kind = DPDE_SWEEP;
+  HaloFill fill;
+  HaloFold fold;
+  Sweep sweep;
+};
+
+/// What one thread needs to call rows.
+struct Caller {
+  std::vector<double*> streams;
+  std::vector<double*> starts;
+  dpde_row row{};
+};
+
+int find_name(const char* const* names, int count, std::string_view name) {
+  for (int i = 0; i < count; ++i) {
+    if (name == names[i]) return i;
+  }
+  return -1;
+}
+
+Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
+  const dpde_kernel& kernel = program.kernels[operation.kernel];
+  Sweep sweep;
+  sweep.row = kernel.row;
+  sweep.first = -operation.grow[0];
+  sweep.count = layout.cells[0] + 2 * operation.grow[0];
+  sweep.y = {-operation.grow[1], layout.cells[1] + operation.grow[1]};
+  sweep.z = {-operation.grow[2], layout.cells[2] + operation.grow[2]};
+  for (int s = 0; s < kernel.stream_count; ++s) {
+    const dpde_stream& stream = kernel.streams[s];
+    int64_t delta = sweep.first + stream.offset[0];
+    for (int axis = 1; axis < layout.rank; ++axis) delta += stream.offset[axis] * layout.stride[axis];
+    sweep.streams.push_back({stream.field, delta});
+  }
+  sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
+  sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
+  for (int f = 0; f < operation.then_count; ++f) sweep.then.emplace_back(operation.then[f], layout);
+  sweep.ordered = operation.serial != 0;
+  const bool worth = sweep.rows() > 1 && sweep.rows() * sweep.count >= least_cells_for_threads;
+  sweep.threads = worth && !sweep.ordered ? threads : 1;
+  return sweep;
+}
+
+void check_fits(const dpde_program& program, const dpde_layout& layout) {
+  const auto fail = [&](const std::string& what) { throw Error(ErrorKind::run, fmt::format("program {}: {}", program.name, what)); };
+  if (program.version != DPDE_ABI_VERSION) fail(fmt::format("made for version {} of the runtime's tables, this is {}", program.version, DPDE_ABI_VERSION));
+  if (program.rank != layout.rank) fail(fmt::format("has {} axes, the grid has {}", program.rank, layout.rank));
+  for (int axis = 0; axis < program.rank; ++axis) {
+    if (program.halo[axis] > layout.halo[axis]) {
+      fail(fmt::format("needs a halo of {} cells along {}, the grid has {}", program.halo[axis], "xyz"[axis], layout.halo[axis]));
+    }
+  }
+}
+
+}  // namespace
+
+struct Executor::Plan {
+  std::vector<HaloFill> prepare;
+  std::vector<Operation> operations;
+  std::vector<Caller> callers;    // one a thread
+  std::vector<double*> grids;     // bases of the grids of the sweep that runs
+  std::vector<double> row_sums;   // sums of each row of the sweep that runs
+
+  void run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
+  void run_single(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
+  void run_rows(const Sweep& sweep, const Executor& executor, Caller& caller, Range y, Range z);
+  void run_row(const Sweep& sweep, const Executor& executor, Caller& caller, int64_t y, int64_t z);
+  void run_part(const Sweep& sweep, const Executor& executor, int part, int parts);
+  void bind_grids(const Sweep& sweep, const Executor& executor);
+};
+
+Executor::Executor(const dpde_program& program, const dpde_layout& layout, int threads)
+    : program_(&program), layout_(std::make_unique<dpde_layout>(layout)), plan_(std::make_unique<Plan>()) {
+  check_fits(program, layout);
+  fields_.assign(static_cast<size_t>(program.field_count), nullptr);
+  params_.assign(static_cast<size_t>(program.param_count), 0.0);
+  uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
+  sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
+  for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
+  size_t streams = 0, grids = 0, row_sums = 0;
+  for (int i = 0; i < program.operation_count; ++i) {
+    const dpde_operation& from = program.operations[i];
+    Operation operation;
+    operation.kind = from.kind;
+    if (from.kind == DPDE_FILL) operation.fill = HaloFill(from.fill, layout);
+    if (from.kind == DPDE_FOLD) operation.fold = HaloFold(from.fill, from.grow, layout);
+    if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, std::max(threads, 1));
+    const Sweep& sweep = operation.sweep;
+    streams = std::max(streams, sweep.streams.size());
+    grids = std::max(grids, sweep.grids.size());
+    row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
+    plan_->operations.push_back(std::move(operation));
+  }
+  plan_->grids.assign(grids, nullptr);
+  plan_->row_sums.assign(row_sums, 0.0);
+  plan_->callers.resize(static_cast<size_t>(std::max(threads, 1)));
+  for (Caller& caller : plan_->callers) {
+    caller.streams.assign(streams, nullptr);
+    caller.starts.assign(streams, nullptr);
+    caller.row.streams = caller.streams.data();
+    caller.row.grids = plan_->grids.data();
+    caller.row.uniforms = uniforms_.data();
+    caller.row.layout = layout_.get();
+  }
+}
+
+Executor::~Executor() = default;
+Executor::Executor(Executor&&) noexcept = default;
+Executor& Executor::operator=(Executor&&) noexcept = default;
+
+int Executor::field_index(std::string_view name) const { return find_name(program_->fields, program_->field_count, name); }
+int Executor::param_index(std::string_view name) const { return find_name(program_->params, program_->param_count, name); }
+int Executor::sum_index(std::string_view name) const { return find_name(program_->sums, program_->sum_count, name); }
+
+void Executor::update_uniforms() {
+  if (program_->compute_uniforms != nullptr) program_->compute_uniforms(params_.data(), uniforms_.data());
+}
+
+void Executor::prepare() {
+  for (size_t i = 0; i < fields_.size(); ++i) {
+    if (fields_[i] == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program_->name, program_->fields[i]));
+  }
+  for (const HaloFill& fill : plan_->prepare) fill.run(bound(fill.field()), uniforms_.data());
+}
+
+void Executor::prepare(int field) {
+  for (const HaloFill& fill : plan_->prepare) {
+    if (fill.field() == field) fill.run(bound(field), uniforms_.data());
+  }
+}
+
+bool Executor::prepares(int field) const {
+  return std::ranges::any_of(plan_->prepare, [&](const HaloFill& fill) { return fill.field() == field; });
+}
+
+void Executor::run() {
+  if (program_->interpret != nullptr) {
+    program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), sums_.data());
+    return;
+  }
+  std::fill(sums_.begin(), sums_.end(), 0.0);
+  for (const Operation& operation : plan_->operations) {
+    if (operation.kind == DPDE_SWEEP) {
+      plan_->run_sweep(operation.sweep, *this, sums_);
+    } else if (operation.kind == DPDE_FILL) {
+      operation.fill.run(bound(operation.fill.field()), uniforms_.data());
+    } else {
+      operation.fold.run(bound(operation.fold.field()));
+    }
+  }
+}
+
+void Executor::Plan::bind_grids(const Sweep& sweep, const Executor& executor) {
+  for (size_t g = 0; g < sweep.grids.size(); ++g) grids[g] = executor.bound(sweep.grids[g]);
+}
+
+void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
+  bind_grids(sweep, executor);
+  if (sweep.rows() == 1) return run_single(sweep, executor, sums);
+  if (sweep.threads == 1) {
+    run_part(sweep, executor, 0, 1);
+  } else {
+#pragma omp parallel num_threads(sweep.threads)
+    run_part(sweep, executor, omp_get_thread_num(), omp_get_num_threads());
+  }
+  const size_t count = sweep.sums.size();
+  for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
+  for (const HaloFill& fill : sweep.then) fill.run_planes(executor.bound(fill.field()), executor.uniforms_.data());
+}
+
+void Executor::Plan::run_single(const Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
+  Caller& caller = callers.front();
+  for (size_t s = 0; s < sweep.streams.size(); ++s) caller.streams[s] = executor.bound(sweep.streams[s].field) + sweep.streams[s].delta;
+  std::fill_n(row_sums.begin(), sweep.sums.size(), 0.0);
+  caller.row.sums = row_sums.data();
+  caller.row.count = sweep.count;
+  caller.row.first = sweep.first;
+  caller.row.y = caller.row.z = 0;
+  sweep.row(&caller.row);
+  for (size_t i = 0; i < sweep.sums.size(); ++i) sums[static_cast<size_t>(sweep.sums[i])] += row_sums[i];
+  for (const HaloFill& fill : sweep.then) {
+    double* base = executor.bound(fill.field());
+    fill.run_row(base, executor.uniforms_.data());
+    fill.run_planes(base, executor.uniforms_.data());
+  }
+}
+
+/// The rows of one thread: a contiguous part of z, or of y where z has fewer places than there are threads.
+void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int part, int parts) {
+  Caller& caller = callers[static_cast<size_t>(part)];
+  for (size_t s = 0; s < sweep.streams.size(); ++s) caller.starts[s] = executor.bound(sweep.streams[s].field) + sweep.streams[s].delta;
+  caller.row.count = sweep.count;
+  caller.row.first = sweep.first;
+  Range y = sweep.y, z = sweep.z;
+  Range& split = z.count() >= parts ? z : y;
+  const Range whole = split;
+  split = {whole.from + whole.count() * part / parts, whole.from + whole.count() * (part + 1) / parts};
+  if (z.count() == 1 || sweep.ordered) return run_rows(sweep, executor, caller, y, z);
+  for (int64_t from = y.from; from < y.to; from += tile_rows) {
+    run_rows(sweep, executor, caller, {from, std::min(from + tile_rows, y.to)}, z);
+  }
+}
+
+void Executor::Plan::run_rows(const Sweep& sweep, const Executor& executor, Caller& caller, Range y_range, Range z_range) {
+  for (int64_t z = z_range.from; z < z_range.to; ++z) {
+    for (int64_t y = y_range.from; y < y_range.to; ++y) run_row(sweep, executor, caller, y, z);
+  }
+}
+
+inline void Executor::Plan::run_row(const Sweep& sweep, const Executor& executor, Caller& caller, int64_t y, int64_t z) {
+  const dpde_layout& layout = *executor.layout_;
+  const int64_t place = y * layout.stride[1] + z * layout.stride[2];
+  const size_t streams = sweep.streams.size(), sums = sweep.sums.size();
+  for (size_t s = 0; s < streams; ++s) caller.streams[s] = caller.starts[s] + place;
+  const int64_t number = (z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from);
+  caller.row.sums = row_sums.data() + static_cast<size_t>(number) * sums;
+  std::fill_n(caller.row.sums, sums, 0.0);
+  caller.row.y = y;
+  caller.row.z = z;
+  sweep.row(&caller.row);
+  if (sweep.then.empty() || y < 0 || y >= layout.cells[1] || z < 0 || z >= layout.cells[2]) return;
+  for (const HaloFill& fill : sweep.then) fill.run_row(executor.bound(fill.field()) + place, executor.uniforms_.data());
+}
+
+}  // namespace dpde

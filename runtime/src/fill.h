@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fills and folds of halos, resolved for one layout. Semantics: compiler/src/stencil/stencil.h.
+//
+// Halo cells are set outwards, both sides in turn: cell -1-k (or n+k) then only reads an interior cell or a halo cell
+// nearer to the interior, which is already set. So every extent n >= 1 and every width is handled by the same loop.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+class HaloFill {
+ public:
+  HaloFill() = default;
+  HaloFill(const dpde_fill& fill, const dpde_layout& layout);
+
+  int field() const { return field_; }
+  /// Sets the whole halo. `base` points at cell (0,0,0).
+  void run(double* base, const double* uniforms) const;
+  /// Only the ends of one row; `row` points at its cell x = 0.
+  void run_row(double* row, const double* uniforms) const {
+    const Axis& x = axes_[0];
+    if (!x.periodic) return run_bounded_row(row, uniforms);
+    const int64_t n = x.cells;
+    for (int64_t k = 0; k < x.halo; ++k) {
+      row[-1 - k] = row[n - 1 - k];
+      row[n + k] = row[k];
+    }
+  }
+  /// The y and z halos, when the ends of all interior rows are set.
+  void run_planes(double* base, const double* uniforms) const;
+
+ private:
+  struct Side {
+    bool is_value = false;
+    int uniform = -1;
+  };
+  struct Axis {
+    bool periodic = true;
+    Side low, high;
+    int64_t cells = 1, halo = 0;
+  };
+  void run_bounded_row(double* row, const double* uniforms) const;
+  void fill_y(double* plane, const double* uniforms) const;
+  void fill_z(double* base, const double* uniforms) const;
+
+  int field_ = 0;
+  int rank_ = 1;
+  std::array<Axis, 3> axes_;
+  std::array<int64_t, 3> stride_{};
+};
+
+class HaloFold {
+ public:
+  HaloFold() = default;
+  HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout);
+
+  int field() const { return field_; }
+  void run(double* base) const;
+
+ private:
+  struct Axis {
+    int64_t cells = 1, grow = 0;      // grow 0: nothing to fold
+    double low = 1, high = 1;         // weights with which the fill read
+  };
+  void fold_rows(double* base, int axis) const;
+  void fold_x(double* row) const;
+
+  int field_ = 0;
+  std::array<Axis, 3> axes_;
+  std::array<int64_t, 3> stride_{};
+};
+
+}  // namespace dpde

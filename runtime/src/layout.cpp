@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Strides of a grid: see layout.h for what holds. All products are checked for overflow before they are used.
+#include "dpde/runtime/layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+namespace {
+
+constexpr int64_t lane = 8;                    // elements of a 64-byte line
+constexpr int64_t page = 512;                  // elements of 4 KiB
+constexpr int64_t most_elements = int64_t{1} << 44;  // 128 TiB of doubles: beyond every machine, far from overflow
+
+int64_t round_up(int64_t value) { return (value + lane - 1) / lane * lane; }
+
+int64_t staggered(int64_t stride) { return stride % page == 0 ? stride + lane : stride; }
+
+[[noreturn]] void too_large(std::span<const int64_t> cells) {
+  throw Error(ErrorKind::machine, fmt::format("a grid of {} cells is larger than this machine can address", fmt::join(cells, " x ")));
+}
+
+void check(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo) {
+  if (cells.empty() || cells.size() > DPDE_MAX_RANK) {
+    throw Error(ErrorKind::input, fmt::format("a grid has 1 to 3 axes, not {}", cells.size()));
+  }
+  for (size_t axis = 0; axis < cells.size(); ++axis) {
+    if (cells[axis] < 1) throw Error(ErrorKind::input, fmt::format("axis {} has {} cells; at least 1 is needed", "xyz"[axis], cells[axis]));
+    if (halo[axis] < 0) throw Error(ErrorKind::input, fmt::format("axis {} has a halo of {} cells", "xyz"[axis], halo[axis]));
+    if (cells[axis] > most_elements || halo[axis] > most_elements) too_large(cells);
+  }
+}
+
+}  // namespace
+
+dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo) {
+  check(cells, halo);
+  dpde_layout layout{};
+  layout.rank = static_cast<int32_t>(cells.size());
+  for (size_t axis = 0; axis < DPDE_MAX_RANK; ++axis) {
+    layout.cells[axis] = axis < cells.size() ? cells[axis] : 1;
+    layout.halo[axis] = axis < cells.size() ? halo[axis] : 0;
+  }
+  const auto times = [&](int64_t a, int64_t b) {
+    int64_t product = 0;
+    if (__builtin_mul_overflow(a, b, &product) || product > most_elements) too_large(cells);
+    return product;
+  };
+  const int64_t margin = round_up(std::max(layout.halo[0], lane));
+  const int64_t row = round_up(layout.cells[0]) + 2 * margin;
+  layout.stride[0] = 1;
+  layout.stride[1] = cells.size() > 1 ? staggered(row) : row;
+  layout.stride[2] = times(layout.stride[1], layout.cells[1] + 2 * layout.halo[1]);
+  if (cells.size() > 2) layout.stride[2] = staggered(layout.stride[2]);
+  layout.size = times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]);
+  layout.origin = margin + layout.halo[1] * layout.stride[1] + layout.halo[2] * layout.stride[2];
+  return layout;
+}
+
+int64_t cell_count(const dpde_layout& layout) { return layout.cells[0] * layout.cells[1] * layout.cells[2]; }
+
+int64_t field_bytes(const dpde_layout& layout) { return layout.size * static_cast<int64_t>(sizeof(double)); }
+
+}  // namespace dpde

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limited-memory BFGS (Nocedal and Wright, Numerical Optimization, algorithms 7.4, 3.5 and 3.6).
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <optional>
+
+#include "minimiser.h"
+
+namespace dpde {
+namespace {
+
+constexpr double sufficient_decrease = 1e-4, curvature = 0.9;
+constexpr int most_trials = 40;
+constexpr double longest_step = 1e10;
+
+/// A point along the search line: step length, loss, slope (gradient times direction).
+struct Trial {
+  double step = 0, loss = 0, slope = 0;
+};
+
+/// Minimiser of the cubic through two trials, kept inside the middle 80 % of the interval between them.
+double interpolate(const Trial& a, const Trial& b) {
+  const double low = std::min(a.step, b.step), high = std::max(a.step, b.step), margin = 0.1 * (high - low);
+  const double d1 = a.slope + b.slope - 3 * (a.loss - b.loss) / (a.step - b.step);
+  const double d2 = std::copysign(std::sqrt(d1 * d1 - a.slope * b.slope), b.step - a.step);
+  const double step = b.step - (b.step - a.step) * (b.slope + d2 - d1) / (b.slope - a.slope + 2 * d2);
+  return std::isfinite(step) ? std::clamp(step, low + margin, high - margin) : 0.5 * (low + high);
+}
+
+/// Finds a step along `direction` that fulfils the strong Wolfe conditions, or at least lowers the loss.
+class LineSearch {
+ public:
+  LineSearch(Minimiser& minimiser, const Eigen::VectorXd& from, const Eigen::VectorXd& direction, const Trial& start)
+      : minimiser_(minimiser), from_(from), direction_(direction), start_(start), best_(start), gradient_(from.size()) {}
+
+  /// False when no step that lowers the loss was found; else x, gradient and loss are those of the best one.
+  bool run(double first_step) {
+    Trial before = start_;
+    double step = first_step;
+    for (; trials_ < most_trials && step < longest_step;) {
+      const std::optional<Trial> trial = evaluate(step);
+      if (!trial) {  // not finite: shorten towards the last good step
+        step = before.step + 0.25 * (step - before.step);
+        continue;
+      }
+      if (accepted(*trial)) return true;
+      if (too_high(*trial) || (before.step > 0 && trial->loss >= before.loss)) return zoom(before, *trial);
+      if (trial->slope >= 0) return zoom(*trial, before);
+      before = *trial;
+      step *= 2.5;
+    }
+    return best_.step > 0;
+  }
+  const Eigen::VectorXd& x() const { return best_x_; }
+  const Eigen::VectorXd& gradient() const { return best_gradient_; }
+  double loss() const { return best_.loss; }
+
+ private:
+  bool too_high(const Trial& trial) const { return trial.loss > start_.loss + sufficient_decrease * trial.step * start_.slope; }
+  bool accepted(const Trial& trial) const { return !too_high(trial) && std::abs(trial.slope) <= -curvature * start_.slope; }
+
+  std::optional<Trial> evaluate(double step) {
+    ++trials_;
+    x_ = from_ + step * direction_;
+    Trial trial{step, 0, 0};
+    if (!minimiser_.evaluate(x_, trial.loss, gradient_)) return std::nullopt;
+    trial.slope = gradient_.dot(direction_);
+    if (trial.loss < best_.loss || (accepted(trial) && trial.loss <= best_.loss)) {
+      best_ = trial;
+      best_x_ = x_;
+      best_gradient_ = gradient_;
+    }
+    return trial;
+  }
+
+  /// `low` has the smaller loss and a slope that points towards `high`.
+  bool zoom(Trial low, Trial high) {
+    while (trials_ < most_trials && std::abs(high.step - low.step) > 1e-16 * std::max(low.step, high.step)) {
+      const std::optional<Trial> trial = evaluate(interpolate(low, high));
+      if (!trial) break;
+      if (accepted(*trial)) return true;
+      if (too_high(*trial) || trial->loss >= low.loss) {
+        high = *trial;
+        continue;
+      }
+      if (trial->slope * (high.step - low.step) >= 0) high = low;
+      low = *trial;
+    }
+    return best_.step > 0;
+  }
+
+  Minimiser& minimiser_;
+  const Eigen::VectorXd& from_;
+  const Eigen::VectorXd& direction_;
+  Trial start_, best_;
+  Eigen::VectorXd x_, gradient_, best_x_, best_gradient_;
+  int trials_ = 0;
+};
+
+struct Pair {
+  Eigen::VectorXd step, change;  // of x and of the gradient
+  double rho;
+};
+
+/// The two-loop recursion: minus the approximate inverse Hessian times the gradient.
+Eigen::VectorXd direction_of(const std::deque<Pair>& pairs, const Eigen::VectorXd& gradient) {
+  Eigen::VectorXd q = -gradient;
+  std::vector<double> alphas(pairs.size());
+  for (size_t i = pairs.size(); i-- > 0;) {
+    alphas[i] = pairs[i].rho * pairs[i].step.dot(q);
+    q -= alphas[i] * pairs[i].change;
+  }
+  if (!pairs.empty()) q *= 1 / (pairs.back().rho * pairs.back().change.squaredNorm());
+  for (size_t i = 0; i < pairs.size(); ++i) q += (alphas[i] - pairs[i].rho * pairs[i].change.dot(q)) * pairs[i].step;
+  return q;
+}
+
+void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eigen::VectorXd change) {
+  const double product = step.dot(change);
+  if (!(product > 1e-14 * step.norm() * change.norm())) return;  // keeps the approximation positive definite
+  if (pairs.size() == memory) pairs.pop_front();
+  pairs.push_back({std::move(step), std::move(change), 1 / product});
+}
+
+}  // namespace
+
+OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
+                        const IterationObserver& observer, double gradient_tolerance) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, {}, {}, 0};
+  Eigen::VectorXd gradient;
+  double loss = 0;
+  const bool finite = minimiser.start(x, loss, gradient);
+  std::deque<Pair> pairs;
+  const auto memory = static_cast<size_t>(std::max(method.memory, 1));
+  const auto move_along = [&](const Eigen::VectorXd& direction, double first_step) {
+    const double slope = gradient.dot(direction);
+    if (!(slope < 0)) return false;
+    LineSearch search(minimiser, x, direction, {0, loss, slope});
+    if (!search.run(first_step)) return false;
+    remember(pairs, memory, search.x() - x, search.gradient() - gradient);
+    x = search.x();
+    gradient = search.gradient();
+    loss = search.loss();
+    ++minimiser.result.iterations;
+    return true;
+  };
+  while (minimiser.visit(x, loss, gradient, finite)) {
+    const double careful = std::min(1.0, 1 / gradient.lpNorm<1>());
+    bool moved = move_along(direction_of(pairs, gradient), pairs.empty() ? careful : 1.0);
+    if (!moved && !pairs.empty()) {
+      pairs.clear();
+      moved = move_along(-gradient, careful);
+    }
+    if (!moved) {
+      minimiser.stop(StopReason::no_progress);
+      break;
+    }
+  }
+  return std::move(minimiser.result);
+}
+
+}  // namespace dpde

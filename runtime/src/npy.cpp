@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+// The .npy format: magic, version, length of the header, a Python dictionary of three entries, the numbers.
+// https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+//
+// Nothing in the file is trusted: every length is compared with what is there before anything is allocated.
+#include "dpde/runtime/npy.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <optional>
+
+#include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/error.h"
+
+namespace dpde {
+namespace {
+
+constexpr std::string_view magic = "\x93NUMPY";
+constexpr size_t most_axes = 32;
+static_assert(std::endian::native == std::endian::little);
+
+struct Header {
+  std::string type;  // e.g. "<f8"
+  bool fortran_order = false;
+  std::vector<int64_t> shape;
+};
+
+/// Reads the header's dictionary: {'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }
+class HeaderReader {
+ public:
+  HeaderReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+  Header read() {
+    Header header;
+    int seen = 0;
+    expect('{');
+    while (!accept('}')) {
+      const std::string key = quoted();
+      expect(':');
+      if (key == "descr") {
+        header.type = quoted();
+        seen |= 1;
+      } else if (key == "fortran_order") {
+        header.fortran_order = boolean();
+        seen |= 2;
+      } else if (key == "shape") {
+        header.shape = tuple();
+        seen |= 4;
+      } else {
+        fail(fmt::format("its header has an unknown entry '{}'", key.substr(0, 40)));
+      }
+      if (!accept(',')) {
+        expect('}');
+        break;
+      }
+    }
+    if (seen != 7) fail("its header lacks descr, fortran_order or shape");
+    return header;
+  }
+
+  [[noreturn]] void fail(std::string_view what) const { throw Error(ErrorKind::input, fmt::format("{} is not a usable .npy file: {}", file_, what)); }
+
+ private:
+  void skip_space() {
+    while (!text_.empty() && (text_.front() == ' ' || text_.front() == '\n' || text_.front() == '\t')) text_.remove_prefix(1);
+  }
+  bool accept(char c) {
+    skip_space();
+    if (text_.empty() || text_.front() != c) return false;
+    text_.remove_prefix(1);
+    return true;
+  }
+  void expect(char c) {
+    if (!accept(c)) fail(fmt::format("its header lacks a '{}'", c));
+  }
+  std::string quoted() {
+    skip_space();
+    if (text_.empty() || (text_.front() != '\'' && text_.front() != '"')) fail("its header has no text in quotes where one belongs (records are not supported)");
+    const char quote = text_.front();
+    const size_t end = text_.find(quote, 1);
+    if (end == std::string_view::npos) fail("its header has an open quote");
+    std::string content(text_.substr(1, end - 1));
+    text_.remove_prefix(end + 1);
+    return content;
+  }
+  bool boolean() {
+    skip_space();
+    for (const auto& [word, value] : {std::pair<std::string_view, bool>{"True", true}, {"False", false}}) {
+      if (!text_.starts_with(word)) continue;
+      text_.remove_prefix(word.size());
+      return value;
+    }
+    fail("its fortran_order is neither True nor False");
+  }
+  std::vector<int64_t> tuple() {
+    std::vector<int64_t> values;
+    expect('(');
+    while (!accept(')')) {
+      skip_space();
+      int64_t value = 0;
+      const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value);
+      if (error != std::errc() || value < 0 || values.size() == most_axes) fail("its shape is not a list of sizes");
+      text_.remove_prefix(static_cast<size_t>(end - text_.data()));
+      values.push_back(value);
+      if (!accept(',')) {
+        expect(')');
+        break;
+      }
+    }
+    return values;
+  }
+
+  std::string_view text_;
+  const std::string& file_;
+};
+
+template <class Number>
+double number_at(const char* bytes, bool swap) {
+  std::array<char, sizeof(Number)> buffer;
+  for (size_t i = 0; i < buffer.size(); ++i) buffer[i] = bytes[swap ? buffer.size() - 1 - i : i];
+  return static_cast<double>(std::bit_cast<Number>(buffer));
+}
+
+using ReadNumber = double (*)(const char*, bool);
+struct Type {
+  ReadNumber read;
+  size_t size;
+  bool swap;
+};
+
+std::optional<Type> find_type(std::string_view name) {
+  if (name.size() != 3 || (name[0] != '<' && name[0] != '>' && name[0] != '=')) return std::nullopt;
+  const std::string_view kind = name.substr(1);
+  const bool swap = name[0] == '>';
+  if (kind == "f8") return Type{number_at<double>, 8, swap};
+  if (kind == "f4") return Type{number_at<float>, 4, swap};
+  if (kind == "i8") return Type{number_at<int64_t>, 8, swap};
+  if (kind == "i4") return Type{number_at<int32_t>, 4, swap};
+  return std::nullopt;
+}
+
+/// Number of elements; nullopt when it is larger than `most`.
+std::optional<size_t> count_of(const std::vector<int64_t>& shape, size_t most) {
+  size_t count = 1;
+  for (int64_t size : shape) {
+    if (size == 0) return 0;
+  }
+  for (int64_t size : shape) {
+    if (__builtin_mul_overflow(count, static_cast<size_t>(size), &count) || count > most) return std::nullopt;
+  }
+  return count;
+}
+
+/// Places in C order of the elements as they come in Fortran order.
+std::vector<double> from_fortran_order(const std::vector<double>& values, const std::vector<int64_t>& shape) {
+  std::vector<double> result(values.size());
+  std::vector<size_t> stride(shape.size(), 1), place(shape.size(), 0);
+  for (size_t a = shape.size(); a-- > 1;) stride[a - 1] = stride[a] * static_cast<size_t>(shape[a]);
+  size_t to = 0;
+  for (double value : values) {
+    result[to] = value;
+    for (size_t a = 0; a < shape.size(); ++a) {
+      to += stride[a];
+      if (++place[a] < static_cast<size_t>(shape[a])) break;
+      to -= stride[a] * static_cast<size_t>(shape[a]);
+      place[a] = 0;
+    }
+  }
+  return result;
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  const auto fail = [&](std::string_view why) { throw Error(ErrorKind::input, fmt::format("cannot read {}: {}", path.string(), why)); };
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) fail("it is a folder");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail(std::strerror(errno));
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) fail("it is not a regular file");
+  std::string bytes(size, '\0');
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) fail("it is shorter than it says");
+  return bytes;
+}
+
+std::string header_of(std::span<const int64_t> shape) {
+  std::string text = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}{}), }}", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
+  const size_t before = magic.size() + 4;
+  text.append(63 - (before + text.size()) % 64, ' ');
+  text += '\n';
+  std::string header(magic);
+  header += {'\x01', '\x00', static_cast<char>(text.size() & 0xff), static_cast<char>(text.size() >> 8)};
+  return header + text;
+}
+
+}  // namespace
+
+NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
+  const std::string_view all(bytes.data(), bytes.size());
+  HeaderReader reader({}, name);
+  if (!all.starts_with(magic)) reader.fail("it does not begin with the bytes of one");
+  if (all.size() < magic.size() + 4) reader.fail("it ends inside its header");
+  const int version = all[6];
+  if (version < 1 || version > 3) reader.fail(fmt::format("its format version {} is not 1, 2 or 3", version));
+  const size_t digits = version == 1 ? 2 : 4, start = magic.size() + 2 + digits;
+  if (all.size() < start) reader.fail("it ends inside its header");
+  size_t length = 0;
+  for (size_t i = digits; i-- > 0;) length = length << 8 | static_cast<unsigned char>(all[magic.size() + 2 + i]);
+  if (length > all.size() - start) reader.fail("it ends inside its header");
+  const Header header = HeaderReader(all.substr(start, length), name).read();
+  const std::optional<Type> type = find_type(header.type);
+  if (!type) reader.fail(fmt::format("its numbers are of type '{}'; float64, float32, int64 and int32 are supported", header.type.substr(0, 40)));
+  const std::string_view data = all.substr(start + length);
+  const std::optional<size_t> count = count_of(header.shape, data.size() / type->size);
+  if (!count) reader.fail(fmt::format("{} bytes of numbers are too few for its shape ({})", data.size(), fmt::join(header.shape, ", ")));
+  if (*count * type->size != data.size()) reader.fail(fmt::format("{} bytes follow the numbers of its shape ({})", data.size() - *count * type->size, fmt::join(header.shape, ", ")));
+  NpyArray array{header.shape, std::vector<double>(*count)};
+  for (size_t i = 0; i < *count; ++i) array.values[i] = type->read(data.data() + i * type->size, type->swap);
+  if (header.fortran_order && header.shape.size() > 1) array.values = from_fortran_order(array.values, header.shape);
+  return array;
+}
+
+NpyArray read_npy(const std::filesystem::path& path) { return parse_npy(read_file(path), path.string()); }
+
+void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values) {
+  const std::optional<size_t> count = count_of({shape.begin(), shape.end()}, values.size());
+  if (!count || *count != values.size()) {
+    throw Error(ErrorKind::input, fmt::format("{} values do not have the shape ({})", values.size(), fmt::join(shape, ", ")));
+  }
+  const std::string header = header_of(shape);
+  const std::string_view numbers(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  write_file_atomically(path, {header, numbers});
+}
+
+}  // namespace dpde

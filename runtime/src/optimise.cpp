@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gradient descent and Adam. L-BFGS is in lbfgs.cpp.
+#include "dpde/runtime/optimise.h"
+
+#include <cmath>
+
+#include "minimiser.h"
+
+namespace dpde {
+
+std::string describe(StopReason reason) {
+  switch (reason) {
+    case StopReason::iterations: return "all iterations made";
+    case StopReason::gradient_zero: return "the gradient is zero";
+    case StopReason::no_progress: return "no step lowers the loss any more";
+    case StopReason::not_finite: return "the loss or its gradient is not a finite number";
+    case StopReason::observer: return "stopped";
+  }
+  return "";
+}
+
+bool Minimiser::evaluate(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
+  loss = objective(x, gradient);
+  ++result.evaluations;
+  return std::isfinite(loss) && gradient.allFinite();
+}
+
+bool Minimiser::start(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
+  gradient.resize(x.size());
+  best_x = result.x = x;
+  const bool finite = evaluate(x, loss, gradient);
+  best_loss = result.loss = loss;
+  return finite;
+}
+
+bool Minimiser::visit(const Eigen::VectorXd& x, double loss, const Eigen::VectorXd& gradient, bool finite) {
+  result.losses.push_back(loss);
+  if (!finite) {
+    result.x = best_x;
+    result.loss = best_loss;
+    return stop(StopReason::not_finite);
+  }
+  result.x = x;
+  result.loss = loss;
+  if (!(best_loss <= loss)) {
+    best_loss = loss;
+    best_x = x;
+  }
+  const double norm = gradient.norm();
+  if (observer && !observer({result.iterations, loss, norm, x})) return stop(StopReason::observer);
+  if (norm <= gradient_tolerance) return stop(StopReason::gradient_zero);
+  if (result.iterations >= iterations) return stop(StopReason::iterations);
+  return true;
+}
+
+bool Minimiser::stop(StopReason reason) {
+  result.reason = reason;
+  return false;
+}
+
+namespace {
+
+/// The loop of the methods that make one evaluation an update. update(x, gradient, k) changes x, k = 1, 2, ...
+template <class Update>
+OptimiseResult descend(Minimiser& minimiser, Eigen::VectorXd x, const Update& update) {
+  Eigen::VectorXd gradient;
+  double loss = 0;
+  bool finite = minimiser.start(x, loss, gradient);
+  while (minimiser.visit(x, loss, gradient, finite)) {
+    update(x, gradient, ++minimiser.result.iterations);
+    finite = minimiser.evaluate(x, loss, gradient);
+  }
+  return std::move(minimiser.result);
+}
+
+}  // namespace
+
+OptimiseResult minimise(const GradientDescent& method, const Objective& objective, Eigen::VectorXd x, int iterations,
+                        const IterationObserver& observer, double gradient_tolerance) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, {}, {}, 0};
+  return descend(minimiser, std::move(x), [&](Eigen::VectorXd& at, const Eigen::VectorXd& gradient, int) { at -= method.rate * gradient; });
+}
+
+OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::VectorXd x, int iterations,
+                        const IterationObserver& observer, double gradient_tolerance) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, {}, {}, 0};
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(x.size()), square = Eigen::VectorXd::Zero(x.size());
+  return descend(minimiser, std::move(x), [&](Eigen::VectorXd& at, const Eigen::VectorXd& gradient, int k) {
+    mean = method.beta1 * mean + (1 - method.beta1) * gradient;
+    square = method.beta2 * square + (1 - method.beta2) * gradient.cwiseAbs2();
+    const double mean_scale = 1 / (1 - std::pow(method.beta1, k)), square_scale = 1 / (1 - std::pow(method.beta2, k));
+    at.array() -= method.rate * mean_scale * mean.array() / ((square_scale * square.array()).sqrt() + method.epsilon);
+  });
+}
+
+}  // namespace dpde

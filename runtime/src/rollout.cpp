@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Running forward: steps, losses along the way, and the search for the first value that is not finite.
+#include "dpde/runtime/rollout.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "rollout_impl.h"
+
+namespace dpde {
+namespace {
+
+constexpr int check_interval = 64;  // a check reads the states once: under 1 % of 64 steps
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+/// Fills the halos of all that the caller may have changed.
+void Rollout::Impl::begin() {
+  forward->program.set_time(setup.t0);
+  forward->program.bind_states(buffers.front());
+  for (size_t i = 0; i < state_names.size(); ++i) forward->program.executor.prepare(forward->program.states[i]);
+  forward->program.prepare_inputs();
+}
+
+void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {
+  BoundProgram& program = forward->program;
+  program.bind_states(from);
+  for (size_t i = 0; i < to.size(); ++i) program.executor.bind(forward->next[i], to[i]);
+  program.set_time(time(n));
+  program.executor.run();
+}
+
+void Rollout::Impl::add_losses(int k, const StateBuffer& state) {
+  for (size_t e = first_event[static_cast<size_t>(k)]; e < first_event[static_cast<size_t>(k) + 1]; ++e) {
+    BoundTerm& term = terms[events[e].term];
+    BoundProgram& program = term.loss.program;
+    for (const BoundData& data : term.loss.data) program.executor.bind(data.field, data.at[events[e].entry]);
+    program.set_time(time(k));
+    program.bind_states(state);
+    program.prepare_inputs();
+    program.executor.run();
+    loss_value += term.weight * program.executor.sums()[static_cast<size_t>(term.loss.sum)];
+  }
+}
+
+/// A working buffer that is neither a nor b.
+int Rollout::Impl::free_buffer(int a, int b) const {
+  int buffer = 1;
+  while (buffer == a || buffer == b) ++buffer;
+  return buffer;
+}
+
+std::optional<BlowUp> Rollout::Impl::find_blow_up(int step, const StateBuffer& state) const {
+  for (size_t i = 0; i < state.size(); ++i) {
+    if (const std::optional<Cell> cell = find_not_finite(setup.layout, state[i])) {
+      return BlowUp{step, time(step), static_cast<int>(i), *cell, state[i][index_of(setup.layout, cell->x, cell->y, cell->z)]};
+    }
+  }
+  return std::nullopt;
+}
+
+/// State `from`, in buffer `safe`, is finite, the one of `found` is not: finds the first bad one; `current` is then the
+/// last good one.
+BlowUp Rollout::Impl::locate_blow_up(int from, int safe, const BlowUp& found) {
+  current = safe;
+  for (int n = from; n < found.step; ++n) {
+    const int next = free_buffer(current, current);
+    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    if (const std::optional<BlowUp> first = find_blow_up(n + 1, buffers[static_cast<size_t>(next)])) return *first;
+    current = next;
+  }
+  return found;
+}
+
+RunResult Rollout::Impl::run(const Observer& observer) {
+  start = std::chrono::steady_clock::now();
+  RunResult done;
+  begin();
+  current = 0;
+  int safe = 0, safe_step = 0, k = 0;
+  const bool observes = observer.every > 0 && observer.call;
+  const auto finish = [&](int at) {
+    done.steps_done = at;
+    final_states = buffers[static_cast<size_t>(current)];
+    done.seconds = seconds_since(start);
+    return done;
+  };
+  const auto observe = [&] { observer.call({k, time(k), buffers[static_cast<size_t>(current)]}); };
+  if ((done.blow_up = find_blow_up(0, buffers.front()))) return finish(0);
+  if (observes) observe();
+  while (k < setup.steps) {
+    const int observed = observes ? (k / observer.every + 1) * observer.every : setup.steps;
+    const int until = std::min({setup.steps, safe_step + check_interval, observed});
+    for (; k < until; ++k) {
+      if (stopping()) {
+        done.stopped = true;
+        return finish(k);
+      }
+      const int next = free_buffer(current, safe);
+      step(k, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+      current = next;
+    }
+    if (k == setup.steps || k == safe_step + check_interval) {
+      if (const std::optional<BlowUp> found = find_blow_up(k, buffers[static_cast<size_t>(current)])) {
+        done.blow_up = locate_blow_up(safe_step, safe, *found);
+        return finish(done.blow_up->step - 1);
+      }
+      safe = current;
+      safe_step = k;
+    }
+    if (observes && (k == setup.steps || k == observed)) observe();
+  }
+  return finish(k);
+}
+
+double Rollout::Impl::loss() {
+  begin();
+  loss_value = 0;
+  current = 0;
+  add_losses(0, buffers.front());
+  for (int n = 0; n < last_loss; ++n) {
+    if (stopping()) return std::numeric_limits<double>::quiet_NaN();
+    const int next = free_buffer(current, current);
+    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    current = next;
+    if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(current)]);
+  }
+  return loss_value;
+}
+
+}  // namespace dpde

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gradient: forward by the checkpoint plan, then the adjoint back, with the seeds of the losses added at their steps.
+//
+// Buffers are handed around, never copied: to store a state is to keep its buffer. With s slots, s + 2 buffers suffice:
+// the stored states, the current one and the one that the current step writes.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dpde/runtime/error.h"
+#include "rollout_impl.h"
+
+namespace dpde {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void add_interior(const dpde_layout& layout, double* to, const double* from) {
+  for (int64_t z = 0; z < layout.cells[2]; ++z) {
+    for (int64_t y = 0; y < layout.cells[1]; ++y) {
+      const int64_t row = index_of(layout, 0, y, z);
+      for (int64_t x = row; x < row + layout.cells[0]; ++x) to[x] += from[x];
+    }
+  }
+}
+
+void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) {
+  if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
+  for (const BoundTerm& term : terms) {
+    if (term.adjoint) continue;
+    throw Error(ErrorKind::run, fmt::format("the gradient needs the adjoint of the loss {}", term.loss.program.executor.program().name));
+  }
+}
+
+}  // namespace
+
+const GradientResult& Rollout::Impl::gradient() {
+  check_adjoints(backward.has_value(), terms);
+  start = std::chrono::steady_clock::now();
+  begin();
+  backward->program.prepare_inputs();
+  std::ranges::fill(result.param_bars, 0.0);
+  loss_value = 0;
+  current = front = 0;
+  bar = 0;
+  add_losses(0, buffers.front());
+  result.stopped = !(keeps_trajectory ? run_with_checkpoints() : run_without_trajectory());
+  result.loss = loss_value;
+  for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = bars[bar][i];
+  result.total_seconds = seconds_since(start);
+  return result;
+}
+
+void Rollout::Impl::forward_done() { result.forward_seconds = seconds_since(start); }
+
+/// When neither the adjoint of the step nor that of an earlier loss reads a state. False when stopped.
+bool Rollout::Impl::run_without_trajectory() {
+  for (int n = 0; n < last_loss; ++n) {
+    if (stopping()) return false;
+    const int next = free_buffer(current, current);
+    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    current = next;
+    if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(current)]);
+  }
+  forward_done();
+  const StateBuffer& last = buffers[static_cast<size_t>(current)];
+  seed_end(last);
+  for (int n = last_loss - 1; n >= 0; --n) {
+    if (stopping()) return false;
+    reverse(n, last);
+  }
+  return true;
+}
+
+bool Rollout::Impl::run_with_checkpoints() {
+  free_list.clear();
+  for (int b = static_cast<int>(buffers.size()) - 1; b > 0; --b) free_list.push_back(b);
+  std::ranges::fill(is_stored, char{0});
+  is_stored.front() = 1;
+  std::ranges::fill(slot_buffers, 0);
+  if (last_loss == 0) {
+    forward_done();
+    seed_end(buffers.front());
+  }
+  for (const checkpoint::Action& action : actions) {
+    int& slot = slot_buffers[static_cast<size_t>(action.slot)];
+    switch (action.kind) {
+      case checkpoint::ActionKind::advance:
+        if (!advance(action.from, action.to)) return false;
+        break;
+      case checkpoint::ActionKind::store:
+        if (action.slot == 0) break;  // the initial state stays where it is
+        if (slot != 0) {
+          is_stored[static_cast<size_t>(slot)] = 0;
+          release(slot);
+        }
+        slot = current;
+        is_stored[static_cast<size_t>(current)] = 1;
+        break;
+      case checkpoint::ActionKind::restore:
+        release(current);
+        current = slot;
+        break;
+      case checkpoint::ActionKind::reverse:
+        if (stopping() || !start_reverse(action.from)) return false;
+        reverse(action.from, buffers[static_cast<size_t>(current)]);
+        break;
+    }
+  }
+  return true;
+}
+
+int Rollout::Impl::take() {
+  const int buffer = free_list.back();
+  free_list.pop_back();
+  return buffer;
+}
+
+/// Gives a buffer back unless a slot holds it.
+void Rollout::Impl::release(int buffer) {
+  if (!is_stored[static_cast<size_t>(buffer)]) free_list.push_back(buffer);
+}
+
+bool Rollout::Impl::advance(int from, int to) {
+  for (int n = from; n < to; ++n) {
+    if (stopping()) return false;
+    const int next = take();
+    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    release(current);
+    current = next;
+    if (n + 1 <= front) continue;
+    front = n + 1;
+    if (has_losses(front)) add_losses(front, buffers[static_cast<size_t>(current)]);
+  }
+  return true;
+}
+
+/// The first reversal is that of the last step: makes this step, counts its losses, and sets the seeds.
+bool Rollout::Impl::start_reverse(int n) {
+  if (front == last_loss) return true;
+  const int next = take();
+  const StateBuffer& last = buffers[static_cast<size_t>(next)];
+  step(n, buffers[static_cast<size_t>(current)], last);
+  front = last_loss;
+  add_losses(last_loss, last);
+  forward_done();
+  seed_end(last);
+  release(next);
+  return true;
+}
+
+void Rollout::Impl::seed_end(const StateBuffer& state) {
+  std::ranges::fill(is_seeded, char{0});
+  add_seeds(last_loss, state);
+  for (size_t i = 0; i < is_seeded.size(); ++i) {
+    if (is_seeded[i]) continue;
+    std::fill_n(bars[bar][i] - setup.layout.origin, setup.layout.size, 0.0);
+    is_seeded[i] = 1;
+  }
+}
+
+/// Adds the derivative of the losses at state k to the seeds; the first at the end writes them.
+void Rollout::Impl::add_seeds(int k, const StateBuffer& state) {
+  const size_t from = first_event[static_cast<size_t>(k)], to = first_event[static_cast<size_t>(k) + 1];
+  if (from == to) return;
+  for (size_t e = from; e < to; ++e) run_loss_adjoint(events[e], k, state);
+}
+
+void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state) {
+  BoundLossAdjoint& adjoint = *terms[event.term].adjoint;
+  BoundProgram& program = adjoint.program;
+  for (const BoundData& data : adjoint.data) program.executor.bind(data.field, data.at[event.entry]);
+  for (size_t i = 0; i < is_seeded.size(); ++i) {
+    if (adjoint.results[i] >= 0) program.executor.bind(adjoint.results[i], is_seeded[i] ? bars[2][i] : bars[bar][i]);
+  }
+  program.set_time(time(k));
+  program.bind_states(state);
+  program.prepare_inputs();
+  program.executor.run();
+  for (size_t i = 0; i < is_seeded.size(); ++i) {
+    if (adjoint.results[i] < 0) continue;
+    if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], bars[2][i]);
+    is_seeded[i] = 1;
+  }
+  for (const ParamBar& param : adjoint.params) result.param_bars[param.param] += program.executor.sums()[param.sum];
+}
+
+/// The adjoint of step n, and the losses at its first state, which is `state`.
+void Rollout::Impl::reverse(int n, const StateBuffer& state) {
+  Executor& executor = backward->program.executor;
+  backward->program.set_time(time(n));
+  backward->program.bind_states(state);
+  for (size_t i = 0; i < state.size(); ++i) {
+    executor.bind(backward->seeds[i], bars[bar][i]);
+    executor.bind(backward->results[i], bars[1 - bar][i]);
+  }
+  if (has_losses(n + 1)) {
+    for (int seed : backward->seeds) executor.prepare(seed);
+  }
+  executor.run();
+  bar = 1 - bar;
+  for (const ParamBar& param : backward->params) result.param_bars[param.param] += executor.sums()[param.sum];
+  if (has_losses(n)) add_seeds(n, state);
+}
+
+}  // namespace dpde

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+// Construction of a rollout: every name of every program is looked up here, once; everything that is missing is an error
+// that names it; all memory is allocated.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "aligned_memory.h"
+#include "dpde/runtime/error.h"
+#include "rollout_impl.h"
+
+namespace dpde {
+namespace {
+
+constexpr int64_t line = 8, page = 512;  // elements
+
+[[noreturn]] void not_bound(const dpde_program& program, std::string_view what, std::string_view name) {
+  throw Error(ErrorKind::run, fmt::format("program {}: {} {} is not bound", program.name, what, name));
+}
+
+bool contains(const std::vector<std::string>& names, std::string_view name) {
+  return std::ranges::any_of(names, [&](const std::string& other) { return other == name; });
+}
+
+void check_steps(const RolloutSetup& setup) {
+  if (setup.steps < 0) throw Error(ErrorKind::input, fmt::format("the number of steps is {}; it must not be negative", setup.steps));
+  for (const LossTerm& term : setup.losses) {
+    for (size_t i = 0; i < term.at_steps.size(); ++i) {
+      const int step = term.at_steps[i];
+      if (step < 0 || step > setup.steps) {
+        throw Error(ErrorKind::input, fmt::format("a loss at step {} of a run of {} steps", step, setup.steps));
+      }
+      if (i > 0 && step <= term.at_steps[i - 1]) throw Error(ErrorKind::input, fmt::format("the steps of a loss are not increasing at {}", step));
+    }
+  }
+}
+
+}  // namespace
+
+int64_t FieldPool::stride_of(const dpde_layout& layout) {
+  if (layout.size < page) return (layout.size + line - 1) / line * line;
+  return (layout.size + page - 1) / page * page + 5 * line;  // neighbours differ by 320 bytes modulo 4 KiB
+}
+
+FieldPool::FieldPool(const dpde_layout& layout, int64_t count) : stride_(stride_of(layout)), origin_(layout.origin) {
+  int64_t elements = 0;
+  if (__builtin_mul_overflow(stride_, count, &elements) || elements > (int64_t{1} << 59)) {
+    throw Error(ErrorKind::machine, fmt::format("there is no memory for {} fields of {} bytes", count, field_bytes(layout)));
+  }
+  if (count > 0) memory_.reset(allocate_doubles(elements));
+}
+
+Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
+  check_steps(setup);
+  bind_step();
+  if (setup.adjoint != nullptr) bind_adjoint();
+  for (const LossTerm& term : setup.losses) bind_term(term);
+  result.param_bars.assign(param_bar_names.size(), 0.0);
+  schedule_losses();
+  plan_memory();
+  for_each_program([&](BoundProgram& program) {
+    program.executor.update_uniforms();
+  });
+}
+
+void Rollout::Impl::bind_params(BoundProgram& bound) {
+  const dpde_program& program = bound.executor.program();
+  for (int p = 0; p < program.param_count; ++p) {
+    const std::string_view name = program.params[p];
+    if (name == "t" || name == "loss_bar") continue;
+    if (name == "dt") bound.executor.set_param(p, setup.dt);
+    const auto found = std::ranges::find(setup.params, name, &BoundParam::name);
+    if (found == setup.params.end() && name != "dt") not_bound(program, "parameter", name);
+    if (found != setup.params.end()) bound.executor.set_param(p, found->value);
+  }
+  bound.t_param = bound.executor.param_index("t");
+}
+
+/// Binds the caller's fields; whatever else is not computed by the program and not in own_fields is missing.
+void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields) {
+  const dpde_program& program = bound.executor.program();
+  std::vector<int> temporaries;
+  for (int f = 0; f < program.field_count; ++f) {
+    const std::string_view name = program.fields[f];
+    if (contains(own_fields, name)) continue;
+    const auto found = std::ranges::find(setup.fields, name, &BoundField::name);
+    if (f >= program.input_count) {
+      temporaries.push_back(f);
+    } else if (found == setup.fields.end() || found->base == nullptr) {
+      not_bound(program, "field", name);
+    } else {
+      bound.executor.bind(f, found->base);
+      if (bound.executor.prepares(f)) bound.fill_inputs.push_back(f);
+    }
+  }
+  bound.temporaries = FieldPool(setup.layout, static_cast<int64_t>(temporaries.size()));
+  for (size_t i = 0; i < temporaries.size(); ++i) bound.executor.bind(temporaries[i], bound.temporaries.base(static_cast<int64_t>(i)));
+}
+
+/// own_fields: fields that the caller of this function binds itself (beside the states).
+BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step) {
+  BoundProgram bound{Executor(program, setup.layout, setup.threads), -1, {}, {}, {}, {}};
+  bind_params(bound);
+  std::vector<std::string> own = own_fields;
+  for (const std::string& name : state_names) {
+    const int field = bound.executor.field_index(name);
+    const bool is_filled = is_step || forward->program.executor.prepares(forward->program.states[bound.states.size()]);
+    bound.states.push_back(field);
+    if (field >= 0 && !is_filled && bound.executor.prepares(field)) bound.fill_states.push_back(field);
+    own.push_back(name);
+  }
+  bind_inputs(bound, own);
+  return bound;
+}
+
+void Rollout::Impl::bind_step() {
+  if (setup.step == nullptr) throw Error(ErrorKind::run, "a rollout needs a step program");
+  const dpde_program& program = *setup.step;
+  for (int s = 0; s < program.swap_count; ++s) {
+    state_names.emplace_back(program.fields[program.swaps[s].state]);
+    next_names.emplace_back(program.fields[program.swaps[s].next]);
+    initial.emplace_back(setup.layout, s);
+  }
+  forward.emplace(BoundStep{bind_program(program, next_names, true), {}});
+  for (int s = 0; s < program.swap_count; ++s) forward->next.push_back(program.swaps[s].next);
+}
+
+void Rollout::Impl::bind_adjoint() {
+  const dpde_program& program = *setup.adjoint;
+  std::vector<std::string> own;
+  std::vector<int> seeds, results;
+  for (const std::string& next : next_names) {
+    const std::string seed = next + "_bar";
+    const auto swaps = std::span(program.swaps, static_cast<size_t>(program.swap_count));
+    const auto found = std::ranges::find_if(swaps, [&](const dpde_swap& swap) { return seed == program.fields[swap.state]; });
+    if (found == swaps.end()) throw Error(ErrorKind::run, fmt::format("program {}: no swap of {}", program.name, seed));
+    seeds.push_back(found->state);
+    results.push_back(found->next);
+    own.push_back(seed);
+    own.emplace_back(program.fields[found->next]);
+  }
+  backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program)});
+}
+
+std::vector<ParamBar> Rollout::Impl::bind_param_bars(const dpde_program& program) {
+  std::vector<ParamBar> bars_found;
+  for (int s = 0; s < program.sum_count; ++s) {
+    const std::string_view sum = program.sums[s];
+    if (!sum.ends_with("_bar")) continue;
+    const std::string_view name = sum.substr(0, sum.size() - 4);
+    auto place = std::ranges::find(param_bar_names, name);
+    if (place == param_bar_names.end()) place = param_bar_names.emplace(place, name);
+    bars_found.push_back({static_cast<size_t>(s), static_cast<size_t>(place - param_bar_names.begin())});
+  }
+  return bars_found;
+}
+
+std::vector<BoundData> Rollout::Impl::bind_data(const LossTerm& term, BoundProgram& bound) {
+  std::vector<BoundData> data;
+  for (const LossData& from : term.data) {
+    if (from.at.size() != 1 && from.at.size() != term.at_steps.size()) {
+      throw Error(ErrorKind::run, fmt::format("program {}: field {} is bound for {} of {} steps", term.loss->name, from.name, from.at.size(), term.at_steps.size()));
+    }
+    const int field = bound.executor.field_index(from.name);
+    if (field < 0 || from.at.empty()) continue;
+    if (std::ranges::find(from.at, nullptr) != from.at.end()) not_bound(*term.loss, "field", from.name);
+    bound.executor.bind(field, from.at.front());
+    if (bound.executor.prepares(field)) bound.fill_inputs.push_back(field);
+    data.push_back({field, from.at});
+    if (from.at.size() == 1) data.back().at.assign(term.at_steps.size(), from.at.front());
+  }
+  return data;
+}
+
+void Rollout::Impl::bind_term(const LossTerm& term) {
+  if (term.loss == nullptr) throw Error(ErrorKind::run, "a loss term needs a loss program");
+  std::vector<std::string> own;
+  for (const LossData& data : term.data) own.push_back(data.name);
+  BoundLoss loss{bind_program(*term.loss, own, false), 0, {}};
+  loss.sum = loss.program.executor.sum_index("loss");
+  if (loss.sum < 0) throw Error(ErrorKind::run, fmt::format("program {}: no sum named loss", term.loss->name));
+  loss.data = bind_data(term, loss.program);
+  terms.push_back({term.weight, std::move(loss), std::nullopt});
+  if (term.adjoint == nullptr) return;
+  std::vector<int> results;
+  for (const std::string& name : state_names) own.push_back(name + "_bar");
+  BoundLossAdjoint adjoint{bind_program(*term.adjoint, own, false), {}, bind_param_bars(*term.adjoint), {}};
+  const Executor& executor = adjoint.program.executor;
+  for (const std::string& name : state_names) adjoint.results.push_back(executor.field_index(name + "_bar"));
+  const int seed = executor.param_index("loss_bar");
+  if (seed >= 0) adjoint.program.executor.set_param(seed, term.weight);
+  adjoint.data = bind_data(term, adjoint.program);
+  terms.back().adjoint.emplace(std::move(adjoint));
+}
+
+void Rollout::Impl::schedule_losses() {
+  first_event.assign(static_cast<size_t>(setup.steps) + 2, 0);
+  std::vector<std::pair<int, LossEvent>> all;
+  for (size_t term = 0; term < setup.losses.size(); ++term) {
+    const std::vector<int>& at_steps = setup.losses[term].at_steps;
+    for (size_t entry = 0; entry < at_steps.size(); ++entry) all.push_back({at_steps[entry], {term, entry}});
+  }
+  std::ranges::stable_sort(all, {}, &std::pair<int, LossEvent>::first);
+  for (const auto& [step, event] : all) {
+    events.push_back(event);
+    ++first_event[static_cast<size_t>(step) + 1];
+    last_loss = step;
+  }
+  for (size_t k = 1; k < first_event.size(); ++k) first_event[k] += first_event[k - 1];
+}
+
+/// Whether the reverse pass needs any state but the last.
+bool Rollout::Impl::adjoint_reads_states() const {
+  const auto reads = [](const BoundProgram& program) { return std::ranges::any_of(program.states, [](int field) { return field >= 0; }); };
+  if (reads(backward->program)) return true;
+  for (size_t e = 0; e < first_event[static_cast<size_t>(last_loss)]; ++e) {
+    const std::optional<BoundLossAdjoint>& adjoint = terms[events[e].term].adjoint;
+    if (adjoint && reads(adjoint->program)) return true;
+  }
+  return false;
+}
+
+void Rollout::Impl::plan_memory() {
+  const auto states = static_cast<int64_t>(state_names.size());
+  int slots = 1;
+  keeps_trajectory = backward && adjoint_reads_states();
+  const int64_t state_bytes = states * FieldPool::stride_of(setup.layout) * static_cast<int64_t>(sizeof(double));
+  if (keeps_trajectory) {
+    slots = setup.slots > 0 ? std::min(setup.slots, std::max(last_loss - 1, 1)) : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, last_loss);
+    actions = checkpoint::plan(last_loss, slots);
+    slot_buffers.assign(static_cast<size_t>(slots), 0);
+    result.stored_states = slots - 1;
+    result.recomputed_steps = last_loss == 0 ? 0 : checkpoint::advanced_steps(last_loss, slots) + 1 - last_loss;
+  }
+  const int64_t count = std::max(slots - 1 + 2, 3);
+  result.checkpoint_bytes = backward ? (count + 1) * state_bytes : 0;
+  pool = FieldPool(setup.layout, count * states);
+  buffers.emplace_back();
+  for (Field& field : initial) buffers.front().push_back(field.base());
+  for (int64_t b = 0; b < count; ++b) {
+    StateBuffer& buffer = buffers.emplace_back();
+    for (int64_t s = 0; s < states; ++s) buffer.push_back(pool.base(b * states + s));
+  }
+  is_stored.assign(buffers.size(), 0);
+  free_list.reserve(buffers.size());
+  final_states = buffers.front();
+  if (!backward) return;
+  bar_pool = FieldPool(setup.layout, 3 * states);
+  for (int64_t b = 0; b < 3; ++b) {
+    StateBuffer& buffer = bars.emplace_back();
+    for (int64_t s = 0; s < states; ++s) buffer.push_back(bar_pool.base(b * states + s));
+  }
+  is_seeded.assign(state_names.size(), 0);
+  result.state_bars.assign(state_names.size(), nullptr);
+}
+
+template <class Visit>
+void Rollout::Impl::for_each_program(const Visit& visit) {
+  visit(forward->program);
+  if (backward) visit(backward->program);
+  for (BoundTerm& term : terms) {
+    visit(term.loss.program);
+    if (term.adjoint) visit(term.adjoint->program);
+  }
+}
+
+Rollout::Rollout(RolloutSetup setup) : impl_(std::make_unique<Impl>(std::move(setup))) {}
+Rollout::~Rollout() = default;
+Rollout::Rollout(Rollout&&) noexcept = default;
+Rollout& Rollout::operator=(Rollout&&) noexcept = default;
+
+int Rollout::state_count() const { return static_cast<int>(impl_->state_names.size()); }
+const std::string& Rollout::state_name(int state) const { return impl_->state_names[static_cast<size_t>(state)]; }
+int Rollout::state_index(std::string_view name) const {
+  const auto found = std::ranges::find(impl_->state_names, name);
+  return found == impl_->state_names.end() ? -1 : static_cast<int>(found - impl_->state_names.begin());
+}
+Field& Rollout::initial(int state) { return impl_->initial[static_cast<size_t>(state)]; }
+
+bool Rollout::set_param(std::string_view name, double value) {
+  bool found = false;
+  impl_->for_each_program([&](BoundProgram& program) {
+    const int param = program.executor.param_index(name);
+    if (param < 0) return;
+    program.executor.set_param(param, value);
+    program.executor.update_uniforms();
+    found = true;
+  });
+  return found;
+}
+
+RunResult Rollout::run(const Observer& observer) { return impl_->run(observer); }
+const std::vector<double*>& Rollout::final_states() const { return impl_->final_states; }
+double Rollout::loss() { return impl_->loss(); }
+const GradientResult& Rollout::gradient() { return impl_->gradient(); }
+const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->param_bar_names; }
+
+}  // namespace dpde

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of the house that a machine can check: direction of includes, sizes, headers of files.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path root = DPDE_SOURCE_DIR;
+
+std::vector<std::string> read_lines(const fs::path& path) {
+  std::ifstream in(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<fs::path> sources(const std::vector<std::string>& folders) {
+  std::vector<fs::path> result;
+  for (const std::string& folder : folders) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+      const std::string extension = entry.path().extension();
+      if (extension == ".cpp" || extension == ".h") result.push_back(entry.path());
+    }
+  }
+  return result;
+}
+
+const std::vector<std::string> everything{"compiler", "runtime", "tools", "tests"};
+
+/// Folder of compiler/src -> the folders it may include, itself aside. An arrow means "may include"; nothing else is.
+const std::map<std::string, std::set<std::string>> allowed_includes{
+    {"support", {}},
+    {"source", {"support"}},
+    {"syntax", {"support", "source"}},
+    {"model", {"support", "source", "syntax"}},
+    {"stencil", {"support", "source", "syntax", "model"}},
+    {"adjoint", {"support", "source", "stencil"}},
+    {"analysis", {"support", "source", "stencil", "loop"}},
+    {"loop", {"support", "source", "stencil"}},
+    {"codegen", {"support", "source", "loop", "dpde"}},
+    {"codegen/cpp", {"support", "source", "loop", "codegen", "dpde"}},
+    {"codegen/llvm", {"support", "source", "loop", "codegen", "dpde"}},
+    {"driver",
+     {"support", "source", "syntax", "model", "stencil", "adjoint", "analysis", "loop", "codegen", "codegen/cpp", "codegen/llvm", "dpde"}},
+};
+
+/// "stencil/passes" belongs to the layer stencil, "codegen/llvm" is one of its own.
+std::string layer_of(const std::string& folder) {
+  if (allowed_includes.contains(folder)) return folder;
+  return folder.substr(0, folder.find('/'));
+}
+
+TEST(House, IncludesPointDownwards) {
+  const std::regex include(R"re(^#include "([a-z_/]+)/[a-z_0-9]+\.h")re");
+  int checked = 0;
+  for (const fs::path& path : sources({"compiler"})) {
+    const std::string layer = layer_of(fs::relative(path.parent_path(), root / "compiler/src").generic_string());
+    ASSERT_TRUE(allowed_includes.contains(layer)) << path << ": a folder the house does not know";
+    for (const std::string& line : read_lines(path)) {
+      std::smatch match;
+      if (!std::regex_search(line, match, include)) continue;
+      const std::string other = layer_of(match[1]);
+      ++checked;
+      EXPECT_TRUE(other == layer || allowed_includes.at(layer).contains(other)) << path << ": " << line;
+    }
+  }
+  EXPECT_GT(checked, 100);
+}
+
+TEST(House, OnlyConversionsSeeTwoLevels) {
+  for (const fs::path& path : sources({"compiler/src/stencil", "compiler/src/model", "compiler/src/loop"})) {
+    const std::string folder = path.parent_path().filename();
+    const std::string own = path.filename();
+    for (const std::string& line : read_lines(path)) {
+      if (folder == "stencil" && own == "stencil.h") EXPECT_EQ(line.find("\"model/"), std::string::npos) << path;
+      if (folder == "model" && own == "model.h") EXPECT_EQ(line.find("\"syntax/"), std::string::npos) << path;
+      if (folder == "loop" && own == "loop.h") EXPECT_EQ(line.find("\"stencil/"), std::string::npos) << path;
+    }
+  }
+}
+
+TEST(House, LlvmHeadersStayInOneFolder) {
+  int found = 0;
+  for (const fs::path& path : sources({"compiler", "runtime", "tools"})) {
+    for (const std::string& line : read_lines(path)) {
+      if (!line.starts_with("#include <llvm/") && !line.starts_with("#include \"llvm/")) continue;
+      ++found;
+      EXPECT_NE(path.generic_string().find("codegen/llvm/"), std::string::npos) << path << ": " << line;
+    }
+  }
+  EXPECT_GT(found, 0);
+}
+
+TEST(House, RuntimeKnowsNothingOfTheCompiler) {
+  const std::regex allowed(R"re(^#include (<.*>|"dpde/(kernel_abi\.h|runtime/.*)"|"[a-z_0-9]+\.h"))re");
+  for (const fs::path& path : sources({"runtime"})) {
+    for (const std::string& line : read_lines(path)) {
+      if (line.starts_with("#include")) EXPECT_TRUE(std::regex_search(line, allowed)) << path << ": " << line;
+    }
+  }
+}
+
+TEST(House, FilesAreSmallAndSayWhoseTheyAre) {
+  for (const fs::path& path : sources(everything)) {
+    const std::vector<std::string> lines = read_lines(path);
+    EXPECT_LE(lines.size(), 500u) << path;
+    ASSERT_FALSE(lines.empty()) << path;
+    EXPECT_NE(lines[0].find("SPDX-License-Identifier"), std::string::npos) << path;
+  }
+}
+
+/// Length of functions by indentation: from a line that ends in `) ... {` to the `}` at the same indentation.
+TEST(House, FunctionsAreShort) {
+  const std::regex opening(R"(^( {0,4})[A-Za-z~].*\)( const)?( noexcept)?( override)?( ->.*)? \{$)");
+  const std::regex not_a_function(R"(^\s*(if|for|while|switch|namespace|struct|class|enum|TEST)\b)");
+  for (const fs::path& path : sources({"compiler", "runtime", "tools"})) {
+    const std::vector<std::string> lines = read_lines(path);
+    for (size_t i = 0; i < lines.size(); ++i) {
+      std::smatch match;
+      if (!std::regex_search(lines[i], match, opening) || std::regex_search(lines[i], not_a_function)) continue;
+      const std::string closing = match[1].str() + "}";
+      size_t end = i + 1;
+      while (end < lines.size() && !lines[end].starts_with(closing)) ++end;
+      EXPECT_LE(end - i + 1, 60u) << path << ":" << i + 1 << ": " << lines[i];
+    }
+  }
+}
+
+TEST(House, TopLevelHoldsWhatIsAgreed) {
+  const std::set<std::string> agreed{"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "compiler", "runtime", "dsl-examples", "tests", "tools"};
+  for (const auto& entry : fs::directory_iterator(root)) {
+    const std::string name = entry.path().filename();
+    if (name.starts_with(".") || name.starts_with("build") || name == "dpde-out") continue;
+    EXPECT_TRUE(agreed.contains(name)) << name;
+  }
+}
+
+}  // namespace

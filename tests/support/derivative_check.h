@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks of derived programs by the reference interpreter: tangent against central differences, adjoint against tangent.
+#pragma once
+
+#include <string>
+
+#include "adjoint/adjoint.h"
+#include "stencil/interpret.h"
+#include "stencil/stencil.h"
+
+namespace dpde::testing {
+
+/// Parses kernels and programs; fails the running test on any diagnostic or verifier complaint.
+stencil::Module parse_module(const std::string& text);
+
+struct Check {
+  double dot_product = 0;      // | <w, J d> - <J^T w, d> | / (sum of the magnitudes of all products)
+  double finite_difference = 0;  // largest |J d - central difference| relative to the largest |J d| (or 0.1)
+  double magnitude = 0;        // |<w, J d>|: a check of zeros checks nothing
+};
+
+/// Random inputs in [0.5, 1.5], directions and seeds in [-1, 1], params in [0.2, 0.8], all from `seed`.
+Check check_derivatives(const stencil::Module& module, const std::string& program, const adjoint::Activity& wrt,
+                        const stencil::Grid& grid, unsigned seed);
+
+}  // namespace dpde::testing

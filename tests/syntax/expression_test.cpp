@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "support/match.h"
+#include "syntax/parse_helpers.h"
+
+namespace dpde::ast {
+namespace {
+
+/// The tree with every operation in parentheses, written by this test alone.
+std::string tree(const Expr& expr) {
+  return match(
+      expr->kind,                                       //
+      [](const Number& n) { return n.spelling; },       //
+      [](const Text& t) { return "'" + t.value + "'"; },  //
+      [](const Name& n) { return n.name; },             //
+      [](const Unary& u) {
+        return fmt::format("({} {})", u.op == UnaryOp::negate ? "-" : "not", tree(u.operand));
+      },
+      [](const Binary& b) { return fmt::format("({} {} {})", tree(b.left), spelling(b.op), tree(b.right)); },
+      [](const Call& c) {
+        std::string text = c.callee;
+        for (const Argument& a : c.arguments) text += fmt::format("<{}:{}>", a.name, tree(a.value));
+        return text;
+      },
+      [](const Tuple& t) {
+        std::string text = "tuple";
+        for (const Expr& e : t.elements) text += fmt::format("<{}>", tree(e));
+        return text;
+      },
+      [](const Offsets& o) {
+        std::string text = o.name;
+        for (const int offset : o.offsets) text += fmt::format("@{}", offset);
+        return fmt::format("{} grow {}", text, o.grow);
+      },
+      [](const Error&) { return std::string("error"); });
+}
+
+std::string tree_of(const std::string& text) {
+  const SourceFile source("t.dpde", text);
+  DiagnosticSink sink;
+  const Expr expr = parse_expression(source, sink);
+  return sink.all().empty() ? tree(expr) : problems(source, sink);
+}
+
+TEST(Expression, BindsByPrecedence) {
+  EXPECT_EQ(tree_of("a + b*c^d"), "(a + (b * (c ^ d)))");
+  EXPECT_EQ(tree_of("a - b - c"), "((a - b) - c)");
+  EXPECT_EQ(tree_of("a/b*c"), "((a / b) * c)");
+  EXPECT_EQ(tree_of("a^b^c"), "(a ^ (b ^ c))");
+  EXPECT_EQ(tree_of("-x^2"), "(- (x ^ 2))");
+  EXPECT_EQ(tree_of("-x*y"), "((- x) * y)");
+  EXPECT_EQ(tree_of("2^-x^2"), "(2 ^ (- (x ^ 2)))");
+  EXPECT_EQ(tree_of("a*-b"), "(a * (- b))");
+  EXPECT_EQ(tree_of("--x"), "(- (- x))");
+  EXPECT_EQ(tree_of("a < b + 1 and not c == d or e"), "(((a < (b + 1)) and (not (c == d))) or e)");
+  EXPECT_EQ(tree_of("(a + b)*c"), "((a + b) * c)");
+}
+
+TEST(Expression, ReadsCallsTuplesAndOffsets) {
+  EXPECT_EQ(tree_of("lap(u)"), "lap<:u>");
+  EXPECT_EQ(tree_of("f()"), "f");
+  EXPECT_EQ(tree_of("if(a < b, u, v)"), "if<:(a < b)><:u><:v>");
+  EXPECT_EQ(tree_of("adam(rate = 1e-3, 2)"), "adam<rate:1e-3><:2>");
+  EXPECT_EQ(tree_of("load(\"a.npy\")"), "load<:'a.npy'>");
+  EXPECT_EQ(tree_of("advect((u, v), u)"), "advect<:tuple<u><v>><:u>");
+  EXPECT_EQ(tree_of("u[+1, 0] - u[-1, 0]"), "(u@1@0 grow 0 - u@-1@0 grow 0)");
+  EXPECT_EQ(tree_of("inside[-1] grow 1"), "inside@-1 grow 1");
+  EXPECT_EQ(tree_of("f(\n  a,\n  b\n)"), "f<:a><:b>");
+  EXPECT_EQ(tree_of("(a\nb)"), "1:3 E0201 expected ',' or ')' but found the end of the line\n");
+}
+
+TEST(Expression, KnowsItsRangesWithParentheses) {
+  const SourceFile source("t.dpde", "(a + b)*c");
+  DiagnosticSink sink;
+  const Expr expr = parse_expression(source, sink);
+  EXPECT_EQ(expr.range(), (SourceRange{0, 9}));
+  EXPECT_EQ(std::get<Binary>(expr->kind).left.range(), (SourceRange{1, 6}));
+}
+
+TEST(Expression, PrintsTheFewestParentheses) {
+  for (const char* text :
+       {"a + b*c^d", "(a + b)*c", "a - (b - c)", "a - b - c", "a/(b*c)", "a/b*c", "-x^2", "(-x)^2", "-(a*b)", "-a*b", "a*(-b)",
+        "2^(-x)", "(a^b)^c", "a^b^c", "--x", "a - -b", "-(a + b)", "not a < b", "(not a) < b", "not (a and b)",
+        "a and (b or c)", "a and b or c", "(a < b) == c", "a*(not b)", "f(-x, n = 2)", "(u, v)", "u[+1, 0, -2]",
+        "inside[-1] grow 1", "if(a < b, 1.50, 1e-3)", "load(\"a b.npy\")", "not not a"}) {
+    EXPECT_EQ(formatted_expression(text), text);
+  }
+  EXPECT_EQ(formatted_expression("((a))+(b*c)"), "a + b*c");
+  EXPECT_EQ(formatted_expression("a*-b"), "a*(-b)");
+  EXPECT_EQ(formatted_expression("u[1,0]"), "u[+1, 0]");
+}
+
+TEST(Expression, PrintsWhatReadsBackAsTheSameTree) {
+  const char* const operators[] = {"+", "-", "*", "/", "^", "<", "==", "and", "or"};
+  int compared = 0;
+  for (const char* first : operators) {
+    for (const char* second : operators) {
+      for (const char* form : {"(a {} b) {} c", "a {} (b {} c)", "-(a {} b) {} c", "a {} -(b {} c)", "(not a {} b) {} c",
+                               "a {} (not b {} c)", "(-a {} b) {} c", "a {} (-b {} c)"}) {
+        const std::string text = fmt::format(fmt::runtime(form), first, second);
+        const std::string expected = tree_of(text);
+        if (expected.starts_with("1:")) continue;  // comparisons of comparisons, not in parentheses
+        EXPECT_EQ(tree_of(formatted_expression(text)), expected) << text;
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GT(compared, 500);
+}
+
+TEST(Expression, ReportsMistakes) {
+  EXPECT_EQ(formatted_expression(""), "1:1 E0201 expected an expression but found the end of the file\n");
+  EXPECT_EQ(formatted_expression("a +"), "1:4 E0201 expected an expression but found the end of the file\n");
+  EXPECT_EQ(formatted_expression("a b"), "1:3 E0201 expected an operator or the end of the expression but found 'b'\n");
+  EXPECT_EQ(formatted_expression("2x"),
+            "1:2 E0201 expected an operator or the end of the expression but found 'x' | a product is written with *, "
+            "as in 2*x\n");
+  EXPECT_EQ(formatted_expression("f(2x)"),
+            "1:4 E0201 expected ',' or ')' but found 'x' | a product is written with *, as in 2*x\n");
+  EXPECT_EQ(formatted_expression("a < b < c"),
+            "1:7 E0206 comparisons cannot follow one another | write a < b and b < c\n");
+  EXPECT_EQ(formatted_expression("u[0.5]"), "1:3 E0208 expected a whole number but found '0.5'\n");
+  EXPECT_EQ(formatted_expression("u[i]"), "1:3 E0201 expected a whole number but found 'i'\n");
+  EXPECT_EQ(formatted_expression("u[99999999999]"), "1:3 E0208 expected a whole number but found '99999999999'\n");
+  EXPECT_EQ(formatted_expression("()"), "1:2 E0201 expected an expression but found ')'\n");
+  EXPECT_EQ(formatted_expression("a + and"), "1:5 E0201 expected an expression but found 'and'\n");
+  EXPECT_EQ(formatted_expression("data.u"),
+            "1:5 E0201 expected an operator or the end of the expression but found '.' | fields have no components; "
+            "name each field\n");
+  EXPECT_EQ(formatted_expression("|u|"),
+            "1:1 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n"
+            "1:3 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n");
+}
+
+TEST(Expression, LimitsNestingAndLength) {
+  const std::string deep = "1:201 E0204 the expression has too many parts inside one another | give a part of it a name "
+                           "with let\n";
+  EXPECT_EQ(formatted_expression(std::string(10000, '(') + "x" + std::string(10000, ')')), deep);
+  EXPECT_EQ(formatted_expression(std::string(10000, '-') + "x"), deep);
+  EXPECT_EQ(formatted_expression(std::string(10000, '(')), deep);
+  EXPECT_EQ(formatted_expression(std::string(199, '(') + "x" + std::string(199, ')')), "x");
+  std::string powers = "a", sum = "a", calls, nested = "a";
+  for (int i = 0; i < 10000; ++i) powers += "^a";
+  for (int i = 0; i < 100000; ++i) sum += "+a";
+  for (int i = 0; i < 10000; ++i) calls += "f(";
+  EXPECT_NE(formatted_expression(powers).find("E0204"), std::string::npos);
+  EXPECT_NE(formatted_expression(sum).find("E0204"), std::string::npos);
+  EXPECT_NE(formatted_expression(calls).find("E0204"), std::string::npos);
+  // long chains within one another: the height of the tree counts
+  for (int i = 0; i < 100; ++i) {
+    nested = "(" + nested;
+    for (int j = 0; j < 100; ++j) nested += "+a";
+    nested += ")";
+  }
+  EXPECT_NE(formatted_expression(nested).find("E0204"), std::string::npos);
+  std::string fits = "a";
+  for (int i = 0; i < 1999; ++i) fits += " + a";
+  EXPECT_EQ(formatted_expression(fits), fits);
+}
+
+}  // namespace
+}  // namespace dpde::ast

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+#include "driver/files.h"
+#include "driver/session.h"
+#include "source/render.h"
+
+namespace dpde::tools {
+
+namespace {
+
+Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
+  Exit worst = Exit::done;
+  for (const Diagnostic& d : diagnostics) {
+    if (d.kind->severity != Severity::error) continue;
+    const std::string_view code = d.kind->code;
+    Exit exit = Exit::wrong_input;
+    if (code.starts_with("E08")) exit = Exit::failed;
+    if (code == "E0902" || code == "E0903" || code == "E0910") exit = Exit::machine_failed;
+    // A machine that fails is worse than an input that is wrong, which explains more than a run that failed.
+    worst = std::max(worst, exit);
+  }
+  return worst;
+}
+
+std::vector<std::string> split_set(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) return {};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+}  // namespace
+
+bool Job::load_source() {
+  const std::optional<std::string> text = driver::read_file(options_.file, {}, sink_);
+  if (text) source_ = SourceFile(options_.file, *text);
+  return text.has_value();
+}
+
+std::optional<driver::CompileOptions> Job::compile_options() {
+  driver::CompileOptions result;
+  result.selection.name = options_.name;
+  for (const std::string& setting : options_.set) {
+    const std::vector<std::string> parts = split_set(setting);
+    if (parts.empty()) {
+      sink_.report("bad-option", {}, {fmt::format("--set {} is not NAME=VALUE", setting)});
+      return std::nullopt;
+    }
+    result.selection.overrides[parts[0]] = parts[1];
+  }
+  if (!options_.scheme.empty()) result.selection.overrides["scheme"] = options_.scheme;
+  if (options_.backend == "cpp") {
+    result.backend = driver::Backend::cpp;
+  } else if (options_.backend == "interpreter") {
+    result.backend = driver::Backend::interpreter;
+  } else {
+    result.backend = driver::Backend::jit;
+  }
+  return result;
+}
+
+void Job::say(const std::string& text) {
+  if (!options_.quiet && !options_.json) fmt::print("{}", text);
+}
+
+void Job::wrote(const std::string& path) {
+  files_.push_back(path);
+  say(fmt::format("wrote {}\n", path));
+}
+
+int Job::finish(Json result) {
+  Exit exit = exit_for(sink_.all());
+  for (const Diagnostic& diagnostic : sink_.all()) {
+    fmt::print(stderr, "{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0));
+  }
+  if (options_.json) {
+    if (!sink_.all().empty()) result["diagnostics"] = Json::parse(render_json(source_, sink_.all()));
+    fmt::print("{}\n", result.dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    fmt::print(stderr, "dpde: error[E0902]: cannot write standard output\n");
+    exit = Exit::machine_failed;
+  }
+  return static_cast<int>(exit);
+}
+
+void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes) {
+  verb.add_option("file", options.file, "the .dpde file")->required()->type_name("FILE");
+  if (takes.name) verb.add_option("name", options.name, "scene, task or program; not needed where the file has one")->type_name("NAME");
+  if (takes.compile) {
+    verb.add_option("--set", options.set, "override a parameter, cells, cells.x, step, end, or a key of the scheme")
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
+    verb.add_option("--scheme", options.scheme, "use this scheme block of the file")->type_name("NAME");
+    verb.add_option("--backend", options.backend, "what makes the machine code")
+        ->check(CLI::IsMember({"jit", "cpp", "interpreter"}))
+        ->capture_default_str();
+    verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
+  }
+  if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");
+  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers");
+  verb.add_flag("--quiet,-q", options.quiet, "no text but errors");
+  if (takes.json) verb.add_flag("--json", options.json, "one JSON object on standard output and nothing else");
+}
+
+void on_call(CLI::App& verb, int& status, std::function<int()> body) {
+  verb.callback([&status, body = std::move(body)] { status = body(); });
+}
+
+int thread_count(const CommonOptions& options) {
+  if (options.threads > 0) return options.threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+Json json_number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  return value;
+}
+
+Json json_numbers(const std::vector<double>& values) {
+  Json result = Json::array();
+  for (const double value : values) result.push_back(json_number(value));
+  return result;
+}
+
+std::optional<std::uint64_t> parse_bytes(const std::string& text) {
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+  const std::string suffix = text.substr(used);
+  const double unit = suffix.empty() || suffix == "B" ? 1 : suffix == "K" ? 1024.0 : suffix == "M" ? 1048576.0 : suffix == "G" ? 1073741824.0 : 0;
+  const double bytes = value * unit;
+  if (!(bytes >= 1) || bytes > 9e18) return std::nullopt;
+  return static_cast<std::uint64_t>(bytes);
+}
+
+std::string human_bytes(double bytes) {
+  const char* units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  int unit = 0;
+  for (; bytes >= 1024 && unit < 4; ++unit) bytes /= 1024;
+  return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+std::string human_count(double count) {
+  const char* units[] = {"", " k", " M", " G", " T"};
+  int unit = 0;
+  for (; count >= 1000 && unit < 4; ++unit) count /= 1000;
+  return fmt::format("{:.3g}{}", count, units[unit]);
+}
+
+std::string human_seconds(double seconds) {
+  if (seconds >= 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds >= 1) return fmt::format("{:.3g} s", seconds);
+  if (seconds >= 1e-3) return fmt::format("{:.3g} ms", seconds * 1e3);
+  return fmt::format("{:.3g} us", seconds * 1e6);
+}
+
+bool guarded(Job& job, const std::function<void()>& body) {
+  try {
+    body();
+    return true;
+  } catch (const std::exception& error) {
+    driver::report_error(error, job.sink());
+    return false;
+  }
+}
+
+}  // namespace dpde::tools

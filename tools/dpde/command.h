@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every verb shares: the options common to all, exit codes, and the one way results and messages leave the process.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driver/pipeline.h"
+#include "source/diagnostic.h"
+
+namespace dpde::tools {
+
+using Json = nlohmann::ordered_json;
+
+enum class Exit : int { done = 0, failed = 1, wrong_input = 2, machine_failed = 3 };
+
+struct CommonOptions {
+  std::string file, name, scheme, backend = "jit", out;
+  std::vector<std::string> set;
+  int threads = 0;  // 0: all cores
+  std::uint64_t seed = 0;
+  bool quiet = false, json = false;
+};
+
+/// One call of a verb: collects messages and files, and says in the end how it went.
+class Job {
+ public:
+  explicit Job(const CommonOptions& options) : options_(options), source_(options.file, "") {}
+
+  const CommonOptions& options() const { return options_; }
+  const SourceFile& source() const { return source_; }
+  DiagnosticSink& sink() { return sink_; }
+  bool failed() const { return sink_.has_errors(); }
+
+  /// Reads options().file; false and a diagnostic when that fails.
+  bool load_source();
+  /// Selection, backend and verification level of the options; nullopt and diagnostics when one is nonsense.
+  std::optional<driver::CompileOptions> compile_options();
+
+  /// Text for people: standard output, or nothing with --quiet or --json.
+  void say(const std::string& text);
+  /// A file that was written: told to people and listed under `files`.
+  void wrote(const std::string& path);
+  const std::vector<std::string>& files() const { return files_; }
+
+  /// Prints the diagnostics (standard error) and, with --json, `result` with the diagnostics; the exit status.
+  int finish(Json result);
+
+ private:
+  CommonOptions options_;
+  SourceFile source_;
+  DiagnosticSink sink_;
+  std::vector<std::string> files_;
+};
+
+/// Which of `common`'s options a verb takes beside FILE.
+struct Takes {
+  bool name = true, compile = true, out = true, seed = true, json = true;
+};
+void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes = {});
+
+/// Adds a verb whose `body` does the work; its exit status goes to `status`.
+void on_call(CLI::App& verb, int& status, std::function<int()> body);
+
+/// --threads, or all cores.
+int thread_count(const CommonOptions& options);
+
+/// A number of JSON: NaN and infinities become "nan", "inf", "-inf".
+Json json_number(double value);
+Json json_numbers(const std::vector<double>& values);
+
+/// Bytes with a suffix K, M or G (powers of 1024); nullopt when `text` is something else.
+std::optional<std::uint64_t> parse_bytes(const std::string& text);
+/// 1234567 -> "1.18 MiB"; 3.2e9 -> "3.2 G"; 0.00312 -> "3.12 ms".
+std::string human_bytes(double bytes);
+std::string human_count(double count);
+std::string human_seconds(double seconds);
+
+/// Turns what the library threw into a diagnostic of `job`; false when the body threw.
+bool guarded(Job& job, const std::function<void()>& body);
+
+}  // namespace dpde::tools

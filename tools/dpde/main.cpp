@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde: the command. Each verb has a file of its own; this one parses the command line and hands over.
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "command.h"
+#include "verbs.h"
+
+namespace {
+
+/// Wrong options are wrong input: exit status 2; help is not an error.
+int report(const CLI::App& app, const CLI::ParseError& error, bool json) {
+  if (error.get_exit_code() == 0) return app.exit(error);
+  fmt::print(stderr, "dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", error.what());
+  if (json) {
+    const dpde::tools::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", error.what()},
+                                          {"file", ""},      {"line", 0},           {"column", 0},
+                                          {"hint", "dpde VERB --help"}};
+    fmt::print("{}\n", dpde::tools::Json{{"diagnostics", dpde::tools::Json::array({diagnostic})}}.dump());
+  }
+  return static_cast<int>(dpde::tools::Exit::wrong_input);
+}
+
+bool wants_json(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    if (std::string(argv[i]) == "--json") return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace dpde::tools;
+  std::signal(SIGPIPE, SIG_IGN);
+  CLI::App app("dpde: from equations to fast simulations and certified gradients", "dpde");
+  app.set_version_flag("--version", "dpde 0.1");
+  app.require_subcommand(1);
+  app.footer("First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
+             "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed");
+  int status = 0;
+  add_run(app, status);
+  add_check(app, status);
+  add_emit(app, status);
+  add_verify(app, status);
+  add_gradient(app, status);
+  add_optimize(app, status);
+  add_bench(app, status);
+  add_plot(app, status);
+  add_fmt(app, status);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return report(app, error, wants_json(argc, argv));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "dpde: error[E0903]: {}\n", error.what());
+    return static_cast<int>(Exit::machine_failed);
+  }
+  return status;
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes one gnuplot script with the data inside, runs gnuplot in a temporary folder, moves the results to their place.
+#include "picture.h"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <system_error>
+
+#include "driver/files.h"
+#include "support/match.h"
+
+extern char** environ;
+
+namespace dpde::tools {
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder that disappears with its scope.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string pattern = (fs::temp_directory_path() / "dpde-XXXXXX").string();
+    if (mkdtemp(pattern.data()) != nullptr) path_ = pattern;
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Runs gnuplot silently; its exit status, or -1 when it could not be started.
+int run_gnuplot(const std::vector<std::string>& arguments) {
+  std::vector<char*> argv;
+  std::string program = "gnuplot";
+  argv.push_back(program.data());
+  std::vector<std::string> copies = arguments;
+  for (std::string& argument : copies) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", 0, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", 1, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", 1, 0);
+  pid_t child = 0;
+  const int error = posix_spawnp(&child, "gnuplot", &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) return -1;
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return -1;
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/// A gnuplot string: single quotes take nothing but themselves specially.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c == '\n' ? ' ' : c);
+  return result + "'";
+}
+
+std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "NaN"; }
+
+std::string data_of(const LinePanel& panel, int index) {
+  std::string text;
+  for (std::size_t c = 0; c < panel.curves.size(); ++c) {
+    const Curve& curve = panel.curves[c];
+    text += fmt::format("$p{}c{} << EOD\n", index, c);
+    for (std::size_t i = 0; i < curve.y.size(); ++i) text += number(curve.x[i]) + " " + number(curve.y[i]) + "\n";
+    text += "EOD\n";
+  }
+  return text;
+}
+
+std::string data_of(const MapPanel& panel, int index) {
+  std::string text = fmt::format("$p{} << EOD\n", index);
+  for (int y = 0; y < panel.ny; ++y) {
+    for (int x = 0; x < panel.nx; ++x) text += number(panel.values[std::size_t(y) * panel.nx + x]) + " ";
+    text += "\n";
+  }
+  return text + "EOD\n";
+}
+
+std::string labels_of(const std::string& title, const std::string& x_label, const std::string& y_label) {
+  return fmt::format("set title {} noenhanced\nset xlabel {} noenhanced\nset ylabel {} noenhanced\n", quoted(title),
+                     quoted(x_label), quoted(y_label));
+}
+
+std::string plot_of(const LinePanel& panel, int index) {
+  std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
+  text += panel.log_y ? "set logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
+  text += "set autoscale\nset grid lc rgb '#dddddd'\nset key top right noenhanced\nunset colorbox\nplot ";
+  for (std::size_t c = 0; c < panel.curves.size(); ++c) {
+    if (c > 0) text += ", ";
+    text += fmt::format("$p{}c{} using 1:2 {} title {}", index, c,
+                        panel.curves[c].points ? fmt::format("with points pt 7 ps 0.4 lc {}", c + 1)
+                                               : fmt::format("with lines lw 2 lc {}", c + 1),
+                        panel.curves.size() > 1 ? quoted(panel.curves[c].title) : "''");
+  }
+  return text + "\n";
+}
+
+std::string plot_of(const MapPanel& panel, int index) {
+  const double hx = (panel.x_high - panel.x_low) / panel.nx, hy = (panel.y_high - panel.y_low) / panel.ny;
+  double low = INFINITY, high = -INFINITY;
+  for (const double value : panel.values) {
+    if (!std::isfinite(value)) continue;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  if (!(low < high)) {  // one value everywhere, or none
+    low = std::isfinite(low) ? low - 1 : -1;
+    high = low + 2;
+  }
+  // Signed data: red and blue around zero; data of one sign: one hue.
+  const bool is_signed = low < 0 && high > 0;
+  const double bound = std::max(std::abs(low), std::abs(high));
+  std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
+  text += "unset logscale\nunset grid\nunset key\nset colorbox\nset format y '%g'\nset format cb '%g'\n";
+  text += is_signed ? "set palette defined (0 '#2166ac', 0.5 '#f7f7f7', 1 '#b2182b')\n"
+                    : "set palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', 0.75 '#5ec962', 1 '#fde725')\n";
+  text += fmt::format("set cbrange [{}:{}]\n", number(is_signed ? -bound : low), number(is_signed ? bound : high));
+  text += fmt::format("set xrange [{}:{}]\nset yrange [{}:{}]\n", number(panel.x_low), number(panel.x_high),
+                      number(panel.y_low), number(panel.y_high));
+  const double ratio = (panel.y_high - panel.y_low) / (panel.x_high - panel.x_low);
+  text += ratio > 0.2 && ratio < 5 ? "set size ratio -1\n" : "set size noratio\n";
+  text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image pixels\nset size noratio\n", index,
+                      number(panel.x_low + hx / 2), number(hx), number(panel.y_low + hy / 2), number(hy));
+  return text;
+}
+
+std::string script_for(const std::vector<Panel>& panels, const std::string& terminal, const fs::path& output) {
+  std::string text = fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
+  text +=
+      "set linetype 1 lc rgb '#1f77b4'\nset linetype 2 lc rgb '#d62728'\nset linetype 3 lc rgb '#2ca02c'\n"
+      "set linetype 4 lc rgb '#9467bd'\nset border 3\nset tics nomirror\n";
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    text += match(panels[p], [&](const auto& panel) { return data_of(panel, static_cast<int>(p)); });
+  }
+  if (panels.size() > 1) text += fmt::format("set multiplot layout 1,{}\n", panels.size());
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    text += match(panels[p], [&](const auto& panel) { return plot_of(panel, static_cast<int>(p)); });
+  }
+  if (panels.size() > 1) text += "unset multiplot\n";
+  return text + "unset output\n";
+}
+
+}  // namespace
+
+bool have_gnuplot() {
+  static const bool found = run_gnuplot({"--version"}) == 0;
+  return found;
+}
+
+std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink) {
+  std::vector<std::string> files;
+  if (panels.empty() || !have_gnuplot()) return files;
+  const TemporaryFolder folder;
+  if (folder.path().empty()) {
+    sink.report("cannot-write", {}, {stem.string(), "no temporary folder could be made"});
+    return files;
+  }
+  const int width = 640 * static_cast<int>(panels.size());
+  const std::string svg = fmt::format("svg size {},440 dynamic font 'Helvetica,13' background rgb 'white'", width);
+  const std::string png = fmt::format("pngcairo size {},440 font 'Helvetica,10' background rgb 'white'", width);
+  for (const auto& [extension, terminal] : {std::pair{".svg", svg}, std::pair{".png", png}}) {
+    const fs::path drawn = folder.path() / (std::string("picture") + extension);
+    const fs::path script = folder.path() / (std::string("picture") + extension + ".gp");
+    if (!driver::write_file(script, script_for(panels, terminal, drawn), sink)) return files;
+    const fs::path target = stem.string() + extension;
+    if (run_gnuplot({script.string()}) != 0) {
+      sink.report("cannot-write", {}, {target.string(), "gnuplot failed"});
+      return files;
+    }
+    const std::optional<std::string> bytes = driver::read_file(drawn, {}, sink);
+    if (!bytes || !driver::write_file(target, *bytes, sink)) return files;
+    files.push_back(target.string());
+  }
+  return files;
+}
+
+}  // namespace dpde::tools

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures as SVG and PNG through gnuplot: panels of curves and of coloured maps, side by side.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "source/diagnostic.h"
+
+namespace dpde::tools {
+
+struct Curve {
+  std::string title;
+  std::vector<double> x, y;
+  bool points = false;  // marks instead of a line
+};
+struct LinePanel {
+  std::string title, x_label, y_label;
+  bool log_y = false;
+  std::vector<Curve> curves;
+};
+/// Values of shape (ny, nx), x fastest.
+struct MapPanel {
+  std::string title, x_label, y_label;
+  int nx = 0, ny = 0;
+  double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
+  std::vector<double> values;
+};
+using Panel = std::variant<LinePanel, MapPanel>;
+
+bool have_gnuplot();
+
+/// Writes `stem`.svg and `stem`.png and returns their paths. Without gnuplot there is no picture: nothing is returned
+/// and nothing reported (have_gnuplot tells); failures of gnuplot and of the disk are reported.
+std::vector<std::string> draw(const std::filesystem::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink);
+
+}  // namespace dpde::tools

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs of the command, one file each. Each adds its subcommand; the exit status goes to `status`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace dpde::tools {
+
+void add_run(CLI::App& app, int& status);
+void add_check(CLI::App& app, int& status);
+void add_emit(CLI::App& app, int& status);
+void add_verify(CLI::App& app, int& status);
+void add_gradient(CLI::App& app, int& status);
+void add_optimize(CLI::App& app, int& status);
+void add_bench(CLI::App& app, int& status);
+void add_plot(CLI::App& app, int& status);
+void add_fmt(CLI::App& app, int& status);
+
+}  // namespace dpde::tools
