@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 
@@ -28,13 +27,9 @@ class OutputFile {
     if (direct) {
       descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
     } else {
-      temporary_ = path.string() + ".XXXXXX";
-      descriptor_ = mkostemp(temporary_.data(), O_CLOEXEC);
+      create_temporary();
     }
-    if (descriptor_ < 0) {
-      temporary_.clear();
-      fail(path_, errno);
-    }
+    if (descriptor_ < 0) fail(path_, errno);
   }
   ~OutputFile() {
     if (descriptor_ >= 0) close(descriptor_);
@@ -55,7 +50,7 @@ class OutputFile {
 
   void finish() {
     if (!temporary_.empty()) {
-      set_permissions();
+      keep_permissions();
       if (fsync(descriptor_) != 0) fail(path_, errno);
     }
     const int closed = close(descriptor_);
@@ -67,18 +62,18 @@ class OutputFile {
   }
 
  private:
-  /// mkostemp makes files for their owner only: give those of the file that is replaced, or of any new file.
-  void set_permissions() {
-    struct stat old {};
-    mode_t mode = 0;
-    if (stat(path_.c_str(), &old) == 0) {
-      mode = old.st_mode & 07777;
-    } else {
-      const mode_t mask = umask(0);
-      umask(mask);
-      mode = 0666 & ~mask;
+  void create_temporary() {
+    for (int attempt = 0; attempt < 100; ++attempt) {
+      const std::string name = fmt::format("{}.tmp-{}-{}", path_.string(), getpid(), attempt);
+      descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (descriptor_ >= 0) temporary_ = name;
+      if (descriptor_ >= 0 || errno != EEXIST) return;
     }
-    if (fchmod(descriptor_, mode) != 0) fail(path_, errno);
+  }
+  /// A file that is replaced keeps its permissions.
+  void keep_permissions() {
+    struct stat old {};
+    if (stat(path_.c_str(), &old) == 0 && fchmod(descriptor_, old.st_mode & 07777) != 0) fail(path_, errno);
   }
 
   std::filesystem::path path_;

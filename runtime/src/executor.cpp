@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The schedule of row calls: see executor.h for what holds.
 //
-// A sweep of one row goes through run_single (nothing but pointers and the call); others through run_rows, one call a
-// thread: y in tiles where the grid is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends
-// filled while they are in cache, the y and z halos afterwards.
+// A program that consists of sweeps of one row (every 1-D program without explicit fills) is a list of Lines, with nothing
+// left to do but pointers and calls. Else sweeps go through run_part, one call a thread: y in tiles where the grid is
+// 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while they are in cache, the
+// y and z halos afterwards.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
@@ -58,6 +59,16 @@ struct Caller {
   dpde_row row{};
 };
 
+/// A sweep of one row of a 1-D grid, in the form that runs fastest. Its pointers in a frame: streams, grids, fields filled.
+struct Line {
+  dpde_row_fn call;
+  dpde_row row;  // complete but for streams and grids
+  std::vector<Stream> streams;
+  std::vector<int> grids;
+  std::vector<HaloFill> then;
+  size_t frame_size() const { return streams.size() + grids.size() + then.size(); }
+};
+
 int find_name(const char* const* names, int count, std::string_view name) {
   for (int i = 0; i < count; ++i) {
     if (name == names[i]) return i;
@@ -88,6 +99,25 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   return sweep;
 }
 
+bool is_line(const Operation& operation, int rank) {
+  if (rank != 1 || operation.kind != DPDE_SWEEP) return false;
+  const std::vector<int>& sums = operation.sweep.sums;  // consecutive: rows add to the program's sums themselves
+  for (size_t i = 1; i < sums.size(); ++i) {
+    if (sums[i] != sums[i - 1] + 1) return false;
+  }
+  return true;
+}
+
+Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* uniforms, double* sums) {
+  Line line{sweep.row, {}, sweep.streams, sweep.grids, sweep.then};
+  line.row.uniforms = uniforms;
+  line.row.sums = sweep.sums.empty() ? sums : sums + sweep.sums.front();
+  line.row.count = sweep.count;
+  line.row.first = sweep.first;
+  line.row.layout = &layout;
+  return line;
+}
+
 void check_fits(const dpde_program& program, const dpde_layout& layout) {
   const auto fail = [&](const std::string& what) { throw Error(ErrorKind::run, fmt::format("program {}: {}", program.name, what)); };
   if (program.version != DPDE_ABI_VERSION) fail(fmt::format("made for version {} of the runtime's tables, this is {}", program.version, DPDE_ABI_VERSION));
@@ -103,13 +133,13 @@ void check_fits(const dpde_program& program, const dpde_layout& layout) {
 
 struct Executor::Plan {
   std::vector<HaloFill> prepare;
+  std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
   std::vector<Caller> callers;    // one a thread
   std::vector<double*> grids;     // bases of the grids of the sweep that runs
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
 
   void run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
-  void run_single(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
   void run_rows(const Sweep& sweep, const Executor& executor, Caller& caller, Range y, Range z);
   void run_row(const Sweep& sweep, const Executor& executor, Caller& caller, int64_t y, int64_t z);
   void run_part(const Sweep& sweep, const Executor& executor, int part, int parts);
@@ -137,6 +167,14 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
     grids = std::max(grids, sweep.grids.size());
     row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
     plan_->operations.push_back(std::move(operation));
+  }
+  if (program.interpret == nullptr && std::ranges::all_of(plan_->operations, [&](const Operation& operation) { return is_line(operation, layout.rank); })) {
+    size_t size = 0;
+    for (const Operation& operation : plan_->operations) {
+      plan_->lines.push_back(make_line(operation.sweep, *layout_, uniforms_.data(), sums_.data()));
+      size += plan_->lines.back().frame_size();
+    }
+    frame_.assign(size, nullptr);
   }
   plan_->grids.assign(grids, nullptr);
   plan_->row_sums.assign(row_sums, 0.0);
@@ -185,6 +223,10 @@ void Executor::run() {
     program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), sums_.data());
     return;
   }
+  if (!frame_.empty()) {
+    make_frame(frame_.data());
+    return run_frame(frame_.data());
+  }
   std::fill(sums_.begin(), sums_.end(), 0.0);
   for (const Operation& operation : plan_->operations) {
     if (operation.kind == DPDE_SWEEP) {
@@ -197,13 +239,32 @@ void Executor::run() {
   }
 }
 
+void Executor::make_frame(double** frame) const {
+  double* const* fields = fields_.data();
+  for (const Line& line : plan_->lines) {
+    for (const Stream& stream : line.streams) *frame++ = fields[stream.field] + stream.delta;
+    for (int grid : line.grids) *frame++ = fields[grid];
+    for (const HaloFill& fill : line.then) *frame++ = fields[fill.field()];
+  }
+}
+
+void Executor::run_frame(double* const* frame) {
+  for (double& sum : sums_) sum = 0;
+  for (Line& line : plan_->lines) {
+    line.row.streams = frame;
+    line.row.grids = frame += line.streams.size();
+    line.call(&line.row);
+    frame += line.grids.size();
+    for (const HaloFill& fill : line.then) fill.run_row(*frame++, line.row.uniforms);
+  }
+}
+
 void Executor::Plan::bind_grids(const Sweep& sweep, const Executor& executor) {
   for (size_t g = 0; g < sweep.grids.size(); ++g) grids[g] = executor.bound(sweep.grids[g]);
 }
 
 void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
   bind_grids(sweep, executor);
-  if (sweep.rows() == 1) return run_single(sweep, executor, sums);
   if (sweep.threads == 1) {
     run_part(sweep, executor, 0, 1);
   } else {
@@ -213,23 +274,6 @@ void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std
   const size_t count = sweep.sums.size();
   for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
   for (const HaloFill& fill : sweep.then) fill.run_planes(executor.bound(fill.field()), executor.uniforms_.data());
-}
-
-void Executor::Plan::run_single(const Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
-  Caller& caller = callers.front();
-  for (size_t s = 0; s < sweep.streams.size(); ++s) caller.streams[s] = executor.bound(sweep.streams[s].field) + sweep.streams[s].delta;
-  std::fill_n(row_sums.begin(), sweep.sums.size(), 0.0);
-  caller.row.sums = row_sums.data();
-  caller.row.count = sweep.count;
-  caller.row.first = sweep.first;
-  caller.row.y = caller.row.z = 0;
-  sweep.row(&caller.row);
-  for (size_t i = 0; i < sweep.sums.size(); ++i) sums[static_cast<size_t>(sweep.sums[i])] += row_sums[i];
-  for (const HaloFill& fill : sweep.then) {
-    double* base = executor.bound(fill.field());
-    fill.run_row(base, executor.uniforms_.data());
-    fill.run_planes(base, executor.uniforms_.data());
-  }
 }
 
 /// The rows of one thread: a contiguous part of z, or of y where z has fewer places than there are threads.

@@ -26,12 +26,15 @@ void Rollout::Impl::begin() {
   forward->program.prepare_inputs();
 }
 
+void Rollout::Impl::bind_buffers(const StateBuffer& from, const StateBuffer& to) {
+  forward->program.bind_states(from);
+  for (size_t i = 0; i < to.size(); ++i) forward->program.executor.bind(forward->next[i], to[i]);
+}
+
 void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {
-  BoundProgram& program = forward->program;
-  program.bind_states(from);
-  for (size_t i = 0; i < to.size(); ++i) program.executor.bind(forward->next[i], to[i]);
-  program.set_time(time(n));
-  program.executor.run();
+  bind_buffers(from, to);
+  forward->program.set_time(time(n));
+  forward->program.executor.run();
 }
 
 void Rollout::Impl::add_losses(int k, const StateBuffer& state) {

@@ -46,7 +46,8 @@ const GradientResult& Rollout::Impl::gradient() {
   current = front = 0;
   bar = 0;
   add_losses(0, buffers.front());
-  result.stopped = !(keeps_trajectory ? run_with_checkpoints() : run_without_trajectory());
+  const bool complete = !step_frames.empty() ? run_frames() : keeps_trajectory ? run_with_checkpoints() : run_without_trajectory();
+  result.stopped = !complete;
   result.loss = loss_value;
   for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = bars[bar][i];
   result.total_seconds = seconds_since(start);
@@ -187,22 +188,79 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
   for (const ParamBar& param : adjoint.params) result.param_bars[param.param] += program.executor.sums()[param.sum];
 }
 
-/// The adjoint of step n, and the losses at its first state, which is `state`.
-void Rollout::Impl::reverse(int n, const StateBuffer& state) {
-  Executor& executor = backward->program.executor;
-  backward->program.set_time(time(n));
+/// bars[seeds] are the seeds, the other one the result.
+void Rollout::Impl::bind_reverse(const StateBuffer& state, size_t seeds) {
   backward->program.bind_states(state);
   for (size_t i = 0; i < state.size(); ++i) {
-    executor.bind(backward->seeds[i], bars[bar][i]);
-    executor.bind(backward->results[i], bars[1 - bar][i]);
+    backward->program.executor.bind(backward->seeds[i], bars[seeds][i]);
+    backward->program.executor.bind(backward->results[i], bars[1 - seeds][i]);
   }
-  if (has_losses(n + 1)) {
-    for (int seed : backward->seeds) executor.prepare(seed);
-  }
-  executor.run();
+}
+
+/// The adjoint of step n, and the losses at its first state, which is `state`.
+void Rollout::Impl::reverse(int n, const StateBuffer& state) {
+  backward->program.set_time(time(n));
+  bind_reverse(state, bar);
+  if (has_losses(n + 1)) prepare_seeds();
+  backward->program.executor.run();
+  after_reverse(n, state);
+}
+
+/// The halos of seeds that the losses have written or changed.
+void Rollout::Impl::prepare_seeds() {
+  for (int seed : backward->seeds) backward->program.executor.prepare(seed);
+}
+
+void Rollout::Impl::after_reverse(int n, const StateBuffer& state) {
   bar = 1 - bar;
-  for (const ParamBar& param : backward->params) result.param_bars[param.param] += executor.sums()[param.sum];
+  const std::span<const double> sums = backward->program.executor.sums();
+  for (const ParamBar& param : backward->params) result.param_bars[param.param] += sums[param.sum];
   if (has_losses(n)) add_seeds(n, state);
+}
+
+/// When all states are stored (state k in buffer k) the pointers of every run are known beforehand.
+void Rollout::Impl::make_frames() {
+  Executor &step = forward->program.executor, &adjoint = backward->program.executor;
+  const size_t step_size = step.frame_size(), adjoint_size = adjoint.frame_size(), steps = static_cast<size_t>(last_loss);
+  const bool stores_all = keeps_trajectory && result.recomputed_steps == 0;
+  if (!stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty()) return;
+  step_frames.resize(steps * step_size);
+  adjoint_frames.resize(steps * adjoint_size);
+  for (size_t n = 0; n < steps; ++n) {
+    bind_buffers(buffers[n], buffers[n + 1]);
+    step.make_frame(&step_frames[n * step_size]);
+    bind_reverse(buffers[n], (steps - 1 - n) % 2);
+    adjoint.make_frame(&adjoint_frames[n * adjoint_size]);
+  }
+}
+
+/// The same as run_with_checkpoints, with frames.
+bool Rollout::Impl::run_frames() {
+  BoundProgram &step = forward->program, &adjoint = backward->program;
+  const double* const* frame_end = step_frames.data() + step_frames.size();
+  int n = 0;
+  for (double** frame = step_frames.data(); frame != frame_end; frame += step.executor.frame_size(), ++n) {
+    if (stopping()) return false;
+    step.set_time(time(n));
+    step.executor.run_frame(frame);
+    if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(n) + 1]);
+  }
+  forward_done();
+  seed_end(buffers[static_cast<size_t>(n)]);
+  double** frame = adjoint_frames.data() + adjoint_frames.size();
+  while (n-- > 0) {
+    if (stopping()) return false;
+    frame -= adjoint.executor.frame_size();
+    const StateBuffer& state = buffers[static_cast<size_t>(n)];
+    adjoint.set_time(time(n));
+    if (has_losses(n + 1)) {
+      bind_reverse(state, bar);
+      prepare_seeds();
+    }
+    adjoint.executor.run_frame(frame);
+    after_reverse(n, state);
+  }
+  return true;
 }
 
 }  // namespace dpde

@@ -120,6 +120,7 @@ struct Rollout::Impl {
   bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
   void begin();
   void step(int n, const StateBuffer& from, const StateBuffer& to);
+  void bind_buffers(const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state);
   bool has_losses(int k) const { return first_event[static_cast<size_t>(k)] != first_event[static_cast<size_t>(k) + 1]; }
   int free_buffer(int a, int b) const;
@@ -132,6 +133,8 @@ struct Rollout::Impl {
   const GradientResult& gradient();
   bool run_without_trajectory();
   bool run_with_checkpoints();
+  void make_frames();
+  bool run_frames();
   bool advance(int from, int to);
   bool start_reverse(int n);
   void forward_done();
@@ -141,6 +144,9 @@ struct Rollout::Impl {
   void add_seeds(int k, const StateBuffer& state);
   void run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state);
   void reverse(int n, const StateBuffer& state);
+  void bind_reverse(const StateBuffer& state, size_t seeds);
+  void prepare_seeds();
+  void after_reverse(int n, const StateBuffer& state);
 
   RolloutSetup setup;
   std::vector<std::string> state_names, next_names;
@@ -165,6 +171,8 @@ struct Rollout::Impl {
   std::vector<int> slot_buffers;
   std::vector<int> free_list;
   std::vector<char> is_stored;  // of each buffer
+  // Not empty: all states are stored and the programs have frames, made once: those of step n, and of its adjoint.
+  std::vector<double*> step_frames, adjoint_frames;
   int current = 0;              // buffer of the current state
   int front = 0;                // the last state whose losses are counted
   FieldPool bar_pool;

@@ -58,6 +58,7 @@ Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
   result.param_bars.assign(param_bar_names.size(), 0.0);
   schedule_losses();
   plan_memory();
+  if (backward) make_frames();
   for_each_program([&](BoundProgram& program) {
     program.executor.update_uniforms();
   });

@@ -8,6 +8,7 @@
 
 #include "stencil/print_stencil.h"
 #include "support/derivative_check.h"
+#include "support/program_cases.h"
 
 namespace dpde {
 namespace {
@@ -15,129 +16,12 @@ namespace {
 using adjoint::Activity;
 using testing::check_derivatives;
 using testing::parse_module;
+using testing::program_cases;
+using testing::ProgramCase;
 
-struct Case {
-  std::string name;
-  int rank;
-  std::string text;  // program `p`
-  Activity wrt;
-};
-
-const std::string burgers_kernel = R"(
-kernel k(u: field halo 1, out v: field, nu, hx, dt: param) {
-  let ux = (u[+1] - u[-1])/(2*hx)
-  v = u + dt*(-u*ux + nu*(u[-1] - 2*u + u[+1])/hx^2)
-}
-)";
-
-const std::string burgers_2d_kernel = R"(
-kernel k(u: field halo 1, v: field halo 1, out un: field, out vn: field, nu, hx, hy, dt: param) {
-  let ux = (u[+1, 0] - u[-1, 0])/(2*hx)
-  let vy = (v[0, +1] - v[0, -1])/(2*hy)
-  un = u + dt*(-(u*ux + v*(u[0, +1] - u[0, -1])/(2*hy)) + nu*((u[-1, 0] - 2*u + u[+1, 0])/hx^2 + (u[0, -1] - 2*u + u[0, +1])/hy^2))
-  vn = v + dt*(-(u*(v[+1, 0] - v[-1, 0])/(2*hx) + v*vy) + nu*(v[-1, 0] + v[+1, 0] - 4*v + v[0, -1] + v[0, +1])/(hx*hy))
-}
-)";
-
-const std::string two_stages = R"(
-kernel s1(u: field halo 2, kappa: field halo 1, out w: field, dt: param) {
-  let flux = kappa[+1]*(u[+2] - u)*exp(u)
-  w = u + dt*flux/kappa
-}
-kernel s2(u: field, w: field halo 1, out v: field, sum e: param, a, dt: param) {
-  v = u + dt*(w[+1]*w - sin(w[-1])) + a^2*w^3
-  e += a*w^2 + sqrt(u)
-}
-)";
-
-const std::string interp_kernels = R"(
-kernel s1(u: field halo 1, out w: field, nu: param) { w = u + nu*(u[-1] - 2*u + u[+1]) }
-kernel s2(w: field halo 1, out v: field, c: param) { v = interp(w, -c*w*w) }
-)";
-
-const std::string interp_2d_kernels = R"(
-kernel s2(w: field halo 1, q: field halo 1, out v: field, c: param) {
-  let d = -c*w*q[+1, 0]
-  v = interp(w, d, 2.3*q)*q + interp_dx(q, 0.4*w, d)
-}
-)";
-
-const std::string heat_3d_kernel = R"(
-kernel k(u: field halo 2, out v: field, nu, h: param) {
-  v = u + nu*(u[-1, 0, 0] + u[+1, 0, 0] + u[0, -2, 0] + u[0, +2, 0] + u[0, 0, -1]*u[0, 0, +1] - 6*u)/h^2
-}
-)";
-
-const std::string kinks = R"(
-kernel k(u: field halo 1, out v: field, c: param) {
-  let up = max(u - 1, 0)
-  let um = min(u - 1, 0)
-  v = up*(u - u[-1]) + um*(u[+1] - u) + abs(u[+1] - 1.01)*c + if(u > 0.9, 1/u, log(u[-1] + 3)) + tanh(u)/cosh(u) + atan(c*u)^c
-}
-)";
-
-std::vector<Case> cases() {
-  const Activity u_nu{{"u"}, {"nu"}};
-  const std::string bounded = "fill u x.low = 0.3, x.high = zero_gradient\n";
-  return {
-      {"burgers periodic", 1, burgers_kernel + "program p { fill u periodic; run k; swap u, v }", u_nu},
-      {"burgers bounded", 1, burgers_kernel + "program p { " + bounded + "run k; swap u, v }", u_nu},
-      {"burgers 2-D periodic", 2,
-       burgers_2d_kernel + "program p { fill u periodic; fill v periodic; run k; swap u, un; swap v, vn }",
-       {{"u", "v"}, {"nu"}}},
-      {"burgers 2-D mixed", 2,
-       burgers_2d_kernel + "program p { fill u x periodic, y.low = 1, y.high = 0.2; fill v x periodic, y = zero_gradient; run k; "
-                           "swap u, un; swap v, vn }",
-       {{"u", "v"}, {"nu"}}},
-      {"burgers 2-D bounded", 2,
-       burgers_2d_kernel + "program p { fill u x = 0.5, y.low = 1, y.high = zero_gradient; fill v x = zero_gradient, y = 0; run k; "
-                           "swap u, un; swap v, vn }",
-       {{"u", "v"}, {"nu"}}},
-      {"two stages periodic", 1,
-       two_stages + "program p { fill u periodic; fill kappa periodic; run s1; fill w periodic; run s2; swap u, v }",
-       {{"u", "kappa"}, {"a"}}},
-      {"two stages bounded", 1,
-       two_stages + "program p { fill u x = 1.2; fill kappa x = zero_gradient; run s1; fill w x.low = 0.7, x.high = zero_gradient; "
-                    "run s2; swap u, v }",
-       {{"u", "kappa"}, {"a"}}},
-      {"interp periodic", 1, interp_kernels + "program p { fill u periodic; run s1; fill w periodic; run s2; swap u, v }",
-       {{"u"}, {"nu", "c"}}},
-      {"interp bounded", 1, interp_kernels + "program p { fill u x = 0.4; run s1; fill w x.low = 0.4, x.high = zero_gradient; run s2; swap u, v }",
-       {{"u"}, {"nu", "c"}}},
-      {"interp 2-D periodic", 2,
-       interp_2d_kernels + "program p { fill w periodic; fill q periodic; run s2; keep v }", {{"w", "q"}, {"c"}}},
-      {"interp 2-D bounded", 2,
-       interp_2d_kernels + "program p { fill w x = 0.3, y periodic; fill q x = zero_gradient, y periodic; run s2; keep v }",
-       {{"w", "q"}, {"c"}}},
-      {"heat 3-D", 3, heat_3d_kernel + "program p { fill u x periodic, y.low = 1, y.high = zero_gradient, z = 0; run k; swap u, v }",
-       {{"u"}, {"nu"}}},
-      {"halo read by the adjoint only", 1,
-       "kernel k(d: field halo 1, u: field, q: field, out v: field, c: param) { v = d*q^2 - c*min(u, 1)*(d[+1] - d)*u }\n"
-       "program p { fill d periodic; run k; swap d, v }", {{"d", "u", "q"}, {"c"}}},
-      {"scalar parameter only", 1, burgers_kernel + "program p { fill u x = 0.2; run k; keep v }", {{}, {"nu", "dt"}}},
-      {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
-      {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
-  };
-}
-
-std::vector<stencil::Grid> grids(int rank) {
-  std::vector<stencil::Grid> result;
-  if (rank == 1) {
-    for (int n = 1; n <= 7; ++n) result.push_back({1, {n, 1, 1}});
-    return result;
-  }
-  for (int nx = 1; nx <= 4; ++nx) {
-    for (int ny = 1; ny <= 4; ++ny) {
-      if (rank == 2) result.push_back({2, {nx, ny, 1}});
-      if (rank == 3) result.push_back({3, {nx, ny, 5 - nx}});
-    }
-  }
-  return result;
-}
-
-void expect_right(const Case& c, const stencil::Module& module, const std::string& program, const Activity& wrt, bool differences) {
+void expect_right(const ProgramCase& c, const stencil::Module& module, const std::string& program, const Activity& wrt, bool differences) {
   double magnitude = 0;  // a departure point beyond a boundary may leave nothing to differentiate on one grid
-  for (const stencil::Grid& grid : grids(c.rank)) {
+  for (const stencil::Grid& grid : testing::small_grids(c.rank)) {
     SCOPED_TRACE(c.name + " " + program + " on " + std::to_string(grid.cells[0]) + " x " + std::to_string(grid.cells[1]));
     const auto check = check_derivatives(module, program, wrt, grid, 1234 + grid.cells[0]);
     EXPECT_LT(check.dot_product, 1e-12) << stencil::print(module);
@@ -149,7 +33,7 @@ void expect_right(const Case& c, const stencil::Module& module, const std::strin
 }
 
 TEST(Adjoint, IsTheTransposeOfTheTangentOnEverySmallExtent) {
-  for (const Case& c : cases()) expect_right(c, parse_module(c.text), "p", c.wrt, true);
+  for (const ProgramCase& c : program_cases()) expect_right(c, parse_module(c.text), "p", c.wrt, true);
 }
 
 /// Activity of a derived program: all its inputs that can vary.
@@ -161,7 +45,7 @@ Activity inputs_of(const adjoint::Derivative& derived, const Activity& wrt) {
 }
 
 TEST(Adjoint, IsClosedUnderItself) {
-  for (const Case& c : cases()) {
+  for (const ProgramCase& c : program_cases()) {
     const stencil::Module module = parse_module(c.text);
     DiagnosticSink sink;
     const adjoint::Derivative first = adjoint::adjoint(module, "p", c.wrt, sink);
@@ -172,7 +56,7 @@ TEST(Adjoint, IsClosedUnderItself) {
 }
 
 TEST(Tangent, IsClosedUnderItself) {
-  for (const Case& c : cases()) {
+  for (const ProgramCase& c : program_cases()) {
     const stencil::Module module = parse_module(c.text);
     DiagnosticSink sink;
     const adjoint::Derivative first = adjoint::tangent(module, "p", c.wrt, sink);

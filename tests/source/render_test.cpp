@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Diagnostics as text and JSON, character by character.
 #include "source/render.h"
 
 #include <gtest/gtest.h>
@@ -18,11 +19,10 @@ std::string rendered(const std::string& text, int begin, int end, std::string hi
 const std::string header = "error[E0103]: number 9 is out of range\n";
 
 TEST(RenderText, UnderlinesTheRange) {
-  EXPECT_EQ(rendered("model m {\n  nu = abc\n}\n", 17, 20, "write 8"),
-            "w.dpde:2:8: " + header +
-                "    nu = abc\n"
-                "         ^~~\n"
-                "help: write 8\n");
+  EXPECT_EQ(rendered("model m {\n  nu = abc\n}\n", 17, 20, "write 8"), "w.dpde:2:8: " + header +
+                                                                           "    nu = abc\n"
+                                                                           "         ^~~\n"
+                                                                           "help: write 8\n");
 }
 
 TEST(RenderText, ShowsOneCaretForAPlaceBehindTheLine) {
@@ -38,7 +38,7 @@ TEST(RenderText, UnderlinesTheFirstLineOnly) {
 TEST(RenderText, AlignsTabsAndWideCharacters) {
   // a tab goes to the next multiple of four columns; e with acute is one column, the ideograph two
   EXPECT_EQ(rendered("\ta\tb", 3, 4), "w.dpde:1:4: " + header + "      a   b\n          ^\n");
-  EXPECT_EQ(rendered("\u00e9\u4e2d = x", 8, 9), "w.dpde:1:9: " + header + "  \u00e9\u4e2d = x\n         ^\n");
+  EXPECT_EQ(rendered("\u00e9\u4e2d = x", 8, 9), "w.dpde:1:9: " + header + "  \u00e9\u4e2d = x\n        ^\n");
   EXPECT_EQ(rendered("\u4e2d x", 1, 2), "w.dpde:1:2: " + header + "  \u4e2d x\n  ^~\n");
 }
 
@@ -52,8 +52,8 @@ TEST(RenderText, CutsLongLinesAroundTheCaret) {
                                           std::string(99, 'b') + "...\n  " + std::string(63, ' ') + "^\n");
   EXPECT_EQ(rendered(line, 0, 401),
             "w.dpde:1:1: " + header + "  " + std::string(160, 'a') + "...\n  ^" + std::string(159, '~') + "\n");
-  EXPECT_EQ(rendered(line, 401, 401), "w.dpde:1:402: " + header + "  ..." + std::string(60, 'b') + "\n  " +
-                                          std::string(63, ' ') + "^\n");
+  EXPECT_EQ(rendered(line, 401, 401),
+            "w.dpde:1:402: " + header + "  ..." + std::string(60, 'b') + "\n  " + std::string(63, ' ') + "^\n");
 }
 
 TEST(RenderText, ShowsNoSourceWithoutARange) {

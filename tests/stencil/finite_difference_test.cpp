@@ -13,8 +13,7 @@ using namespace dpde::stencil;
 TEST(FiniteDifference, CentralFirstDerivatives) {
   EXPECT_EQ(central_difference(1, 2), (Difference{{{-2, -1}, {2, 1}}, 2, 1}));
   EXPECT_EQ(central_difference(1, 4), (Difference{{{-4, 1}, {-2, -8}, {2, 8}, {4, -1}}, 12, 1}));
-  EXPECT_EQ(central_difference(1, 6),
-            (Difference{{{-6, -1}, {-4, 9}, {-2, -45}, {2, 45}, {4, -9}, {6, 1}}, 60, 1}));
+  EXPECT_EQ(central_difference(1, 6), (Difference{{{-6, -1}, {-4, 9}, {-2, -45}, {2, 45}, {4, -9}, {6, 1}}, 60, 1}));
 }
 
 TEST(FiniteDifference, CentralSecondDerivatives) {
@@ -26,8 +25,7 @@ TEST(FiniteDifference, CentralSecondDerivatives) {
 
 TEST(FiniteDifference, CentralHigherDerivatives) {
   EXPECT_EQ(central_difference(3, 2), (Difference{{{-4, -1}, {-2, 2}, {2, -2}, {4, 1}}, 2, 3}));
-  EXPECT_EQ(central_difference(3, 4),
-            (Difference{{{-6, 1}, {-4, -8}, {-2, 13}, {2, -13}, {4, 8}, {6, -1}}, 8, 3}));
+  EXPECT_EQ(central_difference(3, 4), (Difference{{{-6, 1}, {-4, -8}, {-2, 13}, {2, -13}, {4, 8}, {6, -1}}, 8, 3}));
   EXPECT_EQ(central_difference(4, 2), (Difference{{{-4, 1}, {-2, -4}, {0, 6}, {2, -4}, {4, 1}}, 1, 4}));
   EXPECT_EQ(central_difference(6, 2),
             (Difference{{{-6, 1}, {-4, -6}, {-2, 15}, {0, -20}, {2, 15}, {4, -6}, {6, 1}}, 1, 6}));

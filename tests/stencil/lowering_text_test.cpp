@@ -133,7 +133,7 @@ TEST(LoweringText, BoundaryValuesOfStagesAreTakenAtTheirTime) {
   p.states[0].boundary[0].low.value = param("t");
   p.scheme.time = model::TimeScheme::rk2;
   const dpde::stencil::Module module = lower(p);
-  EXPECT_EQ(print(module, *module.find_program("s_step")), R"(program s_step {
+  EXPECT_EQ(print(*module.find_program("s_step")), R"(program s_step {
   fill u x.low = t, x.high = 0
   run s_stage1
   fill u_1 x.low = t + dt/2, x.high = 0
@@ -174,8 +174,9 @@ TEST(LoweringText, SemiLagrangianWithoutOtherTermsAndWithoutTransport) {
   model::Problem p = problem({state("u", nu * lap(u) - advect({param("c") + 0.0, -v}, u)), state("v", 1.0)}, {4, 4});
   p.scheme.advect = model::Advection::semi_lagrangian;
   const dpde::stencil::Module module = lower(p);
-  EXPECT_EQ(print(*module.find_kernel("s_advect")),
-            R"(kernel s_advect(u_mid: field halo 1, v_mid: field, out u_next: field, out v_next: field, dt, c, hx, hy: param) {
+  EXPECT_EQ(
+      print(*module.find_kernel("s_advect")),
+      R"(kernel s_advect(u_mid: field halo 1, v_mid: field, out u_next: field, out v_next: field, dt, c, hx, hy: param) {
   u_next = interp(u_mid, -dt*c/hx, dt*v_mid/hy)
   v_next = v_mid
 }
@@ -191,11 +192,12 @@ TEST(LoweringText, Upwind) {
   model::Problem p = problem({state("u", -advect({u, 0.0}, u)), state("v", advect({-2.0, u + v}, v))}, {4, 4});
   p.scheme.advect = model::Advection::upwind;
   p.scheme.advect_order = 1;
-  EXPECT_EQ(print(lower(p).kernels.at(0)),
-            R"(kernel s_step(u: field halo 1, v: field halo 1, out u_next: field, out v_next: field, dt, hx, hy: param) {
+  EXPECT_EQ(
+      print(lower(p).kernels.at(0)),
+      R"(kernel s_step(u: field halo 1, v: field halo 1, out u_next: field, out v_next: field, dt, hx, hy: param) {
   let velocity_y = u + v
   u_next = u - dt*(max(u, 0)*(u - u[-1, 0])/hx + min(u, 0)*(u[+1, 0] - u)/hx)
-  v_next = v + dt*(max(velocity_y, 0)*(v - v[0, -1])/hy - 2*(v[+1, 0] - v)/hx + min(velocity_y, 0)*(v[0, +1] - v)/hy)
+  v_next = v + dt*(-2*(v[+1, 0] - v)/hx + max(velocity_y, 0)*(v - v[0, -1])/hy + min(velocity_y, 0)*(v[0, +1] - v)/hy)
 }
 )");
 }
@@ -231,8 +233,7 @@ TEST(LoweringText, NestedDerivatives) {
   EXPECT_EQ(store(d(d(u))), "u + dt*(u[+1] - u - (u - u[-1]))/hx^2");
   EXPECT_EQ(store(d(d(u, 1), 0), {4, 4}), "u + dt*(u[+1, +1] - u[+1, -1] - (u[-1, +1] - u[-1, -1]))/(4*hx*hy)");
   EXPECT_EQ(store(-d(d(u, 0, 2))), "u - dt*(u - 2*u[+1] + u[+2] - (u[-2] - 2*u[-1] + u))/(2*hx^3)");
-  EXPECT_EQ(store(-lap(lap(u))),
-            "u - dt*(u[-2] - 2*u[-1] + u - 2*(u[-1] - 2*u + u[+1]) + (u - 2*u[+1] + u[+2]))/hx^4");
+  EXPECT_EQ(store(-lap(lap(u))), "u - dt*(u[-2] - 2*u[-1] + u - 2*(u[-1] - 2*u + u[+1]) + (u - 2*u[+1] + u[+2]))/hx^4");
   EXPECT_EQ(store(-d(u, 0, 3)), "u_xxx = (u[+2] - 2*u[+1] + 2*u[-1] - u[-2])/(2*hx^3); u - dt*u_xxx");
 }
 
@@ -253,7 +254,7 @@ TEST(LoweringText, CoefficientsReadAtOffsetsAreFilledWithoutGradient) {
   p.coefficients[0].value.formula = 1.0 + coordinate(0);
   p.coefficients[1].value.formula = kappa * 2.0;
   const dpde::stencil::Module module = lower(p);
-  EXPECT_EQ(print(module, *module.find_program("s_step")), R"(program s_step {
+  EXPECT_EQ(print(*module.find_program("s_step")), R"(program s_step {
   fill u x = 0
   fill kappa x = zero_gradient
   run s_step
@@ -264,7 +265,7 @@ TEST(LoweringText, CoefficientsReadAtOffsetsAreFilledWithoutGradient) {
   f = kappa*2
 }
 )");
-  EXPECT_EQ(print(module, *module.find_program("s_coefficients")), R"(program s_coefficients {
+  EXPECT_EQ(print(*module.find_program("s_coefficients")), R"(program s_coefficients {
   axes x bounded
   run s_coefficients
   run s_coefficients_2
@@ -290,7 +291,8 @@ TEST(LoweringText, InitialExactAndStart) {
   EXPECT_EQ(names, (std::vector<std::string>{"s_initial", "k_start", "s_step", "s_exact"}));
   EXPECT_EQ(print(*module.find_kernel("s_initial")), "kernel s_initial(x: field, out u: field) {\n  u = sin(x)\n}\n");
   EXPECT_EQ(print(*module.find_kernel("k_start")), "kernel k_start(out u: field) {\n  u = 0\n}\n");
-  EXPECT_EQ(print(*module.find_kernel("s_exact")), "kernel s_exact(out u_exact: field, t: param) {\n  u_exact = exp(-t)\n}\n");
+  EXPECT_EQ(print(*module.find_kernel("s_exact")),
+            "kernel s_exact(out u_exact: field, t: param) {\n  u_exact = exp(-t)\n}\n");
   EXPECT_EQ(module.find_program("s_initial")->keeps, std::vector<std::string>{"u"});
   EXPECT_EQ(module.find_program("s_exact")->keeps, std::vector<std::string>{"u_exact"});
 }
@@ -317,17 +319,19 @@ TEST(LoweringText, Quantities) {
   p.task->losses = {{mean((u - field("u_ref")) ^ 2.0), {}, {}}, {0.1 * mean(d(u - field("u_ref")) ^ 2.0), {}, {}}};
   p.task->tests = {{{"worst", mean(u), {}}, {}}};
   const dpde::stencil::Module module = lower(p);
-  EXPECT_EQ(print(*module.find_kernel("s_observe")),
-            R"(kernel s_observe(u: field halo 1, sum energy: param, sum roughness: param, sum total: param, hx, cells, nu: param) {
+  EXPECT_EQ(
+      print(*module.find_kernel("s_observe")),
+      R"(kernel s_observe(u: field halo 1, sum energy: param, sum roughness: param, sum total: param, hx, cells, nu: param) {
   let u_x = (u[+1] - u[-1])/(2*hx)
   energy += 0.5*u*u*hx
-  roughness += u_x^2/(nu*cells) - u*2/cells
+  roughness += -2*u/cells + u_x^2/(nu*cells)
   total += u - u/cells - 1/cells
 }
 )");
-  EXPECT_EQ(print(*module.find_kernel("k_loss_1")),
-            "kernel k_loss_1(u: field, u_ref: field, sum loss: param, cells: param) {\n  loss += (u - u_ref)^2/cells\n}\n");
-  EXPECT_EQ(print(module, *module.find_program("k_loss_2")), R"(program k_loss_2 {
+  EXPECT_EQ(
+      print(*module.find_kernel("k_loss_1")),
+      "kernel k_loss_1(u: field, u_ref: field, sum loss: param, cells: param) {\n  loss += (u - u_ref)^2/cells\n}\n");
+  EXPECT_EQ(print(*module.find_program("k_loss_2")), R"(program k_loss_2 {
   fill u periodic
   fill u_ref periodic
   run k_loss_2

@@ -12,17 +12,21 @@
 
 #include "model/model.h"
 #include "stencil/from_model.h"
-#include "stencil/interpret.h"
-#include "stencil/print_stencil.h"
+#include "stencil/stencil_text.h"
 #include "stencil/verify_stencil.h"
 
 namespace scene_run {
 
+/// The module of a problem without errors; it is valid and its text reads back as the same module.
 inline dpde::stencil::Module lower(const dpde::model::Problem& problem) {
   dpde::DiagnosticSink sink;
   dpde::stencil::Module module = dpde::stencil::from_model(problem, sink);
   for (const dpde::Diagnostic& diagnostic : sink.all()) ADD_FAILURE() << diagnostic.message;
   EXPECT_EQ(dpde::stencil::verify(module), std::vector<std::string>{});
+  const std::string text = dpde::stencil::print(module);
+  const dpde::stencil::Module read = dpde::stencil::module_of(text);
+  EXPECT_EQ(dpde::stencil::print(read), text);
+  EXPECT_TRUE(read == module) << text;
   return module;
 }
 

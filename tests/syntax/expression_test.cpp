@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Trees of expressions, their canonical text, and the limits of their size.
 #include <gtest/gtest.h>
 
 #include "support/match.h"
@@ -10,13 +11,9 @@ namespace {
 /// The tree with every operation in parentheses, written by this test alone.
 std::string tree(const Expr& expr) {
   return match(
-      expr->kind,                                       //
-      [](const Number& n) { return n.spelling; },       //
-      [](const Text& t) { return "'" + t.value + "'"; },  //
-      [](const Name& n) { return n.name; },             //
-      [](const Unary& u) {
-        return fmt::format("({} {})", u.op == UnaryOp::negate ? "-" : "not", tree(u.operand));
-      },
+      expr->kind, [](const Number& n) { return n.spelling; }, [](const Text& t) { return "'" + t.value + "'"; },
+      [](const Name& n) { return n.name; },
+      [](const Unary& u) { return fmt::format("({} {})", u.op == UnaryOp::negate ? "-" : "not", tree(u.operand)); },
       [](const Binary& b) { return fmt::format("({} {} {})", tree(b.left), spelling(b.op), tree(b.right)); },
       [](const Call& c) {
         std::string text = c.callee;
@@ -79,11 +76,37 @@ TEST(Expression, KnowsItsRangesWithParentheses) {
 }
 
 TEST(Expression, PrintsTheFewestParentheses) {
-  for (const char* text :
-       {"a + b*c^d", "(a + b)*c", "a - (b - c)", "a - b - c", "a/(b*c)", "a/b*c", "-x^2", "(-x)^2", "-(a*b)", "-a*b", "a*(-b)",
-        "2^(-x)", "(a^b)^c", "a^b^c", "--x", "a - -b", "-(a + b)", "not a < b", "(not a) < b", "not (a and b)",
-        "a and (b or c)", "a and b or c", "(a < b) == c", "a*(not b)", "f(-x, n = 2)", "(u, v)", "u[+1, 0, -2]",
-        "inside[-1] grow 1", "if(a < b, 1.50, 1e-3)", "load(\"a b.npy\")", "not not a"}) {
+  for (const char* text : {"a + b*c^d",
+                           "(a + b)*c",
+                           "a - (b - c)",
+                           "a - b - c",
+                           "a/(b*c)",
+                           "a/b*c",
+                           "-x^2",
+                           "(-x)^2",
+                           "-(a*b)",
+                           "-a*b",
+                           "a*(-b)",
+                           "2^(-x)",
+                           "(a^b)^c",
+                           "a^b^c",
+                           "--x",
+                           "a - -b",
+                           "-(a + b)",
+                           "not a < b",
+                           "(not a) < b",
+                           "not (a and b)",
+                           "a and (b or c)",
+                           "a and b or c",
+                           "(a < b) == c",
+                           "a*(not b)",
+                           "f(-x, n = 2)",
+                           "(u, v)",
+                           "u[+1, 0, -2]",
+                           "inside[-1] grow 1",
+                           "if(a < b, 1.50, 1e-3)",
+                           "load(\"a b.npy\")",
+                           "not not a"}) {
     EXPECT_EQ(formatted_expression(text), text);
   }
   EXPECT_EQ(formatted_expression("((a))+(b*c)"), "a + b*c");
@@ -96,8 +119,8 @@ TEST(Expression, PrintsWhatReadsBackAsTheSameTree) {
   int compared = 0;
   for (const char* first : operators) {
     for (const char* second : operators) {
-      for (const char* form : {"(a {} b) {} c", "a {} (b {} c)", "-(a {} b) {} c", "a {} -(b {} c)", "(not a {} b) {} c",
-                               "a {} (not b {} c)", "(-a {} b) {} c", "a {} (-b {} c)"}) {
+      for (const char* form : {"(a {} b) {} c", "a {} (b {} c)", "-(a {} b) {} c", "a {} -(b {} c)",
+                               "(not a {} b) {} c", "a {} (not b {} c)", "(-a {} b) {} c", "a {} (-b {} c)"}) {
         const std::string text = fmt::format(fmt::runtime(form), first, second);
         const std::string expected = tree_of(text);
         if (expected.starts_with("1:")) continue;  // comparisons of comparisons, not in parentheses
@@ -112,9 +135,9 @@ TEST(Expression, PrintsWhatReadsBackAsTheSameTree) {
 TEST(Expression, ReportsMistakes) {
   EXPECT_EQ(formatted_expression(""), "1:1 E0201 expected an expression but found the end of the file\n");
   EXPECT_EQ(formatted_expression("a +"), "1:4 E0201 expected an expression but found the end of the file\n");
-  EXPECT_EQ(formatted_expression("a b"), "1:3 E0201 expected an operator or the end of the expression but found 'b'\n");
+  EXPECT_EQ(formatted_expression("a b"), "1:3 E0201 expected the end of the expression but found 'b'\n");
   EXPECT_EQ(formatted_expression("2x"),
-            "1:2 E0201 expected an operator or the end of the expression but found 'x' | a product is written with *, "
+            "1:2 E0201 expected the end of the expression but found 'x' | a product is written with *, "
             "as in 2*x\n");
   EXPECT_EQ(formatted_expression("f(2x)"),
             "1:4 E0201 expected ',' or ')' but found 'x' | a product is written with *, as in 2*x\n");
@@ -126,7 +149,7 @@ TEST(Expression, ReportsMistakes) {
   EXPECT_EQ(formatted_expression("()"), "1:2 E0201 expected an expression but found ')'\n");
   EXPECT_EQ(formatted_expression("a + and"), "1:5 E0201 expected an expression but found 'and'\n");
   EXPECT_EQ(formatted_expression("data.u"),
-            "1:5 E0201 expected an operator or the end of the expression but found '.' | fields have no components; "
+            "1:5 E0201 expected the end of the expression but found '.' | fields have no components; "
             "name each field\n");
   EXPECT_EQ(formatted_expression("|u|"),
             "1:1 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n"
@@ -134,8 +157,9 @@ TEST(Expression, ReportsMistakes) {
 }
 
 TEST(Expression, LimitsNestingAndLength) {
-  const std::string deep = "1:201 E0204 the expression has too many parts inside one another | give a part of it a name "
-                           "with let\n";
+  const std::string deep =
+      "1:201 E0204 the expression has too many parts inside one another | give a part of it a name "
+      "with let\n";
   EXPECT_EQ(formatted_expression(std::string(10000, '(') + "x" + std::string(10000, ')')), deep);
   EXPECT_EQ(formatted_expression(std::string(10000, '-') + "x"), deep);
   EXPECT_EQ(formatted_expression(std::string(10000, '(')), deep);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Tokens by their spelling.
 #include "syntax/lexer.h"
 
 #include <fmt/format.h>
@@ -96,9 +97,11 @@ TEST(Lexer, ReportsCharactersThatMeanNothing) {
   EXPECT_EQ(words("a \"bc\nd"), "a \"bc / d <E0102 text without a closing quote at 2>");
   EXPECT_EQ(words("a $$? b"), "a $$? b <E0101 unexpected character '$' at 2>");
   EXPECT_EQ(words("\u03bd"), "\u03bd <E0101 unexpected character '\u03bd' at 0>");
-  EXPECT_EQ(words(std::string("a\0", 2)), std::string("a \0 <E0101 unexpected character of code 0 at 1>", 45));
+  EXPECT_EQ(words(std::string("a\0", 2)), std::string("a \0 <E0101 unexpected character of code 0 at 1>", 47));
   EXPECT_EQ(words("\"a\x01\""), "\"a\x01\" <E0101 unexpected character of code 1 at 2>");
-  EXPECT_EQ(words("\xEF\xBB\xBF" "a"), "a");
+  EXPECT_EQ(words("\xEF\xBB\xBF"
+                  "a"),
+            "a");
 }
 
 TEST(Lexer, RefusesFilesOverFourMebibytes) {

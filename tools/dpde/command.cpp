@@ -55,7 +55,7 @@ std::optional<driver::CompileOptions> Job::compile_options() {
     }
     result.selection.overrides[parts[0]] = parts[1];
   }
-  if (!options_.scheme.empty()) result.selection.overrides["scheme"] = options_.scheme;
+  result.selection.scheme = options_.scheme;
   if (options_.backend == "cpp") {
     result.backend = driver::Backend::cpp;
   } else if (options_.backend == "interpreter") {

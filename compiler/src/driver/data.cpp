@@ -140,14 +140,12 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
   return states;
 }
 
-std::vector<std::vector<double>> made_up(std::size_t states, std::size_t cells) {
+std::vector<std::vector<double>> made_up(std::size_t cells) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  std::vector<std::vector<double>> result(states, std::vector<double>(cells));
-  for (std::vector<double>& state : result) {
-    for (double& value : state) value = uniform(random);
-  }
-  return result;
+  std::vector<double> state(cells);
+  for (double& value : state) value = uniform(random);
+  return {std::move(state)};
 }
 
 std::optional<std::vector<std::vector<double>>> from_file(Session& session, const model::Datum& datum, std::size_t states,
@@ -210,12 +208,12 @@ std::vector<double> resample(const std::vector<double>& values, const std::vecto
 
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
                                      DiagnosticSink& sink) {
-  const std::vector<double> times = times_of(session, datum.when);
-  const bool is_file = !datum.file.empty();
+  const bool is_made_up = !session.options().cells.empty() || (datum.file.empty() && datum.scene.empty());
+  const std::vector<double> times = is_made_up ? std::vector<double>(1) : times_of(session, datum.when);
   std::optional<std::vector<std::vector<double>>> states;
-  if (!session.options().cells.empty()) {
-    states = made_up(times.size(), session.workspace().cell_count());
-  } else if (is_file) {
+  if (is_made_up) {
+    states = made_up(session.workspace().cell_count());
+  } else if (!datum.file.empty()) {
     states = from_file(session, datum, times.size(), source, sink);
   } else {
     states = run_other_scene(session, datum, times, source, sink);

@@ -20,7 +20,8 @@ std::optional<std::vector<double>> load_array(const std::string& file, const Sou
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to);
 
-/// The states of a datum of the session's task, as fields of its workspace; on another grid than the scene's made-up values.
+/// The states of a datum of the session's task, as fields of its workspace; made-up values on another grid
+/// than the scene's and for a datum without a file and scene.
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

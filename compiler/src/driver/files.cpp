@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files through POSIX calls: the only way to sync, and to learn why something failed.
+// Reading goes through POSIX calls: they tell what kind of file it is and why something failed.
 #include "driver/files.h"
 
 #include <fcntl.h>
@@ -9,6 +9,9 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+
+#include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/error.h"
 
 namespace dpde::driver {
 namespace fs = std::filesystem;
@@ -23,38 +26,14 @@ class Descriptor {
   explicit Descriptor(int fd) : fd_(fd) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close_now(); }
-  int get() const { return fd_; }
-  int close_now() {
-    const int result = fd_ >= 0 ? ::close(fd_) : 0;
-    fd_ = -1;
-    return result;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
   }
+  int get() const { return fd_; }
 
  private:
   int fd_;
 };
-
-bool write_all(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
-}
-
-bool fail_to_write(const fs::path& path, int error, DiagnosticSink& sink) {
-  sink.report("cannot-write", {}, {path.string(), std::strerror(error)});
-  return false;
-}
-
-bool write_device(const fs::path& path, std::string_view bytes, DiagnosticSink& sink) {
-  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (file.get() < 0 || !write_all(file.get(), bytes) || file.close_now() != 0) return fail_to_write(path, errno, sink);
-  return true;
-}
 
 }  // namespace
 
@@ -85,21 +64,13 @@ std::optional<std::string> read_file(const fs::path& path, SourceRange where, Di
 }
 
 bool write_file(const fs::path& path, std::string_view bytes, DiagnosticSink& sink) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0) {
-    if (S_ISDIR(status.st_mode)) return fail_to_write(path, EISDIR, sink);
-    if (!S_ISREG(status.st_mode)) return write_device(path, bytes, sink);
+  try {
+    write_file_atomically(path, bytes);
+    return true;
+  } catch (const Error& error) {
+    sink.report("machine-failed", {}, {error.what()});
+    return false;
   }
-  const std::string temporary = path.string() + ".part" + std::to_string(::getpid());
-  Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (file.get() < 0) return fail_to_write(path, errno, sink);
-  const bool written = write_all(file.get(), bytes) && ::fsync(file.get()) == 0 && file.close_now() == 0;
-  if (!written || ::rename(temporary.c_str(), path.c_str()) != 0) {
-    const int error = errno;
-    ::unlink(temporary.c_str());
-    return fail_to_write(path, error, sink);
-  }
-  return true;
 }
 
 bool make_folder(const fs::path& path, DiagnosticSink& sink) {

@@ -14,8 +14,7 @@ namespace dpde::driver {
 /// The bytes of a regular file of at most 16 GiB. Reports cannot-read at `where`.
 std::optional<std::string> read_file(const std::filesystem::path& path, SourceRange where, DiagnosticSink& sink);
 
-/// Writes to a temporary name beside `path`, syncs it and renames it. Devices such as /dev/stdout are written directly.
-/// Reports cannot-write and leaves nothing behind when it fails.
+/// See dpde/runtime/atomic_file.h. Reports machine-failed and leaves nothing behind when it fails.
 bool write_file(const std::filesystem::path& path, std::string_view bytes, DiagnosticSink& sink);
 
 /// Makes the folder and its parents. Reports cannot-write.

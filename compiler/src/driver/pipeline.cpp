@@ -11,6 +11,7 @@
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
+#include "model/build.h"
 #include "model/print_model.h"
 #include "model/verify_model.h"
 #include "stencil/build.h"
@@ -121,24 +122,6 @@ stencil::Module lower(const Compiled& compiled, const CompileOptions& options, D
   return result;
 }
 
-void add_probe(Compiled& compiled) {
-  const model::Problem& problem = *compiled.problem;
-  stencil::Kernel kernel;
-  kernel.name = compiled.probe_name();
-  kernel.rank = static_cast<int>(problem.axes.size());
-  stencil::Expr total = 0.0;
-  for (const model::State& state : problem.states) {
-    total = total + stencil::access(state.name + "_probe") * stencil::access(state.name);
-  }
-  kernel.sums.push_back({"loss", total});
-  stencil::Program program;
-  program.name = kernel.name;
-  for (const model::Axis& axis : problem.axes) program.axes.push_back(axis.topology);
-  program.body.push_back(stencil::Run{kernel.name, 0});
-  compiled.stencil.kernels.push_back(std::move(kernel));
-  compiled.stencil.programs.push_back(std::move(program));
-}
-
 /// Parameters of boundary values have no adjoint yet.
 std::set<std::string> params_of_boundaries(const stencil::Module& module) {
   std::set<std::string> params;
@@ -179,8 +162,12 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   }
   for (const model::State& state : compiled.problem->states) wrt.fields.insert(state.name);
   for (const model::Parameter& param : compiled.problem->params) {
-    if (param.unknown) wrt.params.insert(param.name);
-    if (options.all_params && !compiled.problem->task) add_param(param.name);
+    if (!param.unknown) continue;
+    if (options.certify) {
+      add_param(param.name);
+    } else {
+      wrt.params.insert(param.name);
+    }
   }
   return wrt;
 }
@@ -206,7 +193,7 @@ std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   const std::string loss = compiled.problem->task ? compiled.problem->task->name + "_loss_" : "";
   for (const std::string& name : compiled.primal_programs) {
     const bool is_loss = !loss.empty() && name.starts_with(loss);
-    if (name == step || name == initial || is_loss || name == compiled.probe_name()) names.push_back(name);
+    if (name == step || name == initial || is_loss) names.push_back(name);
   }
   return names;
 }
@@ -250,6 +237,35 @@ void generate(Compiled& compiled, Backend backend, DiagnosticSink& sink) {
   if (!compiled.code) sink.report("machine-failed", {}, {"the back end failed: " + error});
 }
 
+/// Unknown: every state, and every parameter that no coefficient's formula holds. Loss: sum of u_probe*(u + u^2/2) over
+/// the states, so that a linear scene too has a remainder of second order.
+void add_certifying_task(model::Problem& problem) {
+  model::Task task;
+  task.name = problem.scene + "_certificate";
+  model::Expr total = 0.0;
+  for (const model::State& state : problem.states) {
+    const std::string probe = state.name + "_probe";
+    const model::Expr u = model::field(state.name);
+    const model::Expr square = model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, 0.5, u), u);
+    const model::Expr value = model::binary(BinaryOp::add, u, square);
+    total = model::binary(BinaryOp::add, total, model::binary(BinaryOp::multiply, model::field(probe), value));
+    task.data.push_back({probe, "", "", "", {}, {}});
+    task.unknowns.push_back({true, state.name, {}, {}});
+  }
+  task.losses.push_back({model::reduce(model::Reduce::Kind::sum, total), {}, {}});
+  for (model::Parameter& param : problem.params) {
+    const auto holds = [&](const model::Expr& e) {
+      const model::Param* found = std::get_if<model::Param>(&e->kind);
+      return found != nullptr && found->name == param.name;
+    };
+    param.unknown = std::none_of(problem.coefficients.begin(), problem.coefficients.end(), [&](const model::Coefficient& c) {
+      return c.value.formula && model::any_part(*c.value.formula, holds);
+    });
+    if (param.unknown) task.unknowns.push_back({false, param.name, {}, {}});
+  }
+  problem.task = std::move(task);
+}
+
 /// ast and model; false after errors.
 bool understand(Compiled& compiled, const SourceFile& source, const CompileOptions& options, Stages& stages,
                 DiagnosticSink& sink) {
@@ -257,15 +273,19 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   if (sink.has_errors()) return false;
   if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
   if (selects_program(compiled.ast, options.selection.name)) return true;
-  compiled.problem = model::from_ast(compiled.ast, options.selection, sink);
+  model::Selection selection = options.selection;
+  const std::vector<std::string> scenes = model::scene_names(compiled.ast);
+  if (options.without_task && selection.name.empty() && scenes.size() == 1) selection.name = scenes[0];
+  compiled.problem = model::from_ast(compiled.ast, selection, sink);
   if (sink.has_errors() || !compiled.problem) return false;
+  if (options.without_task) compiled.problem->task.reset();
+  if (options.certify && !compiled.problem->task) add_certifying_task(*compiled.problem);
   return stages.after("model", [&] { return print(*compiled.problem); }, [&] { return verify(*compiled.problem); });
 }
 
 bool lower_and_differentiate(Compiled& compiled, const CompileOptions& options, Stages& stages, DiagnosticSink& sink) {
   compiled.stencil = run_passes(lower(compiled, options, sink));
   if (sink.has_errors()) return false;
-  if (options.probe && compiled.problem) add_probe(compiled);
   compiled.primal_programs = names_of(compiled.stencil.programs);
   compiled.activity = activity_of(compiled, options);
   const auto verified = [&] { return stencil::verify(compiled.stencil); };
@@ -286,8 +306,6 @@ std::string Compiled::step_name() const {
   if (!problem) return "";
   return problem->program.empty() ? problem->scene + "_step" : problem->program;
 }
-
-std::string Compiled::probe_name() const { return problem ? problem->scene + "_probe" : ""; }
 
 const dpde_program* Compiled::tangent_of(const std::string& name) const {
   const auto found = derived.find(name);

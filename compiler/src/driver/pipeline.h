@@ -34,8 +34,9 @@ struct CompileOptions {
   model::Selection selection;       // the scene or task; in a file without scenes a program, or "" for all
   std::optional<Backend> backend;   // nullopt: stop at the loop level
   bool tangent = false, adjoint = false;
-  bool all_params = false;          // of a scene: derivatives for its parameters too, not only for its states
-  bool probe = false;               // of a scene: add the program probe_name(), a linear functional of the state
+  bool without_task = false;        // of a task only its scene and scheme; "" is the only scene, if there is just one
+  /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up functional.
+  bool certify = false;
   bool verify = false;              // check every level's invariants after each stage
   StageObserver after;              // may be empty
 };
@@ -57,8 +58,6 @@ struct Compiled {
   double seconds = 0;
 
   std::string step_name() const;  // "" without a problem
-  /// Sums `loss` = sum over states u and cells of u_probe*u, with the input fields u_probe.
-  std::string probe_name() const;
   std::vector<std::string> derivative_programs(bool adjoint) const;
   /// nullptr when there is no such program.
   const dpde_program* program(const std::string& name) const { return code ? code->find(name) : nullptr; }

@@ -9,6 +9,7 @@
 
 #include "driver/data.h"
 #include "dpde/runtime/error.h"
+#include "model/build.h"
 
 namespace dpde::driver {
 
@@ -28,10 +29,9 @@ bool check_coefficients(const Compiled& compiled, DiagnosticSink& sink) {
   for (const model::Unknown& unknown : compiled.problem->task->unknowns) {
     for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
       if (unknown.initial || !coefficient.value.formula) continue;
-      bool found = false;
-      model::visit(*coefficient.value.formula, [&](const model::Expr& e) {
+      const bool found = model::any_part(*coefficient.value.formula, [&](const model::Expr& e) {
         const model::Param* param = std::get_if<model::Param>(&e->kind);
-        found = found || (param != nullptr && param->name == unknown.name);
+        return param != nullptr && param->name == unknown.name;
       });
       if (found) sink.report("unknown-in-coefficient", unknown.origin.range, {unknown.name, coefficient.name});
     }
@@ -120,10 +120,9 @@ void Session::reset_initial() {
   }
 }
 
-bool Session::make_rollout(DiagnosticSink& sink) {
+RolloutSetup Session::setup() {
   RolloutSetup setup;
   setup.step = compiled_->program(compiled_->step_name());
-  setup.adjoint = compiled_->adjoint_of(compiled_->step_name());
   setup.layout = workspace_->layout();
   setup.steps = steps_;
   setup.t0 = problem().t_begin;
@@ -132,14 +131,20 @@ bool Session::make_rollout(DiagnosticSink& sink) {
   setup.checkpoint_bytes = options_.checkpoint_bytes;
   setup.slots = options_.slots;
   setup.stop = options_.stop;
-  if (!add_losses(setup, sink)) return false;
   std::set<std::string> states;
   for (const model::State& state : problem().states) states.insert(state.name);
   for (const std::string& name : workspace_->field_names()) {
     if (!states.contains(name)) setup.fields.push_back({name, workspace_->field(name).base()});
   }
   for (const auto& [name, value] : workspace_->params()) setup.params.push_back({name, value});
-  rollout_ = std::make_unique<Rollout>(std::move(setup));
+  return setup;
+}
+
+bool Session::make_rollout(DiagnosticSink& sink) {
+  RolloutSetup full = setup();
+  full.adjoint = compiled_->adjoint_of(compiled_->step_name());
+  if (!add_losses(full, sink)) return false;
+  rollout_ = std::make_unique<Rollout>(std::move(full));
   return true;
 }
 
@@ -217,7 +222,10 @@ std::map<std::string, double*> Session::bind_states(const std::vector<double*>& 
 }
 
 double Session::evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states) {
-  std::map<std::string, double*> bound = bind_states(states);
+  return evaluate(program, sum, t, bind_states(states));
+}
+
+double Session::evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, double*> bound) {
   for (const DataStates& datum : data_) {
     if (is_field(program, datum.name)) bound[datum.name] = datum_at(datum, t);
     if (is_field(program, datum.name) && bound[datum.name] == nullptr) return NAN;
@@ -265,11 +273,6 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<double*>& st
     norms.push_back(norm);
   }
   return norms;
-}
-
-bool Session::has_gradient(const std::string& param) {
-  const std::vector<std::string>& names = rollout_->param_bar_names();
-  return std::find(names.begin(), names.end(), param) != names.end();
 }
 
 void report_error(const std::exception& error, DiagnosticSink& sink) {

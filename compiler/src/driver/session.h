@@ -64,14 +64,16 @@ class Session {
   std::vector<std::pair<std::string, double>> observe(double t, const std::vector<double*>& states);
   /// Distance from the exact solution, for the states that have one.
   std::vector<ErrorNorms> errors(double t, const std::vector<double*>& states);
-  /// The rollout's adjoint programs compute this parameter's gradient.
-  bool has_gradient(const std::string& param);
   /// The pointer a datum has at a time; null when it has none.
   double* datum_at(const DataStates& datum, double t);
   /// The states a quantity is evaluated at, as step numbers.
   std::vector<int> steps_of(const model::When& when) const;
+  /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
+  RolloutSetup setup();
   /// A quantity of the task (a loss or test) at one state.
   double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states);
+  /// The same with all fields given by name, data excepted.
+  double evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, double*> bound);
 
  private:
   Session() = default;

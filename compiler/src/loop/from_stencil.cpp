@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -24,11 +24,26 @@ void add_once(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
+/// Lets that differ from point to point; the others become uniforms and keep their names.
+std::set<std::string> varying_lets(const stencil::Kernel& kernel) {
+  std::set<std::string> varying;
+  for (const stencil::Let& let : kernel.lets) {
+    stencil::visit(let.value, [&](const stencil::Expr& e) {
+      const stencil::Local* local = std::get_if<stencil::Local>(&e->kind);
+      const bool varies = std::holds_alternative<stencil::Access>(e->kind) ||
+                          std::holds_alternative<stencil::Interp>(e->kind) ||
+                          std::holds_alternative<stencil::Inside>(e->kind) || (local && varying.contains(local->name));
+      if (varies) varying.insert(let.name);
+    });
+  }
+  return varying;
+}
+
 /// Names a reader already knows as something else.
 NameSupply taken_names(const stencil::Module& module) {
   NameSupply taken;
   for (const stencil::Kernel& kernel : module.kernels) {
-    for (const stencil::Let& let : kernel.lets) taken.reserve(let.name);
+    for (const std::string& let : varying_lets(kernel)) taken.reserve(let);
     const stencil::Signature s = stencil::signature(kernel);
     for (const stencil::Signature::Read& read : s.reads) taken.reserve(read.field);
     for (const std::string& field : s.writes) taken.reserve(field);

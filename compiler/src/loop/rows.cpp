@@ -139,7 +139,8 @@ Term Converter::convert_binary(const stencil::Expr& e, const stencil::Binary& b)
   const Term left = convert(b.left);
   const Term right = convert(b.right);
   if (left.uniform && right.uniform) return {true, binary(b.op, left.expr, right.expr)};
-  return {false, binary(b.op, use(left), use(right))};
+  const Expr left_value = use(left);  // in this order: it numbers the uniforms
+  return {false, binary(b.op, left_value, use(right))};
 }
 
 Term Converter::convert_factors(const stencil::Expr& e) {

@@ -91,11 +91,11 @@ std::string excerpt(const SourceFile& file, SourceRange range, const Style& styl
   for (std::size_t i = window.begin; i < window.end; ++i) {
     shown += cells[i].shown;
     if (i < caret) below.append(cells[i].width, ' ');
-    if (i == caret) marks += "^" + std::string(std::max(0, cells[i].width - 1), '~');
+    if (i == caret) marks.append(1, '^').append(std::max(0, cells[i].width - 1), '~');
     if (i > caret && cells[i].offset < end) marks.append(cells[i].width, '~');
   }
   if (window.end < cells.size()) shown += cut_mark;
-  if (marks.empty()) marks = "^";
+  if (marks.empty()) marks += '^';
   while (shown.ends_with(' ')) shown.pop_back();
   return fmt::format("  {}\n  {}{}{}{}\n", shown, below, style.caret, marks, style.reset);
 }
@@ -114,9 +114,9 @@ std::string_view name_of(Severity severity) { return severity == Severity::error
 std::string render_text(const SourceFile& file, const Diagnostic& diagnostic, bool colour) {
   const Severity severity = diagnostic.kind->severity;
   const Style style = style_of(colour, severity);
-  std::string text = fmt::format("{0}{1}{2}{3}{4}[{5}]:{2} {0}{6}{2}\n", style.bold, place_of(file, diagnostic.range),
-                                 style.reset, style.error, name_of(severity), diagnostic.kind->code,
-                                 printable(diagnostic.message));
+  std::string text =
+      fmt::format("{0}{1}{2}{3}{4}[{5}]:{2} {0}{6}{2}\n", style.bold, place_of(file, diagnostic.range), style.reset,
+                  style.error, name_of(severity), diagnostic.kind->code, printable(diagnostic.message));
   if (diagnostic.range.is_known()) text += excerpt(file, diagnostic.range, style);
   for (const Note& note : diagnostic.notes) {
     const std::string place = note.range.is_known() ? place_of(file, note.range) : "";

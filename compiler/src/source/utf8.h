@@ -9,8 +9,8 @@ namespace dpde {
 
 /// The first character of a text that is not empty.
 struct Utf8Character {
-  int bytes = 1;      ///< how many bytes it takes
-  char32_t code = 0;  ///< its code point
+  int bytes = 1;       ///< how many bytes it takes
+  char32_t code = 0;   ///< its code point
   bool valid = false;  ///< false: one byte that is no UTF-8
 };
 Utf8Character first_character(std::string_view text);

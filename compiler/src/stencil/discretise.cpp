@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "model/build.h"
 #include "stencil/build.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -21,16 +22,22 @@ const T* as(const model::Expr& e) {
 bool is_odd(int half_cells) { return half_cells % 2 != 0; }
 int cell_below(int half_cells) { return (half_cells - (is_odd(half_cells) ? 1 : 0)) / 2; }
 
+bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
+
+bool holds_derivative(const model::Expr& e) {
+  return model::any_part(e, [](const model::Expr& x) { return as<model::Derivative>(x) || as<model::Advect>(x); });
+}
+
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
 /// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
 bool has_parts_midway(const model::Expr& e) {
-  if (holds_derivative(e) || !holds_field(e)) return true;
+  if (holds_derivative(e) || !model::any_part(e, is_field)) return true;
   if (as<model::Neg>(e)) return true;
   const model::Binary* b = as<model::Binary>(e);
   if (!b) return false;
   if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return true;
-  if (b->op == BinaryOp::multiply) return !holds_field(b->left) || !holds_field(b->right);
-  return b->op == BinaryOp::divide && !holds_field(b->right);
+  if (b->op == BinaryOp::multiply) return !any_part(b->left, is_field) || !any_part(b->right, is_field);
+  return b->op == BinaryOp::divide && !any_part(b->right, is_field);
 }
 
 bool is_leaf(const Expr& e) {
@@ -76,6 +83,7 @@ Expr Discretiser::Quotient::value() const {
 }
 
 Discretiser::Quotient Discretiser::at(const model::Expr& e, const Place& place) {
+  if (++parts_ > max_parts) return Quotient{0.0};
   for (int axis = 0; axis < max_rank; ++axis) {
     if (is_odd(place[axis]) && !has_parts_midway(e)) return at_halfway(e, place, axis);
   }
@@ -158,10 +166,10 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
   if (const model::Advect* a = as<model::Advect>(e)) {
-    if (scheme_.advect == model::Advection::central && !is_number(a->velocity[axis], 0)) return true;
+    if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;
   }
   bool found = false;
-  for_each_child(e, [&](const model::Expr& child) { found = found || belongs_midway(child, axis); });
+  model::for_each_part(e, [&](const model::Expr& child) { found = found || belongs_midway(child, axis); });
   return found;
 }
 
@@ -217,7 +225,7 @@ Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place
   if (scheme_.advect == model::Advection::upwind) return upwind_at(e, place);
   std::vector<Quotient> terms;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
-    if (is_number(e.velocity[axis], 0)) continue;
+    if (model::is_constant(e.velocity[axis], 0)) continue;
     const Quotient speed = at(e.velocity[axis], place);
     const Quotient slope = derivative_at(model::Derivative{e.operand, axis, 1}, place, scheme_.advect_order);
     Quotient term{speed.top * slope.top, speed.number * slope.number};
@@ -237,7 +245,7 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
   }
   Expr sum = 0.0;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
-    if (is_number(e.velocity[axis], 0)) continue;
+    if (model::is_constant(e.velocity[axis], 0)) continue;
     Expr speed = at(e.velocity[axis], place).value();
     if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
     Place behind = place, ahead = place;

@@ -11,7 +11,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -23,8 +22,8 @@
 
 namespace dpde::stencil {
 
-/// Derivatives of one expression may have at most this order; higher ones are nested.
-constexpr int max_derivative_order = 6;
+/// Nested differences multiply; past this many parts an expression is given up.
+constexpr int max_parts = 50000;
 
 /// The letter of an axis: its coordinate field is x, its spacing hx.
 std::string axis_letter(int axis);
@@ -50,6 +49,8 @@ class Discretiser {
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
   const std::vector<Let>& lets() const { return lets_; }
+  /// Whether what was asked for had more than max_parts; it was not worked out then.
+  bool gave_up() const { return parts_ > max_parts; }
 
  private:
   /// Half cells from the current cell: odd along an axis means midway between two cells.
@@ -80,15 +81,9 @@ class Discretiser {
   NameSupply names_;
   Reading reading_;
   std::vector<Let> lets_;
-  int nesting_ = 0;  // > 0 inside a difference, where nothing is named
+  int parts_ = 0;
+  int nesting_ = 0;                                     // > 0 inside a difference, where nothing is named
   std::map<std::string, std::string> derivative_lets_;  // field, axis, order and accuracy -> let
 };
-
-/// Calls `f` on `e` and everything below it, parents first.
-void visit(const model::Expr& e, const std::function<void(const model::Expr&)>& f);
-void for_each_child(const model::Expr& e, const std::function<void(const model::Expr&)>& f);
-bool holds_field(const model::Expr& e);
-bool holds_derivative(const model::Expr& e);  // Derivative or Advect
-bool is_number(const model::Expr& e, double value);
 
 }  // namespace dpde::stencil

@@ -38,6 +38,12 @@ std::optional<std::array<bool, max_rank>> interp_slopes(const std::string& calle
   return std::nullopt;
 }
 
+bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink) {
+  if (cells >= least && cells <= max_distance) return true;
+  sink.report("distance-out-of-range", range, {fmt::format("{}", cells), fmt::format("{}", least), fmt::format("{}", max_distance)});
+  return false;
+}
+
 Expr ExprReader::read(const ast::Expr& e) {
   const auto refuse = [&](const char* what) -> Expr {
     sink_.report("not-in-kernels", e.range(), {what});

@@ -12,6 +12,9 @@
 
 namespace dpde::stencil {
 
+/// Offsets and grown regions beyond this are errors: every cell of them is memory around each field.
+constexpr int max_distance = 1000;
+
 class ExprReader {
  public:
   explicit ExprReader(DiagnosticSink& sink) : sink_(sink) {}
@@ -35,6 +38,9 @@ class ExprReader {
 
   DiagnosticSink& sink_;
 };
+
+/// Reports `cells` outside of least .. max_distance.
+bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink);
 
 /// The slopes that interp, interp_dx, interp_dxdz ... take; nothing for other names.
 std::optional<std::array<bool, max_rank>> interp_slopes(const std::string& callee);

@@ -109,7 +109,9 @@ class ModuleReader {
   std::optional<int> told_rank(const ast::Program& source) {
     int rank = 0;
     for (const ast::Item& item : source.items) {
-      if (const auto* axes = std::get_if<ast::AxesItem>(&item.kind)) return static_cast<int>(axes->axes.size());
+      if (const auto* axes = std::get_if<ast::AxesItem>(&item.kind)) {
+        return std::min(static_cast<int>(axes->axes.size()), max_rank);
+      }
       const auto* fill = std::get_if<ast::FillItem>(&item.kind);
       if (!fill) continue;
       for (const ast::BoundarySide& side : fill->sides) {
@@ -157,9 +159,11 @@ class ModuleReader {
 
   std::vector<std::string> fields_of(const ast::Program& source) {
     std::vector<std::string> fields;
+    fields_known_ = true;
     for (const ast::Item& item : source.items) {
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
+      fields_known_ = fields_known_ && (!run || kernel);
       if (!kernel) continue;
       const Signature s = signature(*kernel);
       for (const Signature::Read& read : s.reads) fields.push_back(read.field);
@@ -238,6 +242,7 @@ class ModuleReader {
       }
     }
     check_fill(fill, statement, axes, said);
+    check_distance(fill.grow, 0, range, sink_);
     ranges_.push_back(range);
     if (fill.fold) {
       program_.body.push_back(Fold{fill.field.name, fill.grow, axes});
@@ -265,7 +270,7 @@ class ModuleReader {
 
   void check_fill(const ast::FillItem& fill, const char* statement, const std::vector<AxisBoundary>& axes,
                   const std::vector<std::array<bool, 2>>& said) {
-    if (std::find(fields_.begin(), fields_.end(), fill.field.name) == fields_.end()) report_unknown_field(fill.field);
+    check_known(fill.field);
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
       if (!said[axis][0] || !said[axis][1]) {
         const char* side = said[axis][0] ? ".high" : said[axis][1] ? ".low" : "";
@@ -293,6 +298,7 @@ class ModuleReader {
       sink_.report("program-axes", run.kernel.range,
                    {program_.name, axes_phrase(rank), fmt::format("kernel {}", kernel->name), axes_phrase(kernel->rank)});
     }
+    check_distance(run.grow, 0, range, sink_);
     ranges_.push_back(range);
     program_.body.push_back(Run{run.kernel.name, run.grow});
   }
@@ -300,12 +306,14 @@ class ModuleReader {
   static std::string axes_phrase(int rank) { return rank == 1 ? "1 axis" : fmt::format("{} axes", rank); }
 
   void read_swap(const ast::SwapItem& swap) {
-    if (std::find(fields_.begin(), fields_.end(), swap.state.name) == fields_.end()) report_unknown_field(swap.state);
+    check_known(swap.state);
     check_written(swap.next);
     program_.swaps.push_back({swap.state.name, swap.next.name});
   }
 
-  void report_unknown_field(const ast::Identifier& field) {
+  /// Silent where a kernel is unknown: its fields are too.
+  void check_known(const ast::Identifier& field) {
+    if (!fields_known_ || std::find(fields_.begin(), fields_.end(), field.name) != fields_.end()) return;
     sink_.report("program-unknown-field", field.range, {program_.name, field.name}, did_you_mean(field.name, fields_));
   }
 
@@ -318,7 +326,7 @@ class ModuleReader {
       written.insert(written.end(), s.writes.begin(), s.writes.end());
       written.insert(written.end(), s.updates.begin(), s.updates.end());
     }
-    if (std::find(written.begin(), written.end(), field.name) != written.end()) return;
+    if (!fields_known_ || std::find(written.begin(), written.end(), field.name) != written.end()) return;
     sink_.report("program-result-not-written", field.range, {program_.name, field.name}, did_you_mean(field.name, written));
   }
 
@@ -364,8 +372,9 @@ class ModuleReader {
   std::map<std::string, int> ranks_;  // of programs
   std::map<std::string, std::vector<SourceRange>> statement_ranges_;
   Program program_;  // the one being read
-  std::vector<std::string> fields_;
-  std::vector<SourceRange> ranges_;
+  std::vector<std::string> fields_;  // of the kernels it runs
+  bool fields_known_ = true;         // all of these kernels exist
+  std::vector<SourceRange> ranges_;  // of its statements
 };
 
 }  // namespace

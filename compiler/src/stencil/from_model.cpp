@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks first, all of them; then lowering, which cannot fail.
+// Checks first, all of them; then lowering, which cannot fail. Orders of derivatives and schemes, and that numbers are
+// linear in reductions, were checked by the model level.
 #include "stencil/from_model.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/lowering.h"
 #include "stencil/quantities.h"
@@ -15,50 +17,39 @@ namespace dpde::stencil {
 
 namespace {
 
-void check_derivatives(const model::Expr& e, DiagnosticSink& sink) {
-  visit(e, [&](const model::Expr& x) {
-    const auto* derivative = std::get_if<model::Derivative>(&x->kind);
-    if (!derivative || (derivative->order >= 1 && derivative->order <= max_derivative_order)) return;
-    sink.report("derivative-order", x->origin.range,
-                {std::to_string(derivative->order), std::to_string(max_derivative_order)},
-                "nest derivatives, as lap(lap(u)), to reach higher orders");
-  });
-}
-
-void check_source(const model::Source& source, DiagnosticSink& sink) {
-  if (source.formula) check_derivatives(*source.formula, sink);
-}
-
-void check_value(const model::Expr& value, const Origin& origin, DiagnosticSink& sink) {
-  check_derivatives(value, sink);
-  check_quantity(value, origin, sink);
-}
-
-void check_scheme(const model::Scheme& scheme, DiagnosticSink& sink) {
-  const auto check_order = [&](const char* key, int order) {
-    if (order == 2 || order == 4) return;
-    sink.report("difference-order", SourceRange{}, {key, std::to_string(order)}, "write central(2) or central(4)");
-  };
-  check_order("dx", scheme.derivative_order);
-  check_order("lap", scheme.laplacian_order);
-  if (scheme.advect == model::Advection::central) check_order("advect", scheme.advect_order);
-}
-
-bool check(const model::Problem& problem, DiagnosticSink& sink) {
-  const std::size_t before = sink.all().size();
-  check_scheme(problem.scheme, sink);
-  for (const model::State& state : problem.states) {
-    if (state.rhs) check_derivatives(*state.rhs, sink);
-    if (state.exact) check_derivatives(*state.exact, sink);
-    check_source(state.initial, sink);
+/// Lowers `e` to see whether its differences stay within reason.
+void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink) {
+  Discretiser at_point = lowering.discretiser();
+  if (model::holds_reduction(e)) {
+    cell_share(e, lowering.rank(), at_point);
+  } else {
+    at_point(e);
   }
-  for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value, sink);
-  for (const model::Quantity& observable : problem.observables) check_value(observable.value, observable.origin, sink);
+  if (!at_point.gave_up()) return;
+  sink.report("too-many-differences", e->origin.range.is_known() ? e->origin.range : origin.range,
+              {std::to_string(max_parts)}, "nest fewer derivatives, or choose lower orders in the scheme");
+}
+
+bool check(const Lowering& lowering, DiagnosticSink& sink) {
+  const model::Problem& problem = lowering.problem();
+  const std::size_t before = sink.all().size();
+  const auto check_source = [&](const model::Source& source) {
+    if (source.formula) check_size(lowering, *source.formula, source.origin, sink);
+  };
+  for (const model::State& state : problem.states) {
+    if (state.rhs) check_size(lowering, *state.rhs, state.origin, sink);
+    if (state.exact) check_size(lowering, *state.exact, state.origin, sink);
+    check_source(state.initial);
+  }
+  for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
+  for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink);
   if (problem.scheme.advect == model::Advection::semi_lagrangian) check_semi_lagrangian(problem, sink);
   if (problem.task) {
-    for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from, sink);
-    for (const model::Loss& loss : problem.task->losses) check_value(loss.value, loss.origin, sink);
-    for (const model::Test& test : problem.task->tests) check_value(test.quantity.value, test.quantity.origin, sink);
+    for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from);
+    for (const model::Loss& loss : problem.task->losses) check_size(lowering, loss.value, loss.origin, sink);
+    for (const model::Test& test : problem.task->tests) {
+      check_size(lowering, test.quantity.value, test.quantity.origin, sink);
+    }
   }
   return sink.all().size() == before;
 }
@@ -88,10 +79,9 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
   };
   begin();
   for (const Formula& formula : formulas) {
-    bool reads_stored = false;
-    visit(formula.value, [&](const model::Expr& x) {
+    const bool reads_stored = model::any_part(formula.value, [&](const model::Expr& x) {
       const auto* field = std::get_if<model::Field>(&x->kind);
-      reads_stored = reads_stored || (field && std::count(stored.begin(), stored.end(), field->name) > 0);
+      return field && std::count(stored.begin(), stored.end(), field->name) > 0;
     });
     if (reads_stored) {
       end();
@@ -202,8 +192,8 @@ void add_task(Module& module, const Lowering& lowering, const model::Task& task)
 
 Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
   Module module;
-  if (!check(problem, sink)) return module;
   Lowering lowering(problem);
+  if (!check(lowering, sink)) return module;
   add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
   add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
   if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(*problem.task));

@@ -274,6 +274,9 @@ class KernelReader : public ExprReader {
              {o.name, fmt::format("{}", o.offsets.size()), kernel_.name, fmt::format("{}", kernel_.rank)});
       return std::nullopt;
     }
+    for (const int distance : o.offsets) {
+      if (!check_distance(distance, -max_distance, range, sink())) return std::nullopt;
+    }
     Offset offset{};
     std::copy(o.offsets.begin(), o.offsets.end(), offset.begin());
     return offset;
@@ -303,7 +306,10 @@ class KernelReader : public ExprReader {
 
   Expr read_offsets(const ast::Offsets& o, SourceRange range) override {
     const std::optional<Offset> offset = offset_of(o, range);
-    if (o.name == "inside") return offset ? inside(*offset, o.grow) : Expr(0.0);
+    if (o.name == "inside") {
+      const bool good = check_distance(o.grow, 0, range, sink());
+      return offset && good ? inside(*offset, o.grow) : Expr(0.0);
+    }
     const ast::KernelParameter* parameter = find(o.name);
     if (offset && *offset == Offset{} && parameter && parameter->role == KernelRole::inout) return access(o.name);
     if (!is_field(o.name, range, KernelRole::in) || !offset) return 0.0;

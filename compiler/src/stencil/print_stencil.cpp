@@ -84,8 +84,9 @@ class ExprPrinter {
           return Piece{fmt::format("inside{}{}", offsets_text(i.offset, rank_), grow)};
         },
         [&](const Neg& n) {
-          if (takes_minus_in_front(n.operand)) return Piece{"-" + text(n.operand), precedence_of_product};
-          return Piece{"-" + text(n.operand, precedence_of_power), unary_precedence};
+          const bool in_front = takes_minus_in_front(n.operand);
+          return Piece{fmt::format("-{}", text(n.operand, in_front ? 0 : precedence_of_power)),
+                       in_front ? precedence_of_product : unary_precedence};
         },
         [&](const Binary& b) { return print_binary(b); },
         [&](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },

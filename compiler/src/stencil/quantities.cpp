@@ -1,38 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/quantities.h"
 
+#include "model/build.h"
 #include "stencil/build.h"
 #include "support/assert.h"
 
 namespace dpde::stencil {
 
 namespace {
-
-bool holds_reduction(const model::Expr& e) {
-  bool found = false;
-  visit(e, [&](const model::Expr& x) { found = found || std::holds_alternative<model::Reduce>(x->kind); });
-  return found;
-}
-
-bool varies_in_space(const model::Expr& e) {
-  bool found = false;
-  visit(e, [&](const model::Expr& x) {
-    found = found || std::holds_alternative<model::Field>(x->kind) ||
-            std::holds_alternative<model::Coordinate>(x->kind);
-  });
-  return found;
-}
-
-bool is_combination(const model::Expr& e) {
-  if (const auto* reduce = std::get_if<model::Reduce>(&e->kind)) return !holds_reduction(reduce->operand);
-  if (!holds_reduction(e)) return !varies_in_space(e);
-  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) return is_combination(neg->operand);
-  const auto* b = std::get_if<model::Binary>(&e->kind);
-  if (!b || !is_combination(b->left) || !is_combination(b->right)) return false;
-  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return true;
-  if (b->op == BinaryOp::multiply) return !holds_reduction(b->left) || !holds_reduction(b->right);
-  return b->op == BinaryOp::divide && !holds_reduction(b->right);
-}
 
 /// top / bottom, bottom the same everywhere.
 struct Share {
@@ -55,7 +30,7 @@ Share reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
 
 Share share(const model::Expr& e, int rank, Discretiser& at_point) {
   if (const auto* reduce = std::get_if<model::Reduce>(&e->kind)) return reduced(*reduce, rank, at_point);
-  if (!holds_reduction(e)) return {at_point(e), param("cells")};
+  if (!model::holds_reduction(e)) return {at_point(e), param("cells")};
   if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
     const Share positive = share(neg->operand, rank, at_point);
     return {-positive.top, positive.bottom};
@@ -66,7 +41,7 @@ Share share(const model::Expr& e, int rank, Discretiser& at_point) {
     return {left.top, at_point(b.right) * left.bottom};
   }
   if (b.op == BinaryOp::multiply) {
-    const bool factor_first = !holds_reduction(b.left);
+    const bool factor_first = !model::holds_reduction(b.left);
     const Share rest = share(factor_first ? b.right : b.left, rank, at_point);
     return {scaled(at_point(factor_first ? b.left : b.right), rest.top), rest.bottom};
   }
@@ -77,13 +52,6 @@ Share share(const model::Expr& e, int rank, Discretiser& at_point) {
 }
 
 }  // namespace
-
-void check_quantity(const model::Expr& value, const Origin& origin, DiagnosticSink& sink) {
-  if (is_combination(value)) return;
-  const SourceRange range = value->origin.range.is_known() ? value->origin.range : origin.range;
-  sink.report("not-linear-in-reductions", range, {},
-              "add and scale mean(...), sum(...) and integral(...); other functions belong inside them");
-}
 
 Expr cell_share(const model::Expr& value, int rank, Discretiser& at_point) {
   return share(value, rank, at_point).value();

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/time_schemes.h"
 
@@ -31,9 +32,7 @@ void collect_terms(const model::Expr& e, bool negative, std::vector<Term>& terms
 const model::Advect* as_advect(const model::Expr& e) { return std::get_if<model::Advect>(&e->kind); }
 
 bool holds_advect(const model::Expr& e) {
-  bool found = false;
-  visit(e, [&](const model::Expr& x) { found = found || as_advect(x) != nullptr; });
-  return found;
+  return model::any_part(e, [](const model::Expr& x) { return as_advect(x) != nullptr; });
 }
 
 /// Whether a term is -advect(v, state) with a velocity that transports nothing itself.
@@ -113,7 +112,7 @@ std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<
   Reading reading;
   for (const model::State& state : states) {
     const std::optional<model::Expr> terms = without_transport(*state.rhs);
-    if (!terms || is_number(*terms, 0)) continue;
+    if (!terms || model::is_constant(*terms, 0)) continue;
     reading.fields[state.name] = lowering.field_beside(state.name, "mid");
     advances.push_back({state.name, *terms, reading.fields[state.name], state.origin});
   }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 
+#include "model/build.h"
 #include "stencil/build.h"
 #include "support/assert.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 Expr dt() { return param("dt"); }
 
-bool is_at_rest(const Advance& advance) { return is_number(advance.rate, 0); }
+bool is_at_rest(const Advance& advance) { return model::is_constant(advance.rate, 0); }
 
 /// The value a kernel stores for a state, from its rate at the stage.
 using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
@@ -93,8 +94,7 @@ std::vector<Stage> runge_kutta_4(Stages stages) {
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   const Stages stages(lowering, advances);
   switch (lowering.problem().scheme.time) {
-    case model::TimeScheme::euler:
-      return {stages.stage(name, {}, param("t"), stages.results(), forward(dt()))};
+    case model::TimeScheme::euler: return {stages.stage(name, {}, param("t"), stages.results(), forward(dt()))};
     case model::TimeScheme::rk2: return midpoint_method(stages);
     case model::TimeScheme::rk4: return runge_kutta_4(stages);
   }

@@ -294,15 +294,17 @@ class ProgramCheck {
     return reach;
   }
 
+  bool is_written(const std::string& field) const { return written_.contains(field) || updated_.contains(field); }
+
   void check_results() {
     std::set<std::string> states;
     for (const Swap& swap : program_.swaps) {
-      if (!written_.contains(swap.next)) problem("swaps {}, which it does not write", swap.next);
+      if (!is_written(swap.next)) problem("swaps {}, which it does not write", swap.next);
       if (swap.state == swap.next) problem("swaps {} with itself", swap.state);
       if (!states.insert(swap.state).second) problem("swaps {} twice", swap.state);
     }
     for (const std::string& field : program_.keeps) {
-      if (!written_.contains(field)) problem("keeps {}, which it does not write", field);
+      if (!is_written(field)) problem("keeps {}, which it does not write", field);
     }
   }
 

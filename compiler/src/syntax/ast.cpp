@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// The members of ast.h that need Node to be complete.
 #include "syntax/ast.h"
 
 namespace dpde::ast {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Every function that moves on stops at the last token, end_of_file; recover() and skip_declaration() move at least one
+// token, so that every loop of the parser ends.
 #include "syntax/cursor.h"
 
 #include <fmt/format.h>
@@ -49,9 +51,7 @@ const Token& Cursor::peek_second() const {
   return tokens_[i];
 }
 
-bool Cursor::at_word(std::string_view word) const {
-  return at(TokenKind::identifier) && peek().spelling == word;
-}
+bool Cursor::at_word(std::string_view word) const { return at(TokenKind::identifier) && peek().spelling == word; }
 
 bool Cursor::at_end_of_item() const {
   const TokenKind kind = peek().kind;
@@ -175,12 +175,12 @@ void Cursor::fail_expected(std::string what, std::string hint) {
   std::string found = describe(is_over && !at(TokenKind::end_of_file) ? stop_ : peek());
   Diagnostic& diagnostic = sink_.report("unexpected", points_behind ? behind_last() : peek().range,
                                         {std::move(what), std::move(found)}, std::move(hint));
-  if (!groups_.empty()) diagnostic.notes.push_back({groups_.back(), "this is still open"});
+  if (is_over && !groups_.empty()) diagnostic.notes.push_back({groups_.back(), "this is still open"});
   failed_ = true;
 }
 
 void Cursor::expect_end_of_item() {
-  if (!at_end_of_item()) fail_expected("an operator or the end of the line", product_hint());
+  if (!at_end_of_item()) fail_expected("the end of the line", product_hint());
 }
 
 std::string Cursor::product_hint() const {

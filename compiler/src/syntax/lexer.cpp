@@ -28,14 +28,18 @@ struct Symbol {
 
 // Longer ones first.
 constexpr Symbol symbols[] = {
-    {"..", TokenKind::dot_dot},        {"+=", TokenKind::plus_assign},   {"<=", TokenKind::less_equal},
-    {">=", TokenKind::greater_equal},  {"==", TokenKind::equal},         {"!=", TokenKind::not_equal},
-    {"(", TokenKind::left_paren},      {")", TokenKind::right_paren},    {"[", TokenKind::left_bracket},
-    {"]", TokenKind::right_bracket},   {"{", TokenKind::left_brace},     {"}", TokenKind::right_brace},
-    {",", TokenKind::comma},           {";", TokenKind::semicolon},      {":", TokenKind::colon},
-    {".", TokenKind::dot},             {"=", TokenKind::assign},         {"+", TokenKind::plus},
-    {"-", TokenKind::minus},           {"*", TokenKind::star},           {"/", TokenKind::slash},
-    {"^", TokenKind::caret},           {"<", TokenKind::less},           {">", TokenKind::greater},
+    {"..", TokenKind::dot_dot},     {"+=", TokenKind::plus_assign},
+    {"<=", TokenKind::less_equal},  {">=", TokenKind::greater_equal},
+    {"==", TokenKind::equal},       {"!=", TokenKind::not_equal},
+    {"(", TokenKind::left_paren},   {")", TokenKind::right_paren},
+    {"[", TokenKind::left_bracket}, {"]", TokenKind::right_bracket},
+    {"{", TokenKind::left_brace},   {"}", TokenKind::right_brace},
+    {",", TokenKind::comma},        {";", TokenKind::semicolon},
+    {":", TokenKind::colon},        {".", TokenKind::dot},
+    {"=", TokenKind::assign},       {"+", TokenKind::plus},
+    {"-", TokenKind::minus},        {"*", TokenKind::star},
+    {"/", TokenKind::slash},        {"^", TokenKind::caret},
+    {"<", TokenKind::less},         {">", TokenKind::greater},
 };
 
 const Symbol* find_symbol(std::string_view text) {
@@ -93,7 +97,7 @@ class Lexer {
     if (is_blank(c)) {
       ++position_;
     } else if (c == '\n') {
-      add(TokenKind::line_break, 1);
+      read_line_break();
     } else if (c == '#') {
       read_comment();
     } else if (c == '"') {
@@ -109,10 +113,15 @@ class Lexer {
     }
   }
 
-  /// Everything up to the end of the line.
-  std::string_view rest_of_line() const {
-    return text_.substr(position_, text_.substr(position_).find('\n'));
+  /// One token for any number of them.
+  void read_line_break() {
+    const bool is_first = stream_.tokens.empty() || stream_.tokens.back().kind != TokenKind::line_break;
+    if (is_first) add(TokenKind::line_break, 0);
+    ++position_;
   }
+
+  /// Everything up to the end of the line.
+  std::string_view rest_of_line() const { return text_.substr(position_, text_.substr(position_).find('\n')); }
 
   void read_comment() {
     std::string_view comment = rest_of_line();

@@ -68,6 +68,19 @@ void add_item(Cursor& cursor, const BlockRule& rule, std::vector<Item>& items) {
   items.push_back(std::move(item));
 }
 
+/// A list that ends a block or file: no blank line at its end, and one before it where one stood there.
+std::vector<std::string> closing_comments(Trivia trivia, bool nothing_before) {
+  std::vector<std::string> comments = std::move(trivia.before);
+  if (!comments.empty() && comments.back().empty()) comments.pop_back();
+  if (!comments.empty() && trivia.blank_before && !nothing_before) comments.insert(comments.begin(), "");
+  return comments;
+}
+
+void close_block(Cursor& cursor, Declaration& declaration, bool is_empty) {
+  declaration.closing_comments = closing_comments(cursor.take_comments_above(), is_empty);
+  cursor.take();
+}
+
 /// { ... }, with `parse_one` called at the begin of every item.
 template <class ParseOne>
 void parse_block(Cursor& cursor, Declaration& declaration, std::string_view name, const ParseOne& parse_one) {
@@ -77,22 +90,19 @@ void parse_block(Cursor& cursor, Declaration& declaration, std::string_view name
   if (!cursor.expect(TokenKind::left_brace)) return;
   cursor.collect_inner_comments(declaration.trivia);
   declaration.trivia.after = cursor.take_comment_behind();
-  while (true) {
+  for (bool is_first = true;; is_first = false) {
     cursor.skip_separators();
-    if (cursor.at(TokenKind::right_brace)) break;
+    if (cursor.at(TokenKind::right_brace)) {
+      close_block(cursor, declaration, is_first);
+      declaration.one_line = !cursor.has_line_break_since(open);
+      return;
+    }
     if (cursor.at(TokenKind::end_of_file) || cursor.at_declaration()) {
       cursor.error("unclosed-block", brace, {std::string(name)});
       return;
     }
     parse_one();
   }
-  const Trivia closing = cursor.take_comments_above();
-  cursor.take();
-  declaration.closing_comments = closing.before;
-  std::vector<std::string>& comments = declaration.closing_comments;
-  if (!comments.empty() && comments.back().empty()) comments.pop_back();
-  if (!comments.empty() && closing.blank_before) comments.insert(comments.begin(), "");
-  declaration.one_line = !cursor.has_line_break_since(open);
 }
 
 void parse_items(Cursor& cursor, Declaration& declaration, const BlockRule& rule, std::vector<Item>& items) {
@@ -229,14 +239,11 @@ File parse(const SourceFile& source, DiagnosticSink& sink) {
     cursor.skip_separators();
     Declaration declaration;
     declaration.trivia = cursor.take_comments_above();
-    if (file.declarations.empty()) declaration.trivia.blank_before = false;
     if (cursor.at(TokenKind::end_of_file)) {
-      file.trailing_comments = std::move(declaration.trivia.before);
-      std::vector<std::string>& comments = file.trailing_comments;
-      if (!comments.empty() && comments.back().empty()) comments.pop_back();
-      if (!comments.empty() && declaration.trivia.blank_before) comments.insert(comments.begin(), "");
+      file.trailing_comments = closing_comments(std::move(declaration.trivia), file.declarations.empty());
       return file;
     }
+    if (file.declarations.empty()) declaration.trivia.blank_before = false;
     add_declaration(cursor, std::move(declaration), file.declarations);
   }
 }
@@ -246,7 +253,7 @@ Expr parse_expression(const SourceFile& source, DiagnosticSink& sink) {
   cursor.skip_separators();
   Expr expr = parse_expression(cursor);
   if (!cursor.failed()) cursor.skip_separators();
-  if (!cursor.at(TokenKind::end_of_file)) cursor.fail_expected("an operator or the end of the expression", cursor.product_hint());
+  if (!cursor.at(TokenKind::end_of_file)) cursor.fail_expected("the end of the expression", cursor.product_hint());
   return cursor.failed() ? Expr() : expr;
 }
 

@@ -28,11 +28,16 @@ struct Operator {
   BinaryOp op;
 };
 constexpr Operator operators[] = {
-    {TokenKind::plus, BinaryOp::add},           {TokenKind::minus, BinaryOp::subtract},
-    {TokenKind::star, BinaryOp::multiply},      {TokenKind::slash, BinaryOp::divide},
-    {TokenKind::caret, BinaryOp::power},        {TokenKind::less, BinaryOp::less},
-    {TokenKind::less_equal, BinaryOp::less_equal}, {TokenKind::greater, BinaryOp::greater},
-    {TokenKind::greater_equal, BinaryOp::greater_equal}, {TokenKind::equal, BinaryOp::equal},
+    {TokenKind::plus, BinaryOp::add},
+    {TokenKind::minus, BinaryOp::subtract},
+    {TokenKind::star, BinaryOp::multiply},
+    {TokenKind::slash, BinaryOp::divide},
+    {TokenKind::caret, BinaryOp::power},
+    {TokenKind::less, BinaryOp::less},
+    {TokenKind::less_equal, BinaryOp::less_equal},
+    {TokenKind::greater, BinaryOp::greater},
+    {TokenKind::greater_equal, BinaryOp::greater_equal},
+    {TokenKind::equal, BinaryOp::equal},
     {TokenKind::not_equal, BinaryOp::not_equal},
 };
 constexpr int comparison_precedence = 3;
@@ -54,7 +59,8 @@ class ExpressionParser {
     if (++nesting_ > max_nesting) cursor_.fail("nesting-too-deep", cursor_.peek().range, {}, shorten_hint);
     Parsed left = cursor_.failed() ? Parsed{} : prefix();
     bool compared = false;
-    for (auto op = binary_operator(cursor_.peek()); op && precedence(*op) >= lowest; op = binary_operator(cursor_.peek())) {
+    for (auto op = binary_operator(cursor_.peek()); op && precedence(*op) >= lowest;
+         op = binary_operator(cursor_.peek())) {
       const bool compares = precedence(*op) == comparison_precedence;
       if (compares && compared) {
         cursor_.fail("chained-comparison", cursor_.peek().range, {}, "write a < b and b < c");
@@ -123,7 +129,7 @@ class ExpressionParser {
     if (cursor_.at(TokenKind::left_paren)) return call(name);
     if (cursor_.at(TokenKind::left_bracket)) return offsets(name);
     if (cursor_.at(TokenKind::dot)) {
-      cursor_.fail_expected("an operator or the end of the expression", "fields have no components; name each field");
+      cursor_.fail_expected("the end of the expression", "fields have no components; name each field");
     }
     return finish(Name{name.name}, name.range.begin, 1);
   }

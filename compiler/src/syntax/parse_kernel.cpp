@@ -48,8 +48,8 @@ void parse_group(Cursor& cursor, std::vector<KernelParameter>& parameters) {
 // ---- kernel --------------------------------------------------------------------------------------------------------
 bool begins_assignment(const Cursor& cursor) {
   const TokenKind second = cursor.peek_second().kind;
-  return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::plus_assign ||
-                                              second == TokenKind::left_paren);
+  return cursor.at(TokenKind::identifier) &&
+         (second == TokenKind::assign || second == TokenKind::plus_assign || second == TokenKind::left_paren);
 }
 
 ItemKind parse_assignment(Cursor& cursor) {

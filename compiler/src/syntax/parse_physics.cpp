@@ -35,7 +35,8 @@ bool begins_no_equation(const Cursor& cursor) {
 ItemKind refuse_equation(Cursor& cursor) {
   const bool is_name = cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::assign;
   const std::string name(cursor.peek().spelling.substr(0, 40));
-  std::string hint = is_name ? fmt::format("write dt({0}) = ... for a field, or let {0} = ... for a shorthand", name) : "";
+  std::string hint =
+      is_name ? fmt::format("write dt({0}) = ... for a field, or let {0} = ... for a shorthand", name) : "";
   cursor.fail("not-an-equation", cursor.peek().range, {describe(cursor.peek())}, std::move(hint));
   return {};
 }

@@ -30,9 +30,7 @@ std::string print_definition(const char* keyword, const Identifier& name, const 
 
 std::string print_when(const When& when) {
   return match(
-      when,                                             //
-      [](const WhenEnd&) { return std::string(); },     //
-      [](const WhenOver&) { return std::string(" over time"); },
+      when, [](const WhenEnd&) { return std::string(); }, [](const WhenOver&) { return std::string(" over time"); },
       [](const WhenAt& at) { return " at t = " + print_list(at.times); });
 }
 
@@ -116,33 +114,29 @@ std::string print_axes(const AxesItem& item) {
 
 std::string print_item(const Item& item) {
   return match(
-      item.kind,                                                                                                //
-      [](const FieldItem& i) { return "field " + print_names(i.names); },                                       //
-      [](const CoefficientItem& i) { return "coefficient " + print_names(i.names); },                           //
-      [](const ParamItem& i) { return "param " + print_names(i.names); },                                       //
-      [](const LetItem& i) { return print_definition("let ", i.name, i.value); },                               //
-      [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },             //
-      [](const GridItem& i) { return print_grid(i); },                                                          //
-      [](const ValueItem& i) { return print_definition("", i.name, i.value); },                                 //
-      [](const InitialItem& i) { return print_definition("initial ", i.field, i.value); },                      //
-      [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },                          //
-      [](const BoundaryItem& i) { return print_boundary(i); },                                                  //
-      [](const TimeItem& i) { return print_time(i); },                                                          //
-      [](const StepItem& i) { return "step " + print(i.step); },                                                //
-      [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },                       //
-      [](const DataItem& i) { return print_data(i); },                                                          //
-      [](const UnknownItem& i) { return print_unknown(i); },                                                    //
-      [](const MinimiseItem& i) { return "minimise " + print(i.loss) + print_when(i.when); },                   //
-      [](const UsingItem& i) { return print_using(i); },                                                        //
-      [](const TestItem& i) { return print_definition("test ", i.name, i.value) + print_when(i.when); },        //
+      item.kind, [](const FieldItem& i) { return "field " + print_names(i.names); },
+      [](const CoefficientItem& i) { return "coefficient " + print_names(i.names); },
+      [](const ParamItem& i) { return "param " + print_names(i.names); },
+      [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
+      [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
+      [](const GridItem& i) { return print_grid(i); },
+      [](const ValueItem& i) { return print_definition("", i.name, i.value); },
+      [](const InitialItem& i) { return print_definition("initial ", i.field, i.value); },
+      [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
+      [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },
+      [](const StepItem& i) { return "step " + print(i.step); },
+      [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },
+      [](const DataItem& i) { return print_data(i); }, [](const UnknownItem& i) { return print_unknown(i); },
+      [](const MinimiseItem& i) { return "minimise " + print(i.loss) + print_when(i.when); },
+      [](const UsingItem& i) { return print_using(i); },
+      [](const TestItem& i) { return print_definition("test ", i.name, i.value) + print_when(i.when); },
       [](const AssignItem& i) {
         return fmt::format("{} {} {}", i.target.name, i.accumulate ? "+=" : "=", print(i.value));
-      },                                                                                                        //
-      [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },            //
-      [](const FillItem& i) { return print_fill(i); },                                                          //
-      [](const RunItem& i) { return print_run(i); },                                                            //
-      [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },                  //
-      [](const KeepItem& i) { return "keep " + print_names(i.names); },                                         //
+      },
+      [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },
+      [](const FillItem& i) { return print_fill(i); }, [](const RunItem& i) { return print_run(i); },
+      [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
+      [](const KeepItem& i) { return "keep " + print_names(i.names); },
       [](const AxesItem& i) { return print_axes(i); });
 }
 
@@ -164,7 +158,8 @@ std::string print_parameters(const std::vector<KernelParameter>& parameters) {
   std::string text;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const auto same = [&](std::size_t j) {
-      return j < parameters.size() && parameters[j].role == parameters[i].role && parameters[j].halo == parameters[i].halo;
+      return j < parameters.size() && parameters[j].role == parameters[i].role &&
+             parameters[j].halo == parameters[i].halo;
     };
     const auto [prefix, type] = words_of(parameters[i].role);
     if (i > 0) text += ", ";
@@ -190,13 +185,11 @@ std::string print_of(const char* keyword, const Identifier& name, const Identifi
 
 std::string print_header(const DeclarationKind& kind) {
   return match(
-      kind,                                                                           //
-      [](const Model& d) { return "model " + d.name.name; },                          //
-      [](const Scene& d) { return print_of("scene", d.name, d.of, d.scheme); },       //
-      [](const Scheme& d) { return "scheme " + d.name.name; },                        //
-      [](const Task& d) { return print_of("task", d.name, d.of, d.scheme); },         //
-      [](const Kernel& d) { return print_kernel_header(d); },                         //
-      [](const Program& d) { return "program " + d.name.name; },                      //
+      kind, [](const Model& d) { return "model " + d.name.name; },
+      [](const Scene& d) { return print_of("scene", d.name, d.of, d.scheme); },
+      [](const Scheme& d) { return "scheme " + d.name.name; },
+      [](const Task& d) { return print_of("task", d.name, d.of, d.scheme); },
+      [](const Kernel& d) { return print_kernel_header(d); }, [](const Program& d) { return "program " + d.name.name; },
       [](const Loop& d) { return fmt::format("loop {} in {} .. {}", d.counter.name, d.from, d.to); });
 }
 
@@ -214,9 +207,8 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
     return rows;
   }
   const std::vector<Item>* items = match(
-      kind,                                                              //
-      [](const Model& d) -> const std::vector<Item>* { return &d.items; },  //
-      [](const Scene& d) -> const std::vector<Item>* { return &d.items; },  //
+      kind, [](const Model& d) -> const std::vector<Item>* { return &d.items; },
+      [](const Scene& d) -> const std::vector<Item>* { return &d.items; },
       [](const Scheme& d) -> const std::vector<Item>* { return &d.items; },
       [](const Task& d) -> const std::vector<Item>* { return &d.items; },
       [](const Kernel& d) -> const std::vector<Item>* { return &d.items; },

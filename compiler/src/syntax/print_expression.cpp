@@ -33,16 +33,11 @@ class Printer {
     const bool parentheses = binding(expr) < lowest;
     if (parentheses) text_ += '(';
     match(
-        expr->kind,                                                                                     //
-        [&](const Number& n) { text_ += n.spelling.empty() ? fmt::format("{}", n.value) : n.spelling; },  //
-        [&](const Text& t) { append("\"{}\"", t.value); },                                               //
-        [&](const Name& n) { text_ += n.name; },                                                         //
-        [&](const Unary& u) { print_unary(u); },                                                         //
-        [&](const Binary& b) { print_binary(b); },                                                       //
-        [&](const Call& c) { print_call(c); },                                                           //
-        [&](const Tuple& t) { print_tuple(t); },                                                         //
-        [&](const Offsets& o) { print_offsets(o); },                                                     //
-        [&](const Error&) { text_ += "<error>"; });
+        expr->kind, [&](const Number& n) { text_ += n.spelling.empty() ? fmt::format("{}", n.value) : n.spelling; },
+        [&](const Text& t) { append("\"{}\"", t.value); }, [&](const Name& n) { text_ += n.name; },
+        [&](const Unary& u) { print_unary(u); }, [&](const Binary& b) { print_binary(b); },
+        [&](const Call& c) { print_call(c); }, [&](const Tuple& t) { print_tuple(t); },
+        [&](const Offsets& o) { print_offsets(o); }, [&](const Error&) { text_ += "<error>"; });
     if (parentheses) text_ += ')';
   }
 

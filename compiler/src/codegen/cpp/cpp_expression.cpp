@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "loop/expressions.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/vocabulary.h"
@@ -22,12 +23,6 @@ constexpr int choice_precedence = 0;
 
 bool is_condition(BinaryOp op) { return precedence(op) <= comparison_precedence; }
 bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
-
-std::string_view cpp_spelling(BinaryOp op) {
-  if (op == BinaryOp::logical_and) return "&&";
-  if (op == BinaryOp::logical_or) return "||";
-  return spelling(op);
-}
 
 std::string_view cpp_function(Fn fn) {
   switch (fn) {
@@ -62,6 +57,11 @@ std::string cpp_number(double value) {
   return text;
 }
 
+bool is_small_power(const loop::Binary& b) {
+  return b.op == BinaryOp::power && (loop::is_literal(b.right, 2) || loop::is_literal(b.right, 3)) &&
+         loop::is_leaf(b.left);
+}
+
 std::string CppExpression::enclosed(const Piece& piece, int least) {
   return piece.precedence < least ? fmt::format("({})", piece.text) : piece.text;
 }
@@ -85,9 +85,15 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
   const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
   if (!b || !is_condition(b->op)) return {number(e, comparison_precedence + 1) + " != 0.0", comparison_precedence};
   const int own = precedence(b->op);
-  const std::string left = is_logical(b->op) ? truth(b->left, own) : number(b->left, own + 1);
-  const std::string right = is_logical(b->op) ? truth(b->right, own + 1) : number(b->right, own + 1);
-  return {fmt::format("{} {} {}", left, cpp_spelling(b->op), right), own};
+  if (!is_logical(b->op)) {
+    return {fmt::format("{} {} {}", number(b->left, own + 1), spelling(b->op), number(b->right, own + 1)), own};
+  }
+  // & and | on bools: && and || are branches, with which g++ does not vectorise every loop. Both sides may be evaluated.
+  const loop::Binary* left = std::get_if<loop::Binary>(&b->left->kind);
+  const std::string left_text = truth(b->left, left && left->op == b->op ? own : comparison_precedence + 1);
+  return {fmt::format("{} {} {}", left_text, b->op == BinaryOp::logical_and ? '&' : '|',
+                      truth(b->right, comparison_precedence + 1)),
+          own};
 }
 
 CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
@@ -116,12 +122,21 @@ CppExpression::Piece CppExpression::negation(const loop::Neg& n) const {
 }
 
 CppExpression::Piece CppExpression::binary(const loop::Binary& b) const {
-  if (b.op == BinaryOp::power) return {fmt::format("pow({}, {})", number(b.left), number(b.right)), atom};
+  if (b.op == BinaryOp::power) return power(b);
   const int own = precedence(b.op);
   const bool tight = own == product_precedence;
   const std::string left = number(b.left, own);
   const std::string right = number(b.right, tight ? unary_precedence + 1 : own + 1);
   return {fmt::format("{}{}{}{}{}", left, tight ? "" : " ", spelling(b.op), tight ? "" : " ", right), own};
+}
+
+CppExpression::Piece CppExpression::power(const loop::Binary& b) const {
+  if (is_small_power(b)) {
+    const std::string base = number(b.left);
+    return {loop::is_literal(b.right, 2) ? fmt::format("{0}*{0}", base) : fmt::format("{0}*{0}*{0}", base),
+            product_precedence};
+  }
+  return {fmt::format("pow({}, {})", number(b.left), number(b.right)), atom};
 }
 
 std::string CppExpression::call(const loop::Call& c) const {

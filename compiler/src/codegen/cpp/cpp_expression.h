@@ -40,6 +40,7 @@ class CppExpression {
   Piece number_piece(const loop::Expr& e) const;
   Piece truth_piece(const loop::Expr& e) const;
   Piece binary(const loop::Binary& b) const;
+  Piece power(const loop::Binary& b) const;
   Piece negation(const loop::Neg& n) const;
   std::string call(const loop::Call& c) const;
   std::string interp(const loop::Interp& i) const;
@@ -50,5 +51,8 @@ class CppExpression {
 
 /// A number as a C++ literal of type double that reads back to the same value.
 std::string cpp_number(double value);
+
+/// x^2 or x^3 of a leaf, which is written as a product.
+bool is_small_power(const loop::Binary& b);
 
 }  // namespace dpde::codegen

@@ -2,8 +2,10 @@
 #include "codegen/cpp/cpp_helpers.h"
 
 #include <array>
+#include <cmath>
 #include <string_view>
 
+#include "codegen/cpp/cpp_expression.h"
 #include "loop/expressions.h"
 
 namespace dpde::codegen {
@@ -11,7 +13,7 @@ namespace dpde::codegen {
 namespace {
 
 struct Uses {
-  bool minimum = false, maximum = false, sign = false, inside = false, periodic = false, bounded = false;
+  bool math = false, minimum = false, maximum = false, sign = false, inside = false, periodic = false, bounded = false;
   std::array<bool, loop::max_rank + 1> interp{}, scatter{};  // by rank
 };
 
@@ -25,7 +27,12 @@ void add_expression(Uses& uses, const loop::Row* row, const loop::Expr& e) {
       uses.minimum = uses.minimum || call->fn == Fn::min;
       uses.maximum = uses.maximum || call->fn == Fn::max;
       uses.sign = uses.sign || call->fn == Fn::sign;
+      uses.math = uses.math || (call->fn != Fn::min && call->fn != Fn::max && call->fn != Fn::sign);
     }
+    const loop::Binary* binary = std::get_if<loop::Binary>(&part->kind);
+    const loop::Literal* literal = std::get_if<loop::Literal>(&part->kind);
+    uses.math = uses.math || (binary && binary->op == BinaryOp::power && !is_small_power(*binary)) ||
+                (literal && !std::isfinite(literal->value));  // INFINITY and NAN are macros of <math.h>
     uses.inside = uses.inside || std::holds_alternative<loop::Inside>(part->kind);
     if (row && std::holds_alternative<loop::Interp>(part->kind)) {
       uses.interp.at(row->rank) = true;
@@ -100,7 +107,7 @@ constexpr std::string_view bounded_text = R"(
 static inline dpde_pair dpde_bounded(int64_t at, double d, int64_t cells, bool slope) {
   const double whole = floor(d), n = (double)cells;
   const double place = (double)at + whole, f = d - whole;
-  const bool clamped = f < -0.5 - place || f > n - 0.5 - place;
+  const bool clamped = (f < -0.5 - place) | (f > n - 0.5 - place);  // no branch: the loop around must vectorise
   const int64_t low = dpde_between(place, -1.0, n - 1.0);
   return dpde_weigh(low, low + 1, clamped ? 0.5 : f, clamped, slope);
 }
@@ -159,6 +166,11 @@ static inline void dpde_scatter_3(double* u, double value, dpde_pair x, dpde_pai
 )"};
 
 }  // namespace
+
+bool needs_math(const loop::Module& module) {
+  const Uses uses = uses_of(module);
+  return uses.math || uses.periodic || uses.bounded;  // interpolation takes the floor of places
+}
 
 std::string cpp_helpers(const loop::Module& module) {
   const Uses uses = uses_of(module);

@@ -2,6 +2,7 @@
 // Names of the emitted C++: those of the source, changed only where C++ or the file itself needs the word.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,10 @@ std::string cpp_offset_suffix(const loop::Offset& offset, int rank);
 
 /// The identifiers of one emitted function, all different.
 struct CppNames {
-  std::vector<std::string> streams, grids, uniforms, lets, sums;
+  std::vector<std::string> streams, grids, lets, sums;
+  std::vector<std::string> uniforms;  // of the module; "" for those the row does not use
 };
+std::set<int> used_uniforms(const loop::Row& row);
 CppNames cpp_names(const loop::Module& module, const loop::Row& row);
 
 /// Names of parameters and uniforms in dpde_compute_uniforms; a uniform that is a parameter shares its name.

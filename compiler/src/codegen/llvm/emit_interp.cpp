@@ -38,8 +38,7 @@ PlaceEmitter::Pair PlaceEmitter::pair(int axis, int offset, llvm::Value* displac
   llvm::Value* low = nullptr;
   llvm::Value* high = nullptr;
   if (row_.axes.at(axis) == Topology::periodic) {
-    llvm::Value* turns =
-        body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, body_.CreateFDiv(spot.low_cell, count));
+    llvm::Value* turns = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, body_.CreateFDiv(spot.low_cell, count));
     low = between(body_.CreateFSub(spot.low_cell, body_.CreateFMul(turns, count)), real(0), last);
     llvm::Value* next = body_.CreateNSWAdd(low, one);
     high = body_.CreateSelect(body_.CreateICmpEQ(next, cells(axis)), body_.getInt64(0), next);
@@ -90,7 +89,8 @@ llvm::Value* PlaceEmitter::gather(const std::vector<Pair>& pairs, int axis, int 
   llvm::Value* low = gather(pairs, axis - 1, corner, base);
   llvm::Value* high = gather(pairs, axis - 1, corner | 1 << axis, base);
   const Pair& along = pairs[axis];
-  return body_.CreateFAdd(body_.CreateFMul(along.weight[0], low), body_.CreateFMul(along.weight[1], high));
+  llvm::Value* of_low = body_.CreateFMul(along.weight[0], low);
+  return body_.CreateFAdd(of_low, body_.CreateFMul(along.weight[1], high));
 }
 
 llvm::Value* PlaceEmitter::interp(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement) {

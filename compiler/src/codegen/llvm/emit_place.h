@@ -39,9 +39,9 @@ class PlaceEmitter {
     std::array<llvm::Value*, 2> element{}, weight{};
   };
   struct Spot {
-    llvm::Value* low_cell;   // a double, possibly not finite
+    llvm::Value* low_cell;  // a double, possibly not finite
     llvm::Value* fraction;
-    llvm::Value* clamped;    // null along periodic axes
+    llvm::Value* clamped;  // null along periodic axes
   };
   Pair pair(int axis, int offset, llvm::Value* displacement, bool slope);
   std::vector<Pair> pairs(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A row becomes two functions: <row>_cells with one noalias pointer for each line of memory it touches, and the function
-// of the ABI that takes those pointers out of dpde_row. The loop is written in the form in which the vectoriser wants it:
-// rotated, with a preheader and exit of its own, and no code that depends on the order of neighbours along x.
+// A row becomes two functions: <row>_cells with one noalias pointer for each line of memory it touches, and the
+// function of the ABI that takes those pointers out of dpde_row. The loop is written in the form in which the
+// vectoriser wants it: rotated, with a preheader and exit of its own, and no code that depends on the order of
+// neighbours along x.
 #include <cstddef>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "codegen/llvm/emit_expr.h"
@@ -46,6 +48,7 @@ class RowEmitter {
 
   void find_lines();
   void find_uses();
+  void note_uses(const loop::Expr& expr, std::set<const loop::Node*>& seen);
   std::vector<Argument> arguments() const;
   llvm::Type* type_of(const Argument& argument);
   void set_attributes(llvm::Argument* target, const Argument& argument);
@@ -96,13 +99,16 @@ void RowEmitter::find_uses() {
   scattered_grids_.resize(row_.grids.size());
   needs_place_ = !row_.scatters.empty();
   for (const loop::Scatter& scatter : row_.scatters) scattered_grids_.at(scatter.target.grid) = true;
-  loop::for_each_expression(row_, [&](const loop::Expr& root) {
-    loop::visit(root, [&](const loop::Expr& expr) {
-      if (const auto* uniform = std::get_if<loop::Uniform>(&expr->kind)) used_uniforms_.at(uniform->index) = true;
-      needs_place_ |= std::holds_alternative<loop::Inside>(expr->kind);
-      needs_place_ |= std::holds_alternative<loop::Interp>(expr->kind);
-    });
-  });
+  std::set<const loop::Node*> seen;
+  loop::for_each_expression(row_, [&](const loop::Expr& expr) { note_uses(expr, seen); });
+}
+
+void RowEmitter::note_uses(const loop::Expr& expr, std::set<const loop::Node*>& seen) {
+  if (!seen.insert(&expr.node()).second) return;  // expressions may share nodes
+  if (const auto* uniform = std::get_if<loop::Uniform>(&expr->kind)) used_uniforms_.at(uniform->index) = true;
+  needs_place_ |= std::holds_alternative<loop::Inside>(expr->kind);
+  needs_place_ |= std::holds_alternative<loop::Interp>(expr->kind);
+  loop::for_each_child(expr, [&](const loop::Expr& child) { note_uses(child, seen); });
 }
 
 /// u, u_yp1 (the row above), u_ym1_zp2 ...
@@ -223,8 +229,8 @@ void RowEmitter::load_uniforms() {
   leaves_.uniforms.resize(module_.uniforms.size());
   for (std::size_t i = 0; i < module_.uniforms.size(); ++i) {
     if (!used_uniforms_[i]) continue;
-    leaves_.uniforms[i] = member(i * sizeof(double), before_.getDoubleTy(), value_.at(Source::uniforms),
-                                 module_.uniforms[i].name);
+    leaves_.uniforms[i] =
+        member(i * sizeof(double), before_.getDoubleTy(), value_.at(Source::uniforms), module_.uniforms[i].name);
   }
 }
 
@@ -307,8 +313,8 @@ void RowEmitter::emit_body() {
   }
   for (std::size_t s = 0; s < row_.streams.size(); ++s) {
     const bool is_read = row_.streams[s].mode != loop::Stream::Mode::out;
-    leaves_.loads.push_back(
-        is_read ? body_.CreateAlignedLoad(body_.getDoubleTy(), stream_pointer(s), llvm::Align(8)) : nullptr);
+    leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(body_.getDoubleTy(), stream_pointer(s), llvm::Align(8))
+                                    : nullptr);
   }
   PlaceEmitter place(row_, place_, before_, body_, index_);
   ExprEmitter emitter(body_, leaves_, &place);
@@ -325,7 +331,8 @@ void RowEmitter::emit_body() {
     totals_.push_back(total);
   }
   for (const loop::Scatter& scatter : row_.scatters) {
-    place.scatter(scatter.target, emitter.numbers(scatter.target.displacement), emitter.number(scatter.value));
+    const std::vector<llvm::Value*> displacement = emitter.numbers(scatter.target.displacement);
+    place.scatter(scatter.target, displacement, emitter.number(scatter.value));
   }
 }
 

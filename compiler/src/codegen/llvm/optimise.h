@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: a short pipeline around the loop vectoriser. The rows arrive simplified and with one loop each,
-// so most of -O3 would only cost time; two of its passes do harm: GVN's load-PRE makes neighbours along x into a chain from
-// cell to cell that cannot be vectorised (speed.md 3), and loop unswitching doubles the code for each mask.
+// Private to codegen/llvm: a short pipeline around the loop vectoriser. The rows arrive simplified and with one loop
+// each, so most of -O3 would only cost time; two of its passes do harm: GVN's load-PRE makes neighbours along x into a
+// chain from cell to cell that cannot be vectorised (speed.md 3), and loop unswitching doubles the code for each mask.
 #pragma once
 
 #include <llvm/IR/Module.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: the processor this runs on. Its feature list is trusted, its name is not (hypervisors hide it).
+// Private to codegen/llvm: the processor this runs on. Its feature list is trusted, its name is not (hypervisors hide
+// it).
 #pragma once
 
 #include <llvm/IR/Module.h>

@@ -52,6 +52,13 @@ class Executor {
 
   void run();
 
+  /// Frames: for short programs run again and again with the same few bindings. A frame holds all pointers of one run:
+  /// make_frame() sets frame_size() of them for the fields bound now, run_frame() is run() with a frame made before.
+  /// frame_size() is 0 for programs that have none (those of 2 and 3 axes, with explicit fills, or interpreted).
+  size_t frame_size() const { return frame_.size(); }
+  void make_frame(double** frame) const;
+  void run_frame(double* const* frame);
+
   /// Sums of the last run, in the order of the program's `sums`.
   std::span<const double> sums() const { return sums_; }
   const dpde_program& program() const { return *program_; }
@@ -63,6 +70,7 @@ class Executor {
   std::unique_ptr<dpde_layout> layout_;
   std::vector<double*> fields_;
   std::vector<double> params_, uniforms_, sums_;
+  std::vector<double*> frame_;
   std::unique_ptr<Plan> plan_;
 };
 

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// One row function as C++: a plain loop over the cells with one pointer a stream, and its extern "C" wrapper.
+#pragma once
+
+#include <string>
+
+#include "loop/loop.h"
+#include "source/source_file.h"
+
+namespace dpde::codegen {
+
+std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source);
+
+}  // namespace dpde::codegen

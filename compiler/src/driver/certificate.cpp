@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/certificate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "driver/inverse.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr double most_cells = 4e5;
+constexpr int steps_on_small_grids = 3;
+constexpr double largest_error = 1e-11;
+constexpr double largest_slope_error = 0.05;
+
+using Random = std::mt19937_64;
+
+/// A task at a generic point: the scene's state with some noise, so that no departure point sits on a kink.
+struct Point {
+  Eigen::VectorXd x, direction;
+};
+
+double largest(const Eigen::VectorXd& values) { return values.size() == 0 ? 0 : values.cwiseAbs().maxCoeff(); }
+
+Point generic_point(Session& session, const Inverse& inverse, Random& random) {
+  std::normal_distribution<double> normal;
+  Point point{inverse.start(), Eigen::VectorXd::Zero(inverse.size())};
+  for (const Inverse::Part& part : inverse.parts()) {
+    auto x = point.x.segment(part.offset, part.size);
+    auto d = point.direction.segment(part.offset, part.size);
+    if (part.initial) {
+      const std::vector<double> own = session.initial(part.index);
+      x = Eigen::Map<const Eigen::VectorXd>(own.data(), part.size);
+    }
+    const double magnitude = largest(x);
+    const double scale = magnitude > 0 ? magnitude : 1;
+    for (Eigen::Index i = 0; i < part.size; ++i) {
+      x[i] += 0.02 * scale * normal(random);
+      d[i] = scale * normal(random);
+    }
+    // Parameters without a derivative (of boundary values) stay as they are.
+    if (!part.initial && !session.compiled().activity.params.contains(part.name)) d.setZero();
+  }
+  return point;
+}
+
+/// Directional derivative of the loss, forward through the tangent programs.
+class Tangent {
+ public:
+  Tangent(Session& session, Inverse& inverse) : session_(session), inverse_(inverse), compiled_(session.compiled()) {}
+
+  double operator()(const Point& point);
+
+ private:
+  void set_directions(const Point& point);
+  double loss_rate(const Snapshot& snapshot);
+  std::string dot_of(const std::string& primal, const std::string& name) const;
+
+  Session& session_;
+  Inverse& inverse_;
+  const Compiled& compiled_;
+  std::map<std::string, std::vector<double>> state_rates_;
+  std::vector<std::string> names_;
+};
+
+/// What the tangent of a program calls the rate of `name`; "" when it has none.
+std::string Tangent::dot_of(const std::string& primal, const std::string& name) const {
+  const auto derived = compiled_.derived.find(primal);
+  if (derived == compiled_.derived.end() || !derived->second.tangent) return "";
+  const auto found = derived->second.tangent->names.find(name);
+  return found == derived->second.tangent->names.end() ? "" : found->second;
+}
+
+void Tangent::set_directions(const Point& point) {
+  const std::string initial = session_.problem().scene + "_initial";
+  Workspace& workspace = session_.workspace();
+  for (const auto& [primal, derived] : compiled_.derived) {
+    for (const Inverse::Part& part : inverse_.parts()) {
+      const std::string dot = part.initial ? "" : dot_of(primal, part.name);
+      if (!dot.empty()) workspace.set_param(dot, point.direction[part.offset]);
+    }
+  }
+  const dpde_program* program = compiled_.tangent_of(initial);
+  if (program != nullptr) workspace.run(*program, session_.problem().t_begin);
+  for (int s = 0; s < session_.rollout().state_count(); ++s) {
+    const std::string& state = session_.rollout().state_name(s);
+    const std::string dot = dot_of(initial, state);
+    state_rates_[state] = dot.empty() ? std::vector<double>(workspace.cell_count()) : workspace.dense(dot);
+  }
+  for (const Inverse::Part& part : inverse_.parts()) {
+    const double* from = point.direction.data() + part.offset;
+    if (part.initial) state_rates_[part.name].assign(from, from + part.size);
+  }
+}
+
+double Tangent::loss_rate(const Snapshot& snapshot) {
+  const model::Task& task = *session_.problem().task;
+  double rate = 0;
+  for (std::size_t i = 0; i < task.losses.size(); ++i) {
+    const std::vector<int> steps = session_.steps_of(task.losses[i].when);
+    if (std::find(steps.begin(), steps.end(), snapshot.step) == steps.end()) continue;
+    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    const dpde_program* program = compiled_.tangent_of(name);
+    if (program == nullptr) continue;
+    std::map<std::string, double*> bound;
+    for (std::size_t s = 0; s < names_.size(); ++s) {
+      // The loss's tangent may call the rates otherwise than the step's.
+      const std::string& step_name = names_[s];
+      for (const auto& [state, rates] : state_rates_) {
+        if (step_name == state) bound[state] = snapshot.states[s];
+        if (step_name != dot_of(compiled_.step_name(), state)) continue;
+        const std::string dot = dot_of(name, state);
+        if (!dot.empty()) bound[dot] = snapshot.states[s];
+      }
+    }
+    const bool over = task.losses[i].when.kind == model::When::Kind::over;
+    const double weight = over ? 1.0 / static_cast<double>(steps.size()) : 1.0;
+    rate += weight * session_.evaluate(*program, dot_of(name, "loss"), snapshot.t, bound);
+  }
+  return rate;
+}
+
+double Tangent::operator()(const Point& point) {
+  inverse_.assign(point.x);
+  set_directions(point);
+  RolloutSetup setup = session_.setup();
+  setup.step = compiled_.tangent_of(compiled_.step_name());
+  Rollout rollout(std::move(setup));
+  names_.clear();
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    const std::string& name = rollout.state_name(s);
+    names_.push_back(name);
+    const int own = session_.rollout().state_index(name);
+    if (own >= 0) rollout.initial(s).copy_in(session_.initial(own));
+    for (const auto& [state, rates] : state_rates_) {
+      if (name == dot_of(compiled_.step_name(), state)) rollout.initial(s).copy_in(rates);
+    }
+  }
+  double rate = 0;
+  const RunResult result = rollout.run({1, [&](const Snapshot& snapshot) { rate += loss_rate(snapshot); }});
+  return result.stopped || result.blow_up ? NAN : rate;
+}
+
+std::string grid_text(const Workspace& workspace) {
+  std::string text;
+  for (const model::Axis& axis : workspace.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
+  return text;
+}
+
+/// Compares tangent and adjoint on one grid.
+bool add_dot_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
+                  Random& random, Certificate& certificate, DiagnosticSink& sink) {
+  const auto session = Session::open(source, compiled, options, sink);
+  if (!session) return false;
+  const auto inverse = Inverse::open(*session, source, sink);
+  if (!inverse) return false;
+  const Point point = generic_point(*session, *inverse, random);
+  Eigen::VectorXd gradient(inverse->size());
+  const double loss = inverse->value_and_gradient(point.x, gradient);
+  const double forward = Tangent(*session, *inverse)(point);
+  const double backward = gradient.dot(point.direction);
+  const std::string grid = grid_text(session->workspace());
+  if (!std::isfinite(loss) || !std::isfinite(forward) || !std::isfinite(backward)) {
+    certificate.skipped.push_back(grid + " cells: the run is not finite");
+    return true;
+  }
+  const double scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
+  certificate.cases.push_back({grid, fmt::format("{} steps", session->steps()), relative_difference(forward, backward, scale)});
+  return true;
+}
+
+/// The scene's grid, or one of at most most_cells cells.
+std::vector<int> affordable_grid(const model::Problem& problem) {
+  std::vector<int> cells;
+  for (const model::Axis& axis : problem.axes) cells.push_back(axis.cells);
+  const auto total = [&] { return std::accumulate(cells.begin(), cells.end(), 1.0, std::multiplies<>()); };
+  bool reduced = false;
+  while (total() > most_cells) {
+    for (int& n : cells) n = std::max(1, (n + 1) / 2);
+    reduced = true;
+  }
+  return reduced ? cells : std::vector<int>{};
+}
+
+bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
+                Random& random, Certificate& certificate, DiagnosticSink& sink) {
+  const auto session = Session::open(source, compiled, options, sink);
+  if (!session) return false;
+  const auto inverse = Inverse::open(*session, source, sink);
+  if (!inverse) return false;
+  const Point point = generic_point(*session, *inverse, random);
+  Eigen::VectorXd gradient(inverse->size());
+  const double loss = inverse->value_and_gradient(point.x, gradient);
+  const double slope = gradient.dot(point.direction);
+  double size = std::abs(loss);
+  for (int k = 0; k < 16; ++k) {
+    const double step = 1e-2 * std::exp2(-k);
+    const double value = inverse->value(point.x + step * point.direction);
+    certificate.remainders.push_back({step, std::abs(value - loss - step * slope)});
+    if (std::isfinite(value)) size = std::max(size, std::abs(value));
+  }
+  const double rounding = 1e-13 * size * std::sqrt(1.0 + session->steps());
+  certificate.slope = remainder_slope(certificate.remainders, 10 * rounding);
+  const bool finite = std::isfinite(loss) && std::isfinite(slope);
+  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin(), certificate.remainders.end(),
+                                                    [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  if (certificate.slope) certificate.note = "on " + grid_text(session->workspace()) + " cells";
+  if (!certificate.slope) {
+    certificate.note = certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns"
+                                                 : "the remainder shows no slope";
+  }
+  return true;
+}
+
+}  // namespace
+
+double Certificate::worst() const {
+  double result = cases.empty() ? NAN : 0;
+  for (const DotCase& one : cases) result = std::max(result, one.relative_error);
+  return result;
+}
+
+bool Certificate::passed() const {
+  const bool taylor = slope ? std::abs(*slope - 2) <= largest_slope_error : only_rounding;
+  return worst() <= largest_error && taylor;
+}
+
+std::vector<std::vector<int>> small_grids(std::size_t rank) {
+  if (rank == 1) return {{1}, {2}, {3}, {4}, {5}, {6}, {7}, {11}};
+  if (rank == 2) return {{1, 1}, {2, 3}, {3, 5}, {5, 4}, {1, 7}, {6, 2}, {7, 1}};
+  return {{1, 1, 1}, {2, 3, 4}, {5, 1, 3}, {4, 5, 2}, {3, 3, 3}, {1, 6, 1}};
+}
+
+double relative_difference(double a, double b, double scale) {
+  const double size = std::max({std::abs(a), std::abs(b), 1e-3 * scale});
+  return size > 0 ? std::abs(a - b) / size : 0;
+}
+
+std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor) {
+  std::optional<double> best;
+  double best_spread = INFINITY;
+  for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
+    const Remainder &a = remainders[k], &b = remainders[k + 1], &c = remainders[k + 2];
+    if (!(a.value > floor && b.value > floor && c.value > floor) || !std::isfinite(a.value + b.value + c.value)) continue;
+    const double first = std::log(a.value / b.value) / std::log(a.step / b.step);
+    const double second = std::log(b.value / c.value) / std::log(b.step / c.step);
+    if (std::abs(first - second) >= best_spread) continue;
+    best_spread = std::abs(first - second);
+    best = (first + second) / 2;
+  }
+  return best;
+}
+
+std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
+                                   const CertifyOptions& options, DiagnosticSink& sink) {
+  Random random(options.seed + 20240229);
+  Certificate certificate;
+  SessionOptions own;
+  own.threads = options.threads;
+  own.stop = options.stop;
+  own.cells = affordable_grid(*compiled->problem);
+  const bool whole = add_dot_case(source, compiled, own, random, certificate, sink);
+  SessionOptions one_step = own;
+  one_step.steps = std::min(1, compiled->problem->steps);
+  // Data belong to times of the whole run; on a grid given by hand they are made up.
+  if (one_step.cells.empty()) {
+    for (const model::Axis& axis : compiled->problem->axes) one_step.cells.push_back(axis.cells);
+  }
+  if (!whole || !add_dot_case(source, compiled, one_step, random, certificate, sink)) return std::nullopt;
+  for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size())) {
+    SessionOptions small = own;
+    small.cells = cells;
+    small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
+    if (!add_dot_case(source, compiled, small, random, certificate, sink)) return std::nullopt;
+  }
+  if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
+  return certificate;
+}
+
+}  // namespace dpde::driver

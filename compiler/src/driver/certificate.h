@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Certification of derivatives on the compiled kernels: the tangent and the adjoint of a whole run must agree to rounding
+// (dot product), on the scene's grid and on small odd ones, and the gradient must leave a remainder of second order (Taylor).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driver/session.h"
+
+namespace dpde::driver {
+
+/// One comparison of tangent and adjoint.
+struct DotCase {
+  std::string grid;  // "64 x 32"
+  std::string what;  // a number of steps, or a program
+  double relative_error = 0;
+};
+struct Remainder {
+  double step, value;
+};
+struct Certificate {
+  std::vector<DotCase> cases;
+  std::vector<std::string> skipped;      // grids on which nothing could be compared, and why
+  double worst() const;                  // largest relative error; not a number without a case
+  std::optional<double> slope;           // of the remainder; absent when it is all rounding
+  std::string note;                      // why the slope is absent, or where it was measured
+  std::vector<Remainder> remainders;
+  /// Every case at most 1e-11, and a slope within 0.05 of 2 or a remainder of rounding only.
+  bool passed() const;
+  bool only_rounding = false;
+};
+
+struct CertifyOptions {
+  int threads = 1;
+  std::uint64_t seed = 0;
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// `compiled` was made with `certify`, tangent and adjoint. nullopt when `sink` has errors afterwards.
+std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
+                                   const CertifyOptions& options, DiagnosticSink& sink);
+
+/// Hand-written programs without a scene: each on small grids of random values.
+Certificate certify_programs(const Compiled& compiled, const CertifyOptions& options);
+
+/// Small odd grids of a rank: extents from 1 up, below and above the width of stencils.
+std::vector<std::vector<int>> small_grids(std::size_t rank);
+/// |a - b| relative to the larger one, and to a thousandth of the sum of magnitudes `scale` where a and b cancel.
+double relative_difference(double a, double b, double scale);
+/// The slope of remainders over halved steps: the mean over the three neighbouring points whose slopes agree best, above
+/// `floor`; nullopt when no three points lie above it.
+std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor);
+
+}  // namespace dpde::driver

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/cost.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "dpde/runtime/layout.h"
+#include "support/match.h"
+
+namespace dpde::driver {
+
+namespace {
+
+double flops(const loop::Expr& e);
+
+double flops_of_all(const std::vector<loop::Expr>& parts) {
+  double total = 0;
+  for (const loop::Expr& part : parts) total += flops(part);
+  return total;
+}
+
+double flops(const loop::Expr& e) {
+  return match(
+      e->kind, [](const loop::Literal&) { return 0.0; }, [](const loop::Uniform&) { return 0.0; },
+      [](const loop::Param&) { return 0.0; }, [](const loop::Load&) { return 0.0; }, [](const loop::Local&) { return 0.0; },
+      [](const loop::Inside&) { return 0.0; },
+      // Two products and a sum for each axis an interpolation folds, 2^rank - 1 of them.
+      [](const loop::Interp& i) { return flops_of_all(i.displacement) + 3.0 * (std::exp2(i.displacement.size()) - 1); },
+      [](const loop::Neg& n) { return flops(n.operand); },
+      [](const loop::Binary& b) { return 1 + flops(b.left) + flops(b.right); },
+      [](const loop::Call& c) { return 1 + flops_of_all(c.arguments); },
+      [](const loop::Select& s) { return 1 + flops(s.condition) + std::max(flops(s.yes), flops(s.no)); });
+}
+
+Cost cost_of_row(const loop::Row& row) {
+  std::set<std::string> read(row.grids.begin(), row.grids.end()), written;
+  for (const loop::Stream& stream : row.streams) {
+    if (stream.mode != loop::Stream::Mode::out) read.insert(stream.field);
+    if (stream.mode != loop::Stream::Mode::in) written.insert(stream.field);
+  }
+  for (const loop::Scatter& scatter : row.scatters) written.insert(row.grids[static_cast<std::size_t>(scatter.target.grid)]);
+  Cost cost;
+  cost.bytes = 8.0 * static_cast<double>(read.size() + written.size());
+  for (const loop::Let& let : row.lets) cost.flops += flops(let.value);
+  for (const loop::Store& store : row.stores) cost.flops += flops(store.value) + (store.accumulate ? 1 : 0);
+  for (const loop::Sum& sum : row.sums) cost.flops += flops(sum.value) + 1;
+  for (const loop::Scatter& scatter : row.scatters) cost.flops += flops(scatter.value) + flops_of_all(scatter.target.displacement);
+  return cost;
+}
+
+double copy_once(std::vector<double>& to, const std::vector<double>& from, int threads) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t part = from.size() / static_cast<std::size_t>(threads);
+  std::vector<std::jthread> helpers;
+  for (int t = 1; t < threads; ++t) {
+    helpers.emplace_back([&, t] { std::memcpy(to.data() + t * part, from.data() + t * part, part * sizeof(double)); });
+  }
+  std::memcpy(to.data(), from.data(), part * sizeof(double));
+  helpers.clear();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+Cost cost_of(const loop::Module& module, const std::string& program) {
+  Cost total;
+  for (const loop::Program& candidate : module.programs) {
+    if (candidate.name != program) continue;
+    for (const loop::Operation& operation : candidate.body) {
+      const loop::Sweep* sweep = std::get_if<loop::Sweep>(&operation);
+      if (sweep == nullptr) continue;
+      const Cost cost = cost_of_row(*module.find_row(sweep->row));
+      total.bytes += cost.bytes;
+      total.flops += cost.flops;
+    }
+  }
+  return total;
+}
+
+Memory memory_of(const Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
+  std::set<std::string> fields;
+  std::array<std::int64_t, 3> halo{};
+  for (const loop::Program& program : compiled.loop.programs) {
+    for (int a = 0; a < loop::max_rank; ++a) halo[a] = std::max<std::int64_t>(halo[a], program.halo[a]);
+    if (program.name == compiled.step_name()) fields.insert(program.fields.begin(), program.fields.end());
+  }
+  std::vector<std::int64_t> cells;
+  for (const model::Axis& axis : problem.axes) {
+    cells.push_back(axis.cells);
+    fields.insert(axis.name);
+  }
+  const double field = static_cast<double>(field_bytes(make_layout(cells, halo)));
+  const double states = static_cast<double>(problem.states.size());
+  Memory memory;
+  // Beside the fields of the step: the initial states as given and as run, and the last state known to be finite.
+  memory.run = field * (static_cast<double>(fields.size()) + 3 * states);
+  memory.gradient = field * states * (std::max(problem.steps, 1) + 2);
+  return memory;
+}
+
+double measure_copy(double footprint, int threads) {
+  const std::size_t size = std::max<std::size_t>(static_cast<std::size_t>(footprint / 16), 512) / threads * threads;
+  std::vector<double> from(size, 1.0), to(size, 0.0);
+  // Small copies are repeated so that each sample takes long enough for the clock.
+  const int repeats = std::max(1, static_cast<int>(2e6 / static_cast<double>(size)));
+  std::vector<double> rates;
+  for (int sample = 0; sample < 9; ++sample) {
+    double seconds = 0;
+    if (threads == 1 || size < 65536) {
+      const auto start = std::chrono::steady_clock::now();
+      for (int r = 0; r < repeats; ++r) {
+        std::memcpy(to.data(), from.data(), size * sizeof(double));
+        asm volatile("" : : "r"(to.data()) : "memory");
+      }
+      seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / repeats;
+    } else {
+      seconds = copy_once(to, from, threads);
+    }
+    rates.push_back(16.0 * static_cast<double>(size) / seconds);
+  }
+  std::nth_element(rates.begin(), rates.begin() + 4, rates.end());
+  return rates[4];
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a program costs, counted before it runs, and what the memory of this machine gives.
+#pragma once
+
+#include <string>
+
+#include "driver/pipeline.h"
+#include "loop/loop.h"
+
+namespace dpde::driver {
+
+/// Per cell and run of a program. Bytes: 8 for each field a sweep reads and for each it writes (offsets of one field
+/// count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each, powers 1.
+struct Cost {
+  double bytes = 0, flops = 0;
+};
+Cost cost_of(const loop::Module& module, const std::string& program);
+
+/// Bytes that `run` takes for fields of the scene, and what a gradient adds when every state is stored.
+struct Memory {
+  double run = 0, gradient = 0;
+};
+Memory memory_of(const Compiled& compiled);
+
+/// Bytes per second of a copy (8 read and 8 written an element) between two arrays of together `footprint` bytes on
+/// `threads` threads; the median of several.
+double measure_copy(double footprint, int threads);
+
+}  // namespace dpde::driver

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/build.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+template <class K>
+Expr make(K kind, Origin origin) {
+  return Expr(Node{std::move(kind), origin});
+}
+
+std::optional<double> value_of(const Expr& e) {
+  const auto* number = std::get_if<Number>(&e->kind);
+  return number ? std::optional(number->value) : std::nullopt;
+}
+
+/// The operations on two numbers whose result is 0 or 1; others keep the shape they were written in.
+std::optional<Expr> fold(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
+  const auto a = value_of(left), b = value_of(right);
+  if (!a || !b) return std::nullopt;
+  double result = 2;
+  if (op == BinaryOp::add) result = *a + *b;
+  if (op == BinaryOp::subtract) result = *a - *b;
+  if (op == BinaryOp::multiply) result = *a * *b;
+  if (op == BinaryOp::divide && *b != 0) result = *a / *b;
+  if (result != 0 && result != 1) return std::nullopt;
+  return number(result, origin);
+}
+
+std::optional<Expr> by_identity(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
+  const auto is = [](const Expr& e, double value) { return is_constant(e, value); };
+  if (op == BinaryOp::add) {
+    if (is(left, 0)) return right;
+    if (is(right, 0)) return left;
+  }
+  if (op == BinaryOp::subtract) {
+    if (is(right, 0)) return left;
+    if (is(left, 0)) return negate(right, origin);
+  }
+  if (op == BinaryOp::multiply) {
+    if (is(left, 0) || is(right, 0)) return number(0, origin);
+    if (is(left, 1)) return right;
+    if (is(right, 1)) return left;
+  }
+  if (op == BinaryOp::divide) {
+    if (is(left, 0) && !is(right, 0)) return number(0, origin);
+    if (is(right, 1)) return left;
+  }
+  if (op == BinaryOp::power) {
+    if (is(right, 1)) return left;
+    if (is(right, 0)) return number(1, origin);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Expr number(double value, Origin origin) { return make(Number{value}, origin); }
+Expr param(std::string name, Origin origin) { return make(Param{std::move(name)}, origin); }
+Expr field(std::string name, Origin origin) { return make(Field{std::move(name)}, origin); }
+Expr coordinate(int axis, Origin origin) { return make(Coordinate{axis}, origin); }
+
+Expr negate(const Expr& operand, Origin origin) {
+  if (is_constant(operand, 0)) return operand;
+  if (const auto* neg = std::get_if<Neg>(&operand->kind)) return neg->operand;
+  return make(Neg{operand}, origin);
+}
+
+Expr binary(BinaryOp op, const Expr& left, const Expr& right, Origin origin) {
+  if (const auto folded = fold(op, left, right, origin)) return *folded;
+  if (const auto simpler = by_identity(op, left, right, origin)) return *simpler;
+  return make(Binary{op, left, right}, origin);
+}
+
+Expr call(Fn fn, std::vector<Expr> arguments, Origin origin) { return make(Call{fn, std::move(arguments)}, origin); }
+
+Expr select(const Expr& condition, const Expr& yes, const Expr& no, Origin origin) {
+  return make(Select{condition, yes, no}, origin);
+}
+
+Expr derivative(const Expr& operand, int axis, int order, Origin origin) {
+  if (is_uniform(operand)) return number(0, origin);
+  if (order > 2) return derivative(derivative(operand, axis, 2, origin), axis, order - 2, origin);
+  return make(Derivative{operand, axis, order}, origin);
+}
+
+Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin) {
+  const auto is_zero = [](const Expr& component) { return is_constant(component, 0); };
+  if (is_uniform(operand) || std::all_of(velocity.begin(), velocity.end(), is_zero)) return number(0, origin);
+  return make(Advect{std::move(velocity), operand}, origin);
+}
+
+Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
+  return make(Reduce{reduction, operand}, origin);
+}
+
+bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
+
+bool is_uniform(const Expr& e) {
+  return !any_part(e, [](const Expr& part) {
+    return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
+           std::holds_alternative<Reduce>(part->kind);
+  });
+}
+
+bool holds_reduction(const Expr& e) {
+  return any_part(e, [](const Expr& part) { return std::holds_alternative<Reduce>(part->kind); });
+}
+
+void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
+  match(
+      e->kind, [](const Number&) {}, [](const Param&) {}, [](const Field&) {}, [](const Coordinate&) {},
+      [&](const Neg& n) { f(n.operand); },
+      [&](const Binary& b) {
+        f(b.left);
+        f(b.right);
+      },
+      [&](const Call& c) { std::for_each(c.arguments.begin(), c.arguments.end(), f); },
+      [&](const Select& s) {
+        f(s.condition);
+        f(s.yes);
+        f(s.no);
+      },
+      [&](const Derivative& d) { f(d.operand); },
+      [&](const Advect& a) {
+        std::for_each(a.velocity.begin(), a.velocity.end(), f);
+        f(a.operand);
+      },
+      [&](const Reduce& r) { f(r.operand); });
+}
+
+bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {
+  if (f(e)) return true;
+  bool found = false;
+  for_each_part(e, [&](const Expr& part) { found = found || any_part(part, f); });
+  return found;
+}
+
+bool is_larger_than(const Expr& e, int max_nodes, int max_height) {
+  int nodes = 0;
+  const std::function<bool(const Expr&, int)> fits = [&](const Expr& part, int height) {
+    if (++nodes > max_nodes || height > max_height) return false;
+    bool all_fit = true;
+    for_each_part(part, [&](const Expr& child) { all_fit = all_fit && fits(child, height + 1); });
+    return all_fit;
+  };
+  return !fits(e, 1);
+}
+
+}  // namespace dpde::model

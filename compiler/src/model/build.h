@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Constructors of expressions with the identities that never change a finite value (x*1, x + 0, 0*x, derivatives of
+// constants; numbers are folded only where the result is 0 or 1), and the traversals of this level.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace dpde::model {
+
+Expr number(double value, Origin origin = {});
+Expr param(std::string name, Origin origin = {});
+Expr field(std::string name, Origin origin = {});
+Expr coordinate(int axis, Origin origin = {});
+Expr negate(const Expr& operand, Origin origin = {});
+Expr binary(BinaryOp op, const Expr& left, const Expr& right, Origin origin = {});
+Expr call(Fn fn, std::vector<Expr> arguments, Origin origin = {});
+Expr select(const Expr& condition, const Expr& yes, const Expr& no, Origin origin = {});
+/// Orders 3 and 4 are nested: the second derivative inside.
+Expr derivative(const Expr& operand, int axis, int order, Origin origin = {});
+Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin = {});
+Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
+
+bool is_constant(const Expr& e, double value);
+/// Neither fields nor coordinates nor reductions: the same at all points.
+bool is_uniform(const Expr& e);
+bool holds_reduction(const Expr& e);
+
+/// Calls `f` on each direct child.
+void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f);
+/// Whether `f` is true of `e` or of something below it.
+bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f);
+
+/// Whether `e`, as a tree, has more than `max_nodes` nodes or is higher than `max_height`; takes at most that long.
+bool is_larger_than(const Expr& e, int max_nodes, int max_height);
+
+}  // namespace dpde::model

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order of the parts. All of them run, so that one pass tells all mistakes of a file.
+#include "model/from_ast.h"
+
+#include "model/from_ast/draft.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+std::optional<Problem> from_ast(const ast::File& file, const Selection& selection, DiagnosticSink& sink) {
+  Draft draft(file, selection, sink);
+  if (!select(draft)) return std::nullopt;
+  if (draft.model) declare_model(draft);
+  if (draft.program) declare_program(draft);
+  if (draft.problem.states.empty()) return std::nullopt;
+  mark_unknowns(draft);
+  bind_parameters(draft);
+  bind_scheme(draft);
+  bind_grid(draft);
+  bind_time(draft);
+  if (draft.model) bind_equations(draft);
+  if (draft.model) bind_boundaries(draft);
+  if (draft.program) bind_fills(draft);
+  bind_states(draft);
+  bind_coefficients(draft);
+  bind_observables(draft);
+  bind_task(draft);
+  check_settings(draft);
+  if (sink.has_errors()) return std::nullopt;
+  drop_unused(draft);
+  return std::move(draft.problem);
+}
+
+std::vector<std::string> scene_names(const ast::File& file) { return names_of<ast::Scene>(file); }
+
+std::vector<std::string> task_names(const ast::File& file) { return names_of<ast::Task>(file); }
+
+}  // namespace dpde::model

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// What holds at the sides of bounded axes, for each field.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// Which sides a place means: [axis][low, high].
+struct Place {
+  int axis = -1;  // -1: all
+  bool low = true, high = true;
+};
+
+std::optional<Place> find_place(Draft& draft, const ast::Identifier& place) {
+  if (place.name == "all") return Place{};
+  const std::size_t dot = place.name.find('.');
+  const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);
+  const int axis = axis_of(place.name.substr(0, dot));
+  if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size())) return Place{axis, side != "high", side != "low"};
+  std::vector<std::string> sides{"all"};
+  for (const Axis& known : draft.problem.axes) {
+    for (const char* end : {"", ".low", ".high"}) sides.push_back(known.name + end);
+  }
+  draft.sink.report("unknown-side", place.range, {place.name}, did_you_mean(place.name, sides));
+  return std::nullopt;
+}
+
+std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
+  const auto* word = std::get_if<ast::Name>(&value->kind);
+  if (word && word->name == "zero_gradient") return Side{SideKind::zero_gradient, 0.0};
+  if (word && word->name == "periodic") {
+    draft.sink.report("not-allowed-here", value.range(), {"periodic", "a boundary"},
+                      "write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
+    return std::nullopt;
+  }
+  const auto number = Expressions(draft, Purpose::boundary, field).number(value);
+  return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
+}
+
+/// Marks one side as given; false when it was before.
+bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, SourceRange& seen, const std::string& field) {
+  if (seen.is_known()) {
+    report_duplicate(draft, fmt::format("the boundary of {} at {}", field, name), side.place.range, seen);
+    return false;
+  }
+  seen = side.place.range;
+  return true;
+}
+
+bool is_periodic(const Axis& axis) { return axis.topology == Topology::periodic; }
+
+void check_not_periodic(Draft& draft, const ast::BoundarySide& side, const Place& place) {
+  std::vector<std::string> periodic;
+  bool any_bounded = false;
+  for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
+    if (place.axis >= 0 && place.axis != axis) continue;
+    if (is_periodic(draft.problem.axes[axis])) periodic.push_back(draft.problem.axes[axis].name);
+    any_bounded = any_bounded || !is_periodic(draft.problem.axes[axis]);
+  }
+  if (any_bounded) return;
+  draft.sink.report("boundary-of-periodic-axis", side.place.range, {fmt::format("{}", fmt::join(periodic, ", "))},
+                    "leave this out, or periodic in the grid line");
+}
+
+/// "x", "x.low", ... of the sides that nothing was said about.
+std::vector<std::string> missing_sides(const Draft& draft, const std::vector<std::array<SourceRange, 2>>& seen) {
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Axis& axis = draft.problem.axes[i];
+    const bool low = seen[i][0].is_known(), high = seen[i][1].is_known();
+    if (is_periodic(axis) || (low && high)) continue;
+    if (!low && !high) missing.push_back(axis.name);
+    if (low != high) missing.push_back(axis.name + (low ? ".high" : ".low"));
+  }
+  return missing;
+}
+
+void check_complete(Draft& draft, const State& state, const std::vector<std::array<SourceRange, 2>>& seen) {
+  const std::vector<std::string> missing = missing_sides(draft, seen);
+  if (missing.empty()) return;
+  SourceRange range = draft.scene->name.range;
+  for (const auto& [grid, item] : items_of<ast::GridItem>(draft.scene->items)) {
+    if (grid.axis.name == missing.front().substr(0, 1)) range = grid.axis.range;
+  }
+  draft.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
+                    fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line", state.name,
+                                fmt::join(missing, " = 0, ")));
+}
+
+}  // namespace
+
+void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) {
+  const auto place = find_place(draft, side.place);
+  const auto value = side_of(draft, side.value, into.field);
+  if (!place) return;
+  check_not_periodic(draft, side, *place);
+  for (int i = 0; i < static_cast<int>(draft.problem.axes.size()); ++i) {
+    const Axis& axis = draft.problem.axes[i];
+    if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
+    const Side set = value.value_or(Side{});
+    const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
+    if (set_low) into.sides[i].low = set;
+    // one message where both sides were given before
+    if (!place->high || (place->low && !set_low)) continue;
+    if (mark(draft, side, axis.name + ".high", into.seen[i][1], into.field)) into.sides[i].high = set;
+  }
+}
+
+void bind_boundaries(Draft& draft) {
+  std::map<std::string, std::vector<std::array<SourceRange, 2>>> seen;
+  for (State& state : draft.problem.states) {
+    state.boundary.resize(draft.problem.axes.size());
+    seen[state.name].resize(draft.problem.axes.size());
+  }
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    if (!find_state(draft, item.field, "a boundary")) continue;
+    for (State& state : draft.problem.states) {
+      if (state.name != item.field.name) continue;
+      SidesOfField into{state.name, state.boundary, seen[state.name]};
+      for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
+    }
+  }
+  for (const State& state : draft.problem.states) check_complete(draft, state, seen[state.name]);
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Functions and operators: which there are, what they take, and what they are over the axes of the scene.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "model/build.h"
+#include "model/from_ast/expressions.h"
+#include "support/assert.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr const char* operator_names[] = {"dx",     "dy",   "dz", "d",    "lap", "grad",    "div",
+                                          "advect", "dot",  "if", "mean", "sum", "integral"};
+
+Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
+
+/// Applies `f` to each component.
+template <class F>
+Typed map_parts(Typed value, const F& f) {
+  for (Expr& part : value.parts) part = f(part);
+  return value;
+}
+
+}  // namespace
+
+std::vector<std::string> Expressions::function_names() {
+  std::vector<std::string> names(std::begin(operator_names), std::end(operator_names));
+  for (int i = 0; i <= static_cast<int>(Fn::max); ++i) names.emplace_back(name_of(static_cast<Fn>(i)));
+  return names;
+}
+
+Typed Expressions::call(const ast::Call& e, SourceRange range) {
+  const std::string& name = e.callee;
+  const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
+                             name == "grad" || name == "div" || name == "advect";
+  const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
+  if (is_derivative && !is_equation) return refuse("the derivative " + name, e.callee_range);
+  if (name == "dx") return along(0, e, range);
+  if (name == "dy") return along(1, e, range);
+  if (name == "dz") return along(2, e, range);
+  if (name == "d") return along_named_axis(e, range);
+  if (name == "lap") return laplacian(e, range);
+  if (name == "grad") return gradient(e, range);
+  if (name == "div") return divergence(e, range);
+  if (name == "advect") return advection(e, range);
+  if (name == "dot") return dot_product(e, range);
+  if (name == "if") return choice(e, range);
+  if (name == "mean") return reduction(Reduce::Kind::mean, e, range);
+  if (name == "sum") return reduction(Reduce::Kind::sum, e, range);
+  if (name == "integral") return reduction(Reduce::Kind::integral, e, range);
+  if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
+  return unknown_call(e);
+}
+
+Typed Expressions::unknown_call(const ast::Call& e) {
+  if (e.callee == "dt") {
+    draft_.sink.report("not-allowed-here", e.callee_range, {"dt", "a formula"},
+                       "dt(u) stands at the left of an equation only; put its right-hand side here");
+    return {};
+  }
+  if (e.callee == "load") {
+    draft_.sink.report("not-allowed-here", e.callee_range, {"load", "a formula"},
+                       "load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");
+    return {};
+  }
+  if (const Meaning* meaning = draft_.scope.find(e.callee)) {
+    draft_.sink.report("not-a-function", e.callee_range, {e.callee, std::string(word_for(meaning->role))},
+                       fmt::format("write {}*(...) to multiply", e.callee));
+    return {};
+  }
+  draft_.sink.report("unknown-function", e.callee_range, {e.callee}, did_you_mean(e.callee, function_names()));
+  return {};
+}
+
+bool Expressions::takes(const ast::Call& e, int count) {
+  const auto named = std::find_if(e.arguments.begin(), e.arguments.end(),
+                                  [](const ast::Argument& argument) { return !argument.name.empty(); });
+  const int given = static_cast<int>(e.arguments.size());
+  if (named != e.arguments.end()) {
+    draft_.sink.report("wrong-argument-count", named->value.range(),
+                       {e.callee, counted(count, "argument"), "one called " + named->name}, "leave the name out");
+    return false;
+  }
+  if (given == count) return true;
+  draft_.sink.report("wrong-argument-count", e.callee_range,
+                     {e.callee, counted(count, "argument"), std::to_string(given)});
+  return false;
+}
+
+Typed Expressions::elementary(Fn fn, const ast::Call& e, SourceRange range) {
+  if (!takes(e, arity(fn))) return {};
+  std::vector<Expr> arguments;
+  bool complete = true;
+  for (const ast::Argument& argument : e.arguments) {
+    const auto value = as_number(any(argument.value), argument.value.range());
+    if (value) arguments.push_back(*value);
+    complete = complete && value;
+  }
+  return complete ? number_of(model::call(fn, std::move(arguments), {range})) : Typed{};
+}
+
+Typed Expressions::choice(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 3)) return {};
+  const auto test = condition(e.arguments[0].value);
+  const Typed yes = numeric(e.arguments[1].value), no = numeric(e.arguments[2].value);
+  if (!test || yes.type == Typed::Type::none || no.type == Typed::Type::none) return {};
+  if (yes.parts.size() != no.parts.size()) {
+    draft_.sink.report("wrong-length", e.arguments[2].value.range(),
+                       {counted(static_cast<int>(yes.parts.size()), "component"), std::to_string(no.parts.size())},
+                       "both results of an if are of the same length");
+    return {};
+  }
+  Typed result = yes;
+  for (std::size_t i = 0; i < yes.parts.size(); ++i) {
+    result.parts[i] = model::select(*test, yes.parts[i], no.parts[i], {range});
+  }
+  return result;
+}
+
+Typed Expressions::along(int axis, const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1) || !has_axis(axis, e.callee_range)) return {};
+  const Typed operand = numeric(e.arguments[0].value);
+  if (operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) { return derivative(part, axis, 1, {range}); });
+}
+
+Typed Expressions::along_named_axis(const ast::Call& e, SourceRange range) {
+  const bool has_order = e.arguments.size() == 3;
+  if (!takes(e, has_order ? 3 : 2)) return {};
+  const Typed operand = numeric(e.arguments[0].value);
+  const ast::Expr& place = e.arguments[1].value;
+  const auto* name = std::get_if<ast::Name>(&place->kind);
+  const int axis = name ? axis_of(name->name) : -1;
+  if (axis < 0) {
+    draft_.sink.report("unknown-axis", place.range(), {name ? name->name : "this"}, "write d(u, x, 2)");
+    return {};
+  }
+  const std::optional<int> order = has_order ? order_of(e.arguments[2].value) : 1;
+  if (!has_axis(axis, place.range()) || !order || operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) { return derivative(part, axis, *order, {range}); });
+}
+
+std::optional<int> Expressions::order_of(const ast::Expr& e) {
+  const auto* number = std::get_if<ast::Number>(&e->kind);
+  for (int order = 1; order <= 4; ++order) {
+    if (number && number->value == order) return order;
+  }
+  draft_.sink.report("wrong-order", e.range(), {number ? number->spelling : "this"},
+                     "nest derivatives, as in lap(lap(lap(u))), for higher orders");
+  return std::nullopt;
+}
+
+Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const Typed operand = numeric(e.arguments[0].value);
+  if (operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) {
+    Expr sum = derivative(part, 0, 2, {range});
+    for (int axis = 1; axis < axis_count(); ++axis) {
+      sum = binary(BinaryOp::add, sum, derivative(part, axis, 2, {range}), {range});
+    }
+    return sum;
+  });
+}
+
+Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  if (!operand) return {};
+  Typed result{Typed::Type::vector, {}};
+  for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(derivative(*operand, axis, 1, {range}));
+  return result;
+}
+
+Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const auto components = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
+  if (!components) return {};
+  Expr sum = derivative(components->front(), 0, 1, {range});
+  for (int axis = 1; axis < axis_count(); ++axis) {
+    sum = binary(BinaryOp::add, sum, derivative((*components)[axis], axis, 1, {range}), {range});
+  }
+  return number_of(sum);
+}
+
+Typed Expressions::advection(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 2)) return {};
+  const auto velocity = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
+  const Typed operand = numeric(e.arguments[1].value);
+  if (!velocity || operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) { return advect(*velocity, part, {range}); });
+}
+
+Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 2)) return {};
+  const Typed left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
+  if (left.type == Typed::Type::none || right.type == Typed::Type::none) return {};
+  const std::size_t count = left.parts.size();
+  if (right.parts.size() != count) {
+    draft_.sink.report("wrong-length", e.arguments[1].value.range(),
+                       {counted(static_cast<int>(count), "component"), std::to_string(right.parts.size())});
+    return {};
+  }
+  Expr sum = binary(BinaryOp::multiply, left.parts[0], right.parts[0], {range});
+  for (std::size_t i = 1; i < count; ++i) {
+    const Expr product = binary(BinaryOp::multiply, left.parts[i], right.parts[i], {range});
+    sum = binary(BinaryOp::add, sum, product, {range});
+  }
+  return number_of(sum);
+}
+
+Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
+  if (purpose_ != Purpose::quantity) return refuse("the reduction " + e.callee, e.callee_range);
+  if (!takes(e, 1)) return {};
+  const SourceRange inside = e.arguments[0].value.range();
+  const auto operand = as_number(any(e.arguments[0].value), inside);
+  if (!operand || is_too_large(number_of(*operand), inside)) return {};
+  if (holds_reduction(*operand)) return refuse("the reduction inside of " + e.callee, inside);
+  return number_of(reduce(kind, *operand, {range}));
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/from_ast/constants.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "model/build.h"
+#include "model/from_ast/expressions.h"
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+double result_of(BinaryOp op, double a, double b) {
+  switch (op) {
+    case BinaryOp::add: return a + b;
+    case BinaryOp::subtract: return a - b;
+    case BinaryOp::multiply: return a * b;
+    case BinaryOp::divide: return a / b;
+    case BinaryOp::power: return std::pow(a, b);
+    case BinaryOp::less: return a < b;
+    case BinaryOp::less_equal: return a <= b;
+    case BinaryOp::greater: return a > b;
+    case BinaryOp::greater_equal: return a >= b;
+    case BinaryOp::equal: return a == b;
+    case BinaryOp::not_equal: return a != b;
+    case BinaryOp::logical_and: return a != 0 && b != 0;
+    case BinaryOp::logical_or: return a != 0 || b != 0;
+  }
+  unreachable("operator");
+}
+
+double result_of(Fn fn, const std::vector<double>& a) {
+  switch (fn) {
+    case Fn::sin: return std::sin(a[0]);
+    case Fn::cos: return std::cos(a[0]);
+    case Fn::tan: return std::tan(a[0]);
+    case Fn::asin: return std::asin(a[0]);
+    case Fn::acos: return std::acos(a[0]);
+    case Fn::atan: return std::atan(a[0]);
+    case Fn::sinh: return std::sinh(a[0]);
+    case Fn::cosh: return std::cosh(a[0]);
+    case Fn::tanh: return std::tanh(a[0]);
+    case Fn::exp: return std::exp(a[0]);
+    case Fn::log: return std::log(a[0]);
+    case Fn::sqrt: return std::sqrt(a[0]);
+    case Fn::abs: return std::abs(a[0]);
+    case Fn::sign: return static_cast<double>((a[0] > 0) - (a[0] < 0));
+    case Fn::floor: return std::floor(a[0]);
+    case Fn::min: return std::min(a[0], a[1]);
+    case Fn::max: return std::max(a[0], a[1]);
+  }
+  unreachable("function");
+}
+
+class Evaluation {
+ public:
+  explicit Evaluation(const std::map<std::string, std::optional<double>>& values) : values_(values) {}
+
+  double operator()(const Expr& e) {
+    return match(
+        e->kind, [](const Number& n) { return n.value; }, [&](const Param& p) { return values_.at(p.name).value(); },
+        [](const Field&) -> double { unreachable("a field in a number"); },
+        [](const Coordinate&) -> double { unreachable("a coordinate in a number"); },
+        [&](const Neg& n) { return -(*this)(n.operand); },
+        [&](const Binary& b) {
+          const double left = (*this)(b.left), right = (*this)(b.right);
+          const bool by_zero = b.op == BinaryOp::divide && right == 0;
+          return checked(result_of(b.op, left, right), e, by_zero ? "division by zero" : "the result is too large or undefined");
+        },
+        [&](const Call& c) {
+          std::vector<double> arguments;
+          for (const Expr& argument : c.arguments) arguments.push_back((*this)(argument));
+          return checked(result_of(c.fn, arguments), e,
+                         fmt::format("{}({}) is undefined or too large", name_of(c.fn), arguments.front()));
+        },
+        [&](const Select& s) { return (*this)((*this)(s.condition) != 0 ? s.yes : s.no); },
+        [](const Derivative&) -> double { unreachable("a derivative in a number"); },
+        [](const Advect&) -> double { unreachable("advection in a number"); },
+        [](const Reduce&) -> double { unreachable("a reduction in a number"); });
+  }
+
+  Value finish(double number) const { return {number, mistake_, at_}; }
+
+ private:
+  double checked(double value, const Expr& e, const std::string& mistake) {
+    if (!std::isfinite(value) && mistake_.empty()) {
+      mistake_ = mistake;
+      at_ = e->origin.range;
+    }
+    return value;
+  }
+
+  const std::map<std::string, std::optional<double>>& values_;
+  std::string mistake_;
+  SourceRange at_;
+};
+
+}  // namespace
+
+Value value_of(const Expr& e, const std::map<std::string, std::optional<double>>& values) {
+  Evaluation evaluation(values);
+  const double number = evaluation(e);
+  return evaluation.finish(number);
+}
+
+std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what) {
+  const std::optional<Expr> formula = Expressions(draft, Purpose::number, what).number(e);
+  if (!formula) return std::nullopt;
+  const Value value = value_of(*formula, draft.values);
+  if (value.mistake.empty()) return value.number;
+  draft.sink.report("not-finite", value.at.is_known() ? value.at : e.range(), {value.mistake});
+  return std::nullopt;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the parts of from_ast hand to one another: the chosen blocks, the names, and the problem as far as it is made.
+// Each part reports what is wrong and goes on with something that causes no further messages.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "model/from_ast.h"
+#include "model/from_ast/names.h"
+#include "model/model.h"
+#include "source/diagnostic.h"
+#include "syntax/ast.h"
+
+namespace dpde::model {
+
+/// An expression with its type. A `none` was reported already: whoever meets it stays silent.
+struct Typed {
+  enum class Type { none, number, vector, condition } type = Type::none;
+  std::vector<Expr> parts;  // of a vector one an axis, otherwise one
+};
+
+/// The settings of --set, and which of them were asked for.
+class Settings {
+ public:
+  explicit Settings(const std::map<std::string, std::string>& texts) : texts_(texts) {}
+  /// The text given for `key`; `key` counts as known from now on.
+  const std::string* find(const std::string& key);
+  const std::map<std::string, std::string>& texts() const { return texts_; }
+  const std::vector<std::string>& known() const { return known_; }
+  void add_known(const std::string& key) { known_.push_back(key); }
+
+ private:
+  const std::map<std::string, std::string>& texts_;
+  std::vector<std::string> known_;
+};
+
+struct Draft {
+  Draft(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
+      : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
+
+  const ast::File& file;
+  const Selection& selection;
+  DiagnosticSink& sink;
+  Settings settings;
+
+  const ast::Task* task = nullptr;        // none when a scene is selected
+  const ast::Scene* scene = nullptr;
+  const ast::Model* model = nullptr;      // this, or
+  const ast::Program* program = nullptr;  // this
+
+  Problem problem;
+  Scope scope;
+  std::map<std::string, Typed> lets;
+  std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
+  std::set<std::string> unknowns;                       // parameters that are unknowns of the task
+  std::set<std::string> used;                           // parameters and coefficients that were read anywhere
+};
+
+/// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.
+bool declare(Draft& draft, const ast::Identifier& name, Role role);
+/// Reports that `name` was given before, at `first`.
+void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first);
+/// The meaning of `name` when it is that of a state; otherwise nullptr and a diagnostic: "only a field has `thing`".
+const Meaning* find_state(Draft& draft, const ast::Identifier& name, const std::string& thing);
+
+/// The items of one kind, in order.
+template <class Kind>
+struct Found {
+  const Kind& kind;
+  SourceRange range;
+};
+template <class Kind>
+std::vector<Found<Kind>> items_of(const std::vector<ast::Item>& items) {
+  std::vector<Found<Kind>> found;
+  for (const ast::Item& item : items) {
+    if (const auto* kind = std::get_if<Kind>(&item.kind)) found.push_back({*kind, item.range});
+  }
+  return found;
+}
+
+/// The declaration of this kind called `name`, or nullptr.
+template <class Kind>
+const Kind* find_declaration(const ast::File& file, const std::string& name) {
+  for (const ast::Declaration& declaration : file.declarations) {
+    const auto* kind = std::get_if<Kind>(&declaration.kind);
+    if (kind && kind->name.name == name) return kind;
+  }
+  return nullptr;
+}
+template <class Kind>
+std::vector<std::string> names_of(const ast::File& file) {
+  std::vector<std::string> names;
+  for (const ast::Declaration& declaration : file.declarations) {
+    if (const auto* kind = std::get_if<Kind>(&declaration.kind)) names.push_back(kind->name.name);
+  }
+  return names;
+}
+
+}  // namespace dpde::model

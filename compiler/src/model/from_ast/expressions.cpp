@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names, operators, vectors, and what is dropped.
+#include "model/from_ast/expressions.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "model/build.h"
+#include "support/assert.h"
+#include "support/match.h"
+#include "syntax/print_ast.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr int max_nodes = 20000;
+constexpr int max_height = 1000;
+
+/// What expressions of a purpose may be made of, beside numbers, parameters and functions.
+struct Rules {
+  bool fields, coordinates, time, derivatives, reductions, unknowns;
+  std::string_view place;
+  std::string_view hint;
+};
+
+Rules rules_of(Purpose purpose) {
+  switch (purpose) {
+    case Purpose::equation:
+      return {true, true, true, true, false, true, "an equation", "mean, sum and integral stand in losses, tests and observables"};
+    case Purpose::initial:
+      return {false, true, false, false, false, true, "an initial state", "an initial state is made of numbers, parameters and coordinates"};
+    case Purpose::coefficient:
+      return {false, true, false, false, false, false, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
+    case Purpose::exact:
+      return {false, true, true, false, false, true, "an exact solution", "an exact solution is made of numbers, parameters, coordinates and t"};
+    case Purpose::boundary:
+      return {false, false, false, false, false, false, "a boundary value",
+              "a boundary value is made of numbers and parameters; one that varies in space or time cannot be written yet"};
+    case Purpose::number:
+      return {false, false, false, false, false, false, "a number of the scene", "it is made of numbers and of parameters given above it"};
+    case Purpose::quantity:
+      return {true, true, true, true, true, true, "a sum over space", "reductions do not stand inside one another"};
+  }
+  unreachable("purpose");
+}
+
+Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
+Typed condition_of(Expr e) { return {Typed::Type::condition, {std::move(e)}}; }
+
+bool is_comparison(BinaryOp op) { return precedence(op) == precedence(BinaryOp::less); }
+bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
+bool is_sum(BinaryOp op) { return op == BinaryOp::add || op == BinaryOp::subtract; }
+
+BinaryOp opposite(BinaryOp op) {
+  switch (op) {
+    case BinaryOp::less: return BinaryOp::greater_equal;
+    case BinaryOp::less_equal: return BinaryOp::greater;
+    case BinaryOp::greater: return BinaryOp::less_equal;
+    case BinaryOp::greater_equal: return BinaryOp::less;
+    case BinaryOp::equal: return BinaryOp::not_equal;
+    case BinaryOp::not_equal: return BinaryOp::equal;
+    case BinaryOp::logical_and: return BinaryOp::logical_or;
+    case BinaryOp::logical_or: return BinaryOp::logical_and;
+    case BinaryOp::add:
+    case BinaryOp::subtract:
+    case BinaryOp::multiply:
+    case BinaryOp::divide:
+    case BinaryOp::power: break;
+  }
+  unreachable("the opposite of an operation on numbers");
+}
+
+/// The condition that holds where `e` does not: not (a < b and c) is a >= b or not c.
+Expr opposite(const Expr& e) {
+  const auto& b = std::get<Binary>(e->kind);
+  if (is_logical(b.op)) return binary(opposite(b.op), opposite(b.left), opposite(b.right), e->origin);
+  return binary(opposite(b.op), b.left, b.right, e->origin);
+}
+
+bool is_written_sum(const ast::Expr& e) {
+  const auto* b = std::get_if<ast::Binary>(&e->kind);
+  return b && is_sum(b->op);
+}
+
+bool is_written_zero(const ast::Expr& e) {
+  const auto* number = std::get_if<ast::Number>(&e->kind);
+  return number && number->value == 0;
+}
+
+void for_each_name(const ast::Expr& e, const std::function<void(const std::string&)>& f) {
+  match(
+      e->kind, [](const ast::Number&) {}, [](const ast::Text&) {}, [&](const ast::Name& n) { f(n.name); },
+      [&](const ast::Unary& u) { for_each_name(u.operand, f); },
+      [&](const ast::Binary& b) {
+        for_each_name(b.left, f);
+        for_each_name(b.right, f);
+      },
+      [&](const ast::Call& c) {
+        for (const ast::Argument& argument : c.arguments) for_each_name(argument.value, f);
+      },
+      [&](const ast::Tuple& t) {
+        for (const ast::Expr& element : t.elements) for_each_name(element, f);
+      },
+      [](const ast::Offsets&) {}, [](const ast::Error&) {});
+}
+
+}  // namespace
+
+std::string describe(const Typed& value) {
+  switch (value.type) {
+    case Typed::Type::none: return "mistake";
+    case Typed::Type::number: return "number";
+    case Typed::Type::vector: return "vector of " + counted(static_cast<int>(value.parts.size()), "component");
+    case Typed::Type::condition: return "condition";
+  }
+  unreachable("type");
+}
+
+Typed Expressions::refuse(const std::string& what, SourceRange range) {
+  const Rules rules = rules_of(purpose_);
+  draft_.sink.report("not-allowed-here", range, {what, std::string(rules.place)}, std::string(rules.hint));
+  return {};
+}
+
+Typed Expressions::any(const ast::Expr& e) {
+  const SourceRange range = e.range();
+  return match(
+      e->kind, [&](const ast::Number& n) { return number_of(model::number(n.value, {range})); },
+      [&](const ast::Text&) {
+        draft_.sink.report("not-a-number", range, {"text"}, "a file is read by load(\"name.npy\")");
+        return Typed{};
+      },
+      [&](const ast::Name& n) { return name(n, range); }, [&](const ast::Unary& u) { return unary(u, range); },
+      [&](const ast::Binary&) { return chain(e); }, [&](const ast::Call& c) { return call(c, range); },
+      [&](const ast::Tuple& t) { return tuple(t); }, [&](const ast::Offsets& o) { return offsets(o, range); },
+      [](const ast::Error&) { return Typed{}; });
+}
+
+std::optional<Expr> Expressions::number(const ast::Expr& e) {
+  const Typed value = definition(e);
+  if (value.type == Typed::Type::none) return std::nullopt;
+  return as_number(value, e.range());
+}
+
+Typed Expressions::numeric(const ast::Expr& e) {
+  Typed value = any(e);
+  if (value.type != Typed::Type::condition) return value;
+  as_number(value, e.range());
+  return {};
+}
+
+Typed Expressions::definition(const ast::Expr& e) {
+  const std::size_t begin = draft_.problem.dropped.size();
+  const Operand whole{e, any(e)};
+  note_if_dropped(whole, begin);
+  if (is_too_large(whole.value, e.range())) return {};
+  return whole.value;
+}
+
+bool Expressions::is_too_large(const Typed& value, SourceRange range) {
+  const bool large = std::any_of(value.parts.begin(), value.parts.end(),
+                                 [](const Expr& part) { return is_larger_than(part, max_nodes, max_height); });
+  if (large) draft_.sink.report("too-large", range, {}, "split it into several fields or scenes");
+  return large;
+}
+
+std::optional<Expr> Expressions::condition(const ast::Expr& e) {
+  const Typed value = any(e);
+  if (value.type == Typed::Type::none) return std::nullopt;
+  if (value.type == Typed::Type::condition) return value.parts.front();
+  draft_.sink.report("not-a-condition", e.range(), {describe(value)}, "compare it with something, as in u > 0");
+  return std::nullopt;
+}
+
+std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range) {
+  if (value.type == Typed::Type::number) return value.parts.front();
+  // on one axis a vector that came of grad is a number too
+  if (value.type == Typed::Type::vector && value.parts.size() == 1) return value.parts.front();
+  if (value.type == Typed::Type::none) return std::nullopt;
+  const bool is_vector = value.type == Typed::Type::vector;
+  draft_.sink.report("not-a-number", range, {describe(value)},
+                     is_vector ? "dot(a, b) and div(v) make a number of vectors" : "write if(condition, 1, 0)");
+  return std::nullopt;
+}
+
+std::optional<std::vector<Expr>> Expressions::as_vector(const Typed& value, SourceRange range) {
+  if (value.type == Typed::Type::none) return std::nullopt;
+  if (value.type == Typed::Type::condition) {
+    as_number(value, range);
+    return std::nullopt;
+  }
+  const int count = static_cast<int>(value.parts.size());
+  if (count == axis_count()) return value.parts;
+  std::vector<std::string> example;
+  for (int axis = 0; axis < axis_count(); ++axis) example.push_back(std::string("v") + axis_name(axis));
+  draft_.sink.report("wrong-length", range, {counted(axis_count(), "component"), std::to_string(count)},
+                     axis_count() == 1 ? "the scene has one axis: write a number"
+                                       : fmt::format("one component an axis: ({})", fmt::join(example, ", ")));
+  return std::nullopt;
+}
+
+Typed Expressions::name(const ast::Name& e, SourceRange range) {
+  const Meaning* meaning = draft_.scope.find(e.name);
+  if (!meaning) {
+    const std::vector<std::string> functions = function_names();
+    if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
+      draft_.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
+    } else {
+      draft_.sink.report("unknown-name", range, {e.name}, did_you_mean(e.name, draft_.scope.names()));
+    }
+    return {};
+  }
+  const Rules rules = rules_of(purpose_);
+  switch (meaning->role) {
+    case Role::state:
+    case Role::coefficient:
+    case Role::datum:
+      if (!rules.fields) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range);
+      draft_.used.insert(e.name);
+      return number_of(field(e.name, {range}));
+    case Role::parameter: return parameter(e.name, range);
+    case Role::let: {
+      if (!rules.derivatives) return refuse("let " + e.name, range);
+      const auto found = draft_.lets.find(e.name);
+      return found == draft_.lets.end() ? Typed{} : found->second;
+    }
+    case Role::coordinate:
+      if (!rules.coordinates) return refuse("coordinate " + e.name, range);
+      if (!has_axis(meaning->axis, range)) return {};
+      return number_of(coordinate(meaning->axis, {range}));
+    case Role::time:
+      if (!rules.time) return refuse("the time t", range);
+      return number_of(param("t", {range}));
+    case Role::constant: return number_of(model::number(3.141592653589793, {range}));
+  }
+  unreachable("role");
+}
+
+Typed Expressions::parameter(const std::string& name, SourceRange range) {
+  draft_.used.insert(name);
+  if (draft_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
+    if (purpose_ == Purpose::boundary) {
+      draft_.sink.report("unknown-in-boundary", range, {name, subject_},
+                         "give the boundary a number, and let the unknown act in the equation or the initial state");
+    } else if (purpose_ == Purpose::coefficient) {
+      draft_.sink.report("unknown-in-coefficient", range, {name, subject_},
+                         fmt::format("write the formula in the model: let {} = ...", subject_));
+    } else {
+      draft_.sink.report("unknown-in-number", range, {name, subject_},
+                         "write the formula in the model with let, so that it can be differentiated");
+    }
+    return {};
+  }
+  const auto value = draft_.values.find(name);
+  if (value == draft_.values.end()) {
+    if (purpose_ != Purpose::number) return number_of(param(name, {range}));  // reported at the end
+    draft_.sink.report("used-before-value", range, {name}, fmt::format("write {} = ... above this", name));
+    return {};
+  }
+  if (!value->second) return purpose_ == Purpose::number ? Typed{} : number_of(param(name, {range}));
+  const bool folds = purpose_ == Purpose::equation && !draft_.unknowns.contains(name);
+  if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
+  return number_of(param(name, {range}));
+}
+
+Typed Expressions::unary(const ast::Unary& e, SourceRange range) {
+  if (e.op == ast::UnaryOp::logical_not) {
+    const auto operand = condition(e.operand);
+    return operand ? condition_of(opposite(*operand)) : Typed{};
+  }
+  Typed value = numeric(e.operand);
+  for (Expr& part : value.parts) part = negate(part, {range});
+  return value;
+}
+
+/// A chain such as a + b + c + ... leans to the left and may be long: its spine is walked, not descended.
+Typed Expressions::chain(const ast::Expr& e) {
+  std::vector<const ast::Expr*> spine;
+  const ast::Expr* leftmost = &e;
+  for (const ast::Binary* b = nullptr; (b = std::get_if<ast::Binary>(&(*leftmost)->kind)) != nullptr;) {
+    spine.push_back(leftmost);
+    leftmost = &b->left;
+  }
+  const std::size_t begin = draft_.problem.dropped.size();
+  const ast::Expr* left = leftmost;
+  Typed value = any(*leftmost);
+  for (auto node = spine.rbegin(); node != spine.rend(); ++node) {
+    const auto& b = std::get<ast::Binary>((**node)->kind);
+    if (is_sum(b.op)) note_if_dropped({*left, value}, begin);
+    const std::size_t begin_right = draft_.problem.dropped.size();
+    const Operand right{b.right, any(b.right)};
+    if (is_sum(b.op)) note_if_dropped(right, begin_right);
+    value = combine(b.op, {*left, value}, right, (**node).range());
+    left = *node;
+  }
+  return value;
+}
+
+Typed Expressions::combine(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  if (left.value.type == Typed::Type::none || right.value.type == Typed::Type::none) return {};
+  if (!is_logical(op) && !is_comparison(op)) return arithmetic(op, left, right, range);
+  if (is_comparison(op)) {
+    const auto a = as_number(left.value, left.source.range()), b = as_number(right.value, right.source.range());
+    return a && b ? condition_of(binary(op, *a, *b, {range})) : Typed{};
+  }
+  for (const Operand* side : {&left, &right}) {
+    if (side->value.type == Typed::Type::condition) continue;
+    draft_.sink.report("not-a-condition", side->source.range(), {describe(side->value)},
+                       "compare it with something, as in u > 0");
+    return {};
+  }
+  return condition_of(binary(op, left.value.parts.front(), right.value.parts.front(), {range}));
+}
+
+Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  const auto is_vector = [](const Operand& side) { return side.value.type == Typed::Type::vector; };
+  if (!is_vector(left) && !is_vector(right)) return scalar_operation(op, left, right, range);
+  for (const Operand* side : {&left, &right}) {
+    if (side->value.type != Typed::Type::condition) continue;
+    as_number(side->value, side->source.range());
+    return {};
+  }
+  const bool both = is_vector(left) && is_vector(right);
+  const bool scales = (op == BinaryOp::multiply && !both) || (op == BinaryOp::divide && !is_vector(right));
+  if (!(scales || (is_sum(op) && both))) {
+    draft_.sink.report("vector-operation", range,
+                       {fmt::format("'{}'", spelling(op)), both ? "two vectors" : "a vector and a number"},
+                       op == BinaryOp::multiply || op == BinaryOp::power ? "dot(a, b) multiplies vectors" : "");
+    return {};
+  }
+  if (both && left.value.parts.size() != right.value.parts.size()) {
+    draft_.sink.report("wrong-length", right.source.range(),
+                       {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
+    return {};
+  }
+  const std::size_t count = is_vector(left) ? left.value.parts.size() : right.value.parts.size();
+  Typed result{Typed::Type::vector, {}};
+  for (std::size_t i = 0; i < count; ++i) {
+    const Expr& a = left.value.parts[is_vector(left) ? i : 0];
+    const Expr& b = right.value.parts[is_vector(right) ? i : 0];
+    result.parts.push_back(binary(op, a, b, {range}));
+  }
+  return result;
+}
+
+Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range) {
+  const auto a = as_number(left.value, left.source.range());
+  const auto b = as_number(right.value, right.source.range());
+  return a && b ? number_of(binary(op, *a, *b, {range})) : Typed{};
+}
+
+Typed Expressions::tuple(const ast::Tuple& e) {
+  Typed result{Typed::Type::vector, {}};
+  bool complete = true;
+  for (const ast::Expr& element : e.elements) {
+    const auto part = as_number(any(element), element.range());
+    if (part) result.parts.push_back(*part);
+    complete = complete && part;
+  }
+  return complete ? result : Typed{};
+}
+
+Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {
+  draft_.sink.report("not-allowed-here", range, {fmt::format("the neighbour {}[...]", e.name), "a formula"},
+                     "neighbours are read in kernels; formulas have dx, lap and the like");
+  return {};
+}
+
+bool Expressions::has_axis(int axis, SourceRange range) {
+  if (axis < axis_count()) return true;
+  std::vector<std::string> axes;
+  for (const Axis& known : draft_.problem.axes) axes.push_back(known.name);
+  draft_.sink.report("missing-axis", range, {axis_name(axis)},
+                     fmt::format("axes of the scene: {}; a grid line adds one", fmt::join(axes, ", ")));
+  return false;
+}
+
+void Expressions::note_if_dropped(const Operand& term, std::size_t begin) {
+  std::vector<std::string>& dropped = draft_.problem.dropped;
+  const auto is_zero = [](const Expr& part) { return is_constant(part, 0); };
+  const std::vector<Expr>& parts = term.value.parts;
+  if (purpose_ != Purpose::equation || parts.empty() || !std::all_of(parts.begin(), parts.end(), is_zero)) return;
+  if (is_written_sum(term.source) || is_written_zero(term.source)) return;
+  dropped.resize(begin);
+  dropped.push_back(fmt::format("{} in {}: {}", ast::print(term.source), subject_, reason_for_zero(term.source)));
+}
+
+std::string Expressions::reason_for_zero(const ast::Expr& e) {
+  std::set<std::string> zeros, ones;
+  for_each_name(e, [&](const std::string& name) {
+    const auto found = draft_.values.find(name);
+    if (found == draft_.values.end() || !found->second || draft_.unknowns.contains(name)) return;
+    if (*found->second == 0) zeros.insert(name + " is 0");
+    if (*found->second == 1) ones.insert(name + " is 1");
+  });
+  if (zeros.empty() && ones.empty()) return "it is 0";
+  return fmt::format("{}", fmt::join(zeros.empty() ? ones : zeros, ", "));
+}
+
+}  // namespace dpde::model

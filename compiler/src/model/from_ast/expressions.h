@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Expressions of the ast to typed expressions of the model: names resolved, lets put in, vector operators spelled out
+// over the axes of the scene. On one axis a number is a vector as well.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/from_ast/draft.h"
+
+namespace dpde::model {
+
+/// Where an expression stands; this decides what it may be made of.
+enum class Purpose { equation, initial, coefficient, exact, boundary, number, quantity };
+
+class Expressions {
+ public:
+  /// `subject` is what the expression belongs to, for messages: a field, a coefficient, ...
+  Expressions(Draft& draft, Purpose purpose, std::string subject)
+      : draft_(draft), purpose_(purpose), subject_(std::move(subject)) {}
+
+  Typed any(const ast::Expr& e);
+  /// A number or a vector; none after a diagnostic.
+  Typed numeric(const ast::Expr& e);
+  /// nullopt after a diagnostic, also when the expression is no number or grows too large.
+  std::optional<Expr> number(const ast::Expr& e);
+  std::optional<Expr> condition(const ast::Expr& e);
+  /// The right-hand side of an equation or a let, noted as dropped when it is 0 in the end.
+  Typed definition(const ast::Expr& e);
+
+  /// Names and functions that are known here.
+  static std::vector<std::string> function_names();
+
+ private:
+  struct Operand {
+    const ast::Expr& source;
+    Typed value;
+  };
+
+  Typed name(const ast::Name& e, SourceRange range);
+  Typed parameter(const std::string& name, SourceRange range);
+  Typed unary(const ast::Unary& e, SourceRange range);
+  Typed chain(const ast::Expr& e);
+  Typed combine(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
+  Typed arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
+  Typed scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
+  Typed tuple(const ast::Tuple& e);
+  Typed offsets(const ast::Offsets& e, SourceRange range);
+
+  // calls.cpp
+  Typed call(const ast::Call& e, SourceRange range);
+  Typed unknown_call(const ast::Call& e);
+  Typed elementary(Fn fn, const ast::Call& e, SourceRange range);
+  Typed choice(const ast::Call& e, SourceRange range);
+  Typed along(int axis, const ast::Call& e, SourceRange range);
+  Typed along_named_axis(const ast::Call& e, SourceRange range);
+  std::optional<int> order_of(const ast::Expr& e);
+  Typed laplacian(const ast::Call& e, SourceRange range);
+  Typed gradient(const ast::Call& e, SourceRange range);
+  Typed divergence(const ast::Call& e, SourceRange range);
+  Typed advection(const ast::Call& e, SourceRange range);
+  Typed dot_product(const ast::Call& e, SourceRange range);
+  Typed reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
+  /// Whether the call has `count` arguments, all without names.
+  bool takes(const ast::Call& e, int count);
+  bool has_axis(int axis, SourceRange range);
+
+  std::optional<Expr> as_number(const Typed& value, SourceRange range);
+  /// One component an axis.
+  std::optional<std::vector<Expr>> as_vector(const Typed& value, SourceRange range);
+  bool is_too_large(const Typed& value, SourceRange range);
+  Typed refuse(const std::string& what, SourceRange range);
+
+  /// Notes that a term is 0, unless it was written so or is a sum, whose terms were noted one by one. `begin`: how many
+  /// were dropped before it; what was noted inside of it since then goes with it.
+  void note_if_dropped(const Operand& term, std::size_t begin);
+  std::string reason_for_zero(const ast::Expr& e);
+
+  int axis_count() const { return static_cast<int>(draft_.problem.axes.size()); }
+
+  Draft& draft_;
+  Purpose purpose_;
+  std::string subject_;
+};
+
+/// "vector of 2 components", "condition", ...
+std::string describe(const Typed& value);
+
+/// The number that `e` means, made of numbers and parameters that have values; nullopt after a diagnostic. `what` is
+/// for messages: "the step".
+std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what);
+
+/// load("path"): the path; nullopt when `e` is no call of load. A bad one is reported and gives "".
+std::optional<std::string> file_of(Draft& draft, const ast::Expr& e);
+
+/// A formula, or load("path").
+Source source_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject);
+
+}  // namespace dpde::model

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// The axes of the scene, sorted x, y, z.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr std::int64_t max_total_cells = std::int64_t{1} << 31;
+
+std::optional<int> as_cells(Draft& draft, double value, SourceRange range) {
+  const bool fits = value >= 1 && value <= std::numeric_limits<int>::max() && value == std::floor(value);
+  if (fits) return static_cast<int>(value);
+  draft.sink.report("bad-cells", range, {fmt::format("{}", value)});
+  return std::nullopt;
+}
+
+/// From the settings of this axis or of all axes, else from the line itself.
+int cells_of(Draft& draft, const ast::GridItem& item, std::optional<double> for_all_axes) {
+  const std::string key = "cells." + item.axis.name;
+  const bool is_set = draft.selection.overrides.contains(key) || draft.selection.overrides.contains("cells");
+  if (is_set) {
+    const auto for_this = number_setting(draft, key);
+    const auto value = for_this ? for_this : for_all_axes;
+    return value ? as_cells(draft, *value, {}).value_or(1) : 1;
+  }
+  draft.settings.add_known(key);
+  if (!item.cells) {
+    draft.sink.report("missing-cells", item.axis.range, {item.axis.name}, "write , cells 128 behind the extent");
+    return 1;
+  }
+  const auto value = evaluate(draft, *item.cells, "the number of cells");
+  return value ? as_cells(draft, *value, item.cells->range()).value_or(1) : 1;
+}
+
+void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
+  const auto low = evaluate(draft, item.low, "the grid"), high = evaluate(draft, item.high, "the grid");
+  if (!low || !high) return;
+  if (!(*low < *high)) {
+    draft.sink.report("empty-extent", item.high.range(), {fmt::format("{}", *low), fmt::format("{}", *high)});
+    return;
+  }
+  if (!std::isfinite(*high - *low)) {
+    draft.sink.report("not-finite", item.high.range(), {"the length of the axis"});
+    return;
+  }
+  axis.low = *low;
+  axis.high = *high;
+}
+
+/// The axes that are given, an empty place for each that is not.
+std::vector<const ast::GridItem*> grid_lines(Draft& draft) {
+  std::vector<const ast::GridItem*> lines;
+  for (const auto& [item, range] : items_of<ast::GridItem>(draft.scene->items)) {
+    const int axis = axis_of(item.axis.name);
+    if (axis < 0) {
+      draft.sink.report("unknown-axis", item.axis.range, {item.axis.name}, "the axes are x; x and y; or x, y and z");
+      continue;
+    }
+    if (axis >= static_cast<int>(lines.size())) lines.resize(axis + 1, nullptr);
+    if (lines[axis]) report_duplicate(draft, "axis " + item.axis.name, item.axis.range, lines[axis]->axis.range);
+    if (!lines[axis]) lines[axis] = &item;
+  }
+  return lines;
+}
+
+void check_total(Draft& draft) {
+  double total = 1;
+  for (const Axis& axis : draft.problem.axes) total *= axis.cells;
+  if (total <= static_cast<double>(max_total_cells)) return;
+  draft.sink.report("too-many-cells", draft.scene->name.range, {fmt::format("{}", total)});
+}
+
+}  // namespace
+
+void bind_grid(Draft& draft) {
+  const std::vector<const ast::GridItem*> lines = grid_lines(draft);
+  const auto for_all_axes = number_setting(draft, "cells");
+  if (lines.empty() && items_of<ast::GridItem>(draft.scene->items).empty()) {
+    draft.sink.report("missing-grid", draft.scene->name.range, {draft.problem.scene},
+                      "write grid x = 0 .. 1, cells 128, periodic");
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    Axis axis;
+    axis.name = axis_name(static_cast<int>(i));
+    if (lines[i]) {
+      if (lines[i]->periodic) axis.topology = Topology::periodic;
+      if (!lines[i]->periodic) axis.topology = Topology::bounded;
+      bind_extent(draft, *lines[i], axis);
+      axis.cells = cells_of(draft, *lines[i], for_all_axes);
+    } else {
+      draft.sink.report("axes-not-in-order", lines.back()->axis.range, {lines.back()->axis.name, axis.name},
+                        fmt::format("call the axes x{}", lines.size() == 2 ? "" : " and y"));
+    }
+    draft.problem.axes.push_back(axis);
+  }
+  if (lines.empty()) draft.problem.axes.push_back({axis_name(0)});
+  check_total(draft);
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/from_ast/names.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "source/diagnostic.h"
+#include "support/assert.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr std::string_view axis_names[] = {"x", "y", "z"};
+constexpr std::size_t longest_list = 20;
+
+constexpr std::string_view reserved_words[] = {
+    "x",  "y",   "z",   "t",      "pi",     "dt",   "hx",       "hy",            "hz",
+    "if", "and", "or",  "not",    "let",    "loss", "cells",    "inside",        "interp",
+    "in", "out", "sum", "inout",  "grow",   "all",  "periodic", "zero_gradient", "param",
+};
+
+}  // namespace
+
+std::string_view word_for(Role role) {
+  switch (role) {
+    case Role::state: return "field";
+    case Role::coefficient: return "coefficient";
+    case Role::parameter: return "parameter";
+    case Role::datum: return "datum";
+    case Role::let: return "let";
+    case Role::coordinate: return "coordinate";
+    case Role::time: return "time";
+    case Role::constant: return "constant";
+  }
+  unreachable("role");
+}
+
+Scope::Scope() {
+  for (int axis = 0; axis < 3; ++axis) declare(axis_name(axis), {Role::coordinate, {}, axis});
+  declare("t", {Role::time, {}});
+  declare("pi", {Role::constant, {}});
+}
+
+const Meaning* Scope::find(const std::string& name) const {
+  const auto found = meanings_.find(name);
+  return found == meanings_.end() ? nullptr : &found->second;
+}
+
+std::vector<std::string> Scope::names() const {
+  std::vector<std::string> result;
+  for (const auto& [name, meaning] : meanings_) result.push_back(name);
+  return result;
+}
+
+std::vector<std::string> Scope::names(Role role) const {
+  std::vector<std::string> result;
+  for (const auto& [name, meaning] : meanings_) {
+    if (meaning.role == role) result.push_back(name);
+  }
+  return result;
+}
+
+bool is_reserved(const std::string& name) {
+  return std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
+}
+
+int axis_of(std::string_view name) {
+  const auto* found = std::find(std::begin(axis_names), std::end(axis_names), name);
+  return found == std::end(axis_names) ? -1 : static_cast<int>(found - std::begin(axis_names));
+}
+
+std::string axis_name(int axis) { return std::string(axis_names[axis]); }
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
+  const std::string near = nearest_name(name, candidates);
+  if (!near.empty()) return fmt::format("did you mean {}?", near);
+  if (candidates.empty()) return "";
+  const auto end = candidates.begin() + static_cast<long>(std::min(candidates.size(), longest_list));
+  return fmt::format("known here: {}{}", fmt::join(candidates.begin(), end, ", "),
+                     candidates.size() > longest_list ? ", ..." : "");
+}
+
+std::string counted(int count, std::string_view what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
+
+}  // namespace dpde::model

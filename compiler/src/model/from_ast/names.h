@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the names of a scene stand for. One name means one thing in a problem.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "source/source_file.h"
+
+namespace dpde::model {
+
+enum class Role { state, coefficient, parameter, datum, let, coordinate, time, constant };
+
+/// "field", "coefficient", ...
+std::string_view word_for(Role role);
+
+struct Meaning {
+  Role role;
+  SourceRange declared;
+  int axis = -1;  // of a coordinate
+};
+
+class Scope {
+ public:
+  /// Knows x, y, z, t and pi.
+  Scope();
+  const Meaning* find(const std::string& name) const;
+  /// The first declaration of a name stays.
+  void declare(const std::string& name, Meaning meaning) { meanings_.emplace(name, meaning); }
+  std::vector<std::string> names() const;
+  std::vector<std::string> names(Role role) const;
+
+ private:
+  std::map<std::string, Meaning> meanings_;
+};
+
+/// Words that the language or the levels below it give a meaning to.
+bool is_reserved(const std::string& name);
+
+/// 0, 1, 2 for x, y, z; -1 for other names.
+int axis_of(std::string_view name);
+/// "x", "y", "z"
+std::string axis_name(int axis);
+
+/// "did you mean nu?", or what there is to choose from when no name is near.
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
+
+/// "1 argument", "2 arguments"
+std::string counted(int count, std::string_view what);
+
+}  // namespace dpde::model

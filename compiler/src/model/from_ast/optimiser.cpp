@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// using gradient_descent(rate = 5), iterations 50
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+struct OptimiserKind {
+  std::string_view name;
+  Optimiser::Kind kind;
+  bool takes_rate;
+};
+constexpr OptimiserKind kinds[] = {{"gradient_descent", Optimiser::Kind::gradient_descent, true},
+                                   {"adam", Optimiser::Kind::adam, true},
+                                   {"lbfgs", Optimiser::Kind::lbfgs, false}};
+
+const OptimiserKind* find_kind_of(Draft& draft, const std::string& name, SourceRange range) {
+  std::vector<std::string> names;
+  for (const OptimiserKind& kind : kinds) {
+    if (kind.name == name) return &kind;
+    names.emplace_back(kind.name);
+  }
+  draft.sink.report("unknown-optimiser", range, {name}, did_you_mean(name, names));
+  return nullptr;
+}
+
+std::optional<double> rate_of(Draft& draft, const ast::Call& call, const ast::Argument& argument) {
+  const auto rate = evaluate(draft, argument.value, "the rate");
+  if (!rate || *rate > 0) return rate;
+  draft.sink.report("bad-optimiser-option", argument.value.range(),
+                    {"rate", call.callee, fmt::format("must be positive, not {}", *rate)});
+  return std::nullopt;
+}
+
+void bind_options(Draft& draft, const ast::Call& call, const OptimiserKind& kind, Optimiser& optimiser) {
+  bool has_rate = false;
+  for (const ast::Argument& argument : call.arguments) {
+    if (!kind.takes_rate || argument.name != "rate") {
+      const std::string name = argument.name.empty() ? "a number without name" : argument.name;
+      draft.sink.report("bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"},
+                        kind.takes_rate ? fmt::format("write {}(rate = 0.1)", call.callee)
+                                        : fmt::format("write {}()", call.callee));
+      return;
+    }
+    if (has_rate) report_duplicate(draft, "the rate", argument.value.range(), {});
+    has_rate = true;
+    optimiser.rate = rate_of(draft, call, argument).value_or(1);
+  }
+  if (has_rate || !kind.takes_rate) return;
+  draft.sink.report("bad-optimiser-option", call.callee_range, {"rate", call.callee, "is missing"},
+                    fmt::format("write {}(rate = 0.1)", call.callee));
+}
+
+void bind_iterations(Draft& draft, const ast::Expr& e, Optimiser& optimiser) {
+  const auto value = evaluate(draft, e, "the number of iterations");
+  if (!value) return;
+  if (*value >= 1 && *value <= std::numeric_limits<int>::max() && *value == std::floor(*value)) {
+    optimiser.iterations = static_cast<int>(*value);
+    return;
+  }
+  draft.sink.report("bad-iterations", e.range(), {fmt::format("{}", *value)});
+}
+
+}  // namespace
+
+std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item) {
+  Optimiser optimiser;
+  if (item.iterations) bind_iterations(draft, *item.iterations, optimiser);
+  const auto* word = std::get_if<ast::Name>(&item.optimiser->kind);
+  const auto* written = std::get_if<ast::Call>(&item.optimiser->kind);
+  if (!word && !written) {
+    if (!std::holds_alternative<ast::Error>(item.optimiser->kind)) {
+      find_kind_of(draft, "this", item.optimiser.range());
+    }
+    return std::nullopt;
+  }
+  const ast::Call call = written ? *written : ast::Call{word->name, item.optimiser.range(), {}};
+  const OptimiserKind* kind = find_kind_of(draft, call.callee, call.callee_range);
+  if (!kind) return std::nullopt;
+  optimiser.kind = kind->kind;
+  bind_options(draft, call, *kind, optimiser);
+  return optimiser;
+}
+
+}  // namespace dpde::model

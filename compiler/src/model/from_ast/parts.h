@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of from_ast, in the order in which they run. Each puts its share into the draft's problem.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/from_ast/draft.h"
+#include "syntax/ast.h"
+
+namespace dpde::model {
+
+// select.cpp: which blocks are meant; false when there is nothing to go on with
+bool select(Draft& draft);
+
+// declarations.cpp: the names of the model
+void declare_model(Draft& draft);
+// program.cpp: the same for a hand-written program, and what its fills say of the boundaries
+void declare_program(Draft& draft);
+void bind_fills(Draft& draft);
+/// Steps of the loop around the program of the scene; nullptr when there is none.
+const ast::Loop* find_loop(const Draft& draft);
+
+// task.cpp: which parameters are unknown; later everything else
+void mark_unknowns(Draft& draft);
+void bind_task(Draft& draft);
+// optimiser.cpp
+std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
+
+// scheme.cpp
+void bind_scheme(Draft& draft);
+/// Puts the row `key = value` into `scheme`; otherwise what could stand there instead.
+struct SchemeRefusal {
+  bool unknown_key = false, precision = false;
+  std::vector<std::string> choices;
+};
+std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value);
+const std::vector<std::string>& scheme_keys();
+
+// settings.cpp
+/// The number set for `key`; nullopt when none is or after a diagnostic.
+std::optional<double> number_setting(Draft& draft, const std::string& key);
+/// Scheme keys among the settings.
+void apply_scheme_settings(Draft& draft);
+/// Reports settings nobody asked for.
+void check_settings(Draft& draft);
+
+// parameters.cpp: values of parameters in the order of the scene, settings first
+void bind_parameters(Draft& draft);
+
+// grid.cpp
+void bind_grid(Draft& draft);
+
+// time.cpp
+void bind_time(Draft& draft);
+/// Times of `at t = ...`, each the end of a step of this run, when `on_steps`.
+When when_of(Draft& draft, const ast::When& when, bool on_steps);
+
+// equations.cpp: lets and equations
+void bind_equations(Draft& draft);
+
+// boundaries.cpp
+void bind_boundaries(Draft& draft);
+/// The sides that a boundary line or fill names. `values` has one AxisSides an axis and `seen` the places given before.
+struct SidesOfField {
+  std::string field;
+  std::vector<AxisSides>& sides;
+  std::vector<std::array<SourceRange, 2>>& seen;
+};
+void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into);
+
+// states.cpp: initial states, exact solutions, coefficients, observables
+void bind_states(Draft& draft);
+void bind_coefficients(Draft& draft);
+void bind_observables(Draft& draft);
+/// A number made of reductions: a loss, a test, an observable.
+std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what);
+/// Whether an observable or test may have this name; `seen` are those before it.
+bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen);
+
+// usage.cpp: drops what nobody reads, and says so
+void drop_unused(Draft& draft);
+
+}  // namespace dpde::model

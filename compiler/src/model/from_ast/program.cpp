@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// A hand-written program as the step of a scene. States are what it swaps; parameters and coefficients are what its
+// kernels take beside them; its fills say how the boundaries are, and must agree with the grid.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+
+#include "model/from_ast/parts.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr std::string_view bound_params[] = {"h", "hx", "hy", "hz", "dt", "t", "cells"};
+
+bool is_bound(const std::string& name) {
+  return std::find(std::begin(bound_params), std::end(bound_params), name) != std::end(bound_params);
+}
+
+bool is_word_of_fill(const std::string& name) { return name == "zero_gradient" || name == "periodic"; }
+
+void declare_param(Draft& draft, const std::string& name, SourceRange range) {
+  if (is_bound(name) || draft.scope.find(name)) return;
+  draft.scope.declare(name, {Role::parameter, range});
+  draft.problem.params.push_back({name});
+}
+
+void declare_states(Draft& draft) {
+  for (const auto& [swap, range] : items_of<ast::SwapItem>(draft.program->items)) {
+    if (draft.scope.find(swap.state.name)) continue;
+    draft.scope.declare(swap.state.name, {Role::state, swap.state.range});
+    State state;
+    state.name = swap.state.name;
+    state.origin = {range};
+    draft.problem.states.push_back(std::move(state));
+  }
+  if (!draft.problem.states.empty()) return;
+  draft.sink.report("no-state", draft.program->name.range, {draft.program->name.name},
+                    "write swap u, v where v is the next u");
+}
+
+/// Fields that a kernel reads before any has written them are given from outside.
+void declare_kernel(Draft& draft, const ast::Kernel& kernel, std::set<std::string>& written) {
+  for (const ast::KernelParameter& parameter : kernel.parameters) {
+    const std::string& name = parameter.name.name;
+    switch (parameter.role) {
+      case ast::KernelRole::param: declare_param(draft, name, parameter.name.range); break;
+      case ast::KernelRole::sum: break;
+      case ast::KernelRole::out:
+      case ast::KernelRole::inout: written.insert(name); break;
+      case ast::KernelRole::in:
+        if (written.contains(name) || draft.scope.find(name)) break;
+        draft.scope.declare(name, {Role::coefficient, parameter.name.range});
+        draft.problem.coefficients.push_back({name, {}});
+        break;
+    }
+  }
+}
+
+void declare_names_of(Draft& draft, const ast::Expr& e) {
+  match(
+      e->kind, [](const ast::Number&) {}, [](const ast::Text&) {},
+      [&](const ast::Name& n) {
+        if (!is_word_of_fill(n.name)) declare_param(draft, n.name, e.range());
+      },
+      [&](const ast::Unary& u) { declare_names_of(draft, u.operand); },
+      [&](const ast::Binary& b) {
+        declare_names_of(draft, b.left);
+        declare_names_of(draft, b.right);
+      },
+      [&](const ast::Call& c) {
+        for (const ast::Argument& argument : c.arguments) declare_names_of(draft, argument.value);
+      },
+      [](const ast::Tuple&) {}, [](const ast::Offsets&) {}, [](const ast::Error&) {});
+}
+
+int largest_rank(const ast::Expr& e) {
+  int rank = 0;
+  const auto look = [&](const ast::Expr& part) { rank = std::max(rank, largest_rank(part)); };
+  match(
+      e->kind, [](const ast::Number&) {}, [](const ast::Text&) {}, [](const ast::Name&) {},
+      [&](const ast::Unary& u) { look(u.operand); },
+      [&](const ast::Binary& b) {
+        look(b.left);
+        look(b.right);
+      },
+      [&](const ast::Call& c) {
+        for (const ast::Argument& argument : c.arguments) look(argument.value);
+      },
+      [](const ast::Tuple&) {}, [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); },
+      [](const ast::Error&) {});
+  return rank;
+}
+
+/// 0 where neither the head nor an offset of the body tells.
+int rank_of(const ast::Kernel& kernel) {
+  if (kernel.axes) return *kernel.axes;
+  int rank = 0;
+  for (const ast::Item& item : kernel.items) {
+    if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = std::max(rank, largest_rank(let->value));
+    if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind)) rank = std::max(rank, largest_rank(assign->value));
+    if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
+      rank = std::max({rank, largest_rank(scatter->target), largest_rank(scatter->value)});
+    }
+  }
+  return rank;
+}
+
+std::vector<const ast::Kernel*> kernels_of(const Draft& draft) {
+  std::vector<const ast::Kernel*> kernels;
+  for (const auto& [run, range] : items_of<ast::RunItem>(draft.program->items)) {
+    const auto* kernel = find_declaration<ast::Kernel>(draft.file, run.kernel.name);
+    if (kernel) kernels.push_back(kernel);  // one that is missing is reported by the stencil level
+  }
+  return kernels;
+}
+
+void check_ranks(Draft& draft) {
+  const int axes = static_cast<int>(draft.problem.axes.size());
+  for (const ast::Kernel* kernel : kernels_of(draft)) {
+    const int rank = rank_of(*kernel);
+    if (rank == 0 || rank == axes) continue;
+    const auto words = [](int count) { return fmt::format("{} {}", count, count == 1 ? "axis" : "axes"); };
+    draft.sink.report("rank-differs", kernel->name.range, {kernel->name.name, words(rank), words(axes)});
+  }
+}
+
+/// Whether what the fill says of this axis agrees with the grid; reports otherwise.
+bool agrees(Draft& draft, const ast::FillItem& fill, const ast::BoundarySide& side, const Axis& axis) {
+  const auto* word = std::get_if<ast::Name>(&side.value->kind);
+  const bool fill_is_periodic = word && word->name == "periodic";
+  if (fill_is_periodic == (axis.topology == Topology::periodic)) return true;
+  const auto name = [](bool periodic) { return std::string(periodic ? "periodic" : "bounded"); };
+  draft.sink.report("fill-differs", side.place.range,
+                    {draft.program->name.name, fill.field.name, name(fill_is_periodic), axis.name, name(!fill_is_periodic)},
+                    fill_is_periodic ? fmt::format("write periodic at the grid line of {}", axis.name)
+                                     : fmt::format("leave periodic out of the grid line of {}", axis.name));
+  return false;
+}
+
+bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
+  return side.place.name == "all" || side.place.name.substr(0, side.place.name.find('.')) == axis.name;
+}
+
+void bind_fill(Draft& draft, const ast::FillItem& fill, State& state) {
+  std::vector<std::array<SourceRange, 2>> seen(draft.problem.axes.size());
+  SidesOfField into{state.name, state.boundary, seen};
+  for (const ast::BoundarySide& side : fill.sides) {
+    bool fine = true, bounded = false;
+    for (const Axis& axis : draft.problem.axes) {
+      if (!is_for_axis(side, axis)) continue;
+      fine = agrees(draft, fill, side, axis) && fine;
+      bounded = bounded || axis.topology == Topology::bounded;
+    }
+    if (fine && bounded) bind_side(draft, side, into);
+  }
+}
+
+}  // namespace
+
+void declare_program(Draft& draft) {
+  declare_states(draft);
+  std::set<std::string> written;
+  for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
+  for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
+    for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value);
+  }
+}
+
+void bind_fills(Draft& draft) {
+  check_ranks(draft);
+  for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
+    draft.sink.report("boundary-of-program", range, {item.field.name, draft.program->name.name},
+                      "change the fill of the program, or leave this line out");
+  }
+  for (State& state : draft.problem.states) {
+    state.boundary.resize(draft.problem.axes.size());
+    for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
+      if (!fill.fold && fill.field.name == state.name) {
+        bind_fill(draft, fill, state);
+        break;  // a second fill of the same field is the next step of the same boundary
+      }
+    }
+  }
+}
+
+const ast::Loop* find_loop(const Draft& draft) {
+  if (!draft.program) return nullptr;
+  for (const ast::Declaration& declaration : draft.file.declarations) {
+    const auto* loop = std::get_if<ast::Loop>(&declaration.kind);
+    if (loop && loop->body.size() == 1 && loop->body.front().name == draft.program->name.name) return loop;
+  }
+  return nullptr;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which scheme discretises the scene, and what its rows can say.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "model/from_ast/parts.h"
+#include "syntax/print_ast.h"
+
+namespace dpde::model {
+
+namespace {
+
+struct Choice {
+  std::string_view key, text;
+  std::string_view others[2];  // other spellings
+  void (*apply)(Scheme&);
+
+  bool is_written(std::string_view written) const {
+    return written == text || written == others[0] || written == others[1];
+  }
+};
+
+template <Advection advect, int order>
+void set_advect(Scheme& scheme) {
+  scheme.advect = advect;
+  scheme.advect_order = order;
+}
+template <int order>
+void set_derivative(Scheme& scheme) { scheme.derivative_order = order; }
+template <int order>
+void set_laplacian(Scheme& scheme) { scheme.laplacian_order = order; }
+template <TimeScheme time>
+void set_time(Scheme& scheme) { scheme.time = time; }
+
+constexpr Choice choices[] = {
+    {"advect", "central(2)", {"central2"}, set_advect<Advection::central, 2>},
+    {"advect", "central(4)", {"central4"}, set_advect<Advection::central, 4>},
+    {"advect", "upwind(1)", {"upwind1", "upwind"}, set_advect<Advection::upwind, 1>},
+    {"advect", "semi_lagrangian", {"semi_lagrangian()"}, set_advect<Advection::semi_lagrangian, 1>},
+    {"dx", "central(2)", {"central2"}, set_derivative<2>},
+    {"dx", "central(4)", {"central4"}, set_derivative<4>},
+    {"lap", "central(2)", {"central2"}, set_laplacian<2>},
+    {"lap", "central(4)", {"central4"}, set_laplacian<4>},
+    {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
+    {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
+    {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
+    {"real", "f64", {}, [](Scheme&) {}},
+};
+
+const ast::Scheme* find_scheme(Draft& draft, const ast::Identifier& name) {
+  const auto* scheme = find_declaration<ast::Scheme>(draft.file, name.name);
+  if (!scheme) {
+    draft.sink.report("unknown-block", name.range, {"scheme", name.name},
+                      did_you_mean(name.name, names_of<ast::Scheme>(draft.file)));
+  }
+  return scheme;
+}
+
+/// All that are named must exist; the first of them counts.
+const ast::Scheme* choose(Draft& draft) {
+  std::vector<ast::Identifier> wishes;
+  if (!draft.selection.scheme.empty()) wishes.push_back({draft.selection.scheme, {}});
+  if (draft.task && draft.task->scheme) wishes.push_back(*draft.task->scheme);
+  if (draft.scene->scheme) wishes.push_back(*draft.scene->scheme);
+  if (wishes.empty()) {
+    const std::vector<std::string> names = names_of<ast::Scheme>(draft.file);
+    return names.empty() ? nullptr : find_declaration<ast::Scheme>(draft.file, names.front());
+  }
+  const ast::Scheme* chosen = nullptr;
+  for (auto wish = wishes.rbegin(); wish != wishes.rend(); ++wish) chosen = find_scheme(draft, *wish);
+  return chosen;
+}
+
+void bind_row(Draft& draft, const ast::ValueItem& row) {
+  const auto refusal = set_scheme_key(draft.problem.scheme, row.name.name, row.value);
+  if (!refusal) return;
+  const std::string list = fmt::format("choose one of: {}", fmt::join(refusal->choices, ", "));
+  if (refusal->unknown_key) {
+    draft.sink.report("unknown-scheme-key", row.name.range, {row.name.name}, did_you_mean(row.name.name, scheme_keys()));
+  } else if (refusal->precision) {
+    draft.sink.report("precision-not-available", row.value.range(), {ast::print(row.value)},
+                      "all numbers are f64 in this version");
+  } else {
+    draft.sink.report("bad-scheme-value", row.value.range(), {row.name.name, ast::print(row.value)}, list);
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string>& scheme_keys() {
+  static const std::vector<std::string> keys{"advect", "dx", "lap", "time", "real"};
+  return keys;
+}
+
+std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value) {
+  if (std::holds_alternative<ast::Error>(value->kind)) return std::nullopt;
+  const std::string text = ast::print(value);
+  SchemeRefusal refusal;
+  for (const Choice& choice : choices) {
+    if (choice.key != key) continue;
+    if (choice.is_written(text)) {
+      choice.apply(scheme);
+      return std::nullopt;
+    }
+    refusal.choices.emplace_back(choice.text);
+  }
+  refusal.unknown_key = refusal.choices.empty();
+  refusal.precision = key == "real" && text == "f32";
+  return refusal;
+}
+
+void bind_scheme(Draft& draft) {
+  const ast::Scheme* chosen = choose(draft);
+  if (chosen) {
+    draft.problem.scheme.name = chosen->name.name;
+    std::map<std::string, SourceRange> seen;
+    for (const auto& [row, range] : items_of<ast::ValueItem>(chosen->items)) {
+      const auto [first, is_new] = seen.emplace(row.name.name, row.name.range);
+      if (!is_new) report_duplicate(draft, row.name.name, row.name.range, first->second);
+      if (is_new) bind_row(draft, row);
+    }
+  }
+  apply_scheme_settings(draft);
+}
+
+}  // namespace dpde::model

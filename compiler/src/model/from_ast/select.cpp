@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which task, scene, model or program of the file is meant; names of blocks are unique.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "model/from_ast/parts.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
+void check_block_names(Draft& draft) {
+  std::map<std::string, SourceRange> chosen, models, schemes;
+  const auto add = [&](std::map<std::string, SourceRange>& names, const ast::Identifier& name) {
+    const auto [first, is_new] = names.emplace(name.name, name.range);
+    if (!is_new) report_duplicate(draft, name.name, name.range, first->second);
+    return is_new;
+  };
+  for (const ast::Declaration& declaration : draft.file.declarations) {
+    match(
+        declaration.kind, [&](const ast::Model& m) { add(models, m.name); },
+        [&](const ast::Scene& s) { add(chosen, s.name); }, [&](const ast::Scheme& s) { add(schemes, s.name); },
+        [&](const ast::Task& t) { add(chosen, t.name); },
+        [&](const ast::Program& p) {
+          if (add(chosen, p.name)) add(models, p.name);
+        },
+        [](const ast::Kernel&) {}, [](const ast::Loop&) {});
+  }
+}
+
+void report_unknown_block(Draft& draft, const std::string& what, const std::string& name, SourceRange range,
+                          const std::vector<std::string>& candidates) {
+  draft.sink.report("unknown-block", range, {what, name}, did_you_mean(name, candidates));
+}
+
+std::vector<std::string> joined(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+bool select_named(Draft& draft, const std::string& name) {
+  draft.task = find_declaration<ast::Task>(draft.file, name);
+  draft.scene = find_declaration<ast::Scene>(draft.file, name);
+  if (draft.scene) draft.task = nullptr;
+  if (draft.task || draft.scene) return true;
+  report_unknown_block(draft, "scene or task", name, {}, joined(task_names(draft.file), scene_names(draft.file)));
+  return false;
+}
+
+bool select_only(Draft& draft) {
+  const std::vector<std::string> tasks = task_names(draft.file), scenes = scene_names(draft.file);
+  if (tasks.size() == 1) return select_named(draft, tasks.front());
+  if (tasks.empty() && scenes.size() == 1) return select_named(draft, scenes.front());
+  if (scenes.empty()) {
+    draft.sink.report("no-scene", {}, {}, "write scene NAME : MODEL { grid ...; initial ...; time ... }");
+    return false;
+  }
+  draft.sink.report("choose-one", {}, {tasks.empty() ? "scenes" : "tasks"},
+                    fmt::format("name one of: {}", fmt::join(joined(tasks, scenes), ", ")));
+  return false;
+}
+
+bool select_scene_of_task(Draft& draft) {
+  if (!draft.task) return true;
+  const ast::Identifier& of = draft.task->of;
+  draft.scene = find_declaration<ast::Scene>(draft.file, of.name);
+  if (!draft.scene) report_unknown_block(draft, "scene", of.name, of.range, scene_names(draft.file));
+  return draft.scene != nullptr;
+}
+
+bool select_model(Draft& draft) {
+  const ast::Identifier& of = draft.scene->of;
+  draft.model = find_declaration<ast::Model>(draft.file, of.name);
+  if (!draft.model) draft.program = find_declaration<ast::Program>(draft.file, of.name);
+  if (draft.model || draft.program) return true;
+  report_unknown_block(draft, "model or program", of.name, of.range,
+                       joined(names_of<ast::Model>(draft.file), names_of<ast::Program>(draft.file)));
+  return false;
+}
+
+}  // namespace
+
+bool select(Draft& draft) {
+  check_block_names(draft);
+  const std::string& name = draft.selection.name;
+  if (!(name.empty() ? select_only(draft) : select_named(draft, name))) return false;
+  if (!select_scene_of_task(draft) || !select_model(draft)) return false;
+  draft.problem.scene = draft.scene->name.name;
+  if (draft.model) draft.problem.model = draft.model->name.name;
+  if (draft.program) draft.problem.program = draft.program->name.name;
+  return true;
+}
+
+}  // namespace dpde::model

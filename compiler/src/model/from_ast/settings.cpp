@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings of --set. Their texts are no part of the file: mistakes in them are told without a place.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+#include "syntax/parser.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// The first message of `own`, as a sentence about a setting.
+void report_bad_setting(Draft& draft, const std::string& key, const std::string& text, const DiagnosticSink& own) {
+  const Diagnostic& first = own.all().front();
+  draft.sink.report("bad-setting", {}, {key, text, first.message}, first.hint);
+}
+
+/// The value as an expression; nullopt after a diagnostic.
+std::optional<ast::Expr> parse_setting(Draft& draft, const std::string& key, const std::string& text) {
+  DiagnosticSink own;
+  const ast::Expr e = ast::parse_expression(SourceFile("--set " + key, text), own);
+  if (!own.has_errors()) return e;
+  report_bad_setting(draft, key, text, own);
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> number_setting(Draft& draft, const std::string& key) {
+  const std::string* text = draft.settings.find(key);
+  if (!text) return std::nullopt;
+  const auto e = parse_setting(draft, key, *text);
+  if (!e) return std::nullopt;
+  DiagnosticSink own;
+  Draft alone(draft.file, draft.selection, own);  // knows numbers, pi and functions
+  const auto value = evaluate(alone, *e, "the setting");
+  if (!value) report_bad_setting(draft, key, *text, own);
+  return value;
+}
+
+void apply_scheme_settings(Draft& draft) {
+  for (const std::string& key : scheme_keys()) {
+    const Meaning* meaning = draft.scope.find(key);
+    if (meaning && meaning->role == Role::parameter) continue;  // a parameter of this name goes first
+    const std::string* text = draft.settings.find(key);
+    if (!text) continue;
+    const auto value = parse_setting(draft, key, *text);
+    if (!value) continue;
+    const auto refusal = set_scheme_key(draft.problem.scheme, key, *value);
+    if (!refusal) continue;
+    if (refusal->precision) {
+      draft.sink.report("precision-not-available", {}, {*text}, "all numbers are f64 in this version");
+    } else {
+      draft.sink.report("bad-setting", {}, {key, *text, "there is no such choice"},
+                        fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
+    }
+  }
+}
+
+void check_settings(Draft& draft) {
+  const std::vector<std::string>& known = draft.settings.known();
+  for (const auto& [key, text] : draft.settings.texts()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    draft.sink.report("unknown-setting", {}, {key}, did_you_mean(key, known));
+  }
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Begin, step and number of steps of the run; times at which a task looks.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr double step_tolerance = 1e-9;  // relative
+
+struct Duration {
+  double from = 0, to = 0;
+  SourceRange range;
+};
+
+/// How many steps make `length`, when that is a whole number.
+std::optional<double> whole_steps(double length, double step) {
+  const double steps = std::round(length / step);
+  const bool fits = std::abs(length - steps * step) <= step_tolerance * std::max(std::abs(length), step);
+  return fits ? std::optional(steps) : std::nullopt;
+}
+
+std::string text_of(double value) { return fmt::format("{}", value); }
+
+template <class Kind>
+const Found<Kind>* only(Draft& draft, const std::vector<Found<Kind>>& items, const std::string& what) {
+  for (std::size_t i = 1; i < items.size(); ++i) report_duplicate(draft, what, items[i].range, items[0].range);
+  return items.empty() ? nullptr : &items.front();
+}
+
+/// The setting, else the step that is written; nullopt after a diagnostic.
+std::optional<double> step_of(Draft& draft, const Found<ast::TimeItem>* time) {
+  const auto lines = items_of<ast::StepItem>(draft.scene->items);
+  const auto* line = only(draft, lines, "the step");
+  const ast::Expr* written = line ? &line->kind.step : nullptr;
+  if (time && time->kind.step) {
+    if (line) report_duplicate(draft, "the step", line->range, time->kind.step->range());
+    written = &*time->kind.step;
+  }
+  const bool is_set = draft.settings.find("step") != nullptr;
+  if (!is_set && !written) {
+    draft.sink.report("missing-step", time ? time->range : draft.scene->name.range, {draft.problem.scene},
+                      time ? "write , step 1/128 behind the duration" : "write step 1/128");
+    return std::nullopt;
+  }
+  const auto step = is_set ? number_setting(draft, "step") : evaluate(draft, *written, "the step");
+  if (!step || *step > 0) return step;
+  draft.sink.report("bad-step", is_set ? SourceRange{} : written->range(), {text_of(*step)});
+  return std::nullopt;
+}
+
+std::optional<Duration> duration_of_loop(Draft& draft, std::optional<double> step) {
+  const ast::Loop* loop = find_loop(draft);
+  if (!loop) {
+    draft.sink.report("missing-time", draft.scene->name.range, {draft.problem.scene},
+                      draft.program ? "write time 0 .. 1, step 1/128 in the scene, or a loop around the program"
+                                    : "write time 0 .. 1, step 1/128");
+    return std::nullopt;
+  }
+  if (!step) return std::nullopt;
+  return Duration{loop->from * *step, loop->to * *step, loop->counter.range};
+}
+
+std::optional<Duration> duration_of(Draft& draft, const Found<ast::TimeItem>* time, std::optional<double> step) {
+  std::optional<Duration> duration;
+  if (time) {
+    const auto from = evaluate(draft, time->kind.from, "the time"), to = evaluate(draft, time->kind.to, "the time");
+    if (from && to) duration = Duration{*from, *to, time->kind.to.range()};
+  } else {
+    duration = duration_of_loop(draft, step);
+  }
+  if (!draft.settings.find("end")) return duration;
+  const auto end = number_setting(draft, "end");
+  if (!end || !duration) return std::nullopt;
+  return Duration{duration->from, *end, {}};
+}
+
+}  // namespace
+
+void bind_time(Draft& draft) {
+  const auto lines = items_of<ast::TimeItem>(draft.scene->items);
+  const auto* time = only(draft, lines, "the time");
+  const auto step = step_of(draft, time);
+  const auto duration = duration_of(draft, time, step);
+  if (time) draft.problem.time_origin = {time->range};
+  if (!step || !duration) return;
+  if (!(duration->to > duration->from)) {
+    draft.sink.report("bad-duration", duration->range, {text_of(duration->from), text_of(duration->to)});
+    return;
+  }
+  const double length = duration->to - duration->from;
+  const auto steps = whole_steps(length, *step);
+  if (!steps) {
+    draft.sink.report("uneven-steps", duration->range, {text_of(duration->from), text_of(duration->to), text_of(*step)},
+                      fmt::format("a step of {} makes {} of them", length / std::ceil(length / *step),
+                                  std::ceil(length / *step)));
+    return;
+  }
+  if (*steps > std::numeric_limits<int>::max()) {
+    draft.sink.report("too-many-steps", duration->range, {text_of(*steps)});
+    return;
+  }
+  draft.problem.t_begin = duration->from;
+  draft.problem.step = *step;
+  draft.problem.steps = static_cast<int>(*steps);
+}
+
+When when_of(Draft& draft, const ast::When& when, bool on_steps) {
+  if (std::holds_alternative<ast::WhenEnd>(when)) return {};
+  if (std::holds_alternative<ast::WhenOver>(when)) return {When::Kind::over, {}};
+  When result{When::Kind::at, {}};
+  const Problem& problem = draft.problem;
+  for (const ast::Expr& e : std::get<ast::WhenAt>(when).times) {
+    const auto time = evaluate(draft, e, "a time");
+    if (!time) continue;
+    result.times.push_back(*time);
+    if (!on_steps || problem.steps == 0) continue;
+    const double step = problem.step, place = (*time - problem.t_begin) / step;
+    const bool in_range = place > -0.5 && place < problem.steps + 0.5;
+    if (in_range && whole_steps(*time - problem.t_begin, step)) continue;
+    const double nearest = std::min(std::max(std::round(place), 0.0), static_cast<double>(problem.steps));
+    draft.sink.report("time-off-step", e.range(), {text_of(*time)},
+                      fmt::format("the nearest is t = {}", problem.t_begin + nearest * step));
+  }
+  return result;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What nobody reads is dropped or at least said. A hand-written program reads all that its kernels take.
+#include <algorithm>
+
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// Calls `f` on every expression that may read a coefficient.
+template <class F>
+void for_each_reader(const Problem& problem, const F& f) {
+  for (const State& state : problem.states) {
+    if (state.rhs) f(*state.rhs);
+  }
+  for (const Quantity& observable : problem.observables) f(observable.value);
+  if (!problem.task) return;
+  for (const Loss& loss : problem.task->losses) f(loss.value);
+  for (const Test& test : problem.task->tests) f(test.quantity.value);
+}
+
+bool is_read(const Problem& problem, const std::string& coefficient) {
+  bool found = false;
+  for_each_reader(problem, [&](const Expr& e) {
+    found = found || any_part(e, [&](const Expr& part) {
+              const auto* field = std::get_if<Field>(&part->kind);
+              return field && field->name == coefficient;
+            });
+  });
+  return found;
+}
+
+}  // namespace
+
+void drop_unused(Draft& draft) {
+  if (draft.program) return;
+  Problem& problem = draft.problem;
+  std::vector<Coefficient> kept;
+  for (const Coefficient& coefficient : problem.coefficients) {
+    if (is_read(problem, coefficient.name)) {
+      kept.push_back(coefficient);
+    } else {
+      problem.dropped.push_back("coefficient " + coefficient.name + ": nothing reads it");
+    }
+  }
+  problem.coefficients = std::move(kept);
+  for (const Parameter& parameter : problem.params) {
+    if (draft.used.contains(parameter.name)) continue;
+    problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
+    draft.sink.report("unused-parameter", draft.scope.find(parameter.name)->declared, {parameter.name});
+  }
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/model.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace dpde::model {
+
+Expr::Expr(double value) : node_(std::make_shared<const Node>(Node{Number{value}, {}})) {}
+
+Expr::Expr(Node node) : node_(std::make_shared<const Node>(std::move(node))) {}
+
+bool Expr::operator==(const Expr& other) const { return node_ == other.node_ || *node_ == *other.node_; }
+
+const State* Problem::find_state(const std::string& name) const {
+  const auto found = std::find_if(states.begin(), states.end(), [&](const State& s) { return s.name == name; });
+  return found == states.end() ? nullptr : &*found;
+}
+
+const Parameter* Problem::find_param(const std::string& name) const {
+  const auto found = std::find_if(params.begin(), params.end(), [&](const Parameter& p) { return p.name == name; });
+  return found == params.end() ? nullptr : &*found;
+}
+
+}  // namespace dpde::model

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/print_model.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <vector>
+
+#include "support/assert.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr int atom = 8;
+constexpr double pi = 3.141592653589793;
+constexpr const char* axis_names[] = {"x", "y", "z"};
+
+/// A text and how tightly its outermost operator binds.
+struct Piece {
+  std::string text;
+  int precedence = atom;
+};
+
+Piece piece(const Expr& e);
+
+std::string wrapped(const Expr& e, int least) {
+  const Piece inner = piece(e);
+  return inner.precedence < least ? "(" + inner.text + ")" : inner.text;
+}
+
+std::string bare(const Expr& e) { return piece(e).text; }
+
+std::string list(const std::vector<Expr>& items) {
+  std::vector<std::string> texts;
+  for (const Expr& item : items) texts.push_back(bare(item));
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+Piece number_piece(double value) {
+  if (value == pi) return {"pi"};
+  return {fmt::format("{}", value), value < 0 ? unary_precedence : atom};
+}
+
+/// a - (b - c), (a^b)^c and -a^2 keep their parentheses; a*b and a/b stand close, sums and comparisons do not.
+Piece binary_piece(const Binary& b) {
+  const int own = precedence(b.op);
+  const bool is_power = b.op == BinaryOp::power;
+  const bool compares = own == precedence(BinaryOp::less);
+  const std::string left = wrapped(b.left, is_power || compares ? own + 1 : own);
+  const std::string right = wrapped(b.right, is_power ? own : own + 1);
+  const char* space = own >= precedence(BinaryOp::multiply) ? "" : " ";
+  return {fmt::format("{}{}{}{}{}", left, space, spelling(b.op), space, right), own};
+}
+
+Piece derivative_piece(const Derivative& d) {
+  if (d.order == 1) return {fmt::format("d{}({})", axis_names[d.axis], bare(d.operand))};
+  return {fmt::format("d({}, {}, {})", bare(d.operand), axis_names[d.axis], d.order)};
+}
+
+Piece advect_piece(const Advect& a) {
+  const std::string velocity = a.velocity.size() == 1 ? bare(a.velocity.front()) : "(" + list(a.velocity) + ")";
+  return {fmt::format("advect({}, {})", velocity, bare(a.operand))};
+}
+
+const char* word_for(Reduce::Kind kind) {
+  switch (kind) {
+    case Reduce::Kind::mean: return "mean";
+    case Reduce::Kind::sum: return "sum";
+    case Reduce::Kind::integral: return "integral";
+  }
+  unreachable("reduction");
+}
+
+Piece piece(const Expr& e) {
+  return match(
+      e->kind, [](const Number& n) { return number_piece(n.value); }, [](const Param& p) { return Piece{p.name}; },
+      [](const Field& f) { return Piece{f.name}; }, [](const Coordinate& c) { return Piece{axis_names[c.axis]}; },
+      [](const Neg& n) { return Piece{"-" + wrapped(n.operand, unary_precedence), unary_precedence}; },
+      [](const Binary& b) { return binary_piece(b); },
+      [](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
+      [](const Select& s) { return Piece{fmt::format("if({}, {}, {})", bare(s.condition), bare(s.yes), bare(s.no))}; },
+      [](const Derivative& d) { return derivative_piece(d); }, [](const Advect& a) { return advect_piece(a); },
+      [](const Reduce& r) { return Piece{fmt::format("{}({})", word_for(r.reduction), bare(r.operand))}; });
+}
+
+std::string text_of(const Source& source) {
+  return source.formula ? print(*source.formula) : fmt::format("load(\"{}\")", source.file);
+}
+
+std::string text_of(const Side& side) {
+  switch (side.kind) {
+    case SideKind::value: return " = " + print(side.value);
+    case SideKind::zero_gradient: return " zero_gradient";
+  }
+  unreachable("side");
+}
+
+std::string text_of(const When& when) {
+  switch (when.kind) {
+    case When::Kind::end: return "";
+    case When::Kind::at: return fmt::format(" at t = {}", fmt::join(when.times, ", "));
+    case When::Kind::over: return " over time";
+  }
+  unreachable("when");
+}
+
+std::string text_of(const Axis& axis) {
+  return fmt::format("grid {} = {} .. {}, cells {}{}", axis.name, bare(axis.low), bare(axis.high), axis.cells,
+                     axis.topology == Topology::periodic ? ", periodic" : "");
+}
+
+/// "" when all axes are periodic.
+std::string boundary_text(const Problem& problem, const State& state) {
+  std::vector<std::string> sides;
+  for (std::size_t i = 0; i < problem.axes.size() && i < state.boundary.size(); ++i) {
+    if (problem.axes[i].topology == Topology::periodic) continue;
+    sides.push_back(problem.axes[i].name + ".low" + text_of(state.boundary[i].low));
+    sides.push_back(problem.axes[i].name + ".high" + text_of(state.boundary[i].high));
+  }
+  return sides.empty() ? "" : fmt::format("boundary {}: {}", state.name, fmt::join(sides, ", "));
+}
+
+std::vector<std::string> scene_lines(const Problem& p) {
+  std::vector<std::string> lines;
+  for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
+  for (const Parameter& param : p.params) {
+    lines.push_back(fmt::format("{} = {}{}", param.name, bare(param.value), param.unknown ? "  # unknown" : ""));
+  }
+  for (const Coefficient& c : p.coefficients) lines.push_back(fmt::format("{} = {}", c.name, text_of(c.value)));
+  for (const State& state : p.states) {
+    if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
+  }
+  for (const State& state : p.states) {
+    const std::string boundary = boundary_text(p, state);
+    if (!boundary.empty()) lines.push_back(boundary);
+  }
+  for (const State& state : p.states) lines.push_back(fmt::format("initial {} = {}", state.name, text_of(state.initial)));
+  for (const State& state : p.states) {
+    if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
+  }
+  for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
+  lines.push_back(fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
+  for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
+  return lines;
+}
+
+std::string text_of(const Datum& datum) {
+  const std::string value = datum.scene.empty() ? fmt::format("load(\"{}\")", datum.file)
+                                                : fmt::format("{} from scene {}", datum.field, datum.scene);
+  return fmt::format("data {} = {}{}", datum.name, value, text_of(datum.when));
+}
+
+std::string text_of(const Optimiser& optimiser) {
+  const auto text = [&]() -> std::string {
+    switch (optimiser.kind) {
+      case Optimiser::Kind::gradient_descent: return fmt::format("gradient_descent(rate = {})", optimiser.rate);
+      case Optimiser::Kind::adam: return fmt::format("adam(rate = {})", optimiser.rate);
+      case Optimiser::Kind::lbfgs: return "lbfgs()";
+    }
+    unreachable("optimiser");
+  };
+  return fmt::format("using {}, iterations {}", text(), optimiser.iterations);
+}
+
+std::vector<std::string> task_lines(const Task& task) {
+  std::vector<std::string> lines;
+  for (const Datum& datum : task.data) lines.push_back(text_of(datum));
+  for (const Unknown& unknown : task.unknowns) {
+    lines.push_back(fmt::format("unknown {}{} from {}", unknown.initial ? "initial " : "", unknown.name, text_of(unknown.from)));
+  }
+  for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
+  if (task.optimiser) lines.push_back(text_of(*task.optimiser));
+  for (const Test& test : task.tests) {
+    lines.push_back(fmt::format("test {} = {}{}", test.quantity.name, print(test.quantity.value), text_of(test.when)));
+  }
+  return lines;
+}
+
+std::string advect_text(const Scheme& scheme) {
+  switch (scheme.advect) {
+    case Advection::central: return fmt::format("central({})", scheme.advect_order);
+    case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
+    case Advection::semi_lagrangian: return "semi_lagrangian";
+  }
+  unreachable("advection");
+}
+
+std::string time_text(TimeScheme time) {
+  switch (time) {
+    case TimeScheme::euler: return "euler";
+    case TimeScheme::rk2: return "rk2";
+    case TimeScheme::rk4: return "rk4";
+  }
+  unreachable("time scheme");
+}
+
+std::string text_of(const Scheme& s) {
+  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {} }}\n", s.name, advect_text(s),
+                     s.derivative_order, s.laplacian_order, time_text(s.time));
+}
+
+std::string block(const std::string& head, const std::vector<std::string>& lines) {
+  return fmt::format("{} {{\n  {}\n}}\n", head, fmt::join(lines, "\n  "));
+}
+
+}  // namespace
+
+std::string print(const Expr& expr) { return bare(expr); }
+
+std::string print(const Problem& problem) {
+  const std::string of = problem.program.empty() ? problem.model : problem.program;
+  std::string text = block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
+  text += "\n" + text_of(problem.scheme);
+  if (problem.task) {
+    text += "\n" + block(fmt::format("task {} : {}", problem.task->name, problem.scene), task_lines(*problem.task));
+  }
+  return text;
+}
+
+}  // namespace dpde::model

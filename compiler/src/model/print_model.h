@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// Problems as text (stage `model`): the words of the language, with numbers evaluated, operators spelled out over the
+// axes, and what was dropped as comments. For people: it is not read back.
+#pragma once
+
+#include <string>
+
+#include "model/model.h"
+
+namespace dpde::model {
+
+std::string print(const Problem& problem);
+std::string print(const Expr& expr);
+
+}  // namespace dpde::model

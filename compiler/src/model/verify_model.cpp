@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/verify_model.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "model/build.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr std::string_view axis_names[] = {"x", "y", "z"};
+
+bool is_comparison(BinaryOp op) { return precedence(op) == precedence(BinaryOp::less); }
+bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
+bool is_condition(const Expr& e) {
+  const auto* b = std::get_if<Binary>(&e->kind);
+  return b && (is_comparison(b->op) || is_logical(b->op));
+}
+
+/// What an expression may be made of beside numbers and parameters.
+struct Allowed {
+  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false;
+};
+constexpr Allowed equation{true, true, true, true, false};
+constexpr Allowed formula{false, true, false, false, false};
+constexpr Allowed exact{false, true, true, false, false};
+constexpr Allowed boundary{false, false, false, false, false};
+constexpr Allowed quantity{true, true, true, true, true};
+
+class Verifier {
+ public:
+  explicit Verifier(const Problem& problem) : problem_(problem) {}
+
+  std::vector<std::string> run() {
+    check_axes();
+    check_time();
+    collect_names();
+    check_states();
+    for (const Coefficient& c : problem_.coefficients) check_source(c.value, "coefficient " + c.name, formula);
+    for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
+    if (problem_.task) check_task(*problem_.task);
+    return mistakes_;
+  }
+
+ private:
+  void demand(bool condition, std::string mistake) {
+    if (!condition) mistakes_.push_back(std::move(mistake));
+  }
+
+  void check_axes() {
+    demand(!problem_.axes.empty() && problem_.axes.size() <= 3, fmt::format("{} axes", problem_.axes.size()));
+    for (std::size_t i = 0; i < problem_.axes.size() && i < 3; ++i) {
+      const Axis& axis = problem_.axes[i];
+      demand(axis.name == axis_names[i], fmt::format("axis {} is called {}", i, axis.name));
+      demand(axis.cells >= 1, fmt::format("axis {} has {} cells", axis.name, axis.cells));
+      demand(std::isfinite(axis.low) && std::isfinite(axis.high) && axis.low < axis.high,
+             fmt::format("axis {} reaches from {} to {}", axis.name, axis.low, axis.high));
+    }
+  }
+
+  void check_time() {
+    demand(std::isfinite(problem_.t_begin), "the run begins at no time");
+    demand(std::isfinite(problem_.step) && problem_.step > 0, fmt::format("the step is {}", problem_.step));
+    demand(problem_.steps > 0, fmt::format("the run has {} steps", problem_.steps));
+  }
+
+  void add_name(std::set<std::string>& names, const std::string& name) {
+    demand(!name.empty(), "a thing without name");
+    demand(!fields_.contains(name) && !params_.contains(name), fmt::format("two things are called {}", name));
+    names.insert(name);
+  }
+
+  void collect_names() {
+    for (const State& state : problem_.states) add_name(fields_, state.name);
+    for (const Coefficient& coefficient : problem_.coefficients) add_name(fields_, coefficient.name);
+    for (const Parameter& param : problem_.params) {
+      add_name(params_, param.name);
+      demand(std::isfinite(param.value), fmt::format("parameter {} is {}", param.name, param.value));
+      if (param.unknown) unknowns_.insert(param.name);
+    }
+  }
+
+  void check_states() {
+    demand(!problem_.states.empty(), "there is no state");
+    demand(problem_.model.empty() != problem_.program.empty(), "the step is a model or a program");
+    for (const State& state : problem_.states) {
+      demand(state.rhs.has_value() == problem_.program.empty(),
+             fmt::format("state {} has {} equation", state.name, state.rhs ? "an" : "no"));
+      if (state.rhs) check(*state.rhs, "equation of " + state.name, equation);
+      check_source(state.initial, "initial state of " + state.name, formula);
+      if (state.exact) check(*state.exact, "exact solution of " + state.name, exact);
+      demand(state.boundary.size() == problem_.axes.size(),
+             fmt::format("state {} has boundaries on {} axes", state.name, state.boundary.size()));
+      for (const AxisSides& sides : state.boundary) {
+        for (const Side* side : {&sides.low, &sides.high}) {
+          check(side->value, "boundary of " + state.name, boundary);
+          demand(!reads_unknown(side->value), fmt::format("the boundary of {} depends on an unknown", state.name));
+        }
+      }
+    }
+    for (const Coefficient& coefficient : problem_.coefficients) {
+      demand(!coefficient.value.formula || !reads_unknown(*coefficient.value.formula),
+             fmt::format("coefficient {} depends on an unknown", coefficient.name));
+    }
+  }
+
+  bool reads_unknown(const Expr& e) const {
+    return any_part(e, [&](const Expr& part) {
+      const auto* param = std::get_if<Param>(&part->kind);
+      return param && unknowns_.contains(param->name);
+    });
+  }
+
+  void check_source(const Source& source, const std::string& where, Allowed allowed) {
+    demand(source.formula.has_value() == source.file.empty(), where + ": neither a formula nor a file, or both");
+    if (source.formula) check(*source.formula, where, allowed);
+  }
+
+  void check_task(const Task& task) {
+    for (const Datum& datum : task.data) {
+      demand(datum.scene.empty() == datum.field.empty() && datum.scene.empty() != datum.file.empty(),
+             fmt::format("datum {} comes from a file or from a scene", datum.name));
+      add_name(fields_, datum.name);
+    }
+    demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
+    for (const Unknown& unknown : task.unknowns) {
+      const bool exists = unknown.initial ? problem_.find_state(unknown.name) != nullptr : unknowns_.contains(unknown.name);
+      demand(exists, fmt::format("unknown {} is nothing", unknown.name));
+      check_source(unknown.from, "start of " + unknown.name, unknown.initial ? formula : boundary);
+    }
+    for (const Loss& loss : task.losses) {
+      check(loss.value, "loss", quantity);
+      check_when(loss.when, "loss");
+    }
+    for (const Test& test : task.tests) {
+      check(test.quantity.value, "test " + test.quantity.name, quantity);
+      check_when(test.when, "test " + test.quantity.name);
+    }
+    if (!task.optimiser) return;
+    demand(task.optimiser->iterations >= 1, "the optimiser has no iterations");
+    demand(task.optimiser->kind == Optimiser::Kind::lbfgs || task.optimiser->rate > 0, "the optimiser has no rate");
+  }
+
+  void check_when(const When& when, const std::string& where) {
+    demand((when.kind == When::Kind::at) != when.times.empty(), where + ": times without at, or at without times");
+    for (const double time : when.times) {
+      const double place = (time - problem_.t_begin) / problem_.step;
+      demand(place > -0.5 && place < problem_.steps + 0.5 && std::abs(place - std::round(place)) < 1e-3,
+             fmt::format("{}: t = {} is no state of the run", where, time));
+    }
+  }
+
+  void check(const Expr& e, const std::string& where, Allowed allowed) {
+    demand(!is_condition(e), where + ": a condition stands where a number is needed");
+    check_node(e, where, allowed);
+  }
+
+  /// Children of `e` are numbers, except the first of a select and those of and, or.
+  void check_children(const Expr& e, const std::string& where, Allowed allowed) {
+    const auto* select = std::get_if<Select>(&e->kind);
+    const auto* b = std::get_if<Binary>(&e->kind);
+    bool first = true;
+    for_each_part(e, [&](const Expr& part) {
+      const bool wants_condition = (select && first) || (b && is_logical(b->op));
+      demand(is_condition(part) == wants_condition, where + ": a condition and a number are mixed up");
+      first = false;
+      check_node(part, where, allowed);
+    });
+  }
+
+  void check_node(const Expr& e, const std::string& where, Allowed allowed) {
+    const auto need = [&](bool is_allowed, const char* what) { demand(is_allowed, where + ": " + what + " cannot stand here"); };
+    Allowed inside = allowed;
+    match(
+        e->kind, [&](const Number& n) { demand(std::isfinite(n.value), where + ": a number is not finite"); },
+        [&](const Param& p) {
+          if (p.name == "t") need(allowed.time, "t");
+          demand(p.name == "t" || params_.contains(p.name), fmt::format("{}: there is no parameter {}", where, p.name));
+        },
+        [&](const Field& f) {
+          need(allowed.fields, "a field");
+          demand(fields_.contains(f.name), fmt::format("{}: there is no field {}", where, f.name));
+        },
+        [&](const Coordinate& c) {
+          need(allowed.coordinates, "a coordinate");
+          demand(has_axis(c.axis), fmt::format("{}: there is no axis {}", where, c.axis));
+        },
+        [](const Neg&) {}, [](const Binary&) {},
+        [&](const Call& c) {
+          demand(static_cast<int>(c.arguments.size()) == arity(c.fn),
+                 fmt::format("{}: {} has {} arguments", where, name_of(c.fn), c.arguments.size()));
+        },
+        [](const Select&) {},
+        [&](const Derivative& d) {
+          need(allowed.derivatives, "a derivative");
+          demand(has_axis(d.axis) && (d.order == 1 || d.order == 2),
+                 fmt::format("{}: derivative of order {} along axis {}", where, d.order, d.axis));
+        },
+        [&](const Advect& a) {
+          need(allowed.derivatives, "advection");
+          demand(a.velocity.size() == problem_.axes.size(), fmt::format("{}: velocity of {} components", where, a.velocity.size()));
+        },
+        [&](const Reduce&) {
+          need(allowed.reductions, "a reduction");
+          inside.reductions = false;
+        });
+    check_children(e, where, inside);
+  }
+
+  bool has_axis(int axis) const { return axis >= 0 && axis < static_cast<int>(problem_.axes.size()); }
+
+  const Problem& problem_;
+  std::set<std::string> fields_, params_, unknowns_;
+  std::vector<std::string> mistakes_;
+};
+
+}  // namespace
+
+std::vector<std::string> verify(const Problem& problem) { return Verifier(problem).run(); }
+
+}  // namespace dpde::model

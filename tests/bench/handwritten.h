@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hand-written fused ghost-cell sweeps: what generated code is compared with (shared/design/speed.md, section 2).
+//
+// All work on fields with a dpde_layout (halo >= 1, periodic axes) given by their base pointers, read fields whose halos
+// are filled, and leave the halos of what they write filled: the ends of each row right after the row.
+#pragma once
+
+#include <cstdint>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde::handwritten {
+
+/// u_t = -u u_x + nu u_xx, Euler, central differences: a = dt / (2 h), c = nu dt / h^2.
+struct Burgers {
+  double a, c;
+};
+void burgers1d_step(const dpde_layout& layout, const double* u, double* next, Burgers p);
+/// bar = transpose of the step at u, times seed.
+void burgers1d_adjoint(const dpde_layout& layout, const double* u, const double* seed, double* bar, Burgers p);
+
+/// States k = 0 .. steps at trajectory + k * layout.size (pointers to cell 0); state 0 is given.
+void burgers1d_forward(const dpde_layout& layout, double* trajectory, int steps, Burgers p);
+/// Loss sum (u - target)^2 at the end and its gradient in the initial state; returns the loss. bars: two fields; the
+/// gradient ends in the first when `steps` is even.
+double burgers1d_gradient(const dpde_layout& layout, double* trajectory, int steps, Burgers p, const double* target, double* const bars[2]);
+
+/// Two velocities, u_t = -u u_x - v u_y + nu lap u, the same for v; hx = hy.
+struct Velocity {
+  const double *u, *v;
+};
+struct NextVelocity {
+  double *u, *v;
+};
+void burgers2d_step(const dpde_layout& layout, Velocity from, NextVelocity to, Burgers p);
+void burgers2d_adjoint(const dpde_layout& layout, Velocity at, Velocity seed, NextVelocity bar, Burgers p);
+
+/// next = u + c (sum of 6 neighbours - 6 u); y in tiles.
+void heat3d_step(const dpde_layout& layout, const double* u, double* next, double c);
+
+/// Rooflines: to = from, over all elements.
+void copy(double* to, const double* from, int64_t count);
+/// to = from + factor * more
+void triad(double* to, const double* from, const double* more, double factor, int64_t count);
+
+/// The same kernels as row functions; uniforms are a, c (heat: c).
+/// streams: u[-1], u, u[+1], next
+void burgers1d_row(const dpde_row* row);
+/// streams: u[-1], u, u[+1], seed[-1], seed, seed[+1], bar
+void burgers1d_adjoint_row(const dpde_row* row);
+/// streams: centre, west, east, south, north of u, then of v, then the next u and v
+void burgers2d_row(const dpde_row* row);
+/// streams: centre, west, east, south, north of u, v, seed of u, seed of v; then bars of u and v
+void burgers2d_adjoint_row(const dpde_row* row);
+/// streams: centre, west, east, south, north, below, above, next
+void heat3d_row(const dpde_row* row);
+/// streams: u, target; sum
+void square_row(const dpde_row* row);
+/// streams: u, target, bar
+void square_adjoint_row(const dpde_row* row);
+
+}  // namespace dpde::handwritten

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds dpde_program tables by hand: tests of the runtime need no compiler.
+//
+//   TestProgram p("step", 1, {"u"}, {"u_next"});            inputs, other fields
+//   p.sweep(row, {{"u", -1}, {"u", 1}, {"u_next"}});        streams: field and offsets x, y, z
+//   Executor executor(p.table(), layout);
+#pragma once
+
+#include <array>
+#include <deque>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde::test {
+
+struct StreamOf {
+  std::string field;
+  int x = 0, y = 0, z = 0;
+};
+
+constexpr dpde_boundary periodic{DPDE_PERIODIC, DPDE_PERIODIC, -1, -1};
+
+class TestProgram {
+ public:
+  TestProgram(std::string name, int rank, std::vector<std::string> inputs, std::vector<std::string> others = {})
+      : name_(std::move(name)), rank_(rank), input_count_(static_cast<int>(inputs.size())), fields_(std::move(inputs)) {
+    fields_.insert(fields_.end(), others.begin(), others.end());
+  }
+  TestProgram(const TestProgram&) = delete;
+  TestProgram& operator=(const TestProgram&) = delete;
+
+  void params(std::vector<std::string> names, void (*compute)(const double*, double*), int uniform_count) {
+    params_ = std::move(names);
+    compute_ = compute;
+    uniform_count_ = uniform_count;
+  }
+  void sums(std::vector<std::string> names) { sums_ = std::move(names); }
+  void halo(std::array<int64_t, 3> halo) { halo_ = halo; }
+  void swap(const std::string& state, const std::string& next) { swaps_.push_back({index(fields_, state), index(fields_, next)}); }
+
+  dpde_fill fill_of(const std::string& field, std::array<dpde_boundary, 3> axes = {periodic, periodic, periodic}) const {
+    return {index(fields_, field), {axes[0], axes[1], axes[2]}};
+  }
+  void prepare(const dpde_fill& fill) { prepare_.push_back(fill); }
+  void fill(const dpde_fill& fill) { operations_.push_back({DPDE_FILL, fill, 0, {}, 0, 0, nullptr}); }
+  void fold(const dpde_fill& fill, std::array<int64_t, 3> grow) {
+    operations_.push_back({DPDE_FOLD, fill, 0, {grow[0], grow[1], grow[2]}, 0, 0, nullptr});
+  }
+  void sweep(dpde_row_fn row, const std::vector<StreamOf>& streams, std::vector<dpde_fill> then = {}, const std::vector<std::string>& sums = {},
+             std::array<int64_t, 3> grow = {}, bool serial = false, const std::vector<std::string>& grids = {}) {
+    std::vector<dpde_stream>& table = streams_.emplace_back();
+    for (const StreamOf& stream : streams) table.push_back({index(fields_, stream.field), {stream.x, stream.y, stream.z}, 0});
+    std::vector<int>& sum_table = indices_.emplace_back();
+    for (const std::string& sum : sums) sum_table.push_back(index(sums_, sum));
+    std::vector<int>& grid_table = indices_.emplace_back();
+    for (const std::string& grid : grids) grid_table.push_back(index(fields_, grid));
+    kernels_.push_back({"kernel", row, static_cast<int>(table.size()), table.data(), static_cast<int>(grid_table.size()), grid_table.data(),
+                        static_cast<int>(sum_table.size()), sum_table.data()});
+    const std::vector<dpde_fill>& then_table = thens_.emplace_back(std::move(then));
+    operations_.push_back({DPDE_SWEEP, {}, static_cast<int>(kernels_.size()) - 1, {grow[0], grow[1], grow[2]}, serial ? 1 : 0,
+                           static_cast<int>(then_table.size()), then_table.data()});
+  }
+
+  const dpde_program& table() {
+    for (const auto& [names, pointers] : {std::pair{&fields_, &field_names_}, {&params_, &param_names_}, {&sums_, &sum_names_}}) {
+      pointers->clear();
+      for (const std::string& name : *names) pointers->push_back(name.c_str());
+    }
+    table_ = {};
+    table_.version = DPDE_ABI_VERSION;
+    table_.name = name_.c_str();
+    table_.rank = rank_;
+    for (size_t a = 0; a < 3; ++a) table_.halo[a] = halo_[a];
+    table_.field_count = static_cast<int>(fields_.size());
+    table_.input_count = input_count_;
+    table_.fields = field_names_.data();
+    table_.param_count = static_cast<int>(params_.size());
+    table_.params = param_names_.data();
+    table_.uniform_count = uniform_count_;
+    table_.compute_uniforms = compute_;
+    table_.sum_count = static_cast<int>(sums_.size());
+    table_.sums = sum_names_.data();
+    table_.kernel_count = static_cast<int>(kernels_.size());
+    table_.kernels = kernels_.data();
+    table_.prepare_count = static_cast<int>(prepare_.size());
+    table_.prepare = prepare_.data();
+    table_.operation_count = static_cast<int>(operations_.size());
+    table_.operations = operations_.data();
+    table_.swap_count = static_cast<int>(swaps_.size());
+    table_.swaps = swaps_.data();
+    return table_;
+  }
+
+ private:
+  static int index(const std::vector<std::string>& names, const std::string& name) {
+    for (size_t i = 0; i < names.size(); ++i) {
+      if (names[i] == name) return static_cast<int>(i);
+    }
+    throw std::string("no such name: " + name);
+  }
+
+  std::string name_;
+  int rank_, input_count_, uniform_count_ = 0;
+  void (*compute_)(const double*, double*) = nullptr;
+  std::array<int64_t, 3> halo_{};
+  std::vector<std::string> fields_, params_, sums_;
+  std::vector<const char*> field_names_, param_names_, sum_names_;
+  std::deque<std::vector<dpde_stream>> streams_;
+  std::deque<std::vector<int>> indices_;
+  std::deque<std::vector<dpde_fill>> thens_;
+  std::vector<dpde_kernel> kernels_;
+  std::vector<dpde_fill> prepare_;
+  std::vector<dpde_operation> operations_;
+  std::vector<dpde_swap> swaps_;
+  dpde_program table_{};
+};
+
+}  // namespace dpde::test

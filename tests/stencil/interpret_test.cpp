@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+// The reference semantics against hand-computed values and against the identities that define transposes.
+#include "stencil/interpret.h"
+
+#include <cmath>
+
+#include "stencil_text.h"
+
+namespace dpde::stencil {
+namespace {
+
+const Side zero_value{SideKind::value, 0.0};
+const Side zero_gradient{SideKind::zero_gradient, 0.0};
+
+/// All sorts of boundaries of one axis whose fill is linear.
+const std::vector<AxisBoundary> sorts = {
+    {Topology::periodic, {}, {}},
+    {Topology::bounded, zero_value, zero_value},
+    {Topology::bounded, zero_value, zero_gradient},
+    {Topology::bounded, zero_gradient, zero_value},
+    {Topology::bounded, zero_gradient, zero_gradient},
+};
+
+template <class F>
+void for_each_boundary(int rank, const F& f) {
+  int count = 1;
+  for (int axis = 0; axis < rank; ++axis) count *= static_cast<int>(sorts.size());
+  for (int code = 0; code < count; ++code) {
+    std::vector<AxisBoundary> axes;
+    for (int axis = 0, rest = code; axis < rank; ++axis, rest /= static_cast<int>(sorts.size())) {
+      axes.push_back(sorts[rest % sorts.size()]);
+    }
+    f(axes);
+  }
+}
+
+std::vector<double> along_x(const State& state, const std::string& field) {
+  std::vector<double> values;
+  for (int i = -state.halo(0); i < state.grid().cells[0] + state.halo(0); ++i) values.push_back(state.at(field, i));
+  return values;
+}
+
+TEST(Interpret, FillsByRepeatedReflection) {
+  State state({1, {2, 1, 1}}, 5);
+  state.set("u", {1, 2});
+  apply(state, Fill{"u", {{Topology::periodic, {}, {}}}}, {});
+  EXPECT_EQ(along_x(state, "u"), (std::vector<double>{2, 1, 2, 1, 2, 1, 2, 1, 2, 1, 2, 1}));
+  apply(state, Fill{"u", {{Topology::bounded, zero_gradient, zero_gradient}}}, {});
+  EXPECT_EQ(along_x(state, "u"), (std::vector<double>{1, 1, 2, 2, 1, 1, 2, 2, 1, 1, 2, 2}));
+  // u[-1-k] = 2*10 - u[k], u[n+k] = 2*20 - u[n-1-k]: a straight rise of 20 each time both walls are passed
+  apply(state, Fill{"u", {{Topology::bounded, {SideKind::value, 10.0}, {SideKind::value, param("a")}}}}, {{"a", 20}});
+  EXPECT_EQ(along_x(state, "u"), (std::vector<double>{-1, -19, -18, 18, 19, 1, 2, 38, 39, 21, 22, 58}));
+}
+
+TEST(Interpret, FillOfOneCell) {
+  State state({1, {1, 1, 1}}, 3);
+  state.set("u", {7});
+  apply(state, Fill{"u", {{Topology::bounded, zero_value, zero_gradient}}}, {});
+  EXPECT_EQ(along_x(state, "u"), (std::vector<double>{7, -7, -7, 7, 7, -7, -7}));
+}
+
+TEST(Interpret, FillsAxesOneAfterTheOther) {
+  State state({2, {2, 1, 1}}, 1);
+  state.set("u", {1, 2});
+  apply(state, Fill{"u", {{Topology::periodic, {}, {}}, {Topology::bounded, zero_value, {SideKind::value, 5.0}}}}, {});
+  EXPECT_EQ(state.at("u", -1, -1), -2);  // the corner: x first, then the wall
+  EXPECT_EQ(state.at("u", 2, 1), 9);
+}
+
+/// <fill(u), w> over interior and `width` halo cells of bounded axes; w is 0 in the halo of periodic ones.
+void check_transpose(const Grid& grid, const std::vector<AxisBoundary>& axes, int width, Random& random) {
+  State state(grid, width);
+  random.fill_interior(state, "u");
+  state.poison("w");
+  double left = 0, right = 0, size = 0;
+  apply(state, Fill{"u", axes}, {});
+  for_each_cell(grid, width, [&](int i, int j, int k) {
+    const int cell[] = {i, j, k};
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+      const bool in_halo = cell[axis] < 0 || cell[axis] >= grid.cells[axis];
+      if (in_halo && axes[axis].topology == Topology::periodic) return;
+    }
+    state.at("w", i, j, k) = random();
+    left += state.at("w", i, j, k) * state.at("u", i, j, k);
+    size += std::abs(state.at("w", i, j, k));
+  });
+  apply(state, Fold{"w", width, axes});
+  for_each_cell(grid, 0, [&](int i, int j, int k) { right += state.at("w", i, j, k) * state.at("u", i, j, k); });
+  EXPECT_NEAR(left, right, 1e-14 * size) << "rank " << grid.rank << " width " << width << " cells " << grid.cells[0];
+}
+
+TEST(Interpret, FoldIsTheTransposeOfFill) {
+  Random random(1);
+  for (int rank = 1; rank <= 3; ++rank) {
+    for_each_boundary(rank, [&](const std::vector<AxisBoundary>& axes) {
+      for (int width = 1; width <= (rank == 3 ? 3 : 4); ++width) {
+        for_each_grid(rank, rank == 3 ? 3 : 6, [&](const Grid& grid) { check_transpose(grid, axes, width, random); });
+      }
+    });
+  }
+}
+
+TEST(Interpret, FoldClearsTheHaloItFolds) {
+  State state({1, {2, 1, 1}}, 2);
+  for (int i = -2; i < 4; ++i) state.at("w", i) = i + 3;  // 1 2 | 3 4 | 5 6
+  apply(state, Fold{"w", 1, {{Topology::bounded, zero_value, zero_gradient}}});
+  EXPECT_EQ(along_x(state, "w"), (std::vector<double>{1, 0, 1, 9, 0, 6}));
+  apply(state, Fold{"w", 2, {{Topology::periodic, {}, {}}}});
+  EXPECT_EQ(along_x(state, "w"), (std::vector<double>{1, 0, 1, 9, 0, 6}));
+}
+
+TEST(Interpret, StepOfAHandWrittenProgram) {
+  const Module m = module_of(R"(
+kernel heat(u: field halo 1, out u_next: field, sum total: param, nu: param) {
+  let lap = u[-1] - 2*u + u[+1]
+  u_next = u + nu*lap
+  total += u
+}
+program step {
+  fill u x.low = 1, x.high = zero_gradient
+  run heat
+  swap u, u_next
+}
+)");
+  State state({1, {3, 1, 1}}, 1);
+  state.set("u", {1, 2, 4});
+  const auto sums = interpret(m, m.programs[0], state, {{"nu", 0.5}});
+  EXPECT_EQ(state.get("u"), (std::vector<double>{1.5, 2.5, 3}));  // halo: 1 and 4
+  EXPECT_EQ(sums.at("total"), 7);
+  EXPECT_TRUE(std::isnan(state.at("u_next", 0)));
+  EXPECT_TRUE(std::isnan(state.at("u", -1)));  // the halo was not computed
+}
+
+TEST(Interpret, InsideAndGrownRegions) {
+  const Module m = module_of(R"(
+kernel k(u: field halo 1, out v: field, out here: field) {
+  v = if(inside[+1, 0], u[+1, 0], 100)
+  here = inside[0, -1] grow 1
+}
+program p {
+  axes x bounded, y periodic
+  run k grow 1
+  keep v, here
+}
+)");
+  State state({2, {2, 2, 1}}, 2);
+  state.set("u", {1, 2, 3, 4});
+  interpret(m, m.programs[0], state, {});
+  const std::vector<double> v = {state.at("v", -1, 1), state.at("v", 0, 1), state.at("v", 1, 1), state.at("v", 2, 1)};
+  EXPECT_EQ(v, (std::vector<double>{3, 4, 100, 100}));
+  EXPECT_TRUE(std::isnan(state.at("v", 0, -1)));  // no growth along a periodic axis
+  EXPECT_EQ(state.at("here", -1, 0), 1);
+  EXPECT_EQ(state.at("here", 2, 1), 1);
+}
+
+TEST(Interpret, ReadsSeeTheFieldsAsTheyWere) {
+  const Module m = module_of(R"(
+kernel zero(out v: field) { v = 1 }
+kernel add(u: field, inout v: field, inout w: field) { v += u*v; w += 2*v }
+kernel one(out w: field) { w = 1 }
+program p { run zero; run one; run add; keep v, w }
+)");
+  State state({1, {2, 1, 1}}, 0);
+  state.set("u", {3, 5});
+  interpret(m, m.programs[0], state, {});
+  EXPECT_EQ(state.get("v"), (std::vector<double>{4, 6}));
+  EXPECT_EQ(state.get("w"), (std::vector<double>{3, 3}));
+}
+
+TEST(Interpret, SwapsHappenAtOnce) {
+  const Module m = module_of(R"(
+kernel k(u: field, v: field, out a: field, out b: field) { a = v; b = u }
+program p { run k; swap u, a; swap v, b }
+)");
+  State state({1, {1, 1, 1}}, 0);
+  state.set("u", {3});
+  state.set("v", {5});
+  interpret(m, m.programs[0], state, {});
+  EXPECT_EQ(state.get("u"), std::vector<double>{5});
+  EXPECT_EQ(state.get("v"), std::vector<double>{3});
+}
+
+TEST(Interpret, UnwrittenMemoryShows) {
+  const Module m = module_of("kernel k(u: field, out v: field) { v = u + 1 }\nprogram p { run k; keep v }\n");
+  State state({1, {2, 1, 1}}, 0);
+  interpret(m, m.programs[0], state, {});
+  EXPECT_TRUE(std::isnan(state.at("v", 0)));
+}
+
+TEST(Interpret, Coordinates) {
+  State state({1, {4, 1, 1}}, 1);
+  state.set_coordinate(0, Topology::periodic, -1, 0.5);
+  EXPECT_EQ(along_x(state, "x"), (std::vector<double>{0.75, -0.75, -0.25, 0.25, 0.75, -0.75}));
+  state.set_coordinate(0, Topology::bounded, -1, 0.5);
+  EXPECT_EQ(along_x(state, "x"), (std::vector<double>{-1.25, -0.75, -0.25, 0.25, 0.75, 1.25}));
+}
+
+// ---- interpolation -------------------------------------------------------------------------------------------------
+
+double interpolated(const std::string& axes, const std::string& fill, double d, const std::string& callee = "interp") {
+  const Module m = module_of("kernel k(u: field, out v: field, d: param) { v = " + callee + "(u[+1], d) }\nprogram p { axes " +
+                             axes + "; fill u " + fill + "; run k; keep v }\n");
+  State state({1, {4, 1, 1}}, 1);
+  state.set("u", {1, 2, 4, 8});
+  interpret(m, m.programs[0], state, {{"d", d}});
+  return state.at("v", 0);  // around cell 1
+}
+
+TEST(Interpret, InterpAlongAPeriodicAxis) {
+  const auto at = [](double d) { return interpolated("x periodic", "periodic", d); };
+  EXPECT_EQ(at(0), 2);
+  EXPECT_EQ(at(0.25), 2.5);
+  EXPECT_EQ(at(-0.5), 1.5);
+  EXPECT_EQ(at(2.5), 4.5);    // between cells 3 and 0
+  EXPECT_EQ(at(-1.25), 2.75); // between cells 3 and 0
+  EXPECT_EQ(at(4e6 + 1), 4);
+  EXPECT_EQ(interpolated("x periodic", "periodic", 0, "interp_dx"), 2);
+  EXPECT_EQ(interpolated("x periodic", "periodic", -0.5, "interp_dx"), 1);
+}
+
+TEST(Interpret, InterpAlongABoundedAxisIsClamped) {
+  const auto at = [](double d, const std::string& callee = "interp") {
+    return interpolated("x bounded", "x.low = 0, x.high = zero_gradient", d, callee);
+  };
+  EXPECT_EQ(at(0.25), 2.5);
+  EXPECT_EQ(at(-1.25), 0.5);  // -0.25, between the halo value -1 and 1
+  EXPECT_EQ(at(-1.5), 0);     // the wall itself
+  EXPECT_EQ(at(-7), 0);
+  EXPECT_EQ(at(2.25), 8);
+  EXPECT_EQ(at(1e300), 8);
+  EXPECT_EQ(at(-1.5, "interp_dx"), 2);
+  EXPECT_EQ(at(-1.75, "interp_dx"), 0);
+  EXPECT_EQ(at(2.5, "interp_dx"), 0);  // the halo repeats the last value
+  EXPECT_EQ(at(0, "interp_dx"), 2);
+}
+
+TEST(Interpret, InterpOfNoPlaceIsNaN) {
+  for (const double d : {double{NAN}, double{INFINITY}, -double{INFINITY}}) {
+    EXPECT_TRUE(std::isnan(interpolated("x periodic", "periodic", d)));
+    EXPECT_TRUE(std::isnan(interpolated("x bounded", "x = 0", d)));
+    EXPECT_TRUE(std::isnan(interpolated("x bounded", "x = 0", d, "interp_dx")));
+  }
+}
+
+TEST(Interpret, InterpIsMultilinear) {
+  const Module m = module_of(R"(
+kernel k(u: field, out v: field, out vx: field, out vxy: field, a, b: param) {
+  v = interp(u, a, b)
+  vx = interp_dx(u, a, b)
+  vxy = interp_dxdy(u, a, b)
+}
+program p { fill u periodic; run k; keep v, vx, vxy }
+)");
+  State state({2, {2, 2, 1}}, 1);
+  state.set("u", {1, 2, 5, 16});
+  interpret(m, m.programs[0], state, {{"a", 0.25}, {"b", 0.5}});
+  EXPECT_EQ(state.at("v", 0, 0), 0.5 * 1.25 + 0.5 * 7.75);
+  EXPECT_EQ(state.at("vx", 0, 0), 0.5 * 1 + 0.5 * 11);
+  EXPECT_EQ(state.at("vxy", 0, 0), 10);
+}
+
+/// The interp and scatter of one field with slopes as in `callee`; the displacement is a field.
+Module gather_and_scatter(int rank, const std::string& callee, const std::string& axes, const std::string& halo) {
+  std::string d;
+  for (int axis = 0; axis < rank; ++axis) d += std::string(", d") + "xyz"[axis];
+  std::string fields;
+  for (int axis = 0; axis < rank; ++axis) fields += std::string(", d") + "xyz"[axis] + ": field";
+  const std::string on = " on " + std::to_string(rank) + " axes";
+  return module_of("kernel gather(u: field" + fields + ", out v: field) { v = " + callee + "(u" + d + ") }\n" +
+                   "kernel zero(out u_bar: field)" + on + " { u_bar = 0 }\n" + "kernel scatter(v_bar: field" + fields +
+                   ", inout u_bar: field) { " + callee + "(u_bar" + d + ") += v_bar }\n" + "program forward { axes " + axes +
+                   "; fill u " + halo + "; run gather; keep v }\n" + "program back { axes " + axes +
+                   "; run zero grow 1; run scatter; fold u_bar grow 1 " + halo + "; keep u_bar }\n");
+}
+
+void check_scatter(const Module& m, const Grid& grid, Random& random) {
+  State state(grid, 1);
+  for (const std::string field : {"u", "v_bar", "dx", "dy", "dz"}) random.fill_interior(state, field);
+  for_each_cell(grid, 0, [&](int i, int j, int k) {
+    for (const std::string field : {"dx", "dy", "dz"}) state.at(field, i, j, k) = std::round(16 * state.at(field, i, j, k)) / 4;
+  });
+  interpret(m, *m.find_program("forward"), state, {});
+  interpret(m, *m.find_program("back"), state, {});
+  double left = 0, right = 0, size = 0;
+  for_each_cell(grid, 0, [&](int i, int j, int k) {
+    left += state.at("v", i, j, k) * state.at("v_bar", i, j, k);
+    right += state.at("u", i, j, k) * state.at("u_bar", i, j, k);
+    size += std::abs(state.at("u", i, j, k) * state.at("u_bar", i, j, k));
+  });
+  EXPECT_NEAR(left, right, 1e-14 * (1 + size)) << grid.cells[0] << " " << grid.cells[1] << " " << grid.cells[2];
+}
+
+TEST(Interpret, ScatterIsTheTransposeOfInterp) {
+  Random random(2);
+  struct Case {
+    int rank;
+    std::string callee, axes, halo;
+  };
+  const std::vector<Case> cases = {
+      {1, "interp", "x periodic", "periodic"},
+      {1, "interp", "x bounded", "x.low = 0, x.high = zero_gradient"},
+      {1, "interp_dx", "x bounded", "x.low = zero_gradient, x.high = 0"},
+      {1, "interp_dx", "x periodic", "periodic"},
+      {2, "interp", "x periodic, y bounded", "x periodic, y = 0"},
+      {2, "interp_dy", "x bounded, y bounded", "x = zero_gradient, y = 0"},
+      {2, "interp_dxdy", "x bounded, y periodic", "x = 0, y periodic"},
+      {3, "interp_dxdz", "x bounded, y periodic, z bounded", "x = 0, y periodic, z = zero_gradient"},
+      {3, "interp", "x bounded, y bounded, z bounded", "x = 0, y = zero_gradient, z.low = zero_gradient, z.high = 0"},
+  };
+  for (const Case& c : cases) {
+    const Module m = gather_and_scatter(c.rank, c.callee, c.axes, c.halo);
+    for_each_grid(c.rank, c.rank == 3 ? 3 : 5, [&](const Grid& grid) { check_scatter(m, grid, random); });
+  }
+}
+
+}  // namespace
+}  // namespace dpde::stencil

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs that between them use every kind of node, boundary and statement, and the small grids they are tried on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "adjoint/adjoint.h"
+#include "stencil/interpret.h"
+
+namespace dpde::testing {
+
+struct ProgramCase {
+  std::string name;
+  int rank;
+  std::string text;  // program `p`
+  adjoint::Activity wrt;
+};
+
+std::vector<ProgramCase> program_cases();
+
+/// Every extent from 1 to 7 in 1-D, all of 1..4 x 1..4 in 2-D, a selection of them in 3-D.
+std::vector<stencil::Grid> small_grids(int rank);
+
+}  // namespace dpde::testing

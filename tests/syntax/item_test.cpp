@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// Each kind of item and block: what is read, and its canonical text.
+#include <gtest/gtest.h>
+
+#include "syntax/parse_helpers.h"
+
+namespace dpde::ast {
+namespace {
+
+template <class Block>
+Block only_block(const std::string& text) {
+  const SourceFile source("t.dpde", text);
+  DiagnosticSink sink;
+  const File file = parse(source, sink);
+  EXPECT_EQ(problems(source, sink), "");
+  EXPECT_EQ(file.declarations.size(), 1u);
+  return std::get<Block>(file.declarations.at(0).kind);
+}
+
+TEST(Items, OfModels) {
+  const std::string text = "model m { field u, v; coefficient kappa; param Da, Db\n let s = u + v; dt(u) = lap(s) }";
+  const Model model = only_block<Model>(text);
+  ASSERT_EQ(model.items.size(), 5u);
+  EXPECT_EQ(model.name.name, "m");
+  EXPECT_EQ(std::get<FieldItem>(model.items[0].kind).names[1].name, "v");
+  EXPECT_EQ(std::get<CoefficientItem>(model.items[1].kind).names[0].name, "kappa");
+  EXPECT_EQ(std::get<ParamItem>(model.items[2].kind).names.size(), 2u);
+  EXPECT_EQ(std::get<LetItem>(model.items[3].kind).name.name, "s");
+  EXPECT_EQ(std::get<EquationItem>(model.items[4].kind).field.name, "u");
+  EXPECT_EQ(print(std::get<EquationItem>(model.items[4].kind).rhs), "lap(s)");
+  const auto written = [&](const Item& item) {
+    return text.substr(item.range.begin, item.range.end - item.range.begin);
+  };
+  EXPECT_EQ(written(model.items[0]), "field u, v");
+  EXPECT_EQ(written(model.items[4]), "dt(u) = lap(s)");
+}
+
+TEST(Items, OfScenes) {
+  const std::string text =
+      "scene s : m with cheap {\n"
+      "  grid x = -1 .. 1, cells 128, periodic\n"
+      "  grid y = 0 .. 2*pi\n"
+      "  nu = 0.01/pi\n"
+      "  initial u = -sin(pi*x)\n"
+      "  exact u = exp(-t)*sin(x)\n"
+      "  boundary u: x.low = 0, x.high = 1, y = periodic\n"
+      "  boundary v = 0\n"
+      "  time 0 .. 1, step 1/32\n"
+      "  time 0 .. 2\n"
+      "  step 1/32\n"
+      "  observe e = mean(u^2)\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Scene scene = only_block<Scene>(text);
+  EXPECT_EQ(scene.of.name, "m");
+  EXPECT_EQ(scene.scheme->name, "cheap");
+  const auto& grid = std::get<GridItem>(scene.items[0].kind);
+  EXPECT_EQ(print(grid.low), "-1");
+  EXPECT_EQ(print(*grid.cells), "128");
+  EXPECT_TRUE(grid.periodic);
+  EXPECT_FALSE(std::get<GridItem>(scene.items[1].kind).cells.has_value());
+  EXPECT_EQ(std::get<ValueItem>(scene.items[2].kind).name.name, "nu");
+  const auto& boundary = std::get<BoundaryItem>(scene.items[5].kind);
+  ASSERT_EQ(boundary.sides.size(), 3u);
+  EXPECT_EQ(boundary.sides[1].place.name, "x.high");
+  EXPECT_EQ(text.substr(boundary.sides[1].place.range.begin, 6), "x.high");
+  EXPECT_EQ(boundary.sides[2].place.name, "y");
+  EXPECT_EQ(std::get<BoundaryItem>(scene.items[6].kind).sides[0].place.name, "all");
+  EXPECT_FALSE(std::get<TimeItem>(scene.items[8].kind).step.has_value());
+}
+
+TEST(Items, OfScenesMayBeCalledLikeKeywords) {
+  const Scene scene = only_block<Scene>("scene s : m { step = 3; time = 4; grid = 5 }");
+  ASSERT_EQ(scene.items.size(), 3u);
+  EXPECT_EQ(std::get<ValueItem>(scene.items[0].kind).name.name, "step");
+}
+
+TEST(Items, OfSchemes) {
+  const Scheme scheme = only_block<Scheme>("scheme cheap { advect = semi_lagrangian; lap = central(2); real = f64 }");
+  ASSERT_EQ(scheme.items.size(), 3u);
+  EXPECT_EQ(print(std::get<ValueItem>(scheme.items[1].kind).value), "central(2)");
+}
+
+TEST(Items, OfTasks) {
+  const std::string text =
+      "task t : s with cheap {\n"
+      "  data a = load(\"a.npy\")\n"
+      "  data b = u from scene fine at t = 0.5, 1.0\n"
+      "  data c = u from scene fine over time\n"
+      "  unknown initial u from 0\n"
+      "  unknown nu from 0.01\n"
+      "  unknown initial\n"
+      "  minimise mean((u - a)^2) at t = 0.5, 1\n"
+      "  minimise mean(u^2) over time\n"
+      "  minimise mean(u^2)\n"
+      "  using gradient_descent(rate = 5), iterations 50\n"
+      "  using lbfgs(10)\n"
+      "  test mae = mean(abs(u - a)) over time\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Task task = only_block<Task>(text);
+  const auto& data = std::get<DataItem>(task.items[1].kind);
+  EXPECT_EQ(data.scene->name, "fine");
+  EXPECT_EQ(std::get<WhenAt>(data.when).times.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<WhenOver>(std::get<DataItem>(task.items[2].kind).when));
+  EXPECT_TRUE(std::get<UnknownItem>(task.items[3].kind).initial);
+  EXPECT_FALSE(std::get<UnknownItem>(task.items[4].kind).initial);
+  EXPECT_EQ(std::get<UnknownItem>(task.items[5].kind).name.name, "initial");
+  EXPECT_TRUE(std::holds_alternative<WhenEnd>(std::get<MinimiseItem>(task.items[8].kind).when));
+  EXPECT_FALSE(std::get<UsingItem>(task.items[10].kind).iterations.has_value());
+}
+
+TEST(Items, OfKernels) {
+  const std::string text =
+      "kernel k(u, f: field halo 1, out v: field, inout w: field, sum nu_bar: param, nu, hx, dt: param) on 2 axes {\n"
+      "  let ux = (u[+1, 0] - u[-1, 0])/(2*hx)\n"
+      "  v = u + dt*ux\n"
+      "  w += u\n"
+      "  nu_bar += ux\n"
+      "  interp(w, 0.5, d) += ux\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Kernel kernel = only_block<Kernel>(text);
+  ASSERT_EQ(kernel.parameters.size(), 8u);
+  EXPECT_EQ(kernel.axes, 2);
+  const KernelRole roles[] = {KernelRole::in,  KernelRole::in,    KernelRole::out,   KernelRole::inout,
+                              KernelRole::sum, KernelRole::param, KernelRole::param, KernelRole::param};
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(kernel.parameters[i].role, roles[i]) << i;
+  EXPECT_EQ(kernel.parameters[1].halo, 1);
+  EXPECT_FALSE(kernel.parameters[2].halo.has_value());
+  EXPECT_FALSE(std::get<AssignItem>(kernel.items[1].kind).accumulate);
+  EXPECT_TRUE(std::get<AssignItem>(kernel.items[2].kind).accumulate);
+  EXPECT_EQ(print(std::get<ScatterItem>(kernel.items[4].kind).target), "interp(w, 0.5, d)");
+  EXPECT_TRUE(only_block<Kernel>("kernel k() { }").parameters.empty());
+  EXPECT_EQ(only_block<Kernel>("kernel k(out: param) {}").parameters[0].name.name, "out");
+}
+
+TEST(Items, OfPrograms) {
+  const std::string text =
+      "program p {\n"
+      "  axes x periodic, y bounded\n"
+      "  fill u periodic\n"
+      "  fill u x periodic, y.low = 0, y.high = zero_gradient\n"
+      "  fill v = a + 1\n"
+      "  fill w zero_gradient\n"
+      "  fold u grow 2 x periodic, y = 0\n"
+      "  run k\n"
+      "  run k grow 1\n"
+      "  swap u, v\n"
+      "  keep a, b\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Program program = only_block<Program>(text);
+  EXPECT_EQ(std::get<FillItem>(program.items[1].kind).sides[0].place.name, "all");
+  EXPECT_EQ(std::get<FillItem>(program.items[2].kind).sides[1].place.name, "y.low");
+  EXPECT_TRUE(std::get<FillItem>(program.items[5].kind).fold);
+  EXPECT_EQ(std::get<FillItem>(program.items[5].kind).grow, 2);
+  EXPECT_EQ(std::get<RunItem>(program.items[7].kind).grow, 1);
+  EXPECT_EQ(std::get<SwapItem>(program.items[8].kind).next.name, "v");
+}
+
+TEST(Items, OfLoops) {
+  const Loop loop = only_block<Loop>("loop t in 0 .. 32 { wave_step }");
+  EXPECT_EQ(loop.to, 32);
+  EXPECT_EQ(loop.body[0].name, "wave_step");
+  EXPECT_EQ(only_block<Loop>("loop t in 32..-1 { a; b\n c }").body.size(), 3u);
+  EXPECT_EQ(only_block<Loop>("loop t in 32..-1 { a }").to, -1);
+}
+
+TEST(Items, AreSeparatedByLinesOrSemicolons) {
+  EXPECT_EQ(formatted("model m\n{\n\n;; field u;\n;field v\n}"), "model m {\n  field u\n  field v\n}\n");
+  EXPECT_EQ(formatted("model m { dt(u) =\n  a\n  + b -\n  c\n field v }"),
+            "model m {\n  dt(u) = a + b - c\n  field v\n}\n");
+}
+
+TEST(Items, NoFileAtAll) {
+  EXPECT_EQ(formatted(""), "");
+  EXPECT_EQ(formatted("\n \n"), "");
+  EXPECT_EQ(formatted("# only this"), "# only this\n");
+}
+
+// design/language.md, as written there
+TEST(Sketches, InverseProblem) {
+  EXPECT_EQ(formatted("# Which initial state leads to this one at t = 0.5?\n"
+                      "model burgers {\n"
+                      "  field u\n"
+                      "  param nu\n"
+                      "  dt(u) = -advect(u, u) + nu*lap(u)\n"
+                      "}\n"
+                      "\n"
+                      "scene wave : burgers {\n"
+                      "  grid x = -1 .. 1, cells 128, periodic\n"
+                      "  nu = 0.01/pi\n"
+                      "  initial u = -sin(pi*x)\n"
+                      "  time 0 .. 1, step 1/32\n"
+                      "}\n"
+                      "\n"
+                      "scheme cheap   { advect = semi_lagrangian; lap = central(2); time = euler; real = f64 }\n"
+                      "scheme precise { advect = weno(5); lap = central(4); time = ssp_rk3 }\n"
+                      "\n"
+                      "task recover : wave with cheap {\n"
+                      "  data     u_ref = load(\"burgers_t05.npy\")\n"
+                      "  unknown  initial u from 0\n"
+                      "  minimise mean((u - u_ref)^2) at t = 0.5\n"
+                      "  using    gradient_descent(rate = 5), iterations 50\n"
+                      "}\n"),
+            "# Which initial state leads to this one at t = 0.5?\n"
+            "model burgers {\n"
+            "  field u\n"
+            "  param nu\n"
+            "  dt(u) = -advect(u, u) + nu*lap(u)\n"
+            "}\n"
+            "\n"
+            "scene wave : burgers {\n"
+            "  grid x = -1 .. 1, cells 128, periodic\n"
+            "  nu = 0.01/pi\n"
+            "  initial u = -sin(pi*x)\n"
+            "  time 0 .. 1, step 1/32\n"
+            "}\n"
+            "\n"
+            "scheme cheap { advect = semi_lagrangian; lap = central(2); time = euler; real = f64 }\n"
+            "scheme precise { advect = weno(5); lap = central(4); time = ssp_rk3 }\n"
+            "\n"
+            "task recover : wave with cheap {\n"
+            "  data u_ref = load(\"burgers_t05.npy\")\n"
+            "  unknown initial u from 0\n"
+            "  minimise mean((u - u_ref)^2) at t = 0.5\n"
+            "  using gradient_descent(rate = 5), iterations 50\n"
+            "}\n");
+}
+
+TEST(Sketches, OneLevelDown) {
+  EXPECT_EQ(formatted("# The same language one level down: what the compiler prints and a person may write.\n"
+                      "kernel burgers_step(u: field halo 1, out v: field, nu, h, dt: param) {\n"
+                      "  let ux = (u[+1] - u[-1]) / (2*h)\n"
+                      "  v = u + dt*(-u*ux + nu*(u[-1] - 2*u + u[+1])/h^2)\n"
+                      "}\n"
+                      "program wave_step {\n"
+                      "  fill u periodic\n"
+                      "  run burgers_step\n"
+                      "  swap u, v\n"
+                      "}\n"
+                      "loop t in 0 .. 32 { wave_step }\n"),
+            "# The same language one level down: what the compiler prints and a person may write.\n"
+            "kernel burgers_step(u: field halo 1, out v: field, nu, h, dt: param) {\n"
+            "  let ux = (u[+1] - u[-1])/(2*h)\n"
+            "  v = u + dt*(-u*ux + nu*(u[-1] - 2*u + u[+1])/h^2)\n"
+            "}\n"
+            "program wave_step {\n"
+            "  fill u periodic\n"
+            "  run burgers_step\n"
+            "  swap u, v\n"
+            "}\n"
+            "loop t in 0 .. 32 { wave_step }\n");
+}
+
+}  // namespace
+}  // namespace dpde::ast

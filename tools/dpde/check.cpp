@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde check: parses, types, and says what a scene will cost before it runs.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "command.h"
+#include "driver/cost.h"
+#include "model/build.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+struct Order {
+  int space = 0, time = 0;
+};
+
+/// The formal order of the scheme: the lowest of what the equations use.
+Order order_of(const model::Problem& problem) {
+  const model::Scheme& scheme = problem.scheme;
+  const bool semi_lagrangian = scheme.advect == model::Advection::semi_lagrangian;
+  std::vector<int> space;
+  bool transports = false;
+  for (const model::State& state : problem.states) {
+    if (!state.rhs) continue;
+    model::any_part(*state.rhs, [&](const model::Expr& e) {
+      if (std::holds_alternative<model::Advect>(e->kind)) {
+        space.push_back(scheme.advect_order);
+        transports = true;
+      }
+      if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
+        space.push_back(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
+      }
+      return false;
+    });
+  }
+  Order order;
+  order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
+  switch (scheme.time) {
+    case model::TimeScheme::euler: order.time = 1; break;
+    case model::TimeScheme::rk2: order.time = 2; break;
+    case model::TimeScheme::rk4: order.time = 4; break;
+  }
+  if (semi_lagrangian && transports) order.time = 1;  // the split step
+  return order;
+}
+
+Json types_of(const model::Problem& problem) {
+  Json types = Json::object();
+  for (const model::State& state : problem.states) types[state.name] = "state";
+  for (const model::Coefficient& coefficient : problem.coefficients) types[coefficient.name] = "coefficient";
+  for (const model::Parameter& param : problem.params) types[param.name] = param.unknown ? "unknown parameter" : "parameter";
+  return types;
+}
+
+Json cost_json(const driver::Cost& cost, double copy_rate) {
+  return {{"bytes_per_point", cost.bytes},
+          {"flops_per_point", cost.flops},
+          {"roofline_points_per_s", cost.bytes > 0 ? json_number(copy_rate / cost.bytes) : Json(nullptr)}};
+}
+
+void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
+  const model::Problem& problem = *compiled.problem;
+  const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
+  const driver::Memory memory = driver::memory_of(compiled);
+  const double copy_rate = driver::measure_copy(std::clamp(memory.run, 32e3, 256e6), thread_count(job.options()));
+  result["scene"] = problem.scene;
+  result["types"] = types_of(problem);
+  std::string text = fmt::format("scene {}:", problem.scene);
+  double cells = 1;
+  for (const model::Axis& axis : problem.axes) {
+    text += fmt::format(" {} = {} .. {} in {} {} cells,", axis.name, axis.low, axis.high, axis.cells,
+                        axis.topology == Topology::periodic ? "periodic" : "bounded");
+    cells *= axis.cells;
+  }
+  text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);
+  for (const auto& [name, type] : result["types"].items()) text += fmt::format("  {}: {}\n", name, type.get<std::string>());
+  if (problem.program.empty()) {
+    const Order order = order_of(problem);
+    result["order"] = {{"space", order.space}, {"time", order.time}};
+    text += fmt::format("order: {} in space, {} in time\n", order.space, order.time);
+  } else {
+    result["order"] = {{"space", nullptr}, {"time", nullptr}};
+  }
+  // Not analysed yet: null says so.
+  result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
+  result["conserved"] = nullptr;
+  result["cost"] = cost_json(cost, copy_rate);
+  text += fmt::format("a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here\n", cost.bytes, cost.flops,
+                      human_count(copy_rate / std::max(cost.bytes, 1.0)));
+  result["memory_bytes"] = memory.run;
+  text += fmt::format("memory: {}", human_bytes(memory.run));
+  if (problem.task) {
+    const auto adjoint = compiled.derived.find(compiled.step_name());
+    if (adjoint != compiled.derived.end() && adjoint->second.adjoint) {
+      result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), copy_rate);
+    }
+    result["gradient_memory_bytes"] = memory.gradient;
+    text += fmt::format(", and {} for a gradient that stores every step", human_bytes(memory.gradient));
+  }
+  text += "\n";
+  result["dropped"] = problem.dropped;
+  for (const std::string& dropped : problem.dropped) text += fmt::format("dropped: {}\n", dropped);
+  job.say(text);
+}
+
+void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
+  Json programs = Json::object();
+  for (const std::string& name : compiled.primal_programs) {
+    const driver::Cost cost = driver::cost_of(compiled.loop, name);
+    programs[name] = {{"bytes_per_point", cost.bytes}, {"flops_per_point", cost.flops}};
+    job.say(fmt::format("program {}: {} bytes and {} flops a cell\n", name, cost.bytes, cost.flops));
+  }
+  result["programs"] = std::move(programs);
+}
+
+int check(const CommonOptions& options) {
+  Job job(options);
+  Json result = {{"diagnostics", Json::array()}};
+  guarded(job, [&] {
+    if (!job.load_source()) return;
+    std::optional<driver::CompileOptions> compile_options = job.compile_options();
+    if (!compile_options) return;
+    compile_options->backend.reset();
+    compile_options->verify = true;
+    compile_options->adjoint = true;
+    const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
+    if (!compiled) return;
+    if (compiled->problem) {
+      check_scene(job, *compiled, result);
+    } else {
+      check_programs(job, *compiled, result);
+    }
+  });
+  return job.finish(std::move(result));
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& status) {
+  const auto options = std::make_shared<CommonOptions>();
+  CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
+  add_common_options(*verb, *options, {.out = false, .seed = false});
+  verb->footer("Examples:\n  dpde check burgers.dpde\n  dpde check heat.dpde plate --set cells=1024 --json");
+  on_call(*verb, status, [options] { return check(*options); });
+}
+
+}  // namespace dpde::tools

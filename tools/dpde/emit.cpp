@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde emit: one stage of the compiler as text.
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "codegen/cpp/emit_cpp.h"
+#include "codegen/llvm/emit_llvm.h"
+#include "command.h"
+#include "driver/files.h"
+#include "driver/scene_text.h"
+#include "loop/from_stencil.h"
+#include "loop/print_loop.h"
+#include "model/print_model.h"
+#include "stencil/print_stencil.h"
+#include "syntax/parser.h"
+#include "syntax/print_ast.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+struct EmitOptions : CommonOptions {
+  std::string stage, output;
+  bool optimised = false;
+};
+
+/// The tangent or adjoint programs alone.
+stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
+  return driver::extract(compiled.stencil, compiled.derivative_programs(adjoint));
+}
+
+loop::Module adjoint_loop(const driver::Compiled& compiled) {
+  const stencil::Module module = derivatives(compiled, true);
+  return loop::from_stencil(module, compiled.derivative_programs(true));
+}
+
+std::string model_text(const driver::Compiled& compiled, Job& job) {
+  if (compiled.problem) return print(*compiled.problem);
+  job.sink().report("nothing-to-do", {}, {"a hand-written program has no model stage"});
+  return "";
+}
+
+std::string stencil_text(const driver::Compiled& compiled) {
+  const std::string text = print(driver::extract(compiled.stencil, compiled.primal_programs));
+  return compiled.problem ? text + "\n" + driver::scene_text(compiled) : text;
+}
+
+std::string stage_text(Job& job, const EmitOptions& options) {
+  if (options.stage == "ast") {
+    const ast::File file = parse(job.source(), job.sink());
+    return job.failed() ? "" : print(file);
+  }
+  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (!compile_options) return "";
+  compile_options->backend.reset();
+  compile_options->tangent = options.stage == "tangent";
+  compile_options->adjoint = options.stage.starts_with("adjoint");
+  const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
+  if (!compiled) return "";
+  if (options.stage == "model") return model_text(*compiled, job);
+  if (options.stage == "stencil") return stencil_text(*compiled);
+  if (options.stage == "tangent") return print(derivatives(*compiled, false));
+  if (options.stage == "adjoint") return print(derivatives(*compiled, true));
+  if (options.stage == "loop") return print(compiled->loop);
+  if (options.stage == "adjoint-loop") return print(adjoint_loop(*compiled));
+  if (options.stage == "cpp") return codegen::emit_cpp(compiled->loop, &job.source());
+  if (options.stage == "adjoint-cpp") return codegen::emit_cpp(adjoint_loop(*compiled), &job.source());
+  if (options.stage == "llvm") return codegen::emit_llvm(compiled->loop, options.optimised);
+  if (options.stage == "adjoint-llvm") return codegen::emit_llvm(adjoint_loop(*compiled), options.optimised);
+  if (options.stage == "adjoint-asm") return codegen::emit_assembly(adjoint_loop(*compiled));
+  return codegen::emit_assembly(compiled->loop);
+}
+
+int emit(const EmitOptions& options) {
+  Job job(options);
+  guarded(job, [&] {
+    if (!job.load_source()) return;
+    const std::string text = stage_text(job, options);
+    if (job.failed()) return;
+    if (options.output.empty()) {
+      fmt::print("{}", text);
+    } else {
+      driver::write_file(options.output, text, job.sink());
+    }
+  });
+  return job.finish(Json::object());
+}
+
+}  // namespace
+
+void add_emit(CLI::App& app, int& status) {
+  const auto options = std::make_shared<EmitOptions>();
+  CLI::App* verb = app.add_subcommand("emit", "print one stage of the compiler as text");
+  add_common_options(*verb, *options, {.out = false, .seed = false, .json = false});
+  verb->add_option("--stage", options->stage, "which one")
+      ->required()
+      ->check(CLI::IsMember({"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop", "cpp", "adjoint-cpp", "llvm",
+                             "adjoint-llvm", "asm", "adjoint-asm"}));
+  verb->add_option("-o,--output", options->output, "file to write instead of standard output")->type_name("PATH");
+  verb->add_flag("--optimised", options->optimised, "of llvm: after the passes, for this processor");
+  verb->footer("Examples:\n  dpde emit burgers.dpde --stage adjoint\n  dpde emit burgers.dpde --stage stencil -o step.dpde && dpde run step.dpde");
+  on_call(*verb, status, [options] { return emit(*options); });
+}
+
+}  // namespace dpde::tools

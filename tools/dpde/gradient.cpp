@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde gradient: one loss and its gradient.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "interrupt.h"
+#include "scene_output.h"
+#include "task_run.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+/// Median seconds of `body`: once when it is slow, else seven times.
+double median_seconds(const std::function<void()>& body) {
+  std::vector<double> samples;
+  double total = 0;
+  while (samples.size() < 7 && (samples.empty() || total < 0.5)) {
+    const auto start = std::chrono::steady_clock::now();
+    body();
+    samples.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    total += samples.back();
+  }
+  std::nth_element(samples.begin(), samples.begin() + std::ptrdiff_t(samples.size() / 2), samples.end());
+  return samples[samples.size() / 2];
+}
+
+void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& part, const Eigen::VectorXd& gradient, Json& json) {
+  const std::string name = part.initial ? "initial " + part.name : part.name;
+  const double norm = norm_of(gradient, part);
+  Json entry = {{"norm", json_number(norm)}};
+  if (part.initial) {
+    const std::vector<double> values = part_of(gradient, part);
+    double largest = 0;
+    for (const double value : values) largest = std::max(largest, std::abs(value));
+    entry["max"] = json_number(largest);
+    save_state(job, run.session->workspace(), "gradient_" + part.name, values);
+    save_picture(job, "gradient_" + part.name, panels_of(run.session->workspace(), "d loss / d initial " + part.name, {{part.name, values}}));
+    job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, norm, largest));
+  } else {
+    entry["value"] = json_number(gradient[part.offset]);
+    job.say(fmt::format("d loss / d {} = {:.12g}\n", name, gradient[part.offset]));
+  }
+  json[part.name] = std::move(entry);
+}
+
+Json gradient(Job& job, const TaskOptions& options) {
+  Json result = Json::object();
+  TaskRun run;
+  if (!open_task(job, options, run)) return result;
+  driver::Inverse& inverse = *run.inverse;
+  Eigen::VectorXd gradient(inverse.size());
+  const double loss = inverse.value_and_gradient(inverse.start(), gradient);
+  if (interrupt_flag().load()) {
+    job.sink().report("run-failed", {}, {"stopped before the gradient was complete"});
+    return result;
+  }
+  if (!std::isfinite(loss) || !gradient.allFinite()) {
+    job.sink().report("loss-not-finite", {}, {fmt::format("{}", std::isfinite(loss) ? NAN : loss), "0"},
+                      "dpde run shows where the scene blows up");
+  }
+  Eigen::VectorXd again(inverse.size());
+  const double wall = median_seconds([&] { inverse.value_and_gradient(inverse.start(), again); });
+  const GradientResult last = inverse.last();
+  const double primal = median_seconds([&] { inverse.value(inverse.start()); });
+  job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, loss));
+  Json parts = Json::object();
+  for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);
+  job.say(fmt::format("loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
+                      human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
+                      last.recomputed_steps));
+  result["loss"] = json_number(loss);
+  result["gradient"] = std::move(parts);
+  result["wall_s"] = wall;
+  result["primal_wall_s"] = primal;
+  result["ratio"] = json_number(wall / primal);
+  result["checkpoints"] = {
+      {"stored", last.stored_states}, {"recomputed_steps", last.recomputed_steps}, {"bytes", last.checkpoint_bytes}};
+  result["compile_s"] = run.compiled->seconds;
+  result["files"] = job.files();
+  return result;
+}
+
+}  // namespace
+
+void add_gradient(CLI::App& app, int& status) {
+  const auto options = std::make_shared<TaskOptions>();
+  CLI::App* verb = app.add_subcommand("gradient", "the loss of a task and its gradient");
+  add_task_options(*verb, *options);
+  verb->footer("Examples:\n  dpde gradient burgers.dpde recover\n  dpde gradient heat.dpde find_kappa --memory 64M --json");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result = Json::object();
+    guarded(job, [&] { result = gradient(job, *options); });
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "command.h"
+
+namespace dpde::tools {
+
+Progress::Progress(bool wanted, bool silent) : active_(false), terminal_(isatty(STDERR_FILENO) != 0) {
+  active_ = !silent && (wanted || terminal_);
+}
+
+Progress::~Progress() {
+  if (shown_ && terminal_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::show(const std::string& text, int done, int total) {
+  const Clock::time_point now = Clock::now();
+  const bool is_last = done >= total;
+  if (!active_ || (!is_last && std::chrono::duration<double>(now - last_).count() < 0.1)) return;
+  last_ = now;
+  shown_ = true;
+  const double elapsed = std::chrono::duration<double>(now - start_).count();
+  std::string line = fmt::format("{}  {} elapsed", text, human_seconds(elapsed));
+  if (done > 0 && !is_last) line += fmt::format(", {} left", human_seconds(elapsed * (total - done) / done));
+  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
+  std::fflush(stderr);
+}
+
+}  // namespace dpde::tools

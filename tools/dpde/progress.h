@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// One line on standard error that is written over and over: only on a terminal, or when asked for.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace dpde::tools {
+
+class Progress {
+ public:
+  /// `wanted`: also without a terminal. `silent`: never.
+  Progress(bool wanted, bool silent);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  bool active() const { return active_; }
+  /// Shows `text` with the time left, at most ten times a second; `done` of `total` parts of the work are done.
+  void show(const std::string& text, int done, int total);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool active_, terminal_, shown_ = false;
+  Clock::time_point start_ = Clock::now(), last_{};
+};
+
+}  // namespace dpde::tools

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde run: steps a scene through time.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "command.h"
+#include "interrupt.h"
+#include "progress.h"
+#include "scene_output.h"
+#include "text_plot.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+struct RunOptions : CommonOptions {
+  int every = 0;
+  bool progress = false;
+};
+
+/// What was seen on the way: observables and states every so many steps.
+struct Record {
+  std::vector<int> steps;
+  std::vector<double> times;
+  std::vector<std::vector<std::pair<std::string, double>>> observables;
+  std::map<std::string, std::vector<double>> states;
+};
+
+class Run {
+ public:
+  Run(Job& job, const RunOptions& options) : job_(job), options_(options) {}
+
+  Json operator()();
+
+ private:
+  bool open();
+  void step();
+  void look(const Snapshot& snapshot, Progress& progress);
+  void report(Json& result);
+  void report_errors(Json& result);
+  void write_files();
+  void show_curve();
+
+  Job& job_;
+  const RunOptions& options_;
+  std::shared_ptr<const driver::Compiled> compiled_;
+  std::unique_ptr<driver::Session> session_;
+  std::vector<NamedState> initial_;
+  RunResult outcome_;
+  Record record_;
+};
+
+Json Run::operator()() {
+  Json result = Json::object();
+  if (!open()) return result;
+  const Rollout& rollout = session_->rollout();
+  for (int s = 0; s < rollout.state_count(); ++s) initial_.push_back({rollout.state_name(s), session_->initial(s)});
+  step();
+  report(result);
+  show_curve();
+  write_files();
+  result["files"] = job_.files();
+  return result;
+}
+
+bool Run::open() {
+  if (!job_.load_source() || !prepare_out(job_)) return false;
+  std::optional<driver::CompileOptions> options = job_.compile_options();
+  if (!options) return false;
+  options->without_task = true;
+  std::optional<driver::Compiled> compiled = driver::compile(job_.source(), *options, job_.sink());
+  if (!compiled) return false;
+  if (!compiled->problem) {
+    job_.sink().report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");
+    return false;
+  }
+  compiled_ = std::make_shared<driver::Compiled>(std::move(*compiled));
+  driver::SessionOptions session;
+  session.threads = thread_count(options_);
+  session.stop = &interrupt_flag();
+  session_ = driver::Session::open(job_.source(), compiled_, session, job_.sink());
+  return session_ != nullptr;
+}
+
+void Run::step() {
+  Progress progress(options_.progress, options_.quiet || options_.json);
+  Observer observer;
+  if (options_.every > 0) observer.every = options_.every;
+  if (observer.every == 0 && progress.active()) observer.every = std::max(1, session_->steps() / 100);
+  observer.call = [&](const Snapshot& snapshot) { look(snapshot, progress); };
+  guarded(job_, [&] { outcome_ = session_->rollout().run(observer); });
+  if (outcome_.blow_up) driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink());
+  if (outcome_.stopped) {
+    job_.sink().report("interrupted", {},
+                       {fmt::format("{}", outcome_.steps_done), fmt::format("{}", session_->steps()),
+                        fmt::format("{:.6g}", session_->time_of(outcome_.steps_done))});
+  }
+}
+
+void Run::look(const Snapshot& snapshot, Progress& progress) {
+  progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
+                session_->steps());
+  if (options_.every <= 0) return;
+  record_.steps.push_back(snapshot.step);
+  record_.times.push_back(snapshot.t);
+  record_.observables.push_back(session_->observe(snapshot.t, snapshot.states));
+  if (options_.out.empty()) return;
+  std::vector<double> values(session_->workspace().cell_count());
+  for (int s = 0; s < session_->rollout().state_count(); ++s) {
+    copy_out(session_->workspace().layout(), snapshot.states[std::size_t(s)], values);
+    std::vector<double>& all = record_.states[session_->rollout().state_name(s)];
+    all.insert(all.end(), values.begin(), values.end());
+  }
+}
+
+void Run::report(Json& result) {
+  driver::Workspace& workspace = session_->workspace();
+  const double time = session_->time_of(outcome_.steps_done);
+  const double points = double(workspace.cell_count()) * outcome_.steps_done;
+  const double rate = outcome_.seconds > 0 ? points / outcome_.seconds : 0;
+  result["scene"] = session_->problem().scene;
+  result["cells"] = json_cells(workspace);
+  result["steps"] = outcome_.steps_done;
+  result["time"] = json_number(time);
+  result["wall_s"] = outcome_.seconds;
+  result["compile_s"] = compiled_->seconds;
+  result["points_per_s"] = rate;
+  job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n", session_->problem().scene,
+                       cells_text(workspace), outcome_.steps_done, time, human_seconds(outcome_.seconds), human_count(rate),
+                       human_seconds(compiled_->seconds)));
+  Json observables = Json::object();
+  for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
+    observables[name] = json_number(value);
+    job_.say(fmt::format("{} = {:.12g}\n", name, value));
+  }
+  for (auto& [name, value] : observables.items()) {
+    if (record_.steps.empty()) break;
+    Json series = Json::array();
+    for (const auto& row : record_.observables) {
+      for (const auto& [key, number] : row) {
+        if (key == name) series.push_back(json_number(number));
+      }
+    }
+    value = std::move(series);
+  }
+  result["observables"] = std::move(observables);
+  report_errors(result);
+}
+
+void Run::report_errors(Json& result) {
+  Json errors = Json::object();
+  const double time = session_->time_of(outcome_.steps_done);
+  for (const driver::ErrorNorms& norm : session_->errors(time, session_->rollout().final_states())) {
+    errors[norm.field] = {{"l1", json_number(norm.l1)}, {"l2", json_number(norm.l2)}, {"linf", json_number(norm.linf)}};
+    job_.say(fmt::format("error of {} against the exact solution: l1 {:.4g}, l2 {:.4g}, linf {:.4g}\n", norm.field, norm.l1,
+                         norm.l2, norm.linf));
+  }
+  result["error"] = std::move(errors);
+}
+
+void Run::write_files() {
+  if (options_.out.empty()) return;
+  driver::Workspace& workspace = session_->workspace();
+  std::vector<NamedState> states;
+  for (std::size_t s = 0; s < initial_.size(); ++s) {
+    std::vector<double> values = session_->final_state(int(s));
+    save_state(job_, workspace, initial_[s].title, values);
+    states.push_back({initial_[s].title, std::move(values)});
+  }
+  for (const auto& [name, values] : record_.states) save_state(job_, workspace, name + "_over_time", values);
+  if (!record_.steps.empty()) {
+    std::string table = "step,t";
+    for (const auto& [name, value] : record_.observables.front()) table += "," + name;
+    for (std::size_t k = 0; k < record_.steps.size(); ++k) {
+      table += fmt::format("\n{},{}", record_.steps[k], record_.times[k]);
+      for (const auto& [name, value] : record_.observables[k]) table += fmt::format(",{}", value);
+    }
+    save_text(job_, "observables.csv", table + "\n");
+  }
+  const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
+  if (workspace.axes().size() == 1) {
+    for (const NamedState& start : initial_) states.push_back({start.title + " at the start", start.values});
+  }
+  save_picture(job_, session_->problem().scene, panels_of(workspace, when, states));
+}
+
+void Run::show_curve() {
+  if (session_->workspace().axes().size() != 1 || options_.quiet || options_.json) return;
+  LinePanel panel;
+  panel.x_label = "x";
+  for (std::size_t s = 0; s < initial_.size(); ++s) {
+    panel.curves.push_back({initial_[s].title, cell_centres(session_->workspace()), session_->final_state(int(s))});
+    panel.title += (s > 0 ? ", " : "") + initial_[s].title;
+  }
+  panel.title += fmt::format(" at t = {:.6g}", session_->time_of(outcome_.steps_done));
+  job_.say(text_plot(panel, terminal_is_utf8()));
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, int& status) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* verb = app.add_subcommand("run", "step a scene through time");
+  add_common_options(*verb, *options);
+  verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")->check(CLI::PositiveNumber);
+  verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
+  verb->footer("Examples:\n  dpde run burgers.dpde\n  dpde run heat.dpde plate --set cells=256 --out results\n"
+               "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result;
+    guarded(job, [&] { result = Run(job, *options)(); });
+    if (result.is_null()) result = Json::object();
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools

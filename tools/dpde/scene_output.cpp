@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_output.h"
+
+#include <fmt/format.h>
+
+#include "driver/files.h"
+#include "dpde/runtime/npy.h"
+
+namespace dpde::tools {
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path out_path(const Job& job, const std::string& name) { return fs::path(job.options().out) / name; }
+
+MapPanel map_of(const driver::Workspace& workspace, const std::string& title, const std::vector<double>& values) {
+  const std::vector<model::Axis>& axes = workspace.axes();
+  MapPanel panel;
+  panel.title = title;
+  panel.x_label = axes[0].name;
+  panel.y_label = axes[1].name;
+  panel.nx = axes[0].cells;
+  panel.ny = axes[1].cells;
+  panel.x_low = axes[0].low;
+  panel.x_high = axes[0].high;
+  panel.y_low = axes[1].low;
+  panel.y_high = axes[1].high;
+  const std::size_t plane = std::size_t(panel.nx) * std::size_t(panel.ny);
+  std::size_t first = 0;
+  if (axes.size() == 3) {
+    const int middle = axes[2].cells / 2;
+    first = plane * std::size_t(middle);
+    panel.title += fmt::format(", {} = {:.4g}", axes[2].name, axes[2].low + (middle + 0.5) * axes[2].spacing());
+  }
+  panel.values.assign(values.begin() + std::ptrdiff_t(first), values.begin() + std::ptrdiff_t(first + plane));
+  return panel;
+}
+
+}  // namespace
+
+std::vector<double> cell_centres(const driver::Workspace& workspace) {
+  const model::Axis& axis = workspace.axes()[0];
+  std::vector<double> centres;
+  for (int i = 0; i < axis.cells; ++i) centres.push_back(axis.low + (i + 0.5) * axis.spacing());
+  return centres;
+}
+
+std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states) {
+  std::vector<Panel> panels;
+  if (workspace.axes().size() == 1) {
+    LinePanel panel;
+    panel.title = title;
+    panel.x_label = workspace.axes()[0].name;
+    for (const NamedState& state : states) panel.curves.push_back({state.title, cell_centres(workspace), state.values});
+    panels.push_back(std::move(panel));
+    return panels;
+  }
+  for (const NamedState& state : states) {
+    panels.push_back(map_of(workspace, title.empty() ? state.title : state.title + ", " + title, state.values));
+  }
+  return panels;
+}
+
+bool prepare_out(Job& job) { return job.options().out.empty() || driver::make_folder(job.options().out, job.sink()); }
+
+void save_state(Job& job, const driver::Workspace& workspace, const std::string& name, const std::vector<double>& values) {
+  if (job.options().out.empty()) return;
+  const fs::path path = out_path(job, name + ".npy");
+  std::vector<std::int64_t> shape = workspace.shape();
+  if (values.size() != workspace.cell_count()) {
+    shape.insert(shape.begin(), static_cast<std::int64_t>(values.size() / workspace.cell_count()));
+  }
+  if (guarded(job, [&] { write_npy(path, shape, values); })) job.wrote(path.string());
+}
+
+void save_text(Job& job, const std::string& name, const std::string& text) {
+  if (job.options().out.empty()) return;
+  const fs::path path = out_path(job, name);
+  if (driver::write_file(path, text, job.sink())) job.wrote(path.string());
+}
+
+void save_picture(Job& job, const std::string& name, const std::vector<Panel>& panels) {
+  if (job.options().out.empty()) return;
+  if (!have_gnuplot()) {
+    fmt::print(stderr, "dpde: no picture {}: gnuplot is not installed\n", name);
+    return;
+  }
+  for (const std::string& file : draw(out_path(job, name), panels, job.sink())) job.wrote(file);
+}
+
+Json json_cells(const driver::Workspace& workspace) {
+  Json cells = Json::array();
+  for (const model::Axis& axis : workspace.axes()) cells.push_back(axis.cells);
+  return cells;
+}
+
+std::string cells_text(const driver::Workspace& workspace) {
+  std::string text;
+  for (const model::Axis& axis : workspace.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
+  return text;
+}
+
+}  // namespace dpde::tools

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// States of a scene as files and pictures.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "command.h"
+#include "driver/session.h"
+#include "picture.h"
+
+namespace dpde::tools {
+
+/// A dense state (x fastest) with a name for the picture.
+struct NamedState {
+  std::string title;
+  std::vector<double> values;
+};
+
+/// 1-D: one panel with a curve each. 2-D and 3-D: a map each (in 3-D the plane in the middle of z).
+std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states);
+
+/// Centres of the cells of axis x.
+std::vector<double> cell_centres(const driver::Workspace& workspace);
+
+/// Makes options().out; false and a diagnostic when it cannot. Without --out there are no files: true.
+bool prepare_out(Job& job);
+/// NAME.npy in the folder of --out.
+void save_state(Job& job, const driver::Workspace& workspace, const std::string& name, const std::vector<double>& values);
+/// A text file in the folder of --out.
+void save_text(Job& job, const std::string& name, const std::string& text);
+/// NAME.svg and NAME.png in the folder of --out; says so when there is no gnuplot.
+void save_picture(Job& job, const std::string& name, const std::vector<Panel>& panels);
+
+/// Cells an axis, for JSON.
+Json json_cells(const driver::Workspace& workspace);
+/// "128" or "64 x 32".
+std::string cells_text(const driver::Workspace& workspace);
+
+}  // namespace dpde::tools

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `gradient` and `optimize` share: a task compiled with its adjoint, with data loaded and unknowns in one vector.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "command.h"
+#include "driver/inverse.h"
+
+namespace dpde::tools {
+
+struct TaskOptions : CommonOptions {
+  std::string memory;  // --memory
+};
+
+struct TaskRun {
+  std::shared_ptr<const driver::Compiled> compiled;
+  std::unique_ptr<driver::Session> session;
+  std::unique_ptr<driver::Inverse> inverse;
+
+  const model::Task& task() const { return *session->problem().task; }
+};
+
+void add_task_options(CLI::App& verb, TaskOptions& options);
+
+/// False and diagnostics when anything is wrong.
+bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
+
+/// The part of a flat vector that belongs to an unknown.
+std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);
+double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);
+
+}  // namespace dpde::tools

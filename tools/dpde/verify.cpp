@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde verify: certifies derivatives on the compiled kernels.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "command.h"
+#include "driver/certificate.h"
+#include "interrupt.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+std::string target_of(const driver::Compiled& compiled, const driver::CompileOptions& options) {
+  if (!compiled.problem) return options.selection.name.empty() ? "all programs" : "program " + options.selection.name;
+  const model::Problem& problem = *compiled.problem;
+  // The task that certify() makes for a scene has the scene's name in front.
+  return problem.task->name == problem.scene + "_certificate" ? "scene " + problem.scene : "task " + problem.task->name;
+}
+
+std::string reason_of(const driver::Certificate& certificate) {
+  std::string reason = fmt::format("largest dot-product error {:.2e}", certificate.worst());
+  if (certificate.slope) return reason + fmt::format(", Taylor slope {:.3f}", *certificate.slope);
+  return reason + (certificate.note.empty() ? "" : ", " + certificate.note);
+}
+
+void show(Job& job, const std::string& target, const driver::Certificate& certificate) {
+  std::string text = fmt::format("{}: tangent against adjoint\n", target);
+  for (const driver::DotCase& one : certificate.cases) {
+    text += fmt::format("  {:<16} {:<24} {:.2e}\n", one.grid, one.what, one.relative_error);
+  }
+  for (const std::string& skipped : certificate.skipped) text += fmt::format("  {}\n", skipped);
+  text += "Taylor remainder of the gradient\n";
+  for (std::size_t k = 0; k < certificate.remainders.size(); k += 3) {
+    text += fmt::format("  step {:<10.3e} remainder {:.3e}\n", certificate.remainders[k].step, certificate.remainders[k].value);
+  }
+  text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
+                            : fmt::format("  no slope: {}\n", certificate.note);
+  text += fmt::format("{}: {}\n", certificate.passed() ? "certified" : "NOT certified", reason_of(certificate));
+  job.say(text);
+}
+
+Json to_json(const driver::Certificate& certificate) {
+  Json cases = Json::array(), remainders = Json::array();
+  for (const driver::DotCase& one : certificate.cases) {
+    cases.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", json_number(one.relative_error)}});
+  }
+  for (const driver::Remainder& r : certificate.remainders) remainders.push_back({json_number(r.step), json_number(r.value)});
+  return {{"dot_product",
+           {{"max_relative_error", json_number(certificate.worst())},
+            {"cases", certificate.cases.size()},
+            {"details", cases},
+            {"skipped", certificate.skipped}}},
+          {"taylor",
+           {{"slope", certificate.slope ? json_number(*certificate.slope) : Json(nullptr)},
+            {"slope_second", nullptr},
+            {"remainders", remainders},
+            {"note", certificate.note}}},
+          {"passed", certificate.passed()}};
+}
+
+Json verify(Job& job) {
+  Json result = Json::object();
+  if (!job.load_source()) return result;
+  std::optional<driver::CompileOptions> options = job.compile_options();
+  if (!options) return result;
+  options->certify = options->tangent = options->adjoint = options->verify = true;
+  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
+  if (!compiled) return result;
+  const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
+  const driver::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag()};
+  const std::optional<driver::Certificate> certificate =
+      shared->problem ? driver::certify(job.source(), shared, certify, job.sink()) : driver::certify_programs(*shared, certify);
+  if (!certificate) return result;
+  if (interrupt_flag().load()) {
+    job.sink().report("run-failed", {}, {"stopped before the certificate was complete"});
+    return result;
+  }
+  const std::string target = target_of(*shared, *options);
+  show(job, target, *certificate);
+  result = to_json(*certificate);
+  if (!certificate->passed()) job.sink().report("verification-failed", {}, {target, reason_of(*certificate)});
+  return result;
+}
+
+}  // namespace
+
+void add_verify(CLI::App& app, int& status) {
+  const auto options = std::make_shared<CommonOptions>();
+  CLI::App* verb = app.add_subcommand("verify", "certify derivatives: tangent against adjoint, and Taylor slopes");
+  add_common_options(*verb, *options, {.out = false});
+  verb->footer("Examples:\n  dpde verify burgers.dpde recover\n  dpde verify heat.dpde plate --set cells=33 --json");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result = Json::object();
+    guarded(job, [&] { result = verify(job); });
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools
