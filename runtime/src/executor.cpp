@@ -52,11 +52,11 @@ struct Operation {
   Sweep sweep;
 };
 
-/// What one thread needs to call rows.
-struct Caller {
-  std::vector<double*> streams;
-  std::vector<double*> starts;
+/// What one thread needs to call rows; on a cache line of its own.
+struct alignas(64) Caller {
   dpde_row row{};
+  std::vector<double*> pointers;  // at the current row: streams, then the fields that are filled with the sweep
+  std::vector<double*> starts;    // the same at row (0, 0)
 };
 
 /// A sweep of one row of a 1-D grid, in the form that runs fastest. Its pointers in a frame: streams, grids, fields filled.
@@ -140,8 +140,7 @@ struct Executor::Plan {
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
 
   void run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
-  void run_rows(const Sweep& sweep, const Executor& executor, Caller& caller, Range y, Range z);
-  void run_row(const Sweep& sweep, const Executor& executor, Caller& caller, int64_t y, int64_t z);
+  void run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y, int64_t z);
   void run_part(const Sweep& sweep, const Executor& executor, int part, int parts);
   void bind_grids(const Sweep& sweep, const Executor& executor);
 };
@@ -154,7 +153,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
   uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
   sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
   for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
-  size_t streams = 0, grids = 0, row_sums = 0;
+  size_t pointers = 0, grids = 0, row_sums = 0;
   for (int i = 0; i < program.operation_count; ++i) {
     const dpde_operation& from = program.operations[i];
     Operation operation;
@@ -163,7 +162,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
     if (from.kind == DPDE_FOLD) operation.fold = HaloFold(from.fill, from.grow, layout);
     if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, std::max(threads, 1));
     const Sweep& sweep = operation.sweep;
-    streams = std::max(streams, sweep.streams.size());
+    pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
     grids = std::max(grids, sweep.grids.size());
     row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
     plan_->operations.push_back(std::move(operation));
@@ -180,9 +179,9 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
   plan_->row_sums.assign(row_sums, 0.0);
   plan_->callers.resize(static_cast<size_t>(std::max(threads, 1)));
   for (Caller& caller : plan_->callers) {
-    caller.streams.assign(streams, nullptr);
-    caller.starts.assign(streams, nullptr);
-    caller.row.streams = caller.streams.data();
+    caller.pointers.assign(pointers, nullptr);
+    caller.starts.assign(pointers, nullptr);
+    caller.row.streams = caller.pointers.data();
     caller.row.grids = plan_->grids.data();
     caller.row.uniforms = uniforms_.data();
     caller.row.layout = layout_.get();
@@ -273,44 +272,54 @@ void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std
   }
   const size_t count = sweep.sums.size();
   for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
-  for (const HaloFill& fill : sweep.then) fill.run_planes(executor.bound(fill.field()), executor.uniforms_.data());
+  for (const HaloFill& fill : sweep.then) {
+    double* base = executor.bound(fill.field());
+    if (!fill.images_are_direct()) fill.run_y(base, executor.uniforms_.data());
+    fill.run_z(base, executor.uniforms_.data());
+  }
 }
 
 /// The rows of one thread: a contiguous part of z, or of y where z has fewer places than there are threads.
 void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int part, int parts) {
   Caller& caller = callers[static_cast<size_t>(part)];
-  for (size_t s = 0; s < sweep.streams.size(); ++s) caller.starts[s] = executor.bound(sweep.streams[s].field) + sweep.streams[s].delta;
+  double** start = caller.starts.data();
+  for (const Stream& stream : sweep.streams) *start++ = executor.bound(stream.field) + stream.delta;
+  for (const HaloFill& fill : sweep.then) *start++ = executor.bound(fill.field());
   caller.row.count = sweep.count;
   caller.row.first = sweep.first;
   Range y = sweep.y, z = sweep.z;
   Range& split = z.count() >= parts ? z : y;
   const Range whole = split;
   split = {whole.from + whole.count() * part / parts, whole.from + whole.count() * (part + 1) / parts};
-  if (z.count() == 1 || sweep.ordered) return run_rows(sweep, executor, caller, y, z);
-  for (int64_t from = y.from; from < y.to; from += tile_rows) {
-    run_rows(sweep, executor, caller, {from, std::min(from + tile_rows, y.to)}, z);
+  const int64_t tile = z.count() == 1 || sweep.ordered ? y.count() : tile_rows;
+  for (int64_t from = y.from; from < y.to; from += tile) {
+    for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, *executor.layout_, caller, {from, std::min(from + tile, y.to)}, place);
   }
 }
 
-void Executor::Plan::run_rows(const Sweep& sweep, const Executor& executor, Caller& caller, Range y_range, Range z_range) {
-  for (int64_t z = z_range.from; z < z_range.to; ++z) {
-    for (int64_t y = y_range.from; y < y_range.to; ++y) run_row(sweep, executor, caller, y, z);
+/// Rows of one plane, one after the other.
+void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y_range, int64_t z) {
+  const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
+  const int64_t stride = layout.stride[1], place = y_range.from * stride + z * layout.stride[2];
+  double** pointers = caller.pointers.data();
+  for (size_t i = 0; i < streams + fills; ++i) pointers[i] = caller.starts[i] + place;
+  dpde_row& row = caller.row;
+  row.z = z;
+  row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y_range.from - sweep.y.from)) * sum_count;
+  const bool fills_plane = fills > 0 && z >= 0 && z < layout.cells[2];
+  for (int64_t y = y_range.from; y < y_range.to; ++y) {
+    row.y = y;
+    for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
+    sweep.row(&row);
+    if (fills_plane && y >= 0 && y < layout.cells[1]) {
+      for (size_t f = 0; f < fills; ++f) {
+        sweep.then[f].run_row(pointers[streams + f], row.uniforms);
+        if (sweep.then[f].images_are_direct()) sweep.then[f].run_images(pointers[streams + f], y, row.uniforms);
+      }
+    }
+    for (size_t i = 0; i < streams + fills; ++i) pointers[i] += stride;
+    row.sums += sum_count;
   }
-}
-
-inline void Executor::Plan::run_row(const Sweep& sweep, const Executor& executor, Caller& caller, int64_t y, int64_t z) {
-  const dpde_layout& layout = *executor.layout_;
-  const int64_t place = y * layout.stride[1] + z * layout.stride[2];
-  const size_t streams = sweep.streams.size(), sums = sweep.sums.size();
-  for (size_t s = 0; s < streams; ++s) caller.streams[s] = caller.starts[s] + place;
-  const int64_t number = (z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from);
-  caller.row.sums = row_sums.data() + static_cast<size_t>(number) * sums;
-  std::fill_n(caller.row.sums, sums, 0.0);
-  caller.row.y = y;
-  caller.row.z = z;
-  sweep.row(&caller.row);
-  if (sweep.then.empty() || y < 0 || y >= layout.cells[1] || z < 0 || z >= layout.cells[2]) return;
-  for (const HaloFill& fill : sweep.then) fill.run_row(executor.bound(fill.field()) + place, executor.uniforms_.data());
 }
 
 }  // namespace dpde

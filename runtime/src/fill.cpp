@@ -28,7 +28,7 @@ void fold_row(double* to, double* halo, int64_t count, double weight) {
 
 }  // namespace
 
-HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fill.field), rank_(layout.rank) {
+HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fill.field) {
   for (size_t a = 0; a < 3; ++a) {
     const dpde_boundary& boundary = fill.axes[a];
     stride_[a] = layout.stride[a];
@@ -49,7 +49,7 @@ void HaloFill::run_bounded_row(double* row, const double* uniforms) const {
   }
 }
 
-void HaloFill::fill_y(double* plane, const double* uniforms) const {
+void HaloFill::fill_plane_y(double* plane, const double* uniforms) const {
   const Axis& y = axes_[1];
   const double low = value_of(y.low.uniform, uniforms), high = value_of(y.high.uniform, uniforms);
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
@@ -62,7 +62,7 @@ void HaloFill::fill_y(double* plane, const double* uniforms) const {
   }
 }
 
-void HaloFill::fill_z(double* base, const double* uniforms) const {
+void HaloFill::run_z(double* base, const double* uniforms) const {
   const Axis& z = axes_[2];
   const double low = value_of(z.low.uniform, uniforms), high = value_of(z.high.uniform, uniforms);
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
@@ -77,17 +77,29 @@ void HaloFill::fill_z(double* base, const double* uniforms) const {
   }
 }
 
-void HaloFill::run_planes(double* base, const double* uniforms) const {
-  if (rank_ < 2) return;
-  for (int64_t z = 0; z < axes_[2].cells; ++z) fill_y(base + z * stride_[2], uniforms);
-  if (rank_ > 2) fill_z(base, uniforms);
+void HaloFill::run_y(double* base, const double* uniforms) const {
+  if (axes_[1].halo == 0) return;
+  for (int64_t z = 0; z < axes_[2].cells; ++z) fill_plane_y(base + z * stride_[2], uniforms);
+}
+
+void HaloFill::set_images(double* row, int64_t y, const double* uniforms) const {
+  const Axis& axis = axes_[1];
+  const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
+  const auto set = [&](int64_t place, const Side& side) {
+    set_row(row + (place - y) * stride_[1] + first, row + first, count, side.is_value, value_of(side.uniform, uniforms));
+  };
+  for (int64_t k = 0; k < axis.halo; ++k) {
+    if (y == (axis.periodic ? axis.cells - 1 - k : k)) set(-1 - k, axis.low);
+    if (y == (axis.periodic ? k : axis.cells - 1 - k)) set(axis.cells + k, axis.high);
+  }
 }
 
 void HaloFill::run(double* base, const double* uniforms) const {
   for (int64_t z = 0; z < axes_[2].cells; ++z) {
     for (int64_t y = 0; y < axes_[1].cells; ++y) run_row(base + z * stride_[2] + y * stride_[1], uniforms);
   }
-  run_planes(base, uniforms);
+  run_y(base, uniforms);
+  run_z(base, uniforms);
 }
 
 HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout) : field_(fill.field) {

@@ -30,8 +30,17 @@ class HaloFill {
       row[n + k] = row[k];
     }
   }
-  /// The y and z halos, when the ends of all interior rows are set.
-  void run_planes(double* base, const double* uniforms) const;
+  /// The rows of the y halo that are images of row y, which is complete with its ends; `row` points at its cell x = 0.
+  /// Only when images_are_direct().
+  void run_images(double* row, int64_t y, const double* uniforms) const {
+    if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].halo) set_images(row, y, uniforms);
+  }
+  /// Every row of the y halo is the image of an interior row: not so when the halo is wider than the interior.
+  bool images_are_direct() const { return axes_[1].halo <= axes_[1].cells; }
+  /// The y halo, when the ends of all interior rows are set.
+  void run_y(double* base, const double* uniforms) const;
+  /// The z halo, when the y halo is set too.
+  void run_z(double* base, const double* uniforms) const;
 
  private:
   struct Side {
@@ -44,11 +53,10 @@ class HaloFill {
     int64_t cells = 1, halo = 0;
   };
   void run_bounded_row(double* row, const double* uniforms) const;
-  void fill_y(double* plane, const double* uniforms) const;
-  void fill_z(double* base, const double* uniforms) const;
+  void set_images(double* row, int64_t y, const double* uniforms) const;
+  void fill_plane_y(double* plane, const double* uniforms) const;
 
   int field_ = 0;
-  int rank_ = 1;
   std::array<Axis, 3> axes_;
   std::array<int64_t, 3> stride_{};
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The way from text to loaded code: failures are texts, nothing stays behind, and the loops become vector instructions.
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -119,7 +118,7 @@ int line_at(const std::string& text, std::size_t place) {
   return static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(place), '\n')) + 1;
 }
 
-/// Whether some line of `text` begins with `start` and contains `words`.
+/// Whether `words` stand behind `start` in some line of `text`.
 bool says(const std::string& text, const std::string& start, const std::string& words) {
   for (std::size_t at = text.find(start); at != std::string::npos; at = text.find(start, at + 1)) {
     if (text.substr(at, text.find('\n', at) - at).find(words) != std::string::npos) return true;
@@ -130,20 +129,22 @@ bool says(const std::string& text, const std::string& start, const std::string& 
 void expect_all_loops_vectorise(const std::string& compiler, const std::string& flag, const std::string& remark) {
   if (std::system(("command -v " + compiler + " > /dev/null").c_str()) != 0) GTEST_SKIP() << "no " << compiler;
   const std::string text = emit_cpp(loop::from_stencil(samples_to_vectorise(), {"burgers_step", "all", "wrapped"}));
-  const fs::path source = fs::temp_directory_path() / ("dpde_vectorise_" + compiler + std::to_string(getpid()) + ".cpp");
+  const fs::path source =
+      fs::temp_directory_path() / ("dpde_vectorise_" + compiler + std::to_string(getpid()) + ".cpp");
   std::ofstream(source) << text;
   const std::string said = remarks(compiler, flag, source);
   fs::remove(source);
 
   // Compilers name some line of the function.
   int loops = 0;
-  for (std::size_t start = text.find("_cells("); start != std::string::npos; start = text.find("\nstatic void ", start + 1)) {
+  for (std::size_t start = text.find("_cells("); start != std::string::npos;
+       start = text.find("\nstatic void ", start + 1)) {
     ++loops;
     const std::size_t first = text.rfind('\n', text.find("_cells(", start)) + 1;
     const int first_line = line_at(text, first), last_line = line_at(text, text.find("\n}\n", first));
     bool found = false;
     for (int line = first_line; line <= last_line; ++line) {
-      found = found || says(said, source.string() + ":" + std::to_string(line) + ":", remark);
+      found = found || says(said, source.filename().string() + ":" + std::to_string(line) + ":", remark);
     }
     EXPECT_TRUE(found) << compiler << ": the loop at line " << first_line << " is not vectorised\n" << text << said;
   }

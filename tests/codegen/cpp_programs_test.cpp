@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled C++ against the reference interpreter: every kind of expression, of axis and of statement in 1, 2 and 3 axes.
+// Compiled C++ against the reference interpreter: every kind of expression, of axis and of statement in 1, 2 and 3
+// axes.
 #include "codegen/cpp_support.h"
 #include "loop/loop_samples.h"
 
 namespace dpde::codegen {
 namespace {
 
-using namespace samples;            // NOLINT
+using namespace samples;           // NOLINT
 using namespace codegen::testing;  // NOLINT
 
-const Params values = {{"hx", 0.3}, {"hy", 0.4}, {"dt", 0.01}, {"nu", 0.7}, {"kappa", 0.6}, {"hot", 1.5},
-                       {"a", 0.8},  {"b", 1.3},  {"c", -0.4},  {"sin", 0.9}};
+const Params values = {{"hx", 0.3},  {"hy", 0.4}, {"dt", 0.01}, {"nu", 0.7}, {"kappa", 0.6},
+                       {"hot", 1.5}, {"a", 0.8},  {"b", 1.3},   {"c", -0.4}, {"sin", 0.9}};
 
 TEST(CppPrograms, Burgers) {
   const CompiledCpp compiled(burgers());
@@ -57,10 +58,32 @@ TEST(CppPrograms, Functions) {
 }
 
 TEST(CppPrograms, Operators) {
-  std::vector<Expr> all = {-u, -(u - w), u - (w - a), u / (w / b), a / u, u - -w, -(u * w) * a, u * a / (b * 3) * 2 / w,
-                           power(u, 2), power(u, 3), power(u, 4), power(u, -2), power(u, 0.5), power(u, -0.5),
-                           power(u, 2.5), power(u + w, 3), power(u, w), power(a, w), power(a, 2) * u, power(b, 2.5) * u,
-                           u / 3, 1e300 * (u * 1e-300), u + a + b, param("sin") * call(Fn::sin, {u}), Expr(2.5), b};
+  std::vector<Expr> all = {-u,
+                           -(u - w),
+                           u - (w - a),
+                           u / (w / b),
+                           a / u,
+                           u - -w,
+                           -(u * w) * a,
+                           u * a / (b * 3) * 2 / w,
+                           power(u, 2),
+                           power(u, 3),
+                           power(u, 4),
+                           power(u, -2),
+                           power(u, 0.5),
+                           power(u, -0.5),
+                           power(u, 2.5),
+                           power(u + w, 3),
+                           power(u, w),
+                           power(a, w),
+                           power(a, 2) * u,
+                           power(b, 2.5) * u,
+                           u / 3,
+                           1e300 * (u * 1e-300),
+                           u + a + b,
+                           param("sin") * call(Fn::sin, {u}),
+                           Expr(2.5),
+                           b};
   for (const BinaryOp op : {BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal,
                             BinaryOp::equal, BinaryOp::not_equal}) {
     all.push_back(binary(op, u, w) + 2 * binary(op, u, u * 1));
@@ -108,7 +131,8 @@ std::vector<std::vector<AxisBoundary>> all_boundaries(int rank) {
 }
 
 TEST(CppPrograms, MasksAndPlaces) {
-  const std::vector<std::vector<int64_t>> grids[] = {{{1}, {2}, {9}, {40}}, {{1, 1}, {9, 2}, {17, 5}}, {{1, 2, 1}, {9, 3, 4}}};
+  const std::vector<std::vector<int64_t>> grids[] = {
+      {{1}, {2}, {9}, {40}}, {{1, 1}, {9, 2}, {17, 5}}, {{1, 2, 1}, {9, 3, 4}}};
   for (int rank = 1; rank <= 3; ++rank) {
     for (const std::vector<AxisBoundary>& axes : all_boundaries(rank)) {
       stencil::Module module = outputs(masks_and_places(rank), axes);
@@ -133,7 +157,8 @@ TEST(CppPrograms, AdjointLikePrograms) {
                        {Interp{"s", {1}, std::vector<Expr>(rank, w - 1), {true}}, u}};
       Kernel clear{.name = "clear", .rank = rank, .stores = {{"s", false, 0.0, {}}}};
       Program program{.name = "p", .axes = topologies(axes)};
-      program.body = {Fill{"u", axes}, run("gather", 1), Fold{"v", 1, axes}, run("clear", 1), run("more"), Fold{"s", 1, axes}};
+      program.body = {Fill{"u", axes}, run("gather", 1), Fold{"v", 1, axes},
+                      run("clear", 1), run("more"),      Fold{"s", 1, axes}};
       program.keeps = {"v", "s", "x1"};
       const CompiledCpp compiled({{gather, more, clear}, {program}, {}});
       expect_same(compiled, {"p", std::vector<int64_t>(rank, 1), values});
@@ -146,14 +171,18 @@ TEST(CppPrograms, AdjointLikePrograms) {
 /// Fills that moved out of the step must leave what they would have left in it.
 TEST(CppPrograms, StepsWithMovedFills) {
   const auto smooth = [](const std::string& from, const std::string& to) {
-    return Kernel{.name = from + "_" + to, .rank = 1,
-                  .stores = {{to, false, (access(from, {-1}) + access(from, {1})) * a, {}}}};
+    return Kernel{
+        .name = from + "_" + to, .rank = 1, .stores = {{to, false, (access(from, {-1}) + access(from, {1})) * a, {}}}};
   };
-  const std::vector<AxisBoundary> hot = {wall(param("hot"), 0.0)}, moving = {wall(call(Fn::sin, {param("t")}), param("t"))};
-  const Kernel wave{.name = "wave", .rank = 1,
-                    .stores = {{"u_new", false, a * (access("u", {1}) + access("u", {-1})) - 0.1 * access("u_old", {1}), {}}}};
+  const std::vector<AxisBoundary> hot = {wall(param("hot"), 0.0)},
+                                  moving = {wall(call(Fn::sin, {param("t")}), param("t"))};
+  const Kernel wave{
+      .name = "wave",
+      .rank = 1,
+      .stores = {{"u_new", false, a * (access("u", {1}) + access("u", {-1})) - 0.1 * access("u_old", {1}), {}}}};
   const auto program = [](std::string name, std::vector<Statement> body, std::vector<Swap> swaps) {
-    return Program{.name = std::move(name), .axes = {Topology::bounded}, .body = std::move(body), .swaps = std::move(swaps)};
+    return Program{
+        .name = std::move(name), .axes = {Topology::bounded}, .body = std::move(body), .swaps = std::move(swaps)};
   };
   const CompiledCpp compiled(
       {{smooth("u", "v"), smooth("v", "w"), smooth("u", "w"), wave},
@@ -170,12 +199,13 @@ TEST(CppPrograms, StepsWithMovedFills) {
 /// Whatever a displacement is, only cells of the field and its halo are read.
 TEST(CppPrograms, NoDisplacementLeavesTheField) {
   const double inf = std::numeric_limits<double>::infinity();
-  const std::vector<double> places = {0, -0.0, 1e9, -1e9, 1e18, -1e18, 1e300, -1e300, inf, -inf, NAN, 5e-324, -5e-324, -1e-17};
+  const std::vector<double> places = {0,      -0.0, 1e9,  -1e9, 1e18,   -1e18,   1e300,
+                                      -1e300, inf,  -inf, NAN,  5e-324, -5e-324, -1e-17};
   for (const std::vector<AxisBoundary>& axes : {std::vector{periodic()}, std::vector{insulated()}}) {
-    stencil::Module module = outputs({stencil::interp({"w", {}, {u}, {}}), stencil::interp({"w", {-1}, {u}, {true}})}, axes);
-    std::erase_if(module.programs[0].body, [](const Statement& s) {
-      return std::holds_alternative<Fill>(s) && std::get<Fill>(s).field == "u";
-    });
+    stencil::Module module =
+        outputs({stencil::interp({"w", {}, {u}, {}}), stencil::interp({"w", {-1}, {u}, {true}})}, axes);
+    std::erase_if(module.programs[0].body,
+                  [](const Statement& s) { return std::holds_alternative<Fill>(s) && std::get<Fill>(s).field == "u"; });
     const CompiledCpp compiled(std::move(module));
     RunSetup setup{"p", {static_cast<int64_t>(places.size())}, values};
     setup.inputs = {{"u", places}, {"w", std::vector<double>(places.size(), 3.0)}};

@@ -92,7 +92,8 @@ inline Values run_interpreter(const CompiledCpp& compiled, const RunSetup& setup
 
   Values result;
   std::map<std::string, double> sums;
-  for (int step = 0; step < setup.steps; ++step) sums = stencil::interpret(module, program, state, params_at(setup, step));
+  for (int step = 0; step < setup.steps; ++step)
+    sums = stencil::interpret(module, program, state, params_at(setup, step));
   for (const stencil::Swap& swap : program.swaps) result[swap.state] = state.get(swap.state);
   for (const std::string& field : program.keeps) result[field] = state.get(field);
   for (const auto& [name, value] : sums) result["sum " + name] = {value};

@@ -71,8 +71,9 @@ TEST(CppText, MasksAndSums) {
   Kernel kernel{.name = "k", .rank = 2};
   kernel.stores = {{"v", true, select(inside({1, -1}, 0), access("u", {1, -1}), 0.0), {}}};
   kernel.sums = {{"loss", access("u") * access("u")}};
-  EXPECT_EQ(function_text(kernel, {Topology::bounded, Topology::bounded}),
-            R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict u_p1_m1,
+  EXPECT_EQ(
+      function_text(kernel, {Topology::bounded, Topology::bounded}),
+      R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict u_p1_m1,
                     const double* __restrict u, double* __restrict sums) {
   const int64_t first = row->first;
   const int64_t cells_x = row->layout->cells[0];
@@ -128,11 +129,12 @@ TEST(CppText, ParenthesesOnlyWhereNeeded) {
   EXPECT_EQ(expression_text(make(BinaryOp::divide, b, make(BinaryOp::power, a, loop::Expr(2.0)))), "b/(a*a)");
   EXPECT_EQ(expression_text(make(BinaryOp::power, sum, loop::Expr(2.0))), "pow(a + b, 2.0)");
   EXPECT_EQ(expression_text(make(BinaryOp::add, less, a)), "(a < b ? 1.0 : 0.0) + a");
-  EXPECT_EQ(expression_text(loop::make(loop::Select{make(BinaryOp::logical_and, less, a), sum, loop::make(loop::Select{a, b, a})})),
-            "(a < b) & (a != 0.0) ? a + b : (a != 0.0 ? b : a)");
+  EXPECT_EQ(expression_text(
+                loop::make(loop::Select{make(BinaryOp::logical_and, less, a), sum, loop::make(loop::Select{a, b, a})})),
+            "((a < b) & (a != 0.0)) ? a + b : (a != 0.0 ? b : a)");
   const loop::Expr both = make(BinaryOp::logical_and, less, less);
   EXPECT_EQ(expression_text(make(BinaryOp::logical_or, make(BinaryOp::logical_and, both, less), both)),
-            "((a < b) & (a < b) & (a < b)) | ((a < b) & (a < b)) ? 1.0 : 0.0");
+            "(((a < b) & (a < b) & (a < b)) | ((a < b) & (a < b))) ? 1.0 : 0.0");
   EXPECT_EQ(expression_text(make(BinaryOp::less, less, a)), "(a < b ? 1.0 : 0.0) < a ? 1.0 : 0.0");
 }
 
@@ -158,7 +160,8 @@ TEST(CppText, Identifiers) {
 
 /// Every name is one the file uses itself, or two names become one in C++.
 TEST(CppText, UnfortunateNamesCompile) {
-  Kernel kernel{.name = "sin", .rank = 2, .lets = {{"pow", access("i") * param("sin")}, {"u_m1_0", access("u", {-1, 0})}}};
+  Kernel kernel{
+      .name = "sin", .rank = 2, .lets = {{"pow", access("i") * param("sin")}, {"u_m1_0", access("u", {-1, 0})}}};
   kernel.stores = {{"double", false, local("pow") + local("u_m1_0") + access("row") + param("u") / param("NAN"), {}},
                    {"count", true, call(Fn::sin, {access("first")}) + call(Fn::exp, {param("params")}), {}},
                    {"u.x", false, access("u_x") + select(inside({1, 0}, 0), 1.0, 0.0), {}}};

@@ -17,7 +17,8 @@ void uniforms_a(const double*, double*) {}
 ProgramTables tables_of(const stencil::Module& module) {
   std::vector<std::string> names;
   for (const Program& program : module.programs) names.push_back(program.name);
-  return ProgramTables(loop::from_stencil(module, names), [](const std::string&) { return &row_a; }, &uniforms_a);
+  return ProgramTables(
+      loop::from_stencil(module, names), [](const std::string&) { return &row_a; }, &uniforms_a);
 }
 
 TEST(ProgramTable, Heat) {

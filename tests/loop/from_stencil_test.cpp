@@ -133,8 +133,7 @@ TEST(FromStencil, UniformLetsDisappear) {
   EXPECT_EQ(row_text(local("c") * u, {{"c", a / b}}), "c = a/b\nc*u");
   EXPECT_EQ(row_text(local("c") * u, {{"c", a}}), "a\na*u");
   EXPECT_EQ(row_text(local("c") * u, {{"c", 2.0}}), "2*u");
-  EXPECT_EQ(row_text(local("d") * u * b, {{"c", a / b}, {"d", local("c") * a}}),
-            "c = a/b\nd = c*a\nu0 = d*b\nu0*u");
+  EXPECT_EQ(row_text(local("d") * u * b, {{"c", a / b}, {"d", local("c") * a}}), "c = a/b\nd = c*a\nu0 = d*b\nu0*u");
 }
 
 TEST(FromStencil, UnusedLetsDisappear) { EXPECT_EQ(row_text(u, {{"c", w * w}, {"d", local("c") * w}}), "u"); }
@@ -225,8 +224,8 @@ TEST(FromStencil, ScattersThatReadAnUpdatedFieldRunFirst) {
 TEST(FromStencil, MasksThatCannotFailDisappear) {
   const auto text = [](std::vector<Topology> axes, int grow) {
     Kernel kernel{.name = "k", .rank = 2};
-    kernel.stores = {{"v", false, select(inside({1, 1}, 0), access("u", {1, 1}), 0.0) +
-                                      select(inside({0, 0}, 0), w, 0.0), {}}};
+    kernel.stores = {
+        {"v", false, select(inside({1, 1}, 0), access("u", {1, 1}), 0.0) + select(inside({0, 0}, 0), w, 0.0), {}}};
     Program program{.name = "p", .axes = std::move(axes), .body = {run("k", grow)}};
     const loop::Module module = lower({{kernel}, {program}, {}});
     return loop::print(module, module.rows.at(0), module.rows.at(0).stores.at(0).value);

@@ -14,8 +14,8 @@ using namespace samples;  // NOLINT
 
 /// A kernel that writes `to` from the neighbours of `from`.
 Kernel smooth(const std::string& from, const std::string& to, bool accumulate = false) {
-  return {.name = from + "_to_" + to, .rank = 1,
-          .stores = {{to, accumulate, access(from, {-1}) + access(from, {1}), {}}}};
+  return {
+      .name = from + "_to_" + to, .rank = 1, .stores = {{to, accumulate, access(from, {-1}) + access(from, {1}), {}}}};
 }
 
 /// The part of the program's text from `prepare` or the first operation on.
@@ -52,29 +52,30 @@ TEST(Schedule, IntermediateFieldsAreFilledByTheirSweep) {
 }
 
 TEST(Schedule, SweepsInBetweenKeepAFillInItsPlace) {
-  EXPECT_EQ(schedule_of({smooth("u", "v"), {.name = "copy", .rank = 1, .stores = {{"w", false, access("v"), {}}}},
-                         smooth("v", "x1")},
-                        {.body = {fill_u, run("u_to_v"), run("copy"), fill_v, run("v_to_x1")}, .keeps = {"w", "x1"}}),
-            "  prepare fill u periodic\n"
-            "  sweep u_to_v\n  sweep copy\n  fill v periodic\n  sweep v_to_x1\n"
-            "  keep w, x1\n}\n");
+  EXPECT_EQ(
+      schedule_of(
+          {smooth("u", "v"), {.name = "copy", .rank = 1, .stores = {{"w", false, access("v"), {}}}}, smooth("v", "x1")},
+          {.body = {fill_u, run("u_to_v"), run("copy"), fill_v, run("v_to_x1")}, .keeps = {"w", "x1"}}),
+      "  prepare fill u periodic\n"
+      "  sweep u_to_v\n  sweep copy\n  fill v periodic\n  sweep v_to_x1\n"
+      "  keep w, x1\n}\n");
 }
 
 TEST(Schedule, ADifferentFillOfTheSameFieldStopsAllMoves) {
   const Fill hot{"u", {wall(1.0, 1.0)}}, cold{"u", {wall(0.0, 0.0)}};
-  EXPECT_EQ(schedule_of({smooth("u", "v"), smooth("u", "w")},
-                        {.axes = {Topology::bounded},
-                         .body = {hot, run("u_to_v"), cold, run("u_to_w")},
-                         .swaps = {{"u", "w"}}, .keeps = {"v"}}),
+  EXPECT_EQ(schedule_of({smooth("u", "v"), smooth("u", "w")}, {.axes = {Topology::bounded},
+                                                               .body = {hot, run("u_to_v"), cold, run("u_to_w")},
+                                                               .swaps = {{"u", "w"}},
+                                                               .keeps = {"v"}}),
             "  fill u x = u0\n  sweep u_to_v\n  fill u x = 0\n  sweep u_to_w\n  swap u, w\n  keep v\n}\n");
 }
 
 TEST(Schedule, ADifferentFillOfTheNextStateKeepsTheFillInTheStep) {
   const Fill cold_u{"u", {wall(0.0, 0.0)}}, free_w{"w", {insulated()}};
-  EXPECT_EQ(schedule_of({smooth("u", "w"), smooth("w", "v")},
-                        {.axes = {Topology::bounded},
-                         .body = {cold_u, run("u_to_w"), free_w, run("w_to_v")},
-                         .swaps = {{"u", "w"}}, .keeps = {"v"}}),
+  EXPECT_EQ(schedule_of({smooth("u", "w"), smooth("w", "v")}, {.axes = {Topology::bounded},
+                                                               .body = {cold_u, run("u_to_w"), free_w, run("w_to_v")},
+                                                               .swaps = {{"u", "w"}},
+                                                               .keeps = {"v"}}),
             "  fill u x = 0\n  sweep u_to_w then fill w x = zero_gradient\n  sweep w_to_v\n  swap u, w\n  keep v\n}\n");
 }
 
@@ -94,16 +95,16 @@ TEST(Schedule, AnInputThatIsOverwrittenIsFilledInTheStep) {
 TEST(Schedule, NextStateWrittenByAScatterIsFilledAtTheEnd) {
   Kernel spread{.name = "spread", .rank = 1, .scatters = {{Interp{"w", {}, {access("u", {1})}, {}}, access("u")}}};
   Kernel clear{.name = "clear", .rank = 1, .stores = {{"w", false, 0.0, {}}}};
-  EXPECT_EQ(schedule_of({clear, spread}, {.body = {fill_u, run("clear"), run("spread")}, .swaps = {{"u", "w"}}}),
-            "  prepare fill u periodic\n  sweep clear\n  sweep spread_scatter serial\n  fill w periodic\n  swap u, w\n}\n");
+  EXPECT_EQ(
+      schedule_of({clear, spread}, {.body = {fill_u, run("clear"), run("spread")}, .swaps = {{"u", "w"}}}),
+      "  prepare fill u periodic\n  sweep clear\n  sweep spread_scatter serial\n  fill w periodic\n  swap u, w\n}\n");
 }
 
 TEST(Schedule, NextStateThatIsFoldedIsFilledAtTheEnd) {
   const std::vector<AxisBoundary> walls = {insulated()};
-  EXPECT_EQ(schedule_of({smooth("u", "w")},
-                        {.axes = {Topology::bounded},
-                         .body = {Fill{"u", walls}, run("u_to_w", 1), Fold{"w", 1, walls}},
-                         .swaps = {{"u", "w"}}}),
+  EXPECT_EQ(schedule_of({smooth("u", "w")}, {.axes = {Topology::bounded},
+                                             .body = {Fill{"u", walls}, run("u_to_w", 1), Fold{"w", 1, walls}},
+                                             .swaps = {{"u", "w"}}}),
             "  prepare fill u x = zero_gradient\n  sweep u_to_w grow 1\n  fold w grow 1 x = zero_gradient\n"
             "  fill w x = zero_gradient\n  swap u, w\n}\n");
 }
@@ -111,13 +112,15 @@ TEST(Schedule, NextStateThatIsFoldedIsFilledAtTheEnd) {
 TEST(Schedule, GrownSweepsAreFollowedByTheirFill) {
   EXPECT_EQ(schedule_of({smooth("u", "v"), smooth("v", "w")},
                         {.axes = {Topology::bounded},
-                         .body = {run("u_to_v", 1), Fill{"v", {insulated()}}, run("v_to_w")}, .keeps = {"w"}}),
+                         .body = {run("u_to_v", 1), Fill{"v", {insulated()}}, run("v_to_w")},
+                         .keeps = {"w"}}),
             "  sweep u_to_v grow 1\n  fill v x = zero_gradient\n  sweep v_to_w\n  keep w\n}\n");
 }
 
 /// Waves keep two states: u_old becomes u, whose halo is filled already.
 TEST(Schedule, TwoLevelsInTime) {
-  Kernel wave{.name = "wave", .rank = 1,
+  Kernel wave{.name = "wave",
+              .rank = 1,
               .stores = {{"u_new", false, access("u", {1}) + access("u", {-1}) - access("u_old"), {}}}};
   EXPECT_EQ(schedule_of({wave}, {.body = {fill_u, run("wave")}, .swaps = {{"u_old", "u"}, {"u", "u_new"}}}),
             "  prepare fill u periodic\n  sweep wave then fill u_new periodic\n  swap u_old, u\n  swap u, u_new\n}\n");
@@ -130,7 +133,8 @@ TEST(Schedule, TwoLevelsInTime) {
 }
 
 TEST(Schedule, TwoStatesAreFilledByOneSweep) {
-  Kernel both{.name = "both", .rank = 1,
+  Kernel both{.name = "both",
+              .rank = 1,
               .stores = {{"u_next", false, access("v", {1}), {}}, {"v_next", false, access("u", {1}), {}}}};
   EXPECT_EQ(schedule_of({both}, {.body = {fill_u, fill_v, run("both")}, .swaps = {{"u", "u_next"}, {"v", "v_next"}}}),
             "  prepare fill u periodic\n  prepare fill v periodic\n"

@@ -33,7 +33,9 @@ TEST(VerifyLoop, Indices) {
   EXPECT_EQ(after([](loop::Module& m) { row(m).lets[0].value = loop::make(loop::Local{0}); }),
             Errors{"burgers_step: reads a let that is not defined before it"});
   EXPECT_EQ(after([](loop::Module& m) { row(m).stores[0].stream = -1; }), Errors{"burgers_step: no such stream"});
-  EXPECT_EQ(after([](loop::Module& m) { row(m).lets[0].value = loop::make(loop::Interp{0, {}, {}, {}}); }),
+  EXPECT_EQ(after([](loop::Module& m) {
+              row(m).lets[0].value = loop::make(loop::Interp{0, {}, {}, {}});
+            }),
             (Errors{"burgers_step: no such grid", "burgers_step: a displacement needs one value an axis"}));
 }
 

@@ -91,7 +91,8 @@ TEST(Build, SubstitutesAndRenames) {
             "u_bar[+1] + interp(v_bar, u_bar) + a");
 }
 
-const char* const two_axes = R"(kernel k(u: field halo 2, v: field, w: field, out r: field, inout w_bar: field, sum s: param, c: param) {
+const char* const two_axes =
+    R"(kernel k(u: field halo 2, v: field, w: field, out r: field, inout w_bar: field, sum s: param, c: param) {
   let d = v
   r = u[+2, -1] + interp(w, d, c)
   s += u
@@ -137,9 +138,9 @@ TEST(Signature, InterfaceAndHaloOfAProgram) {
   EXPECT_EQ(i.params, (std::vector<std::string>{"b", "c"}));
   EXPECT_EQ(i.sums, std::vector<std::string>{"s"});
   const auto halo = required_halo(m, *m.find_program("p"));
-  EXPECT_EQ(halo.at("u"), (std::array<int, 3>{2, 2, 0}));      // offset 1 and grown by 1 along bounded y
+  EXPECT_EQ(halo.at("u"), (std::array<int, 3>{2, 2, 0}));  // offset 1 and grown by 1 along bounded y
   EXPECT_EQ(halo.at("v"), (std::array<int, 3>{0, 1, 0}));
-  EXPECT_EQ(halo.at("w"), (std::array<int, 3>{0, 1, 0}));      // wraps along x, clamped to one cell along y
+  EXPECT_EQ(halo.at("w"), (std::array<int, 3>{0, 1, 0}));  // wraps along x, clamped to one cell along y
   EXPECT_EQ(halo.at("w_bar"), (std::array<int, 3>{0, 1, 0}));
   EXPECT_EQ(halo.at("r"), (std::array<int, 3>{0, 1, 0}));
 }

@@ -15,7 +15,8 @@ std::vector<std::string> complaints(const std::string& text) {
   std::vector<std::string> result;
   for (const Diagnostic& d : sink.all()) {
     const std::string place(source.text().substr(d.range.begin, d.range.end - d.range.begin));
-    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place + (d.hint.empty() ? "" : " | " + d.hint));
+    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place +
+                     (d.hint.empty() ? "" : " | " + d.hint));
   }
   return result;
 }
@@ -29,10 +30,11 @@ std::vector<std::string> in_kernel(const std::string& parameters, const std::str
 TEST(KernelErrors, UnknownNames) {
   EXPECT_EQ(in_kernel("u: field, out v: field, viscosity: param", "v = viscocity*u"),
             one("E0350 viscocity is not a parameter or let of kernel k | viscocity | did you mean viscosity?"));
-  EXPECT_EQ(in_kernel("out v: field", "v = q9"),
-            one("E0350 q9 is not a parameter or let of kernel k | q9 | add q9: field or q9: param to the parameters of the kernel"));
+  EXPECT_EQ(in_kernel("out v: field", "v = q9"), one("E0350 q9 is not a parameter or let of kernel k | q9 | add q9: "
+                                                     "field or q9: param to the parameters of the kernel"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = u\nresult = u"),
-            one("E0350 result is not a parameter or let of kernel k | result | add out result: field to the parameters of the kernel"));
+            one("E0350 result is not a parameter or let of kernel k | result | add out result: field to the parameters "
+                "of the kernel"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = later\nlet later = u").size(), 1u);
 }
 
@@ -41,29 +43,35 @@ TEST(KernelErrors, Functions) {
             one("E0351 sine is not a function that kernels can call | sine | did you mean sin?"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = max(u)"), one("E0352 max takes 2 arguments, not 1 | max(u)"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = if(u, 1)"), one("E0352 if takes 3 arguments, not 2 | if(u, 1)"));
-  EXPECT_EQ(in_kernel("u: field, out v: field", "v = u[+1, 0] + interp(u, 1)"), one("E0352 interp takes 3 arguments, not 2 | interp(u, 1)"));
+  EXPECT_EQ(in_kernel("u: field, out v: field", "v = u[+1, 0] + interp(u, 1)"),
+            one("E0352 interp takes 3 arguments, not 2 | interp(u, 1)"));
 }
 
 TEST(KernelErrors, Offsets) {
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = u[+1] + u[0, +1]"),
-            one("E0353 u has 2 offsets, but kernel k has 1 axes | u[0, +1]"));
+            one("E0353 u has 2 offsets, but kernel k has 1 axis | u[0, +1]"));
   EXPECT_EQ(in_kernel("u: field halo 1, out v: field", "v = u[+2]"),
             one("E0358 u is read 2 cells away, but its halo is 1 | u | write u: field halo 2"));
-  EXPECT_EQ(in_kernel("c: param, out v: field", "v = c[+1]"), one("E0354 c is a param and cannot be used as a field | c[+1]"));
+  EXPECT_EQ(in_kernel("c: param, out v: field", "v = c[+1]"),
+            one("E0354 c is a param and cannot be used as a field | c[+1]"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "let l = u\nv = l[+1]"),
-            one("E0354 l is a let and cannot be used as a field | l[+1] | a let exists at its own point only; displace the fields in it"));
+            one("E0354 l is a let and cannot be used as a field | l[+1] | a let exists at its own point only; displace "
+                "the fields in it"));
 }
 
 TEST(KernelErrors, Distances) {
-  EXPECT_EQ(in_kernel("u: field, out v: field", "v = u[-1001]"), one("E0370 -1001 cells is not a distance between -1000 and 1000 | u[-1001]"));
+  EXPECT_EQ(in_kernel("u: field, out v: field", "v = u[-1001]"),
+            one("E0370 -1001 cells is not a distance between -1000 and 1000 | u[-1001]"));
   EXPECT_EQ(in_kernel("out v: field", "v = inside[0] grow -1"),
             one("E0370 -1 cells is not a distance between 0 and 1000 | inside[0] grow -1"));
 }
 
 TEST(KernelErrors, RacesShowTheRewrite) {
   const std::string second = "write to a second field, out u_next: field, and swap u, u_next in the program";
-  EXPECT_EQ(in_kernel("u: field halo 1", "u = u[+1]"), one("E0355 kernel k writes u, which it also reads | u | " + second));
-  EXPECT_EQ(in_kernel("inout u: field", "u += u[+1]"), one("E0355 kernel k writes u, which it also reads | u[+1] | " + second));
+  EXPECT_EQ(in_kernel("u: field halo 1", "u = u[+1]"),
+            one("E0355 kernel k writes u, which it also reads | u | " + second));
+  EXPECT_EQ(in_kernel("inout u: field", "u += u[+1]"),
+            one("E0355 kernel k writes u, which it also reads | u[+1] | " + second));
   EXPECT_EQ(in_kernel("w: field, out v: field", "v = w\nlet a = v"),
             one("E0355 kernel k writes v, which it also reads | v | give the value a name with let and use that"));
 }
@@ -74,22 +82,26 @@ TEST(KernelErrors, Writes) {
   EXPECT_EQ(in_kernel("u: field, out v: field", "let a = u"),
             one("E0356 v is declared out but kernel k does not write it | v"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v += u"),
-            std::vector<std::string>({"E0357 v is a field to be written and is written with = | v | declare inout v: field to add to it",
-                                      "E0356 v is declared out but kernel k does not write it | v"}));
+            one("E0357 v is a field to be written and is written with = | v | declare inout v: field to add to it"));
   EXPECT_EQ(in_kernel("u: field, sum s: param", "s += u\nlet a = s"),
             one("E0354 s is a sum and cannot be used as a value | s | a sum is complete only after the kernel"));
   EXPECT_EQ(in_kernel("out v: field, c: param", "v = c\nc = 1"),
-            one("E0354 c is a param and cannot be used as a result | c | declare sum c: param to add up values, or out c: field"));
+            one("E0354 c is a param and cannot be used as a result | c | declare sum c: param to add up values, or out "
+                "c: field"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = u\nv = 2*u"),
-            one("E0357 v is a field to be written and is written with one statement only | v | add the values in one expression"));
+            one("E0357 v is a field to be written and is written with one statement only | v | add the values in one "
+                "expression"));
   EXPECT_EQ(in_kernel("u: field, w: field, out v: field", "v = u\ninterp(w, u) += u"),
             one("E0354 w is a field and cannot be used as a field to be added to | w | declare inout w: field"));
 }
 
 TEST(KernelErrors, NamesAndOddities) {
-  EXPECT_EQ(in_kernel("u: field, u: param, out v: field", "v = u"), one("E0359 u is already the name of another parameter | u"));
-  EXPECT_EQ(in_kernel("u: field, out v: field", "let u = 1\nv = u"), one("E0359 u is already the name of a parameter | u"));
-  EXPECT_EQ(in_kernel("out v: field", "v = \"text\""), one("E0360 a text cannot stand in a kernel or program | \"text\""));
+  EXPECT_EQ(in_kernel("u: field, u: param, out v: field", "v = u"),
+            one("E0359 u is already the name of another parameter | u"));
+  EXPECT_EQ(in_kernel("u: field, out v: field", "let u = 1\nv = u"),
+            one("E0359 u is already the name of a parameter | u"));
+  EXPECT_EQ(in_kernel("out v: field", "v = \"text\""),
+            one("E0360 a text cannot stand in a kernel or program | \"text\""));
   EXPECT_EQ(in_kernel("out v: field", "v = (1, 2)"), one("E0360 a tuple cannot stand in a kernel or program | (1, 2)"));
   EXPECT_EQ(in_kernel("u: field, out v: field", "v = u[0, 0, 0, 1]").front(),
             "E0360 a grid of 4 axes cannot stand in a kernel or program | k");
@@ -100,10 +112,13 @@ kernel flat(u: field, out w: field) on 2 axes { w = u }
 kernel more(u: field, inout v: field) { v += u }
 )";
 
-std::vector<std::string> in_program(const std::string& body) { return complaints(kernels + "program p { " + body + " }\n"); }
+std::vector<std::string> in_program(const std::string& body) {
+  return complaints(kernels + "program p { " + body + " }\n");
+}
 
 TEST(ProgramErrors, Names) {
-  EXPECT_EQ(in_program("fill u periodic; run smoth; keep v").front(), "E0361 there is no kernel smoth | smoth | did you mean smooth?");
+  EXPECT_EQ(in_program("fill u periodic; run smoth; keep v").front(),
+            "E0361 there is no kernel smoth | smoth | did you mean smooth?");
   EXPECT_EQ(in_program("fill uu periodic; run smooth; keep v").front(),
             "E0363 no kernel that program p runs has a field uu | uu | did you mean u?");
   EXPECT_EQ(in_program("fill u periodic; run smooth; swap u, u").front(), "E0364 program p does not write u | u");
@@ -118,7 +133,8 @@ TEST(ProgramErrors, AxesAndBoundaries) {
             one("E0365 program p has 2 axes, but kernel smooth has 1 axis | smooth"));
   EXPECT_EQ(in_program("axes x bounded; fill u periodic; run smooth; keep v"),
             one("E0365 program p has a bounded axis x, but the fill of u has a periodic one | u"));
-  EXPECT_EQ(in_program("fill u x.low = 0; run smooth; keep v"), one("E0366 the fill of u says nothing about x.high | u"));
+  EXPECT_EQ(in_program("fill u x.low = 0; run smooth; keep v"),
+            one("E0366 the fill of u says nothing about x.high | u"));
   EXPECT_EQ(in_program("fill u y = 0; run flat; keep w"), one("E0366 the fill of u says nothing about x | u"));
   EXPECT_EQ(in_program("fill u x = v; run smooth; keep v"),
             one("E0367 v is a field, but the values of a fill are made of params and numbers | v"));
@@ -134,7 +150,8 @@ TEST(ProgramErrors, Distances) {
 TEST(ProgramErrors, WhatTheVerifierFinds) {
   EXPECT_EQ(in_program("run smooth; keep v"),
             one("E0368 program p runs smooth, which reads neighbours of u, without a fill | run smooth"));
-  EXPECT_EQ(in_program("fill u periodic; run smooth; run smooth; keep v"), one("E0368 program p writes v twice | run smooth"));
+  EXPECT_EQ(in_program("fill u periodic; run smooth; run smooth; keep v"),
+            one("E0368 program p writes v twice | run smooth"));
   EXPECT_EQ(in_program("run more; keep v"), one("E0368 program p adds to v before it is written | run more"));
   EXPECT_EQ(in_program("fill u periodic; run smooth"),
             one("E0369 program p has no result | p | name the fields it computes, as in keep v or swap u, v"));

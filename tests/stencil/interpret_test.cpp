@@ -198,8 +198,8 @@ TEST(Interpret, Coordinates) {
 // ---- interpolation -------------------------------------------------------------------------------------------------
 
 double interpolated(const std::string& axes, const std::string& fill, double d, const std::string& callee = "interp") {
-  const Module m = module_of("kernel k(u: field, out v: field, d: param) { v = " + callee + "(u[+1], d) }\nprogram p { axes " +
-                             axes + "; fill u " + fill + "; run k; keep v }\n");
+  const Module m = module_of("kernel k(u: field, out v: field, d: param) { v = " + callee +
+                             "(u[+1], d) }\nprogram p { axes " + axes + "; fill u " + fill + "; run k; keep v }\n");
   State state({1, {4, 1, 1}}, 1);
   state.set("u", {1, 2, 4, 8});
   interpret(m, m.programs[0], state, {{"d", d}});
@@ -211,8 +211,8 @@ TEST(Interpret, InterpAlongAPeriodicAxis) {
   EXPECT_EQ(at(0), 2);
   EXPECT_EQ(at(0.25), 2.5);
   EXPECT_EQ(at(-0.5), 1.5);
-  EXPECT_EQ(at(2.5), 4.5);    // between cells 3 and 0
-  EXPECT_EQ(at(-1.25), 2.75); // between cells 3 and 0
+  EXPECT_EQ(at(2.5), 4.5);     // between cells 3 and 0
+  EXPECT_EQ(at(-1.25), 2.75);  // between cells 3 and 0
   EXPECT_EQ(at(4e6 + 1), 4);
   EXPECT_EQ(interpolated("x periodic", "periodic", 0, "interp_dx"), 2);
   EXPECT_EQ(interpolated("x periodic", "periodic", -0.5, "interp_dx"), 1);
@@ -268,8 +268,8 @@ Module gather_and_scatter(int rank, const std::string& callee, const std::string
   const std::string on = " on " + std::to_string(rank) + " axes";
   return module_of("kernel gather(u: field" + fields + ", out v: field) { v = " + callee + "(u" + d + ") }\n" +
                    "kernel zero(out u_bar: field)" + on + " { u_bar = 0 }\n" + "kernel scatter(v_bar: field" + fields +
-                   ", inout u_bar: field) { " + callee + "(u_bar" + d + ") += v_bar }\n" + "program forward { axes " + axes +
-                   "; fill u " + halo + "; run gather; keep v }\n" + "program back { axes " + axes +
+                   ", inout u_bar: field) { " + callee + "(u_bar" + d + ") += v_bar }\n" + "program forward { axes " +
+                   axes + "; fill u " + halo + "; run gather; keep v }\n" + "program back { axes " + axes +
                    "; run zero grow 1; run scatter; fold u_bar grow 1 " + halo + "; keep u_bar }\n");
 }
 
@@ -277,7 +277,8 @@ void check_scatter(const Module& m, const Grid& grid, Random& random) {
   State state(grid, 1);
   for (const std::string field : {"u", "v_bar", "dx", "dy", "dz"}) random.fill_interior(state, field);
   for_each_cell(grid, 0, [&](int i, int j, int k) {
-    for (const std::string field : {"dx", "dy", "dz"}) state.at(field, i, j, k) = std::round(16 * state.at(field, i, j, k)) / 4;
+    for (const std::string field : {"dx", "dy", "dz"})
+      state.at(field, i, j, k) = std::round(16 * state.at(field, i, j, k)) / 4;
   });
   interpret(m, *m.find_program("forward"), state, {});
   interpret(m, *m.find_program("back"), state, {});

@@ -96,7 +96,8 @@ void expect_same_results(const Module& before, const Module& after) {
 TEST(Passes, EveryPassHasAnExample) {
   for (const Pass& pass : default_passes) {
     const auto all = examples();
-    EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Example& e) { return e.pass == pass.name; })) << pass.name;
+    EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Example& e) { return e.pass == pass.name; }))
+        << pass.name;
   }
 }
 

@@ -48,7 +48,8 @@ loop n in 0 .. 32 { wave_step }
 }
 
 TEST(Text, AllKindsOfExpressions) {
-  expect_same_again(R"(kernel k(u: field halo 2, v: field halo 1, out a: field, out b: field, out c: field, out d: field, q, p: param) {
+  expect_same_again(
+      R"(kernel k(u: field halo 2, v: field halo 1, out a: field, out b: field, out c: field, out d: field, q, p: param) {
   let inner = inside[-1, 0] and inside[0, +2] grow 1 or u < 1e-10
   a = if(inner, u[+1, 0]/2, -u[0, -2]*q)
   b = interp(v, p, -p) + interp(v[+1, 0], u, 0.1) - interp_dxdy(v[0, -1], p, p)*interp_dy(v, 0, 0)
@@ -116,7 +117,8 @@ program p {
 }
 
 TEST(Text, NumberOfAxesComesFromTheProgramThatRunsIt) {
-  const Module m = module_of("kernel k(u: field, out v: field) { v = 2*u }\nprogram p { axes x bounded, y periodic; run k; keep v }\n");
+  const Module m = module_of(
+      "kernel k(u: field, out v: field) { v = 2*u }\nprogram p { axes x bounded, y periodic; run k; keep v }\n");
   EXPECT_EQ(m.kernels[0].rank, 2);
   const Module other = module_of(R"(
 kernel first(u: field, out v: field) { v = 2*u }
@@ -150,7 +152,8 @@ loop step in 8 .. 0 { p; q }
 
 TEST(Text, NotAndPi) {
   const Module m = module_of("kernel k(u: field, out v: field) { v = if(not u < pi, 1, 0) }\n");
-  EXPECT_EQ(print(m.kernels[0]), "kernel k(u: field, out v: field) {\n  v = if((u < 3.141592653589793) == 0, 1, 0)\n}\n");
+  EXPECT_EQ(print(m.kernels[0]),
+            "kernel k(u: field, out v: field) {\n  v = if((u < 3.141592653589793) == 0, 1, 0)\n}\n");
 }
 
 TEST(Text, NumbersReadBackExactly) {
@@ -218,7 +221,8 @@ class RandomTree {
       case 1: return call(static_cast<Fn>(pick(14)), {below()});
       case 2: return call(pick(2) == 0 ? Fn::min : Fn::max, {below(), below()});
       case 3: return select(below(), below(), below());
-      case 4: return interp({"w", {pick(3) - 1, pick(3) - 1, 0}, {below(), below()}, {pick(2) == 0, pick(2) == 0, false}});
+      case 4:
+        return interp({"w", {pick(3) - 1, pick(3) - 1, 0}, {below(), below()}, {pick(2) == 0, pick(2) == 0, false}});
       case 5: return inside({pick(3) - 1, pick(3) - 1, 0}, pick(2));
       default: return binary(static_cast<BinaryOp>(pick(13)), below(), below());
     }

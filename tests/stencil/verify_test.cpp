@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every fault planted into a correct module is named, and nothing else is.
 #include "stencil/verify_stencil.h"
-
 #include "stencil_text.h"
 
 namespace dpde::stencil {
@@ -49,24 +48,31 @@ TEST(Verify, Locals) {
   EXPECT_EQ(with([](Module& m) { std::swap(m.kernels[0].lets[0], m.kernels[0].lets[1]); }),
             one("kernel step uses local a before it is defined"));
   EXPECT_EQ(with([](Module& m) { m.kernels[0].lets.push_back({"a", 1.0}); }), one("kernel step defines local a twice"));
-  EXPECT_EQ(with([](Module& m) { m.kernels[0].sums[0].value = local("z"); }), one("kernel step uses local z before it is defined"));
+  EXPECT_EQ(with([](Module& m) { m.kernels[0].sums[0].value = local("z"); }),
+            one("kernel step uses local z before it is defined"));
 }
 
 TEST(Verify, Names) {
   EXPECT_EQ(with([](Module& m) { m.kernels[0].lets[1].value = local("a") + param("u"); }),
-            (std::vector<std::string>{"kernel step uses u both as field and as param", "program p uses u both as field and as param"}));
-  EXPECT_EQ(with([](Module& m) { m.kernels[2].lets[0].value = param("w"); }).front(), "kernel back uses w both as field and as param");
+            (std::vector<std::string>{"kernel step uses u both as field and as param",
+                                      "program p uses u both as field and as param"}));
+  EXPECT_EQ(with([](Module& m) { m.kernels[2].lets[0].value = param("w"); }).front(),
+            "kernel back uses w both as field and as param");
   EXPECT_EQ(with([](Module& m) { m.kernels.push_back(m.kernels[1]); }), one("there are two kernels zero"));
 }
 
 TEST(Verify, ShapesOfNodes) {
-  EXPECT_EQ(with([](Module& m) { m.kernels[2].stores[0].value = access("u", {0, 1}); }).front(),
+  EXPECT_EQ(with([](Module& m) {
+              m.kernels[2].stores[0].value = access("u", {0, 1});
+            }).front(),
             "kernel back has an offset of u along an axis it does not have");
   EXPECT_EQ(with([](Module& m) { m.kernels[2].scatters[0].target.displacement.push_back(0.0); }),
             one("kernel back interpolates w with 2 displacements"));
   EXPECT_EQ(with([](Module& m) { m.kernels[2].scatters[0].target.slope[1] = true; }),
             one("kernel back takes the slope of w along an axis it does not have"));
-  EXPECT_EQ(with([](Module& m) { m.kernels[0].sums[0].value = Expr(Node{Call{Fn::max, {Expr(1.0)}}}); }),
+  EXPECT_EQ(with([](Module& m) {
+              m.kernels[0].sums[0].value = Expr(Node{Call{Fn::max, {Expr(1.0)}}});
+            }),
             one("kernel step calls max with 1 arguments"));
   EXPECT_EQ(with([](Module& m) { m.kernels[1].rank = 4; }).front(), "kernel zero has 4 axes");
 }
@@ -79,12 +85,15 @@ TEST(Verify, StoresAndReads) {
               m.kernels[2].stores[0].value = access("w", {1});
             }).front(),
             "kernel back adds to w and reads it at an offset");
-  EXPECT_EQ(with([](Module& m) { m.kernels[2].stores.push_back(m.kernels[2].stores[0]); }), one("kernel back stores w twice"));
-  EXPECT_EQ(with([](Module& m) { m.kernels[0].sums.push_back(m.kernels[0].sums[0]); }), one("kernel step has two sums s"));
+  EXPECT_EQ(with([](Module& m) { m.kernels[2].stores.push_back(m.kernels[2].stores[0]); }),
+            one("kernel back stores w twice"));
+  EXPECT_EQ(with([](Module& m) { m.kernels[0].sums.push_back(m.kernels[0].sums[0]); }),
+            one("kernel step has two sums s"));
 }
 
 TEST(Verify, Scatters) {
-  EXPECT_EQ(with([](Module& m) { m.kernels[2].stores[0].value = access("w"); }), one("kernel back both reads w and scatters to it"));
+  EXPECT_EQ(with([](Module& m) { m.kernels[2].stores[0].value = access("w"); }),
+            one("kernel back both reads w and scatters to it"));
   EXPECT_EQ(with([](Module& m) {
               m.kernels[1].scatters = {{{"v", {}, {0.0}, {}}, local("l")}};
               m.kernels[1].lets = {{"l", access("w")}};
@@ -94,10 +103,12 @@ TEST(Verify, Scatters) {
 
 TEST(Verify, Runs) {
   EXPECT_EQ(with([](Module& m) { std::get<stencil::Run>(m.programs[0].body[1]).kernel = "stop"; }),
-            (std::vector<std::string>{"program p runs stop, which does not exist", "program p swaps u_next, which it does not write"}));
+            (std::vector<std::string>{"program p runs stop, which does not exist",
+                                      "program p swaps u_next, which it does not write"}));
   EXPECT_EQ(with([](Module& m) { m.kernels[0].rank = 2; }).back(), "program p swaps u_next, which it does not write");
-  EXPECT_EQ(with([](Module& m) { std::swap(m.programs[0].body[2], m.programs[0].body[3]); }),
-            (std::vector<std::string>{"program p adds to w before it is written", "program p writes w after adding to it"}));
+  EXPECT_EQ(
+      with([](Module& m) { std::swap(m.programs[0].body[2], m.programs[0].body[3]); }),
+      (std::vector<std::string>{"program p adds to w before it is written", "program p writes w after adding to it"}));
   EXPECT_EQ(with([](Module& m) { m.programs[0].body.push_back(stencil::Run{"zero"}); }),
             (std::vector<std::string>{"program p writes w after adding to it", "program p writes w twice"}));
 }
@@ -130,7 +141,8 @@ program q { axes x bounded; run a; run masked; keep w }
 }
 
 TEST(Verify, Results) {
-  EXPECT_EQ(with([](Module& m) { m.programs[0].keeps.push_back("d"); }), one("program p keeps d, which it does not write"));
+  EXPECT_EQ(with([](Module& m) { m.programs[0].keeps.push_back("d"); }),
+            one("program p keeps d, which it does not write"));
   EXPECT_EQ(with([](Module& m) { m.programs[0].swaps.push_back({"u", "w"}); }), one("program p swaps u twice"));
   EXPECT_EQ(with([](Module& m) { m.loops[0].programs = {"q"}; }), one("a loop runs q, which does not exist"));
 }

@@ -71,7 +71,7 @@ class Reversal {
 
   /// Kernel that sets to 0 the bars of active inputs nothing contributed to.
   void finish(const std::set<std::string>& inputs) {
-    Kernel zero{names_.fresh(program_.name + "_adjoint_zero"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_zero"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
     for (const std::string& field : inputs) {
       if (!bars_.contains(field)) zero.stores.push_back({names_.of(field), false, 0.0, {}});
     }
@@ -251,7 +251,7 @@ Derivative adjoint(const Module& module, const std::string& name, const Activity
 
   DerivedNames names(module, "_bar");
   Derivative result;
-  result.program = names.fresh(name + "_adjoint");
+  result.program = names.fresh_program(name + "_adjoint");
   Module reverse_kernels;
   Reversal reversal(module, *program, varied, names, reverse_kernels);
   for (int i = static_cast<int>(program->body.size()) - 1; i >= 0; --i) reversal.reverse(i);

@@ -278,16 +278,17 @@ void add_scatters(const Walk& walk, const RunContext& run, DerivedNames& names, 
 KernelAdjoint adjoint_of(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names) {
   const Walk walk(kernel, varied, run, names);
   KernelAdjoint result;
-  result.gather.name = names.fresh(kernel.name + "_adjoint");
+  result.gather.name = names.fresh_kernel(kernel.name + "_adjoint");
   result.gather.rank = kernel.rank;
   ShiftedLets lets(walk.lets, kernel.rank, names);
   add_gathers(walk, run, names, lets, result);
   result.gather.lets = lets.definitions();
+  prune_lets(result.gather);
 
   result.scatter.rank = kernel.rank;
   add_scatters(walk, run, names, result);
   if (!result.scatter.scatters.empty()) {
-    result.scatter.name = names.fresh(kernel.name + "_adjoint_scatter");
+    result.scatter.name = names.fresh_kernel(kernel.name + "_adjoint_scatter");
     result.scatter.lets = walk.lets;
     prune_lets(result.scatter);
   }

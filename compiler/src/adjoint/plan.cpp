@@ -12,9 +12,8 @@ using namespace stencil;
 
 namespace {
 
-void reserve_all(const Module& module, NameSupply& supply) {
+void reserve_values(const Module& module, NameSupply& supply) {
   for (const Kernel& kernel : module.kernels) {
-    supply.reserve(kernel.name);
     const Signature s = signature(kernel);
     for (const auto& read : s.reads) supply.reserve(read.field);
     for (const auto* names : {&s.writes, &s.updates, &s.params, &s.sums}) {
@@ -23,7 +22,6 @@ void reserve_all(const Module& module, NameSupply& supply) {
     for (const Let& let : kernel.lets) supply.reserve(let.name);
   }
   for (const Program& program : module.programs) {
-    supply.reserve(program.name);
     for (const std::string& name : interface_of(module, program).params) supply.reserve(name);
     for (const Swap& swap : program.swaps) {
       supply.reserve(swap.state);
@@ -99,10 +97,30 @@ bool check_sides(const Fill& fill, const Varied& varied, DiagnosticSink& sink) {
   return good;
 }
 
+/// Uses of each let by what is stored, directly or through other lets that are used.
+std::map<std::string, int> count_uses(const Kernel& kernel) {
+  std::map<std::string, int> uses;
+  const auto note = [&](const Expr& e) {
+    if (const Local* local = std::get_if<Local>(&e->kind)) ++uses[local->name];
+  };
+  for (const Store& store : kernel.stores) visit(store.value, note);
+  for (const Sum& sum : kernel.sums) visit(sum.value, note);
+  for (const Scatter& scatter : kernel.scatters) {
+    visit(interp(scatter.target), note);
+    visit(scatter.value, note);
+  }
+  for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) {
+    if (uses.contains(let->name)) visit(let->value, note);
+  }
+  return uses;
+}
+
 }  // namespace
 
 DerivedNames::DerivedNames(const Module& module, std::string suffix) : suffix_(std::move(suffix)) {
-  reserve_all(module, supply_);
+  reserve_values(module, supply_);
+  for (const Kernel& kernel : module.kernels) kernels_.reserve(kernel.name);
+  for (const Program& program : module.programs) programs_.reserve(program.name);
 }
 
 const std::string& DerivedNames::of(const std::string& name) {
@@ -143,23 +161,25 @@ std::vector<AxisBoundary> homogeneous(std::vector<AxisBoundary> axes) {
 }
 
 void prune_lets(Kernel& kernel) {
-  std::set<std::string> used;
-  const auto note = [&](const Expr& e) {
-    if (const Local* local = std::get_if<Local>(&e->kind)) used.insert(local->name);
+  const std::map<std::string, int> uses = count_uses(kernel);
+  std::map<std::string, Expr> inlined;
+  const std::function<Expr(const Expr&)> inline_in = [&](const Expr& e) {
+    const Local* local = std::get_if<Local>(&e->kind);
+    const auto value = local ? inlined.find(local->name) : inlined.end();
+    return value != inlined.end() ? value->second : map_children(e, inline_in);
   };
-  for (const Store& store : kernel.stores) visit(store.value, note);
-  for (const Sum& sum : kernel.sums) visit(sum.value, note);
-  for (const Scatter& scatter : kernel.scatters) {
-    visit(interp(scatter.target), note);
-    visit(scatter.value, note);
-  }
   std::vector<Let> kept;
-  for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) {
-    if (!used.contains(let->name)) continue;
-    visit(let->value, note);
-    kept.push_back(*let);
+  for (const Let& let : kernel.lets) {
+    const auto count = uses.find(let.name);
+    if (count == uses.end()) continue;
+    const Expr value = inline_in(let.value);
+    if (count->second == 1) {
+      inlined.emplace(let.name, value);
+    } else {
+      kept.push_back({let.name, value});
+    }
   }
-  std::reverse(kept.begin(), kept.end());
+  kernel = map_kernel(kernel, inline_in);
   kernel.lets = std::move(kept);
 }
 

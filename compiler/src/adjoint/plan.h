@@ -20,13 +20,15 @@ class DerivedNames {
   DerivedNames(const stencil::Module& module, std::string suffix);
   /// The derived name of field, parameter or sum `name`.
   const std::string& of(const std::string& name);
-  /// A free name for a local, kernel or program.
+  /// A free name for a local, beside the names of fields, parameters and sums.
   std::string fresh(const std::string& wish) { return supply_.fresh(wish); }
+  std::string fresh_kernel(const std::string& wish) { return kernels_.fresh(wish); }
+  std::string fresh_program(const std::string& wish) { return programs_.fresh(wish); }
   const std::map<std::string, std::string>& all() const { return derived_; }
 
  private:
   std::string suffix_;
-  NameSupply supply_;
+  NameSupply supply_, kernels_, programs_;  // kernels and programs are name spaces of their own
   std::map<std::string, std::string> derived_;
 };
 
@@ -43,7 +45,7 @@ bool check_differentiable(const stencil::Module& module, const stencil::Program&
 /// The boundary of the linear part of a fill: values become 0.
 std::vector<stencil::AxisBoundary> homogeneous(std::vector<stencil::AxisBoundary> axes);
 
-/// Removes lets nothing refers to.
+/// Removes lets nothing refers to, and writes those used once where they are used: their uniform factors combine there.
 void prune_lets(stencil::Kernel& kernel);
 
 }  // namespace dpde::adjoint

@@ -18,7 +18,7 @@ class KernelTangent {
       : kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {}
 
   Kernel build() {
-    Kernel result{names_.fresh(kernel_.name + "_tangent"), kernel_.rank, {}, {}, {}, {}};
+    Kernel result{names_.fresh_kernel(kernel_.name + "_tangent"), kernel_.rank, {}, {}, {}, {}};
     for (const Let& let : kernel_.lets) {
       result.lets.push_back(let);
       if (!varied_.locals.contains(let.name)) continue;
@@ -122,7 +122,7 @@ Derivative tangent(const Module& module, const std::string& name, const Activity
 
   DerivedNames names(module, "_dot");
   Derivative result;
-  result.program = names.fresh(name + "_tangent");
+  result.program = names.fresh_program(name + "_tangent");
   Program derived{result.program, program->axes, {}, program->swaps, program->keeps};
   for (const Statement& statement : program->body) {
     derived.body.push_back(statement);

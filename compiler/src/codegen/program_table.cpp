@@ -107,8 +107,7 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const std::stri
   KernelStorage& storage = kernel_storage.emplace_back();
   storage.name = row;
   for (const loop::Stream& s : source->streams) {
-    storage.streams.push_back(
-        {fields.index_of(s.field), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
+    storage.streams.push_back({fields.index_of(s.field), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
   }
   for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(grid));
   for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(sum.name));

@@ -119,9 +119,7 @@ double Tangent::loss_rate(const Snapshot& snapshot) {
         if (!dot.empty()) bound[dot] = snapshot.states[s];
       }
     }
-    const bool over = task.losses[i].when.kind == model::When::Kind::over;
-    const double weight = over ? 1.0 / static_cast<double>(steps.size()) : 1.0;
-    rate += weight * session_.evaluate(*program, dot_of(name, "loss"), snapshot.t, bound);
+    rate += session_.evaluate(*program, dot_of(name, "loss"), snapshot.t, bound);
   }
   return rate;
 }

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <vector>
 
 #include "dpde/runtime/error.h"
 
@@ -57,7 +56,7 @@ std::uint64_t hash_bytes(const void* bytes, std::size_t count, std::uint64_t has
 
 EvaluationLog::EvaluationLog(const std::filesystem::path& path, std::uint64_t key, Eigen::Index unknowns, bool resume,
                              DiagnosticSink& sink)
-    : path_(path), unknowns_(unknowns) {
+    : path_(path), unknowns_(unknowns), last_sync_(now()) {
   file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) {
     sink.report("cannot-write", {}, {path.string(), std::strerror(errno)});
@@ -102,9 +101,11 @@ bool EvaluationLog::next(double& loss, Eigen::VectorXd& gradient) {
 void EvaluationLog::append(double loss, const Eigen::VectorXd& gradient) {
   const std::int64_t at = header_bytes + position_ * record_bytes();
   const std::uint64_t checksum = hash_bytes(gradient.data(), static_cast<std::size_t>(8 * unknowns_), hash_bytes(&loss, 8));
-  const bool written = write_exactly(file_, &loss, 8, at) && write_exactly(file_, gradient.data(), 8 * unknowns_, at + 8) &&
-                       write_exactly(file_, &checksum, 8, at + record_bytes() - 8);
-  if (!written) throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path_.string(), std::strerror(errno)));
+  record_.resize(static_cast<std::size_t>(record_bytes()));
+  std::memcpy(record_.data(), &loss, 8);
+  std::memcpy(record_.data() + 8, gradient.data(), static_cast<std::size_t>(8 * unknowns_));
+  std::memcpy(record_.data() + record_bytes() - 8, &checksum, 8);
+  if (!write_exactly(file_, record_.data(), record_bytes(), at)) throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path_.string(), std::strerror(errno)));
   ++position_;
   if (now() - last_sync_ < seconds_between_syncs) return;
   last_sync_ = now();

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
-#include <string>
+#include <vector>
 
 #include "source/diagnostic.h"
 
@@ -41,7 +41,8 @@ class EvaluationLog {
   Eigen::Index unknowns_;
   int file_ = -1;
   std::int64_t recorded_ = 0, position_ = 0;
-  double last_sync_ = 0;
+  double last_sync_;
+  std::vector<char> record_;
 };
 
 /// FNV-1a, to be chained.

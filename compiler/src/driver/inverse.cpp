@@ -162,9 +162,7 @@ std::vector<std::pair<std::string, double>> Inverse::tests(const Eigen::VectorXd
       if (!wanted[i].contains(snapshot.step)) continue;
       const std::string& name = task.tests[i].quantity.name;
       const dpde_program* program = session_.compiled().program(task.name + "_test_" + name);
-      const bool over = task.tests[i].when.kind == model::When::Kind::over;
-      const double weight = over ? 1.0 / static_cast<double>(wanted[i].size()) : 1.0;
-      values[i].second += weight * session_.evaluate(*program, name, snapshot.t, snapshot.states);
+      values[i].second += session_.evaluate(*program, name, snapshot.t, snapshot.states);
     }
   };
   const RunResult result = session_.rollout().run({1, add});

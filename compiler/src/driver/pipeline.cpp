@@ -8,6 +8,7 @@
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
 #include "driver/interpreter_backend.h"
+#include "driver/over_time.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
@@ -113,7 +114,7 @@ stencil::Module lower(const Compiled& compiled, const CompileOptions& options, D
     }
     return extract(written, {name});
   }
-  stencil::Module module = stencil::from_model(*compiled.problem, sink);
+  stencil::Module module = stencil::from_model(spread_over_time(*compiled.problem), sink);
   if (compiled.problem->program.empty()) return module;
   std::vector<std::string> wanted = names_of(module.programs);
   wanted.push_back(compiled.problem->program);

@@ -157,8 +157,6 @@ bool Session::add_losses(RolloutSetup& setup, DiagnosticSink& sink) {
     term.loss = compiled_->program(name);
     term.adjoint = compiled_->adjoint_of(name);
     term.at_steps = steps_of(task.losses[i].when);
-    // `over time` is the mean over the states, so that the loss means the same with half the step.
-    if (task.losses[i].when.kind == model::When::Kind::over) term.weight = 1.0 / static_cast<double>(term.at_steps.size());
     for (const DataStates& datum : data_) {
       if (!is_field(*term.loss, datum.name)) continue;
       LossData data{datum.name, {}};

@@ -88,9 +88,8 @@ const std::vector<std::string>& ModuleBuilder::rows_for(const stencil::Run& run,
   const auto found = rows_.find(key);
   if (found != rows_.end()) return found->second;
 
-  const bool first = std::none_of(rows_.begin(), rows_.end(), [&](const auto& entry) {
-    return std::get<0>(entry.first) == run.kernel;
-  });
+  const bool first = std::none_of(rows_.begin(), rows_.end(),
+                                  [&](const auto& entry) { return std::get<0>(entry.first) == run.kernel; });
   stencil::Kernel named = *kernel;
   if (!first) named.name = row_names_.fresh(kernel->name);
   std::vector<std::string> names;
@@ -212,8 +211,8 @@ void ModuleBuilder::add_program(const stencil::Program& program) {
   for (const stencil::Swap& swap : program.swaps) result.swaps.push_back({swap.state, swap.next});
   result.keeps = program.keeps;
 
-  Schedule scheduled = schedule({items_of(program), known.inputs, result.swaps, program.axes,
-                                 time_dependent_fields(program)});
+  Schedule scheduled =
+      schedule({items_of(program), known.inputs, result.swaps, program.axes, time_dependent_fields(program)});
   result.prepare = std::move(scheduled.prepare);
   result.body = std::move(scheduled.body);
   result_.programs.push_back(std::move(result));

@@ -180,7 +180,7 @@ using Operation = std::variant<Fill, Fold, Sweep>;
 struct Program {
   std::string name;
   std::vector<Topology> axes;
-  std::vector<std::string> fields;      // index = field number of the ABI; inputs first
+  std::vector<std::string> fields;  // index = field number of the ABI; inputs first
   int input_count = 0;
   std::vector<std::string> sums;
   std::array<int, max_rank> halo{};

@@ -2,11 +2,11 @@
 // Text with the fewest parentheses that keep the meaning; the spelling of expressions is that of the stencil level.
 #include "loop/print_loop.h"
 
-#include <algorithm>
-#include <string_view>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string_view>
 
 #include "support/match.h"
 
@@ -70,16 +70,20 @@ class ExprPrinter {
 
   Piece print(const Expr& e) const {
     return match(
-        e->kind, [](const Literal& l) { return Piece{fmt::format("{}", l.value), l.value < 0 ? unary_precedence : atom}; },
+        e->kind,
+        [](const Literal& l) {
+          return Piece{fmt::format("{}", l.value), l.value < 0 ? unary_precedence : atom};
+        },
         [&](const Uniform& u) { return Piece{module_.uniforms[u.index].name}; },
         [&](const Param& p) { return Piece{module_.params[p.index]}; },
         [&](const Load& l) { return Piece{stream_text(row_->streams[l.stream], row_->rank)}; },
         [&](const Local& l) { return Piece{row_->lets[l.index].name}; },
-        [&](const Inside& i) { return Piece{inside_text(i)}; },
-        [&](const Interp& i) { return Piece{interp_text(i)}; }, [&](const Neg& n) { return print_neg(n); },
-        [&](const Binary& b) { return print_binary(b); },
+        [&](const Inside& i) { return Piece{inside_text(i)}; }, [&](const Interp& i) { return Piece{interp_text(i)}; },
+        [&](const Neg& n) { return print_neg(n); }, [&](const Binary& b) { return print_binary(b); },
         [&](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
-        [&](const Select& s) { return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))}; });
+        [&](const Select& s) {
+          return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))};
+        });
   }
 
   /// -a*b stands for -(a*b), which is the same number.
@@ -200,8 +204,8 @@ std::string print(const Module& module, const Row& row) {
   if (!row.grids.empty()) out += fmt::format("  grid {}\n", fmt::join(row.grids, ", "));
   for (const Let& let : row.lets) out += fmt::format("  let {} = {}\n", let.name, printer.text(let.value));
   for (const Store& store : row.stores) {
-    out += fmt::format("  {} {} {}\n", stream_text(row.streams[store.stream], row.rank),
-                       store.accumulate ? "+=" : "=", printer.text(store.value));
+    out += fmt::format("  {} {} {}\n", stream_text(row.streams[store.stream], row.rank), store.accumulate ? "+=" : "=",
+                       printer.text(store.value));
   }
   for (const Sum& sum : row.sums) out += fmt::format("  sum {} += {}\n", sum.name, printer.text(sum.value));
   for (const Scatter& scatter : row.scatters) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernel -> rows. Every expression is converted once, bottom up, into a Term that remembers whether it is the same at
-// all points; a uniform is put into the table only where it meets a value that is not, so uniforms are as large as can be.
+// all points; a uniform is put into the table only where it meets a value that is not, so uniforms are as large as can
+// be.
 #include "loop/rows.h"
 
 #include <algorithm>
@@ -38,7 +39,8 @@ bool is_reciprocal_power(const stencil::Binary& b) {
 /// Converts expressions; of a row when one is given, of uniforms only otherwise.
 class Converter {
  public:
-  Converter(UniformTable& uniforms, Row* row, const NameSupply& names) : uniforms_(uniforms), row_(row), names_(names) {}
+  Converter(UniformTable& uniforms, Row* row, const NameSupply& names)
+      : uniforms_(uniforms), row_(row), names_(names) {}
 
   Term convert(const stencil::Expr& e);
   Expr value(const stencil::Expr& e) { return use(convert(e)); }
@@ -117,16 +119,27 @@ Interp Converter::interp(const stencil::Interp& i) {
 
 Term Converter::convert(const stencil::Expr& e) {
   return match(
-      e->kind, [](const stencil::Literal& l) { return Term{true, l.value}; },
-      [&](const stencil::Param& p) { return Term{true, uniforms_.param(p.name)}; },
+      e->kind,
+      [](const stencil::Literal& l) {
+        return Term{true, l.value};
+      },
+      [&](const stencil::Param& p) {
+        return Term{true, uniforms_.param(p.name)};
+      },
       [&](const stencil::Local& l) {
         const auto found = lets_.find(l.name);
         require(found != lets_.end(), "a let is defined before its use");
         return found->second;
       },
-      [&](const stencil::Access& a) { return Term{false, load(a)}; },
-      [&](const stencil::Interp& i) { return Term{false, make(interp(i))}; },
-      [&](const stencil::Inside& i) { return Term{false, make(Inside{i.offset, i.grow})}; },
+      [&](const stencil::Access& a) {
+        return Term{false, load(a)};
+      },
+      [&](const stencil::Interp& i) {
+        return Term{false, make(interp(i))};
+      },
+      [&](const stencil::Inside& i) {
+        return Term{false, make(Inside{i.offset, i.grow})};
+      },
       [&](const stencil::Neg&) { return convert_factors(e); },
       [&](const stencil::Binary& b) { return convert_binary(e, b); },
       [&](const stencil::Call& c) { return convert_call(c); },
@@ -164,7 +177,8 @@ void Converter::add_factors(Factors& factors, const stencil::Expr& e, bool inver
   }
   const Term term = convert(e);
   if (!term.uniform) return factors.add_varying(term.expr, inverse);
-  if (const Literal* literal = std::get_if<Literal>(&term.expr->kind)) return factors.add_number(literal->value, inverse);
+  if (const Literal* literal = std::get_if<Literal>(&term.expr->kind))
+    return factors.add_number(literal->value, inverse);
   factors.add_uniform(term.expr, inverse);
 }
 
@@ -357,7 +371,8 @@ stencil::Expr simplify_masks(const stencil::Expr& e, const std::vector<Topology>
 bool depends_on_axes(const stencil::Kernel& kernel) {
   bool found = !kernel.scatters.empty();
   const auto look = [&](const stencil::Expr& e) {
-    found = found || std::holds_alternative<stencil::Inside>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
+    found =
+        found || std::holds_alternative<stencil::Inside>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
   };
   stencil::map_kernel(kernel, [&](const stencil::Expr& e) {
     stencil::visit(e, look);

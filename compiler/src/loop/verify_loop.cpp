@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "loop/verify_loop.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "loop/expressions.h"
 #include "support/match.h"
@@ -37,7 +37,8 @@ class Verifier {
   template <class Named>
   void check_unique(std::string_view kind, const std::vector<Named>& all) {
     std::set<std::string> names;
-    for (const Named& one : all) check(names.insert(one.name).second, one.name, fmt::format("two {}s of this name", kind));
+    for (const Named& one : all)
+      check(names.insert(one.name).second, one.name, fmt::format("two {}s of this name", kind));
   }
 
   void check_uniforms();
@@ -85,7 +86,8 @@ void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets)
         [&](const Load& l) {
           const bool exists = is_index(l.stream, row.streams.size());
           check(exists, row.name, "no such stream");
-          check(!exists || row.streams[l.stream].mode != Stream::Mode::out, row.name, "reads a stream that is only written");
+          check(!exists || row.streams[l.stream].mode != Stream::Mode::out, row.name,
+                "reads a stream that is only written");
         },
         [&](const Local& l) { check(is_index(l.index, lets), row.name, "reads a let that is not defined before it"); },
         [](const Inside&) {}, [&](const Interp& i) { check_interp(row, i); }, [](const Neg&) {}, [](const Binary&) {},
@@ -152,7 +154,8 @@ void Verifier::check_boundaries(const Program& program, const std::string& field
   check(has(program.fields, field), program.name, fmt::format("no field {}", field));
   check(axes.size() == program.axes.size(), program.name, fmt::format("{} needs one boundary an axis", field));
   for (std::size_t a = 0; a < std::min(axes.size(), program.axes.size()); ++a) {
-    check(axes[a].topology == program.axes[a], program.name, fmt::format("boundary of {} on another kind of axis", field));
+    check(axes[a].topology == program.axes[a], program.name,
+          fmt::format("boundary of {} on another kind of axis", field));
     for (const Side* side : {&axes[a].low, &axes[a].high}) {
       check(side->uniform == -1 || is_index(side->uniform, module_.uniforms.size()), program.name, "no such uniform");
     }
@@ -163,13 +166,15 @@ void Verifier::check_sweep(const Program& program, const Sweep& sweep) {
   const Row* row = module_.find_row(sweep.row);
   check(row != nullptr, program.name, fmt::format("no row {}", sweep.row));
   if (!row) return;
-  check(row->rank == static_cast<int>(program.axes.size()), program.name, fmt::format("{} has another rank", row->name));
+  check(row->rank == static_cast<int>(program.axes.size()), program.name,
+        fmt::format("{} has another rank", row->name));
   check(sweep.serial == !row->scatters.empty(), program.name, fmt::format("{}: scatters run serially", row->name));
   check(sweep.grow >= 0, program.name, "negative grow");
   for (const Stream& stream : row->streams) {
     check(has(program.fields, stream.field), program.name, fmt::format("no field {}", stream.field));
   }
-  for (const std::string& grid : row->grids) check(has(program.fields, grid), program.name, fmt::format("no field {}", grid));
+  for (const std::string& grid : row->grids)
+    check(has(program.fields, grid), program.name, fmt::format("no field {}", grid));
   for (const Sum& sum : row->sums) check(has(program.sums, sum.name), program.name, fmt::format("no sum {}", sum.name));
   for (const Fill& fill : sweep.then) {
     check_boundaries(program, fill.field, fill.axes);
@@ -193,7 +198,8 @@ void Verifier::check_program(const Program& program) {
         [&](const Sweep& s) { check_sweep(program, s); });
   }
   for (const Swap& swap : program.swaps) {
-    check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name, "swaps a field it does not have");
+    check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name,
+          "swaps a field it does not have");
   }
   for (const std::string& name : program.keeps) {
     check(has(program.fields, name), program.name, fmt::format("keeps {}, which it does not have", name));

@@ -63,7 +63,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0350", "kernel-unknown-name", Severity::error, "{} is not a parameter or let of kernel {}"},
     {"E0351", "kernel-unknown-function", Severity::error, "{} is not a function that kernels can call"},
     {"E0352", "kernel-argument-count", Severity::error, "{} takes {} arguments, not {}"},
-    {"E0353", "kernel-offset-count", Severity::error, "{} has {} offsets, but kernel {} has {} axes"},
+    {"E0353", "kernel-offset-count", Severity::error, "{} has {} offsets, but kernel {} has {}"},
     {"E0354", "kernel-wrong-role", Severity::error, "{} is a {} and cannot be used as a {}"},
     {"E0355", "kernel-race", Severity::error, "kernel {} writes {}, which it also reads"},
     {"E0356", "kernel-not-written", Severity::error, "{} is declared {} but kernel {} does not write it"},

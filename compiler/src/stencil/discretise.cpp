@@ -75,7 +75,7 @@ Expr Discretiser::shared(const std::string& wish, const Expr& value) {
 }
 
 Expr Discretiser::Quotient::value() const {
-  Expr bottom = static_cast<double>(number);
+  Expr bottom = number;
   for (int axis = 0; axis < max_rank; ++axis) {
     if (powers[axis] > 0) bottom = bottom * power(spacing(axis), powers[axis]);
   }
@@ -216,7 +216,7 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
   for (std::size_t i = 1; i < taps.size(); ++i) {
     sum = sum + scaled(static_cast<double>(taps[i].weight), values[i].top);
   }
-  Quotient result{sum, values[0].number * difference.denominator, values[0].powers};
+  Quotient result{sum, values[0].number * static_cast<double>(difference.denominator), values[0].powers};
   result.powers[axis] += difference.derivative;
   return result;
 }

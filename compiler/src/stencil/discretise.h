@@ -10,7 +10,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -58,7 +57,7 @@ class Discretiser {
   /// top / (number * hx^powers[0] * ...): divisions of nested differences are done once, at the outside.
   struct Quotient {
     Expr top;
-    std::int64_t number = 1;
+    double number = 1;  // whole
     std::array<int, max_rank> powers{};
     Expr value() const;
     bool same_bottom(const Quotient& other) const { return number == other.number && powers == other.powers; }

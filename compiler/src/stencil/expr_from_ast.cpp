@@ -40,7 +40,8 @@ std::optional<std::array<bool, max_rank>> interp_slopes(const std::string& calle
 
 bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink) {
   if (cells >= least && cells <= max_distance) return true;
-  sink.report("distance-out-of-range", range, {fmt::format("{}", cells), fmt::format("{}", least), fmt::format("{}", max_distance)});
+  sink.report("distance-out-of-range", range,
+              {fmt::format("{}", cells), fmt::format("{}", least), fmt::format("{}", max_distance)});
   return false;
 }
 
@@ -60,8 +61,7 @@ Expr ExprReader::read(const ast::Expr& e) {
         const Expr left = read(b.left);
         return binary(b.op, left, read(b.right));
       },
-      [&](const ast::Call& c) { return read_call(c, e.range()); },
-      [&](const ast::Tuple&) { return refuse("a tuple"); },
+      [&](const ast::Call& c) { return read_call(c, e.range()); }, [&](const ast::Tuple&) { return refuse("a tuple"); },
       [&](const ast::Offsets& o) { return read_offsets(o, e.range()); }, [](const ast::Error&) { return Expr(0.0); });
 }
 
@@ -75,7 +75,8 @@ bool ExprReader::has_arguments(const ast::Call& call, std::size_t count, SourceR
 bool ExprReader::are_positional(const ast::Call& call) {
   for (const ast::Argument& argument : call.arguments) {
     if (argument.name.empty()) continue;
-    sink_.report("not-in-kernels", argument.value.range(), {fmt::format("an argument with the name {}", argument.name)});
+    sink_.report("not-in-kernels", argument.value.range(),
+                 {fmt::format("an argument with the name {}", argument.name)});
     return false;
   }
   return true;
@@ -86,7 +87,8 @@ Expr ExprReader::read_call(const ast::Call& call, SourceRange range) {
   if (interp_slopes(call.callee)) return read_interp(call, range);
   const std::optional<Fn> fn = find_fn(call.callee);
   if (!fn && call.callee != "if") {
-    sink_.report("kernel-unknown-function", call.callee_range, {call.callee}, did_you_mean(call.callee, callable_names()));
+    sink_.report("kernel-unknown-function", call.callee_range, {call.callee},
+                 did_you_mean(call.callee, callable_names()));
     return 0.0;
   }
   if (!has_arguments(call, fn ? arity(*fn) : 3, range)) return 0.0;

@@ -93,7 +93,8 @@ class ModuleReader {
 
   // ---- kernels and the number of axes ------------------------------------------------------------------------------
   KernelRead* find_kernel(const std::string& name) {
-    const auto found = std::find_if(kernels_.begin(), kernels_.end(), [&](const KernelRead& k) { return k.kernel.name == name; });
+    const auto found =
+        std::find_if(kernels_.begin(), kernels_.end(), [&](const KernelRead& k) { return k.kernel.name == name; });
     return found == kernels_.end() ? nullptr : &*found;
   }
 
@@ -144,8 +145,8 @@ class ModuleReader {
 
   // ---- programs ----------------------------------------------------------------------------------------------------
   void read_program(const ast::Program& source) {
-    if (module_.find_program(source.name.name) || module_.find_kernel(source.name.name)) {
-      sink_.report("name-taken", source.name.range, {source.name.name, "another program or kernel"});
+    if (module_.find_program(source.name.name)) {  // a kernel may have the name of the program that runs it
+      sink_.report("name-taken", source.name.range, {source.name.name, "another program"});
       return;
     }
     program_ = Program{source.name.name, read_topologies(source), {}, {}, {}};
@@ -227,7 +228,8 @@ class ModuleReader {
     for (const ast::BoundarySide& side : fill.sides) {
       const std::optional<Place> place = place_of(side.place.name);
       if (!place || place->axis >= static_cast<int>(rank)) {
-        sink_.report("bad-program", side.place.range, {fmt::format("{} is not an axis or a side of one", side.place.name)},
+        sink_.report("bad-program", side.place.range,
+                     {fmt::format("{} is not an axis or a side of one", side.place.name)},
                      "write x, x.low, x.high, ... or all");
         return;
       }
@@ -278,9 +280,10 @@ class ModuleReader {
                      {statement, fill.field.name, fmt::format("{}{}", axis_names[axis], side)});
       } else if (axes[axis].topology != program_.axes[axis]) {
         const bool bounded = program_.axes[axis] == Topology::bounded;
-        sink_.report("program-axes", fill.field.range,
-                     {program_.name, fmt::format("{} axis {}", bounded ? "a bounded" : "a periodic", axis_names[axis]),
-                      fmt::format("the {} of {}", statement, fill.field.name), bounded ? "a periodic one" : "a bounded one"});
+        sink_.report(
+            "program-axes", fill.field.range,
+            {program_.name, fmt::format("{} axis {}", bounded ? "a bounded" : "a periodic", axis_names[axis]),
+             fmt::format("the {} of {}", statement, fill.field.name), bounded ? "a periodic one" : "a bounded one"});
       }
     }
   }
@@ -295,8 +298,9 @@ class ModuleReader {
     }
     const int rank = static_cast<int>(program_.axes.size());
     if (kernel->rank != rank) {
-      sink_.report("program-axes", run.kernel.range,
-                   {program_.name, axes_phrase(rank), fmt::format("kernel {}", kernel->name), axes_phrase(kernel->rank)});
+      sink_.report(
+          "program-axes", run.kernel.range,
+          {program_.name, axes_phrase(rank), fmt::format("kernel {}", kernel->name), axes_phrase(kernel->rank)});
     }
     check_distance(run.grow, 0, range, sink_);
     ranges_.push_back(range);
@@ -327,7 +331,8 @@ class ModuleReader {
       written.insert(written.end(), s.updates.begin(), s.updates.end());
     }
     if (!fields_known_ || std::find(written.begin(), written.end(), field.name) != written.end()) return;
-    sink_.report("program-result-not-written", field.range, {program_.name, field.name}, did_you_mean(field.name, written));
+    sink_.report("program-result-not-written", field.range, {program_.name, field.name},
+                 did_you_mean(field.name, written));
   }
 
   void check_results(const ast::Program& source) {
@@ -358,8 +363,12 @@ class ModuleReader {
   void report_problems() {
     for (const Problem& problem : find_problems(module_)) {
       SourceRange range;
-      for_each<ast::Kernel>([&](const ast::Kernel& k) { if (k.name.name == problem.declaration) range = k.name.range; });
-      for_each<ast::Program>([&](const ast::Program& p) { if (p.name.name == problem.declaration) range = p.name.range; });
+      for_each<ast::Kernel>([&](const ast::Kernel& k) {
+        if (k.name.name == problem.declaration) range = k.name.range;
+      });
+      for_each<ast::Program>([&](const ast::Program& p) {
+        if (p.name.name == problem.declaration) range = p.name.range;
+      });
       if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
       sink_.report("bad-program", range, {problem.text});
     }
@@ -371,7 +380,7 @@ class ModuleReader {
   std::vector<KernelRead> kernels_;
   std::map<std::string, int> ranks_;  // of programs
   std::map<std::string, std::vector<SourceRange>> statement_ranges_;
-  Program program_;  // the one being read
+  Program program_;                  // the one being read
   std::vector<std::string> fields_;  // of the kernels it runs
   bool fields_known_ = true;         // all of these kernels exist
   std::vector<SourceRange> ranges_;  // of its statements

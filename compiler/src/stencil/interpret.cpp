@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels evaluated point by point. Stores are applied only after all points have been evaluated, so that the rule "reads
-// see the fields as they were" holds by construction.
+// Kernels evaluated point by point. Stores are applied only after all points have been evaluated, so that the rule
+// "reads see the fields as they were" holds by construction.
 #include "stencil/interpret.h"
 
 #include <cmath>
@@ -289,7 +289,8 @@ Source source_of(const AxisBoundary& boundary, int n, int p, double low_value, d
   return source;
 }
 
-/// Calls f(place, cell of its source, source) for the halo along `axis`, `width` cells wide, over the halo of the axes before.
+/// Calls f(place, cell of its source, source) for the halo along `axis`, `width` cells wide, over the halo of the axes
+/// before.
 void for_each_halo_cell(const Grid& grid, const AxisBoundary& boundary, int axis, const Cell& width, double low_value,
                         double high_value, const std::function<void(const Cell&, const Cell&, const Source&)>& f) {
   Cell low{}, high = grid.cells;
@@ -345,7 +346,8 @@ void apply(State& state, const Fold& fold) {
   }
 }
 
-std::map<std::string, double> interpret(const Module& module, const Program& program, State& state, const Params& params) {
+std::map<std::string, double> interpret(const Module& module, const Program& program, State& state,
+                                        const Params& params) {
   require(static_cast<int>(program.axes.size()) == state.grid().rank, "one topology an axis");
   std::map<std::string, double> sums;
   for (const std::string& name : interface_of(module, program).sums) sums[name] = 0;

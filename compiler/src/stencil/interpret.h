@@ -57,8 +57,10 @@ void apply(State& state, const Fill& fill, const Params& params);
 /// Adds `grow` halo cells of a field on each side of bounded axes onto its interior, and clears them.
 void apply(State& state, const Fold& fold);
 
-/// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are created.
-/// Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or wider.
-std::map<std::string, double> interpret(const Module& module, const Program& program, State& state, const Params& params);
+/// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
+/// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or
+/// wider.
+std::map<std::string, double> interpret(const Module& module, const Program& program, State& state,
+                                        const Params& params);
 
 }  // namespace dpde::stencil

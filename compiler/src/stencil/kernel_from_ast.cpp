@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Roles decide what a name may do: a field is read, `out` is written with =, `inout` is added to with +=, `sum` likewise.
-// Reads of fields the kernel writes would depend on the order of the points; they are reported with the rewrite.
+// Roles decide what a name may do: a field is read, `out` is written with =, `inout` is added to with +=, `sum`
+// likewise. Reads of fields the kernel writes would depend on the order of the points; they are reported with the
+// rewrite.
 #include "stencil/kernel_from_ast.h"
 
 #include <fmt/format.h>
@@ -94,7 +95,8 @@ class KernelReader : public ExprReader {
   }
 
  private:
-  Diagnostic& report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments, std::string hint = {}) {
+  Diagnostic& report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
+                     std::string hint = {}) {
     result_.good = false;
     return sink().report(kind, range, arguments, std::move(hint));
   }
@@ -123,7 +125,8 @@ class KernelReader : public ExprReader {
 
   void check_written(const ast::KernelParameter& parameter) {
     if (is_read(parameter.role) || written_.contains(parameter.name.name)) return;
-    report("kernel-not-written", parameter.name.range, {parameter.name.name, role_prefix(parameter.role), kernel_.name});
+    report("kernel-not-written", parameter.name.range,
+           {parameter.name.name, role_prefix(parameter.role), kernel_.name});
   }
 
   void check_halos() {
@@ -173,12 +176,14 @@ class KernelReader : public ExprReader {
     const Expr value = value_of(assign.value);
     const ast::KernelParameter* parameter = find(name);
     if (locals_.contains(name)) {
-      report("kernel-wrong-role", assign.target.range, {name, "let", "result"}, "a let is written once; use another name");
+      report("kernel-wrong-role", assign.target.range, {name, "let", "result"},
+             "a let is written once; use another name");
       return;
     }
     if (!parameter) return report_unknown(name, assign.target.range, fmt::format("out {}: field", name));
+    const bool is_first = written_.insert(name).second;
     if (!check_operator(*parameter, assign)) return;
-    if (!written_.insert(name).second && parameter->role != KernelRole::sum) {
+    if (!is_first && parameter->role != KernelRole::sum) {
       report("kernel-wrong-assignment", assign.target.range, {name, role_name(parameter->role), "one statement only"},
              "add the values in one expression");
     }
@@ -271,7 +276,8 @@ class KernelReader : public ExprReader {
   std::optional<Offset> offset_of(const ast::Offsets& o, SourceRange range) {
     if (static_cast<int>(o.offsets.size()) != kernel_.rank) {
       report("kernel-offset-count", range,
-             {o.name, fmt::format("{}", o.offsets.size()), kernel_.name, fmt::format("{}", kernel_.rank)});
+             {o.name, fmt::format("{}", o.offsets.size()), kernel_.name,
+              kernel_.rank == 1 ? "1 axis" : fmt::format("{} axes", kernel_.rank)});
       return std::nullopt;
     }
     for (const int distance : o.offsets) {
@@ -286,7 +292,8 @@ class KernelReader : public ExprReader {
   bool is_field(const std::string& name, SourceRange range, KernelRole role) {
     const ast::KernelParameter* parameter = find(name);
     if (locals_.contains(name)) {
-      report("kernel-wrong-role", range, {name, "let", "field"}, "a let exists at its own point only; displace the fields in it");
+      report("kernel-wrong-role", range, {name, "let", "field"},
+             "a let exists at its own point only; displace the fields in it");
       return false;
     }
     if (!parameter) {
@@ -337,7 +344,8 @@ class KernelReader : public ExprReader {
       return std::nullopt;
     }
     if (!is_field(interp.field, place.range(), role)) return std::nullopt;
-    for (std::size_t i = 1; i < call.arguments.size(); ++i) interp.displacement.push_back(value_of(call.arguments[i].value));
+    for (std::size_t i = 1; i < call.arguments.size(); ++i)
+      interp.displacement.push_back(value_of(call.arguments[i].value));
     return interp;
   }
 

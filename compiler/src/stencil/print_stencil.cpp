@@ -90,7 +90,9 @@ class ExprPrinter {
         },
         [&](const Binary& b) { return print_binary(b); },
         [&](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
-        [&](const Select& s) { return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))}; });
+        [&](const Select& s) {
+          return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))};
+        });
   }
 
   Piece print_binary(const Binary& b) const {
@@ -192,7 +194,8 @@ std::string axes_text(const Program& program) {
   if (has_fill && (!all_periodic || has_run || program.axes.size() == 1)) return "";
   std::vector<std::string> parts;
   for (std::size_t a = 0; a < program.axes.size(); ++a) {
-    parts.push_back(fmt::format("{} {}", axis_names[a], program.axes[a] == Topology::periodic ? "periodic" : "bounded"));
+    parts.push_back(
+        fmt::format("{} {}", axis_names[a], program.axes[a] == Topology::periodic ? "periodic" : "bounded"));
   }
   return fmt::format("axes {}", fmt::join(parts, ", "));
 }
@@ -228,7 +231,8 @@ std::string print(const Program& program) {
 }
 
 std::string print(const Loop& loop) {
-  return fmt::format("loop {} in {} .. {} {{ {} }}\n", loop.counter, loop.from, loop.to, fmt::join(loop.programs, "; "));
+  return fmt::format("loop {} in {} .. {} {{ {} }}\n", loop.counter, loop.from, loop.to,
+                     fmt::join(loop.programs, "; "));
 }
 
 std::string print(const Module& module) {

@@ -27,7 +27,9 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
   return match(
       e->kind, [&](const Literal&) { return e; }, [&](const Param&) { return e; }, [&](const Local&) { return e; },
       [&](const Access&) { return e; }, [&](const Inside&) { return e; },
-      [&](const Interp& i) { return interp({i.field, i.offset, map_all(i.displacement, f), i.slope}); },
+      [&](const Interp& i) {
+        return interp({i.field, i.offset, map_all(i.displacement, f), i.slope});
+      },
       [&](const Neg& n) { return -f(n.operand); },
       [&](const Binary& b) {
         const Expr left = f(b.left);

@@ -16,7 +16,6 @@ namespace {
 
 using Problems = std::vector<Problem>;
 
-
 /// Checks of one kernel by itself.
 class KernelCheck {
  public:
@@ -320,7 +319,8 @@ template <class T>
 void check_unique_names(const std::vector<T>& things, const char* what, Problems& problems) {
   std::set<std::string> names;
   for (const T& thing : things) {
-    if (!names.insert(thing.name).second) problems.push_back({fmt::format("there are two {} {}", what, thing.name), thing.name});
+    if (!names.insert(thing.name).second)
+      problems.push_back({fmt::format("there are two {} {}", what, thing.name), thing.name});
   }
 }
 
@@ -334,7 +334,8 @@ std::vector<Problem> find_problems(const Module& module) {
   for (const Program& program : module.programs) ProgramCheck(module, program, problems).run();
   for (const Loop& loop : module.loops) {
     for (const std::string& program : loop.programs) {
-      if (!module.find_program(program)) problems.push_back({fmt::format("a loop runs {}, which does not exist", program), ""});
+      if (!module.find_program(program))
+        problems.push_back({fmt::format("a loop runs {}, which does not exist", program), ""});
     }
   }
   return problems;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of what every stencil module must satisfy. For bugs of the compiler: what a user can write wrongly is reported by
-// from_ast before.
+// Checks of what every stencil module must satisfy. For bugs of the compiler: what a user can write wrongly is reported
+// by from_ast before.
 #pragma once
 
 #include <string>

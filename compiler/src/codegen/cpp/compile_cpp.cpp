@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Source file -> shared library -> function pointers. Nothing passes through a shell: the compiler gets its arguments as
-// an array. Everything lives in a folder of its own that only this user can read and that is removed in any case.
+// Source file -> shared library -> function pointers. Nothing passes through a shell: the compiler gets its arguments
+// as an array. Everything lives in a folder of its own that only this user can read and that is removed in any case.
 #include "codegen/cpp/compile_cpp.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,8 +18,6 @@
 #include <optional>
 #include <sstream>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "codegen/cpp/emit_cpp.h"
 
@@ -88,7 +87,9 @@ std::string read_text(const fs::path& path) {
 /// $CXX may hold options ("ccache g++"): words are separated by blanks, as make does it.
 std::vector<std::string> compiler_words(const std::string& compiler) {
   const char* from_environment = std::getenv("CXX");
-  std::istringstream words(!compiler.empty() ? compiler : from_environment && *from_environment ? from_environment : "c++");
+  std::istringstream words(!compiler.empty()                       ? compiler
+                           : from_environment && *from_environment ? from_environment
+                                                                   : "c++");
   std::vector<std::string> result;
   for (std::string word; words >> word;) result.push_back(word);
   return result;
@@ -158,8 +159,16 @@ CompileResult load(const loop::Module& module, const fs::path& path) {
 
 std::vector<std::string> cpp_flags() {
   // C++14: <math.h> of later standards takes g++ twice the time.
-  return {"-std=c++14", "-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math",
-          "-mprefer-vector-width=512", "-fPIC", "-fopenmp-simd", "-I" DPDE_ABI_INCLUDE_DIR};
+  return {"-std=c++14",
+          "-O3",
+          "-march=native",
+          "-ffp-contract=fast",
+          "-fno-math-errno",
+          "-fno-trapping-math",
+          "-mprefer-vector-width=512",
+          "-fPIC",
+          "-fopenmp-simd",
+          "-I" DPDE_ABI_INCLUDE_DIR};
 }
 
 CompileResult compile_cpp_source(const loop::Module& module, const std::string& source, const std::string& compiler) {

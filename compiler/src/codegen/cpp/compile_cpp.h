@@ -20,7 +20,8 @@ struct CompileResult {
 CompileResult compile_cpp(const loop::Module& module, const std::string& compiler = "");
 
 /// The same for given source text (for tools that compile a file somebody edited).
-CompileResult compile_cpp_source(const loop::Module& module, const std::string& source, const std::string& compiler = "");
+CompileResult compile_cpp_source(const loop::Module& module, const std::string& source,
+                                 const std::string& compiler = "");
 
 /// The flags compile_cpp gives the compiler, for assembly listings and build scripts.
 std::vector<std::string> cpp_flags();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codegen/cpp/cpp_expression.h"
 
-#include <cmath>
-#include <string_view>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <cmath>
+#include <string_view>
 
 #include "loop/expressions.h"
 #include "support/assert.h"
@@ -88,7 +88,8 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
   if (!is_logical(b->op)) {
     return {fmt::format("{} {} {}", number(b->left, own + 1), spelling(b->op), number(b->right, own + 1)), own};
   }
-  // & and | on bools: && and || are branches, with which g++ does not vectorise every loop. Both sides may be evaluated.
+  // & and | on bools: && and || are branches, with which g++ does not vectorise every loop. Both sides may be
+  // evaluated.
   const loop::Binary* left = std::get_if<loop::Binary>(&b->left->kind);
   const std::string left_text = truth(b->left, left && left->op == b->op ? own : comparison_precedence + 1);
   return {fmt::format("{} {} {}", left_text, b->op == BinaryOp::logical_and ? '&' : '|',
@@ -97,20 +98,36 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
 }
 
 CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
-  if (is_truth(e)) return {fmt::format("{} ? 1.0 : 0.0", truth(e, 1)), choice_precedence};
+  if (is_truth(e)) return {fmt::format("{} ? 1.0 : 0.0", truth(e, comparison_precedence)), choice_precedence};
   return match(
       e->kind,
-      [](const loop::Literal& l) { return Piece{cpp_number(l.value), std::signbit(l.value) ? unary_precedence : atom}; },
-      [&](const loop::Uniform& u) { return Piece{leaves_.uniforms[u.index], atom}; },
-      [&](const loop::Param& p) { return Piece{leaves_.params[p.index], atom}; },
-      [&](const loop::Load& l) { return Piece{leaves_.loads[l.stream], atom}; },
-      [&](const loop::Local& l) { return Piece{leaves_.lets[l.index], atom}; },
+      [](const loop::Literal& l) {
+        return Piece{cpp_number(l.value), std::signbit(l.value) ? unary_precedence : atom};
+      },
+      [&](const loop::Uniform& u) {
+        return Piece{leaves_.uniforms[u.index], atom};
+      },
+      [&](const loop::Param& p) {
+        return Piece{leaves_.params[p.index], atom};
+      },
+      [&](const loop::Load& l) {
+        return Piece{leaves_.loads[l.stream], atom};
+      },
+      [&](const loop::Local& l) {
+        return Piece{leaves_.lets[l.index], atom};
+      },
       [&](const loop::Inside&) -> Piece { unreachable("inside is a condition"); },
-      [&](const loop::Interp& i) { return Piece{interp(i), atom}; }, [&](const loop::Neg& n) { return negation(n); },
-      [&](const loop::Binary& b) { return binary(b); }, [&](const loop::Call& c) { return Piece{call(c), atom}; },
+      [&](const loop::Interp& i) {
+        return Piece{interp(i), atom};
+      },
+      [&](const loop::Neg& n) { return negation(n); }, [&](const loop::Binary& b) { return binary(b); },
+      [&](const loop::Call& c) {
+        return Piece{call(c), atom};
+      },
       [&](const loop::Select& s) {
-        return Piece{fmt::format("{} ? {} : {}", truth(s.condition, 1), number(s.yes, 1), number(s.no, 1)),
-                     choice_precedence};
+        return Piece{
+            fmt::format("{} ? {} : {}", truth(s.condition, comparison_precedence), number(s.yes, 1), number(s.no, 1)),
+            choice_precedence};
       });
 }
 

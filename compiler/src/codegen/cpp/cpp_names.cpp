@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codegen/cpp/cpp_names.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "loop/expressions.h"
 
@@ -15,27 +15,135 @@ namespace dpde::codegen {
 namespace {
 
 /// Keywords a DSL name could be, functions the emitted code calls and variables it declares.
-constexpr auto reserved = std::to_array<std::string_view>(
-    {"alignas",   "alignof",      "and",       "and_eq",    "asm",          "auto",       "bitand",        "bitor",
-     "bool",      "break",        "case",      "catch",     "char",         "char16_t",   "char32_t",      "char8_t",
-     "class",     "compl",        "concept",   "const",     "const_cast",   "consteval",  "constexpr",     "constinit",
-     "continue",  "co_await",     "co_return", "co_yield",  "decltype",     "default",    "delete",        "do",
-     "double",    "dynamic_cast", "else",      "enum",      "explicit",     "export",     "extern",        "false",
-     "float",     "for",          "friend",    "goto",      "if",           "inline",     "int",           "long",
-     "mutable",   "namespace",    "new",       "noexcept",  "not",          "not_eq",     "nullptr",       "operator",
-     "or",        "or_eq",        "private",   "protected", "public",       "register",   "requires",      "return",
-     "short",     "signed",       "sizeof",    "static",    "static_assert", "static_cast", "struct",      "switch",
-     "template",  "this",         "thread_local", "throw",  "true",         "try",        "typedef",       "typeid",
-     "typename",  "union",        "unsigned",  "using",     "virtual",      "void",       "volatile",      "wchar_t",
-     "while",     "xor",          "xor_eq",    "reinterpret_cast",
-     "sin",       "cos",          "tan",       "asin",      "acos",         "atan",       "sinh",          "cosh",
-     "tanh",      "exp",          "log",       "sqrt",      "fabs",         "floor",      "pow",           "signbit",
-     "isnan",     "isinf",        "isfinite",  "isnormal",  "fpclassify",   "int64_t",    "int32_t",       "uint64_t",
-     "i",         "row",          "count",     "first",     "params",       "uniforms",   "sums",          "unix",
-     "linux"});
+constexpr auto reserved = std::to_array<std::string_view>({"alignas",
+                                                           "alignof",
+                                                           "and",
+                                                           "and_eq",
+                                                           "asm",
+                                                           "auto",
+                                                           "bitand",
+                                                           "bitor",
+                                                           "bool",
+                                                           "break",
+                                                           "case",
+                                                           "catch",
+                                                           "char",
+                                                           "char16_t",
+                                                           "char32_t",
+                                                           "char8_t",
+                                                           "class",
+                                                           "compl",
+                                                           "concept",
+                                                           "const",
+                                                           "const_cast",
+                                                           "consteval",
+                                                           "constexpr",
+                                                           "constinit",
+                                                           "continue",
+                                                           "co_await",
+                                                           "co_return",
+                                                           "co_yield",
+                                                           "decltype",
+                                                           "default",
+                                                           "delete",
+                                                           "do",
+                                                           "double",
+                                                           "dynamic_cast",
+                                                           "else",
+                                                           "enum",
+                                                           "explicit",
+                                                           "export",
+                                                           "extern",
+                                                           "false",
+                                                           "float",
+                                                           "for",
+                                                           "friend",
+                                                           "goto",
+                                                           "if",
+                                                           "inline",
+                                                           "int",
+                                                           "long",
+                                                           "mutable",
+                                                           "namespace",
+                                                           "new",
+                                                           "noexcept",
+                                                           "not",
+                                                           "not_eq",
+                                                           "nullptr",
+                                                           "operator",
+                                                           "or",
+                                                           "or_eq",
+                                                           "private",
+                                                           "protected",
+                                                           "public",
+                                                           "register",
+                                                           "requires",
+                                                           "return",
+                                                           "short",
+                                                           "signed",
+                                                           "sizeof",
+                                                           "static",
+                                                           "static_assert",
+                                                           "static_cast",
+                                                           "struct",
+                                                           "switch",
+                                                           "template",
+                                                           "this",
+                                                           "thread_local",
+                                                           "throw",
+                                                           "true",
+                                                           "try",
+                                                           "typedef",
+                                                           "typeid",
+                                                           "typename",
+                                                           "union",
+                                                           "unsigned",
+                                                           "using",
+                                                           "virtual",
+                                                           "void",
+                                                           "volatile",
+                                                           "wchar_t",
+                                                           "while",
+                                                           "xor",
+                                                           "xor_eq",
+                                                           "reinterpret_cast",
+                                                           "sin",
+                                                           "cos",
+                                                           "tan",
+                                                           "asin",
+                                                           "acos",
+                                                           "atan",
+                                                           "sinh",
+                                                           "cosh",
+                                                           "tanh",
+                                                           "exp",
+                                                           "log",
+                                                           "sqrt",
+                                                           "fabs",
+                                                           "floor",
+                                                           "pow",
+                                                           "signbit",
+                                                           "isnan",
+                                                           "isinf",
+                                                           "isfinite",
+                                                           "isnormal",
+                                                           "fpclassify",
+                                                           "int64_t",
+                                                           "int32_t",
+                                                           "uint64_t",
+                                                           "i",
+                                                           "row",
+                                                           "count",
+                                                           "first",
+                                                           "params",
+                                                           "uniforms",
+                                                           "sums",
+                                                           "unix",
+                                                           "linux"});
 
 bool is_macro_like(const std::string& name) {  // M_PI, NAN, INFINITY: system headers own such names
-  return name.size() > 2 && std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) || c > 127; });
+  return name.size() > 2 &&
+         std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) || c > 127; });
 }
 
 NameSupply row_words(const loop::Row& row) {
@@ -74,7 +182,8 @@ std::string cpp_stream_name(const loop::Stream& stream, int rank) {
 CppNames cpp_names(const loop::Module& module, const loop::Row& row) {
   NameSupply supply = row_words(row);
   CppNames names;
-  for (const loop::Stream& stream : row.streams) names.streams.push_back(supply.fresh(cpp_stream_name(stream, row.rank)));
+  for (const loop::Stream& stream : row.streams)
+    names.streams.push_back(supply.fresh(cpp_stream_name(stream, row.rank)));
   for (const std::string& grid : row.grids) names.grids.push_back(supply.fresh(cpp_identifier(grid) + "_grid"));
   for (const loop::Let& let : row.lets) names.lets.push_back(supply.fresh(cpp_identifier(let.name)));
   for (const loop::Sum& sum : row.sums) names.sums.push_back(supply.fresh(cpp_identifier(sum.name) + "_sum"));

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict, every shift along the
-// row a pointer of its own), so that g++ and clang turn it into vector instructions.
+// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict, every shift along
+// the row a pointer of its own), so that g++ and clang turn it into vector instructions.
 #include "codegen/cpp/cpp_row.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <set>
 #include <string_view>
 #include <vector>
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "codegen/cpp/cpp_expression.h"
 #include "codegen/cpp/cpp_names.h"
@@ -66,7 +66,8 @@ class RowEmitter {
   }
 
   std::string emit() const {
-    return commented(loop::print(module_, row_)) + head() + places() + masks_of_row() + loop() + sums() + "}\n\n" + wrapper();
+    return commented(loop::print(module_, row_)) + head() + places() + masks_of_row() + loop() + sums() + "}\n\n" +
+           wrapper();
   }
 
  private:
@@ -162,9 +163,11 @@ std::string RowEmitter::places() const {
   for (int axis = 0; axis < row_.rank; ++axis) {
     const char name = axis_names[axis];
     if (!uses_grids_ && (masks_.empty() || !is_bounded(axis))) continue;
-    out += axis == 0 ? "  const int64_t first = row->first;\n" : fmt::format("  const int64_t place_{0} = row->{0};\n", name);
+    out += axis == 0 ? "  const int64_t first = row->first;\n"
+                     : fmt::format("  const int64_t place_{0} = row->{0};\n", name);
     out += fmt::format("  const int64_t cells_{} = row->layout->cells[{}];\n", name, axis);
-    if (axis > 0 && uses_grids_) out += fmt::format("  const int64_t stride_{} = row->layout->stride[{}];\n", name, axis);
+    if (axis > 0 && uses_grids_)
+      out += fmt::format("  const int64_t stride_{} = row->layout->stride[{}];\n", name, axis);
   }
   return out;
 }
@@ -173,7 +176,8 @@ std::string RowEmitter::masks_of_row() const {
   std::string out;
   for (const loop::Inside& mask : masks_) {
     const std::string test = row_mask(mask);
-    if (!test.empty()) out += fmt::format("  const bool {}{} = {};\n", mask_name(mask), is_bounded(0) ? "_row" : "", test);
+    if (!test.empty())
+      out += fmt::format("  const bool {}{} = {};\n", mask_name(mask), is_bounded(0) ? "_row" : "", test);
   }
   return out;
 }
@@ -217,7 +221,8 @@ std::string RowEmitter::line_of(const loop::Store& store) const {
 std::string RowEmitter::loop() const {
   std::string out;
   for (const std::string& sum : names_.sums) out += fmt::format("  double {} = 0.0;\n", sum);
-  const std::string reduction = names_.sums.empty() ? "" : fmt::format(" reduction(+ : {})", fmt::join(names_.sums, ", "));
+  const std::string reduction =
+      names_.sums.empty() ? "" : fmt::format(" reduction(+ : {})", fmt::join(names_.sums, ", "));
   if (row_.scatters.empty()) out += fmt::format("#pragma omp simd{}\n", reduction);
   out += "  for (int64_t i = 0; i < count; ++i) {\n" + masks_of_cell();
   for (std::size_t l = 0; l < row_.lets.size(); ++l) {

@@ -32,7 +32,8 @@ std::string emit_uniforms(const loop::Module& module) {
     if (std::holds_alternative<loop::Param>(value->kind)) continue;
     out += fmt::format("  const double {} = {};\n", names.uniforms[u], expression.number(value));
   }
-  for (std::size_t u = 0; u < module.uniforms.size(); ++u) out += fmt::format("  uniforms[{}] = {};\n", u, names.uniforms[u]);
+  for (std::size_t u = 0; u < module.uniforms.size(); ++u)
+    out += fmt::format("  uniforms[{}] = {};\n", u, names.uniforms[u]);
   return out + "}\n";
 }
 

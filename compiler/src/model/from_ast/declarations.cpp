@@ -26,7 +26,7 @@ void declare_model(Draft& draft) {
       each(params->names, Role::parameter, [&](const std::string& name) { draft.problem.params.push_back({name}); });
     }
   }
-  if (!draft.problem.states.empty()) return;
+  if (!items_of<ast::FieldItem>(draft.model->items).empty()) return;
   draft.sink.report("no-field", draft.model->name.range, {draft.model->name.name}, "write field u and dt(u) = ...");
 }
 

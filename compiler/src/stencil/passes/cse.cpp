@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Value numbering: equal expressions get equal numbers, and a local has the number of what it stands for. What more than
-// one place refers to, and costs something, gets a let before its first use. Expressions of params and numbers only are
-// left alone: they are computed once for all points anyway.
+// Value numbering: equal expressions get equal numbers, and a local has the number of what it stands for. What more
+// than one place refers to, and costs something, gets a let before its first use. Expressions of params and numbers
+// only are left alone: they are computed once for all points anyway.
 #include <fmt/format.h>
 
 #include <map>
@@ -21,9 +21,9 @@ constexpr int least_cost = 2;  // operations a let must save
 /// One distinct value of a kernel.
 struct Value {
   std::vector<int> children;
-  int cost = 0;          // operations at each point
-  bool uniform = true;   // the same at all points
-  int references = 0;    // by distinct values and by statements
+  int cost = 0;         // operations at each point
+  bool uniform = true;  // the same at all points
+  int references = 0;   // by distinct values and by statements
 };
 
 class Numbering {
@@ -88,7 +88,9 @@ class Numbering {
           return fmt::format("inside {} {} {} {}", i.offset[0], i.offset[1], i.offset[2], i.grow);
         },
         [](const Neg&) { return std::string("neg"); },
-        [&](const Binary& b) { return costs(b.op == BinaryOp::power ? 4 : 1), fmt::format("binary {}", spelling(b.op)); },
+        [&](const Binary& b) {
+          return costs(b.op == BinaryOp::power ? 4 : 1), fmt::format("binary {}", spelling(b.op));
+        },
         [&](const Call& c) { return costs(4), fmt::format("call {}", name_of(c.fn)); },
         [&](const Select&) { return costs(1), std::string("select"); });
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Backward liveness over programs. A kernel that several programs run keeps what any of them needs, and then reads for all
-// of them; so the parts that live are grown to a fixed point first, and everything else is removed after.
+// Backward liveness over programs. A kernel that several programs run keeps what any of them needs, and then reads for
+// all of them; so the parts that live are grown to a fixed point first, and everything else is removed after.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -127,7 +127,8 @@ Module remove_dead_code(const Module& module) {
   std::erase_if(result.kernels,
                 [&](const Kernel& k) { return run_before.contains(k.name) && !run_after.contains(k.name); });
   for (Kernel& kernel : result.kernels) {
-    kernel = run_after.contains(kernel.name) ? restricted(kernel, live_parts[kernel.name]) : without_unused_lets(kernel);
+    kernel =
+        run_after.contains(kernel.name) ? restricted(kernel, live_parts[kernel.name]) : without_unused_lets(kernel);
   }
   return result;
 }

@@ -16,8 +16,8 @@ Module simplify(const Module& module);
 /// Gives expressions that occur more than once in a kernel a let (t1, t2, ...), largest first.
 Module eliminate_common_subexpressions(const Module& module);
 
-/// Removes what no result depends on: lets, stores, scatters, runs, fills, folds, and kernels left without a run. Results
-/// of a program are its swaps, keeps and sums. Kernels that no program ran before stay.
+/// Removes what no result depends on: lets, stores, scatters, runs, fills, folds, and kernels left without a run.
+/// Results of a program are its swaps, keeps and sums. Kernels that no program ran before stay.
 Module remove_dead_code(const Module& module);
 
 struct Pass {

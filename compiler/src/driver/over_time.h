@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `over time` means for losses and tests: of all states of a run a mean is also the mean, a sum the sum, an
+// integral that over time (times the step); numbers without a reduction count once.
+#pragma once
+
+#include "model/model.h"
+
+namespace dpde::driver {
+
+/// The problem with each quantity `over time` rewritten so that adding its values at all states gives the quantity.
+model::Problem spread_over_time(model::Problem problem);
+
+}  // namespace dpde::driver

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walks tests/diagnostics: every kind of this level is produced by its file, at the line that says so, and nothing else
+// is. A mistake without a place (of a setting or a selection) counts at the line that begins with "# set:" or
+// "# select:".
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "model/model_support.h"
+
+namespace dpde::model {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics";
+
+/// The kinds that model::from_ast reports.
+bool is_of_model(const DiagnosticKind& kind) {
+  const std::string code(kind.code);
+  if (code.starts_with("E03") || code.starts_with("E05")) return code.substr(3) < "50";
+  if (kind.name == "unknown-in-boundary" || kind.name == "unknown-in-coefficient") return true;
+  return code.starts_with("E04") || code.starts_with("E07") || code.starts_with("W03");
+}
+
+using Places = std::multiset<std::pair<int, std::string>>;  // line, code
+
+struct Case {
+  Selection selection;
+  int headline = 1;  // where mistakes without a place are expected
+  Places expected;
+};
+
+Case read_case(const SourceFile& source) {
+  Case result;
+  const std::regex set(R"(^# set: *([^ =]+)=([^#]*[^# ]).*)"), select(R"(^# select: *([^# ]*).*)"), marker("#~ ([EW][0-9]+)");
+  for (int number = 1; number <= source.line_count(); ++number) {
+    const std::string line(source.line(number));
+    std::smatch match;
+    if (std::regex_match(line, match, set)) result.selection.overrides[match[1]] = match[2];
+    if (std::regex_match(line, match, select)) result.selection.name = match[1];
+    if (line.starts_with("# set:") || line.starts_with("# select:")) result.headline = number;
+    if (std::regex_search(line, match, marker)) result.expected.emplace(number, match[1]);
+  }
+  return result;
+}
+
+SourceFile read_source(const fs::path& path) {
+  std::ifstream in(path);
+  std::stringstream text;
+  text << in.rdbuf();
+  return SourceFile(path.filename(), text.str());
+}
+
+class DiagnosticFile : public testing::TestWithParam<const DiagnosticKind*> {};
+
+TEST_P(DiagnosticFile, GivesItsCodeAtItsLine) {
+  const fs::path path = folder / (std::string(GetParam()->name) + ".dpde");
+  ASSERT_TRUE(fs::exists(path)) << "no test triggers " << GetParam()->code << " " << GetParam()->name;
+  const SourceFile source = read_source(path);
+  const Case test = read_case(source);
+  ASSERT_FALSE(test.expected.empty());
+  DiagnosticSink sink;
+  const ast::File file = ast::parse(source, sink);
+  ASSERT_TRUE(sink.all().empty()) << sink.all().front().message;
+  from_ast(file, test.selection, sink);
+  Places found;
+  for (const Diagnostic& d : sink.all()) {
+    found.emplace(d.range.is_known() ? source.locate(d.range.begin).line : test.headline, d.kind->code);
+    EXPECT_EQ(d.message.find("{}"), std::string::npos) << d.message;
+  }
+  EXPECT_EQ(found, test.expected);
+  EXPECT_TRUE(std::any_of(sink.all().begin(), sink.all().end(), [](const Diagnostic& d) { return d.kind->name == GetParam()->name; }));
+}
+
+std::vector<const DiagnosticKind*> kinds_of_model() {
+  std::vector<const DiagnosticKind*> kinds;
+  for (const DiagnosticKind& kind : diagnostic_kinds) {
+    if (is_of_model(kind)) kinds.push_back(&kind);
+  }
+  return kinds;
+}
+
+INSTANTIATE_TEST_SUITE_P(Model, DiagnosticFile, testing::ValuesIn(kinds_of_model()), [](const auto& info) {
+  std::string name(info.param->name);
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+// ---- more ways into the same kinds ---------------------------------------------------------------------------------
+
+TEST(Diagnostics, SeveralAtOnce) {
+  const Outcome outcome = outcome_of(text_with("k*lapp(u) + q", 1, "  boundary u: x = 0\n  nu = 3\n"));
+  std::vector<std::string> codes;
+  for (const Diagnostic& d : outcome.diagnostics) codes.emplace_back(d.kind->code);
+  std::sort(codes.begin(), codes.end());
+  EXPECT_EQ(codes, (std::vector<std::string>{"E0301", "E0301", "E0302", "E0409"}));
+}
+
+std::string in_equation(const std::string& rhs, int axes = 1) { return outcome_of(text_with(rhs + " + 0*w*k*c", axes)).code_and_hint(); }
+
+TEST(Diagnostics, OfExpressions) {
+  EXPECT_EQ(in_equation("\"u\""), "E0307 a file is read by load(\"name.npy\")");
+  EXPECT_EQ(in_equation("(u, u)", 2), "E0323 ");
+  EXPECT_EQ(in_equation("mean(u)"), "E0311 mean, sum and integral stand in losses, tests and observables");
+  EXPECT_EQ(in_equation("dt(u)"), "E0311 dt(u) stands at the left of an equation only; put its right-hand side here");
+  EXPECT_EQ(in_equation("u[+1]"), "E0311 neighbours are read in kernels; formulas have dx, lap and the like");
+  EXPECT_EQ(in_equation("load(\"u.npy\")"), "E0311 load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");
+  EXPECT_EQ(in_equation("d(u, r, 2)"), "E0402 write d(u, x, 2)");
+  EXPECT_EQ(in_equation("d(u, z, 2)"), "E0321 axes of the scene: x; a grid line adds one");
+  EXPECT_EQ(in_equation("d(u, x, k)"), "E0322 nest derivatives, as in lap(lap(lap(u))), for higher orders");
+  EXPECT_EQ(in_equation("y"), "E0321 axes of the scene: x; a grid line adds one");
+  EXPECT_EQ(in_equation("div(u)", 2), "E0309 one component an axis: (vx, vy)");
+  EXPECT_EQ(in_equation("advect(u, u)", 3), "E0309 one component an axis: (vx, vy, vz)");
+  EXPECT_EQ(in_equation("dot((u, u), (u, u, u))", 2), "E0309 ");
+  EXPECT_EQ(in_equation("sin(x = u)"), "E0305 leave the name out");
+  EXPECT_EQ(in_equation("if(u > 0, u)"), "E0305 ");
+  EXPECT_EQ(in_equation("if(u > 0, u, (u, u))", 2), "E0309 both results of an if are of the same length");
+  EXPECT_EQ(in_equation("div((u, u)^2)", 2), "E0323 dot(a, b) multiplies vectors");
+  EXPECT_EQ(in_equation("sin((u, u))", 2), "E0307 dot(a, b) and div(v) make a number of vectors");
+  EXPECT_EQ(in_equation("if(u > 0 and k, 1, 2)"), "E0308 compare it with something, as in u > 0");
+}
+
+TEST(Diagnostics, LetsStandBeforeTheirUse) {
+  EXPECT_EQ(outcome_of(text_with("a*w*k*c", 1, "", "  let a = b\n  let b = u\n")).code_and_hint().substr(0, 5), "E0301");
+}
+
+std::string in_scene(const std::string& line) { return outcome_of(text_with("k*c*w*u", 1, "  " + line + "\n")).code_and_hint(); }
+
+TEST(Diagnostics, OfScenes) {
+  EXPECT_EQ(in_scene("exact v = 1"), "E0301 did you mean u?");
+  EXPECT_EQ(in_scene("exact k = 1"), "E0313 ");
+  EXPECT_EQ(in_scene("exact u = u"), "E0311 an exact solution is made of numbers, parameters, coordinates and t");
+  EXPECT_EQ(in_scene("k = 3"), "E0303 ");
+  EXPECT_EQ(in_scene("w = 3"), "E0303 ");
+  EXPECT_EQ(in_scene("x = 3"), "E0325 ");
+  EXPECT_EQ(in_scene("time 0 .. 1, step 1"), "E0303 ");
+  EXPECT_EQ(in_scene("step 1"), "E0303 ");
+  EXPECT_EQ(in_scene("grid x = 0 .. 1, cells 4"), "E0303 ");
+  EXPECT_EQ(in_scene("observe u = mean(u)"), "E0303 ");
+  EXPECT_EQ(in_scene("observe loss = mean(u)"), "E0304 choose another name");
+  EXPECT_EQ(in_scene("observe e = mean(mean(u))"), "E0311 reductions do not stand inside one another");
+  EXPECT_EQ(in_scene("observe e = (u, u)"), "E0307 dot(a, b) and div(v) make a number of vectors");
+  for (const char* value : {"sqrt(mean(u^2))", "mean(u)*mean(u)", "mean(u) + u", "x*mean(u)", "1/mean(u)", "mean(u)/w", "-max(mean(u), 1)"}) {
+    EXPECT_EQ(in_scene(std::string("observe e = ") + value).substr(0, 5), "E0705") << value;
+  }
+}
+
+TEST(Diagnostics, OfNumbers) {
+  const auto number = [](const std::string& value) {
+    const Outcome outcome = outcome_of("model m { field u; param a; dt(u) = a*u }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n a = " +
+                                       value + "\n initial u = 0\n time 0 .. 1, step 1\n}");
+    return outcome.diagnostics.size() == 1 ? outcome.diagnostics[0].message : outcome.code_and_hint();
+  };
+  EXPECT_EQ(number("sqrt(-1)"), "this is not a finite number: sqrt(-1) is undefined or too large");
+  EXPECT_EQ(number("log(0)"), "this is not a finite number: log(0) is undefined or too large");
+  EXPECT_EQ(number("1e300*1e300"), "this is not a finite number: the result is too large or undefined");
+  EXPECT_EQ(number("0/0"), "this is not a finite number: division by zero");
+  EXPECT_EQ(number("x"), "coordinate x cannot appear in a number of the scene");
+  EXPECT_EQ(number("t"), "the time t cannot appear in a number of the scene");
+  EXPECT_EQ(number("u"), "field u cannot appear in a number of the scene");
+  EXPECT_EQ(number("a"), "a has no value yet at this place");
+  EXPECT_EQ(number("1 < 2"), "expected a number but this is a condition");
+}
+
+TEST(Diagnostics, OfBoundaries) {
+  const auto boundary = [](const std::string& sides) {
+    return outcome_of("model m { field u; param a; dt(u) = a*lap(u) }\nscene s : m {\n grid x = 0 .. 1, cells 8\n grid y = 0 .. 1, cells 8, periodic\n"
+                      " a = 2\n boundary u: " + sides + "\n initial u = 0\n time 0 .. 1, step 1\n}").code_and_hint();
+  };
+  const std::string rule = "E0311 a boundary value is made of numbers and parameters; one that varies in space or time cannot be written yet";
+  EXPECT_EQ(boundary("x.low = t, x.high = 0"), rule);
+  EXPECT_EQ(boundary("all = y"), rule);
+  EXPECT_EQ(boundary("x = 0, x.high = 1"), "E0303 ");
+  EXPECT_EQ(boundary("x = a, y.low = 0"), "E0409 leave this out, or periodic in the grid line");
+  EXPECT_EQ(boundary("x.low = 0"), "E0408 write boundary u: x.high = 0, or = zero_gradient; or periodic in the grid line");
+  EXPECT_EQ(boundary("x periodic"), "E0311 write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
+  EXPECT_EQ(boundary("z = 0, x = 0").substr(0, 5), "E0410");
+  EXPECT_EQ(boundary("all = 2*a"), "0 diagnostics:");
+}
+
+std::string in_task(const std::string& lines) {
+  return outcome_of(text_with("k*c*w*u") + "task t : s {\n  unknown k\n  minimise mean(u^2)\n" + lines + "\n}\n").code_and_hint();
+}
+
+TEST(Diagnostics, OfTasks) {
+  EXPECT_EQ(in_task("data v = u + 1 from scene s"), "E0703 write load(\"name.npy\"), or u from scene NAME at t = 1");
+  EXPECT_EQ(in_task("data v = u from scene ss"), "E0318 did you mean s?");
+  EXPECT_EQ(in_task("data v = u from scene s at t = 2"), "E0418 the nearest is t = 1");
+  EXPECT_EQ(in_task("data u = load(\"u.npy\")"), "E0303 ");
+  EXPECT_EQ(in_task("data v = load(\"\")"), "E0710 write load(\"name.npy\")");
+  EXPECT_EQ(in_task("unknown kk"), "E0301 did you mean k?");
+  EXPECT_EQ(in_task("unknown k from 2"), "E0303 ");
+  EXPECT_EQ(in_task("unknown w"), "E0702 unknowns are parameters and initial states");
+  EXPECT_EQ(in_task("unknown initial k"), "E0313 ");
+  EXPECT_EQ(in_task("unknown c from k"), "E0709 write the formula in the model with let, so that it can be differentiated");
+  EXPECT_EQ(in_task("minimise mean(v)"), "E0301 known here: c, k, pi, t, u, w, x, y, z");
+  EXPECT_EQ(in_task("minimise mean(u) at t = -1/8"), "E0418 the nearest is t = 0");
+  EXPECT_EQ(in_task("test a = mean(u)\ntest a = sum(u)"), "E0303 ");
+  EXPECT_EQ(in_task("using lbfgs()\nusing lbfgs()"), "E0303 ");
+  EXPECT_EQ(in_task("using lbfgs(rate = 1)"), "E0707 write lbfgs()");
+  EXPECT_EQ(in_task("using gradient_descent()"), "E0707 write gradient_descent(rate = 0.1)");
+  EXPECT_EQ(in_task("using adam(0.1)"), "E0707 write adam(rate = 0.1)");
+  EXPECT_EQ(in_task("using adam(rate = -1)"), "E0707 ");
+  EXPECT_EQ(in_task("using 5"), "E0706 known here: gradient_descent, adam, lbfgs");
+  EXPECT_EQ(in_task("using lbfgs(), iterations 0"), "E0708 ");
+}
+
+TEST(Diagnostics, UnknownsReachNoNumberOfTheScene) {
+  const std::string text = "model m { field u; param k, c; dt(u) = k*c*u }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n k = 1\n c = 2*k\n"
+                           " initial u = 0\n time 0 .. 1, step 1\n}\ntask t : s { unknown k; minimise mean(u) }";
+  EXPECT_EQ(outcome_of(text, {"s", {}, ""}).diagnostics.size(), 0u);
+  EXPECT_EQ(outcome_of(text).code_and_hint(), "E0709 write the formula in the model with let, so that it can be differentiated");
+}
+
+// ---- input that is too much ----------------------------------------------------------------------------------------
+
+std::string repeated(const std::string& text, int count) {
+  std::string result;
+  for (int i = 0; i < count; ++i) result += text;
+  return result;
+}
+
+TEST(Diagnostics, LargeExpressionsEndQuickly) {
+  EXPECT_EQ(in_equation(repeated("lap(", 150) + "u" + repeated(")", 150), 3).substr(0, 5), "E0317");
+  EXPECT_EQ(in_equation(repeated("u + ", 1800) + "u").substr(0, 5), "E0317");
+  EXPECT_EQ(in_scene("observe e = mean(" + repeated("lap(", 150) + "u" + repeated(")", 150) + ")"), "E0317 split it into several fields or scenes");
+  EXPECT_EQ(in_equation(repeated("u + ", 700) + "u"), "0 diagnostics:");
+}
+
+}  // namespace
+}  // namespace dpde::model

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// What --set, --scheme and a name on the command line do.
+#include "model/model_support.h"
+
+namespace dpde::model {
+namespace {
+
+const std::string two_scenes = R"(
+model m { field u; param k; dt(u) = k*lap(u) }
+scheme first { time = euler }
+scheme second { time = rk2; advect = upwind }
+scheme third { time = rk4; dx = central4; lap = central(4); advect = central(4) }
+scene a : m {
+  grid x = 0 .. 1, cells 8, periodic
+  grid y = 0 .. 1, cells 4, periodic
+  k = 2
+  initial u = 0
+  time 0 .. 1, step 1/8
+}
+scene b : m with second {
+  grid x = 0 .. 1, cells 8, periodic
+  k = 3
+  initial u = 0
+  time 0 .. 1, step 1/8
+}
+task t : b with third { unknown k; minimise mean(u) }
+)";
+
+Problem with(const std::string& name, const std::map<std::string, std::string>& overrides, const std::string& scheme = "") {
+  return problem_of(two_scenes, {name, overrides, scheme});
+}
+
+std::string refusal(const std::string& key, const std::string& value) {
+  const Outcome outcome = outcome_of(two_scenes, {"a", {{key, value}}, ""});
+  if (outcome.diagnostics.empty()) return "";
+  EXPECT_FALSE(outcome.diagnostics[0].range.is_known());
+  return outcome.diagnostics[0].message + "; " + outcome.diagnostics[0].hint;
+}
+
+TEST(Selection, NamesInOrder) {
+  const SourceFile source("test.dpde", two_scenes);
+  DiagnosticSink sink;
+  const ast::File file = ast::parse(source, sink);
+  EXPECT_EQ(scene_names(file), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(task_names(file), std::vector<std::string>{"t"});
+}
+
+TEST(Selection, TheOnlyTaskElseTheOnlyScene) {
+  EXPECT_EQ(problem_of(two_scenes).task->name, "t");
+  EXPECT_EQ(problem_of(two_scenes).scene, "b");
+  EXPECT_EQ(with("a", {}).scene, "a");
+  EXPECT_FALSE(with("b", {}).task.has_value());
+  EXPECT_EQ(problem_of(text_with("u*w*k*c")).scene, "s");
+  EXPECT_EQ(outcome_of(two_scenes, {"tt", {}, ""}).code_and_hint(), "E0318 did you mean t?");
+  EXPECT_EQ(outcome_of(two_scenes, {"wave", {}, ""}).code_and_hint(), "E0318 known here: t, a, b");
+  EXPECT_EQ(outcome_of(two_scenes + "task t2 : a { unknown k; minimise mean(u) }").code_and_hint(), "E0319 name one of: t, t2, a, b");
+}
+
+TEST(Selection, WhichScheme) {
+  EXPECT_EQ(with("a", {}).scheme.name, "first");
+  EXPECT_EQ(with("b", {}).scheme.name, "second");
+  EXPECT_EQ(with("t", {}).scheme.name, "third");
+  EXPECT_EQ(with("t", {}, "first").scheme.name, "first");
+  EXPECT_EQ(problem_of(text_with("u*w*k*c")).scheme.name, "default");
+  EXPECT_EQ(outcome_of(two_scenes, {"b", {}, "secnd"}).code_and_hint(), "E0318 did you mean second?");
+}
+
+TEST(Selection, WhatSchemesSay) {
+  const Scheme second = with("b", {}).scheme, third = with("t", {}).scheme, built_in = problem_of(text_with("u*w*k*c")).scheme;
+  EXPECT_EQ(second.time, TimeScheme::rk2);
+  EXPECT_EQ(second.advect, Advection::upwind);
+  EXPECT_EQ(second.advect_order, 1);
+  EXPECT_EQ(third.derivative_order, 4);
+  EXPECT_EQ(third.laplacian_order, 4);
+  EXPECT_EQ(third.advect, Advection::central);
+  EXPECT_EQ(third.advect_order, 4);
+  EXPECT_EQ(built_in.time, TimeScheme::rk4);
+  EXPECT_EQ(built_in.advect, Advection::central);
+  EXPECT_EQ(built_in.advect_order, 2);
+}
+
+TEST(Settings, ParametersAndNumbers) {
+  EXPECT_EQ(with("a", {{"k", "1/4"}}).find_param("k")->value, 0.25);
+  EXPECT_EQ(with("a", {{"step", "1/16"}}).steps, 16);
+  EXPECT_EQ(with("a", {{"end", "2"}}).steps, 16);
+  EXPECT_EQ(with("a", {{"end", "2"}, {"step", "0.5"}}).steps, 4);
+}
+
+TEST(Settings, Cells) {
+  const auto cells = [](const std::map<std::string, std::string>& overrides) {
+    const Problem p = with("a", overrides);
+    return std::vector<int>{p.axes[0].cells, p.axes[1].cells};
+  };
+  EXPECT_EQ(cells({}), (std::vector<int>{8, 4}));
+  EXPECT_EQ(cells({{"cells", "16"}}), (std::vector<int>{16, 16}));
+  EXPECT_EQ(cells({{"cells.y", "5"}}), (std::vector<int>{8, 5}));
+  EXPECT_EQ(cells({{"cells", "16"}, {"cells.x", "3"}}), (std::vector<int>{3, 16}));
+}
+
+TEST(Settings, SchemeKeys) {
+  EXPECT_EQ(with("a", {{"time", "rk2"}}).scheme.time, TimeScheme::rk2);
+  EXPECT_EQ(with("a", {{"advect", "semi_lagrangian"}}).scheme.advect, Advection::semi_lagrangian);
+  EXPECT_EQ(with("a", {{"advect", "central4"}}).scheme.advect_order, 4);
+  EXPECT_EQ(with("a", {{"advect", "upwind1"}}).scheme.advect, Advection::upwind);
+  EXPECT_EQ(with("a", {{"dx", "central(4)"}}).scheme.derivative_order, 4);
+  EXPECT_EQ(with("a", {{"lap", "central4"}}).scheme.laplacian_order, 4);
+  EXPECT_EQ(with("a", {{"real", "f64"}}).scheme.name, "first");
+}
+
+TEST(Settings, Refusals) {
+  EXPECT_EQ(refusal("nu", "1"), "there is nothing called nu to set; known here: k, advect, dx, lap, time, real, cells, cells.x, cells.y, step, end");
+  EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");
+  EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
+  EXPECT_EQ(refusal("time", "rk3"), "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4");
+  EXPECT_EQ(refusal("real", "f32"), "real = f32 is not available; all numbers are f64 in this version");
+  EXPECT_EQ(refusal("k", "nn"), "k cannot be set to nn: nn is not known here; known here: pi, t, x, y, z");
+  EXPECT_EQ(refusal("k", "1/0"), "k cannot be set to 1/0: this is not a finite number: division by zero; ");
+  EXPECT_EQ(refusal("cells", "0"), "the number of cells is a whole number from 1 to 2147483647, not 0; ");
+  EXPECT_EQ(refusal("step", "0"), "the time step must be positive, not 0; ");
+  EXPECT_EQ(refusal("end", "-1"), "the run must end after its begin 0, not at -1; ");
+  EXPECT_NE(refusal("k", "2 +"), "");
+  EXPECT_NE(refusal("k", ""), "");
+}
+
+}  // namespace
+}  // namespace dpde::model

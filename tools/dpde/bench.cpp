@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <set>
+
+#include "command.h"
+#include "driver/cost.h"
+#include "driver/session.h"
+#include "interrupt.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+struct BenchOptions : CommonOptions {
+  int repeats = 9;
+};
+
+double median(std::vector<double> samples) {
+  std::nth_element(samples.begin(), samples.begin() + std::ptrdiff_t(samples.size() / 2), samples.end());
+  return samples[samples.size() / 2];
+}
+
+/// A program that is run again and again, its states swapped after each run as in a rollout.
+class Stepper {
+ public:
+  Stepper(driver::Session& session, const dpde_program& program, int threads)
+      : executor_(program, session.workspace().layout(), threads), program_(program) {
+    driver::Workspace& workspace = session.workspace();
+    for (int f = 0; f < program.field_count; ++f) {
+      executor_.bind(f, workspace.field(program.fields[f]).base());
+      fields_.push_back(&workspace.field(program.fields[f]));
+    }
+    for (int p = 0; p < program.param_count; ++p) {
+      const auto value = workspace.params().find(program.params[p]);
+      executor_.set_param(p, value == workspace.params().end() ? session.problem().t_begin : value->second);
+    }
+    executor_.update_uniforms();
+    executor_.prepare();
+  }
+
+  void run(int steps) {
+    for (int k = 0; k < steps; ++k) {
+      executor_.run();
+      for (int s = 0; s < program_.swap_count; ++s) {
+        const dpde_swap& swap = program_.swaps[s];
+        double* const state = executor_.bound(swap.state);
+        executor_.bind(swap.state, executor_.bound(swap.next));
+        executor_.bind(swap.next, state);
+      }
+    }
+  }
+
+ private:
+  Executor executor_;
+  const dpde_program& program_;
+  std::vector<Field*> fields_;
+};
+
+double seconds_of(const std::function<void()>& body) {
+  const auto start = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Steps that take about 20 ms, at most the scene's (later ones may blow up).
+int steps_per_sample(Stepper& stepper, int limit) {
+  const double once = std::max(seconds_of([&] { stepper.run(1); }), 1e-7);
+  return std::clamp(int(0.02 / once), 1, std::max(limit, 1));
+}
+
+/// Median seconds of one run of the program; the start is put back before each sample.
+double seconds_per_step(driver::Session& session, const dpde_program& program, const BenchOptions& options,
+                        const std::function<void()>& reset) {
+  const int threads = thread_count(options);
+  reset();
+  Stepper probe(session, program, threads);
+  const int steps = steps_per_sample(probe, session.steps());
+  std::vector<double> samples;
+  for (int r = 0; r < options.repeats && !interrupt_flag().load(); ++r) {
+    reset();
+    Stepper stepper(session, program, threads);
+    // Short scenes are run several times so that each sample takes long enough for the clock.
+    const int rounds = std::max(1, int(2e-4 / std::max(1e-9, seconds_of([&] { stepper.run(steps); }))));
+    double total = 0;
+    for (int round = 0; round < rounds; ++round) {
+      reset();
+      Stepper fresh(session, program, threads);
+      total += seconds_of([&] { fresh.run(steps); });
+    }
+    samples.push_back(total / rounds / steps);
+  }
+  return samples.empty() ? 0 : median(samples);
+}
+
+/// Fields of the step and of its adjoint that a run starts from.
+std::function<void()> resetter(driver::Session& session) {
+  return [&session] {
+    driver::Workspace& workspace = session.workspace();
+    for (int s = 0; s < session.rollout().state_count(); ++s) {
+      const std::string& name = session.rollout().state_name(s);
+      workspace.field(name).copy_in(session.initial(s));
+      const auto derived = session.compiled().derived.find(session.compiled().step_name());
+      if (derived == session.compiled().derived.end() || !derived->second.adjoint) continue;
+      const stencil::Program& step = *session.compiled().stencil.find_program(session.compiled().step_name());
+      for (const stencil::Swap& swap : step.swaps) {
+        const auto bar = derived->second.adjoint->names.find(swap.next);
+        if (bar != derived->second.adjoint->names.end()) workspace.field(bar->second).fill(1.0);
+      }
+    }
+  };
+}
+
+Json bench(Job& job, const BenchOptions& options) {
+  Json result = Json::object();
+  if (!job.load_source()) return result;
+  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (!compile_options) return result;
+  compile_options->adjoint = true;
+  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
+  if (!compiled) return result;
+  if (!compiled->problem) {
+    job.sink().report("nothing-to-do", {}, {"the file has no scene to measure"});
+    return result;
+  }
+  const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
+  driver::SessionOptions session_options;
+  session_options.threads = thread_count(options);
+  session_options.stop = &interrupt_flag();
+  session_options.slots = 1;  // the gradient's own memory is not needed here
+  const auto session = driver::Session::open(job.source(), shared, session_options, job.sink());
+  if (!session) return result;
+  const std::string step = shared->step_name();
+  const driver::Cost cost = driver::cost_of(shared->loop, step);
+  const double cells = double(session->workspace().cell_count());
+  const std::function<void()> reset = resetter(*session);
+  const double step_s = seconds_per_step(*session, *shared->program(step), options, reset);
+  const dpde_program* adjoint = shared->adjoint_of(step);
+  const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(*session, *adjoint, options, reset);
+  const double copy_rate = driver::measure_copy(cost.bytes * cells, thread_count(options));
+  if (interrupt_flag().load()) {
+    job.sink().report("run-failed", {}, {"stopped before the measurement was complete"});
+    return result;
+  }
+  const double rate = cells / step_s, bandwidth = rate * cost.bytes;
+  result["scene"] = session->problem().scene;
+  result["points_per_s"] = json_number(rate);
+  result["bytes_per_point"] = cost.bytes;
+  result["achieved_bytes_per_s"] = json_number(bandwidth);
+  result["stream_bytes_per_s"] = json_number(copy_rate);
+  result["roofline_fraction"] = json_number(bandwidth / copy_rate);
+  result["step_s"] = step_s;
+  result["adjoint_step_s"] = adjoint == nullptr ? Json(nullptr) : Json(adjoint_s);
+  result["adjoint_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_s / step_s);
+  result["compile_s"] = shared->seconds;
+  result["threads"] = thread_count(options);
+  job.say(fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of the same size, {}/s)\n",
+                      session->problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
+                      100 * bandwidth / copy_rate, human_bytes(copy_rate)));
+  if (adjoint != nullptr) job.say(fmt::format("its adjoint takes {}, {:.2f} times as long\n", human_seconds(adjoint_s), adjoint_s / step_s));
+  job.say(fmt::format("compiled in {}\n", human_seconds(shared->seconds)));
+  return result;
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, int& status) {
+  const auto options = std::make_shared<BenchOptions>();
+  CLI::App* verb = app.add_subcommand("bench", "speed of the compiled step and of its adjoint");
+  add_common_options(*verb, *options, {.out = false, .seed = false});
+  verb->add_option("--repeats", options->repeats, "samples; the median counts")->check(CLI::Range(1, 1000))->capture_default_str();
+  verb->footer("Example:  dpde bench heat.dpde cube --threads 1 --json");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result = Json::object();
+    guarded(job, [&] { result = bench(job, *options); });
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools

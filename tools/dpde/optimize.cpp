@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde optimize: runs the task's optimiser.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "driver/evaluation_log.h"
+#include "dpde/runtime/optimise.h"
+#include "interrupt.h"
+#include "model/print_model.h"
+#include "optimize_output.h"
+#include "progress.h"
+#include "stencil/print_stencil.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+struct OptimizeOptions : TaskOptions {
+  int iterations = 0;  // 0: the task's
+  bool resume = false;
+};
+
+/// Everything the sequence of evaluations depends on: programs, start, data, method.
+std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
+  const std::string text = print(run.compiled->stencil);
+  std::uint64_t key = driver::hash_bytes(text.data(), text.size());
+  const auto add = [&](const auto& value) { key = driver::hash_bytes(&value, sizeof value, key); };
+  add(method.kind);
+  add(method.rate);
+  const Eigen::VectorXd& start = run.inverse->start();
+  key = driver::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
+  for (const auto& [name, value] : run.session->workspace().params()) add(value);
+  for (const driver::DataStates& datum : run.session->data()) {
+    for (const std::string& field : datum.fields) {
+      const std::vector<double> values = run.session->workspace().dense(field);
+      key = driver::hash_bytes(values.data(), sizeof(double) * values.size(), key);
+    }
+  }
+  return key;
+}
+
+OptimiseResult minimise_with(const model::Optimiser& method, const Objective& objective, const Eigen::VectorXd& start,
+                             const IterationObserver& observer) {
+  switch (method.kind) {
+    case model::Optimiser::Kind::gradient_descent:
+      return minimise(GradientDescent{method.rate}, objective, start, method.iterations, observer);
+    case model::Optimiser::Kind::adam: return minimise(Adam{method.rate}, objective, start, method.iterations, observer);
+    case model::Optimiser::Kind::lbfgs: break;
+  }
+  return minimise(Lbfgs{}, objective, start, method.iterations, observer);
+}
+
+/// Iterations worth a line: the first ones, then about forty.
+bool is_shown(int iteration, int iterations) {
+  if (iteration <= 5 || iteration == iterations) return true;
+  const int stride = std::max(5, iterations / 40 / 5 * 5);
+  return iteration % stride == 0;
+}
+
+struct Outcome {
+  OptimiseResult result;
+  double seconds = 0;
+};
+
+Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method, driver::EvaluationLog* log) {
+  Progress progress(false, options.quiet || options.json);
+  const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    double loss = 0;
+    if (log != nullptr && log->next(loss, gradient)) return loss;
+    loss = run.inverse->value_and_gradient(x, gradient);
+    if (log != nullptr && !interrupt_flag().load()) log->append(loss, gradient);
+    return loss;
+  };
+  std::string lines;  // shown after the clock has stopped when the run is short, so that printing costs no time
+  const auto start = std::chrono::steady_clock::now();
+  const IterationObserver observer = [&](const Iteration& iteration) {
+    if (is_shown(iteration.iteration, method.iterations)) {
+      lines += fmt::format("iteration {:>5}  loss {:<14.8g} gradient {:.4g}\n", iteration.iteration, iteration.loss, iteration.gradient_norm);
+    }
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > 0.2) {
+      job.say(lines);
+      lines.clear();
+      progress.show(fmt::format("iteration {} of {}  loss {:.6g}", iteration.iteration, method.iterations, iteration.loss),
+                    iteration.iteration, method.iterations);
+    }
+    return !interrupt_flag().load();
+  };
+  Outcome outcome;
+  outcome.result = minimise_with(method, objective, run.inverse->start(), observer);
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  job.say(lines);
+  return outcome;
+}
+
+void report_stop(Job& job, const OptimiseResult& result, int iterations) {
+  if (interrupt_flag().load()) {
+    job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", result.iterations), fmt::format("{}", iterations)},
+                      "with --out, the same command with --resume goes on from here");
+  } else if (result.reason == StopReason::not_finite) {
+    const double last = result.losses.empty() ? NAN : result.losses.back();
+    job.sink().report("loss-not-finite", {}, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", last), fmt::format("{}", result.iterations)},
+                      "a smaller rate may help, or lbfgs, which shortens its steps");
+  }
+}
+
+Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
+  Json unknowns = Json::object();
+  for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    if (part.initial) {
+      unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
+    } else {
+      unknowns[part.name] = {{"value", json_number(result.x[part.offset])}};
+      job.say(fmt::format("{} = {:.12g}\n", part.name, result.x[part.offset]));
+    }
+  }
+  return unknowns;
+}
+
+Json optimize(Job& job, const OptimizeOptions& options) {
+  Json json = Json::object();
+  TaskRun run;
+  if (options.resume && options.out.empty()) {
+    job.sink().report("bad-option", {}, {"--resume needs the --out DIR of the run that goes on"});
+    return json;
+  }
+  if (!open_task(job, options, run)) return json;
+  model::Optimiser method = run.task().optimiser.value_or(model::Optimiser{});
+  if (options.iterations > 0) method.iterations = options.iterations;
+  std::unique_ptr<driver::EvaluationLog> log;
+  if (!options.out.empty()) {
+    const std::filesystem::path path = std::filesystem::path(options.out) / "optimiser.log";
+    log = std::make_unique<driver::EvaluationLog>(path, key_of(run, method), run.inverse->size(), options.resume, job.sink());
+    if (!log->is_open()) return json;
+  }
+  const std::int64_t recorded = log ? log->recorded() : 0;
+  if (options.resume) job.say(fmt::format("{} evaluations were there already\n", recorded));
+  const Outcome outcome = optimise(job, options, run, method, log.get());
+  const OptimiseResult& result = outcome.result;
+  report_stop(job, result, method.iterations);
+  job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name, result.loss,
+                      result.iterations, human_seconds(outcome.seconds), describe(result.reason), human_seconds(run.compiled->seconds)));
+  json["iterations"] = result.iterations;
+  json["loss"] = json_numbers(result.losses);
+  json["wall_s"] = outcome.seconds;
+  json["compile_s"] = run.compiled->seconds;
+  json["evaluations"] = result.evaluations;
+  json["resumed_evaluations"] = recorded;
+  json["reason"] = describe(result.reason);
+  json["unknowns"] = unknowns_json(job, run, result);
+  Json tests = Json::object();
+  if (!interrupt_flag().load()) {
+    for (const auto& [name, value] : run.inverse->tests(result.x)) {
+      tests[name] = json_number(value);
+      job.say(fmt::format("test {} = {:.10g}\n", name, value));
+    }
+  }
+  json["test"] = std::move(tests);
+  write_optimised(job, run, result);
+  json["files"] = job.files();
+  return json;
+}
+
+}  // namespace
+
+void add_optimize(CLI::App& app, int& status) {
+  const auto options = std::make_shared<OptimizeOptions>();
+  CLI::App* verb = app.add_subcommand("optimize", "run the optimiser of a task: find its unknowns");
+  add_task_options(*verb, *options);
+  verb->add_option("--iterations", options->iterations, "in place of the task's")->check(CLI::PositiveNumber);
+  verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
+  verb->footer("Examples:\n  dpde optimize burgers.dpde recover --out results\n"
+               "  dpde optimize burgers.dpde recover --out results --iterations 500 --resume");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result = Json::object();
+    guarded(job, [&] { result = optimize(job, *options); });
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "optimize_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "interrupt.h"
+#include "scene_output.h"
+#include "text_plot.h"
+
+namespace dpde::tools {
+
+namespace {
+
+LinePanel loss_panel(const OptimiseResult& result) {
+  LinePanel panel;
+  panel.title = "loss";
+  panel.x_label = "iteration";
+  Curve curve{"loss", {}, result.losses};
+  for (std::size_t k = 0; k < result.losses.size(); ++k) curve.x.push_back(double(k));
+  panel.log_y = std::all_of(result.losses.begin(), result.losses.end(), [](double loss) { return loss > 0; });
+  panel.curves.push_back(std::move(curve));
+  return panel;
+}
+
+/// The state a datum is a target of: the field it comes from, the only state, or the one whose name it begins with.
+std::string state_of(const TaskRun& run, const std::string& datum) {
+  for (const model::Datum& declared : run.task().data) {
+    if (declared.name == datum && !declared.field.empty()) return declared.field;
+  }
+  const std::vector<model::State>& states = run.session->problem().states;
+  for (const model::State& state : states) {
+    if (states.size() == 1 || datum.starts_with(state.name)) return state.name;
+  }
+  return "";
+}
+
+/// The states at a step of the run from the unknowns found.
+std::vector<std::vector<double>> states_at(TaskRun& run, const Eigen::VectorXd& x, int step) {
+  std::vector<std::vector<double>> states;
+  run.inverse->assign(x);
+  const auto keep = [&](const Snapshot& snapshot) {
+    if (snapshot.step != step) return;
+    states.clear();
+    for (double* base : snapshot.states) {
+      states.emplace_back(run.session->workspace().cell_count());
+      copy_out(run.session->workspace().layout(), base, states.back());
+    }
+  };
+  const RunResult result = run.session->rollout().run({std::max(1, step), keep});
+  if (result.blow_up || result.stopped) states.clear();
+  return states;
+}
+
+void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& panels) {
+  const int step = run.session->steps_of(run.task().losses.back().when).back();
+  const double time = run.session->time_of(step);
+  const std::vector<std::vector<double>> states = states_at(run, x, step);
+  if (states.empty()) return;
+  for (const driver::DataStates& datum : run.session->data()) {
+    const std::string name = state_of(run, datum.name);
+    const int state = run.session->rollout().state_index(name);
+    const double* target = run.session->datum_at(datum, time);
+    if (state < 0 || target == nullptr) continue;
+    std::vector<double> values(run.session->workspace().cell_count());
+    copy_out(run.session->workspace().layout(), target, values);
+    const auto both = panels_of(run.session->workspace(), fmt::format("{} at t = {:.6g}", name, time),
+                                {{"target", values}, {"result", states[std::size_t(state)]}});
+    panels.insert(panels.end(), both.begin(), both.end());
+  }
+}
+
+void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& panels) {
+  run.session->reset_initial();
+  for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    if (!part.initial) continue;
+    const auto both = panels_of(run.session->workspace(), part.name + " at the start",
+                                {{"the scene's own", run.session->initial(part.index)}, {"recovered", part_of(x, part)}});
+    panels.insert(panels.end(), both.begin(), both.end());
+  }
+}
+
+}  // namespace
+
+void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
+  if (result.losses.size() > 1) job.say(text_plot(loss_panel(result), terminal_is_utf8(), 64, 10));
+  if (job.options().out.empty()) return;
+  std::string table = "iteration,loss\n";
+  for (std::size_t k = 0; k < result.losses.size(); ++k) table += fmt::format("{},{}\n", k, result.losses[k]);
+  save_text(job, "loss.csv", table);
+  for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    if (part.initial) save_state(job, run.session->workspace(), part.name + "_initial", part_of(result.x, part));
+  }
+  save_picture(job, "loss", {loss_panel(result)});
+  if (interrupt_flag().load()) return;  // the pictures need another run
+  std::vector<Panel> panels;
+  add_targets(run, result.x, panels);
+  add_unknowns(run, result.x, panels);
+  if (!panels.empty()) save_picture(job, run.task().name, panels);
+}
+
+}  // namespace dpde::tools
