@@ -14,13 +14,16 @@
 #include <cstring>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/layout.h"
 #include "fill.h"
 
 namespace dpde {
 namespace {
 
-constexpr int64_t tile_rows = 64;
+constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
 constexpr int64_t least_cells_for_threads = 32 * 1024;
+constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
+constexpr int64_t cache_line = 8;                               // elements of a cache line
 
 struct Stream {
   int field;
@@ -38,6 +41,10 @@ struct Sweep {
   std::vector<int> grids;
   std::vector<int> sums;  // program sums
   std::vector<HaloFill> then;
+  /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is prefetched.
+  std::vector<size_t> leading;
+  bool prefetches = false;
+  int64_t tile = 1;  // rows along y
   int64_t first = 0, count = 0;
   Range y, z;
   int threads = 1;
@@ -76,6 +83,24 @@ int find_name(const char* const* names, int count, std::string_view name) {
   return -1;
 }
 
+std::vector<size_t> leading_streams(const dpde_kernel& kernel) {
+  std::vector<size_t> leading;
+  for (int s = 0; s < kernel.stream_count; ++s) {
+    const dpde_stream& stream = kernel.streams[s];
+    const auto is_ahead_of = [&](const dpde_stream& other) {
+      return std::pair(stream.offset[2], stream.offset[1]) > std::pair(other.offset[2], other.offset[1]);
+    };
+    const auto same_field = [&](size_t other) { return kernel.streams[other].field == stream.field; };
+    const auto found = std::ranges::find_if(leading, same_field);
+    if (found == leading.end()) {
+      if (stream.offset[2] > 0) leading.push_back(static_cast<size_t>(s));
+    } else if (is_ahead_of(kernel.streams[*found])) {
+      *found = static_cast<size_t>(s);
+    }
+  }
+  return leading;
+}
+
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
   const dpde_kernel& kernel = program.kernels[operation.kernel];
   Sweep sweep;
@@ -93,7 +118,12 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
   for (int f = 0; f < operation.then_count; ++f) sweep.then.emplace_back(operation.then[f], layout);
+  sweep.prefetches = field_bytes(layout) >= least_bytes_for_prefetch;
+  if (sweep.prefetches) sweep.leading = leading_streams(kernel);
   sweep.ordered = operation.serial != 0;
+  const int64_t plane_fields = std::max<int64_t>(1, static_cast<int64_t>(sweep.leading.size()));
+  const int64_t row_bytes = layout.stride[1] * static_cast<int64_t>(sizeof(double));
+  sweep.tile = sweep.z.count() == 1 || sweep.ordered ? sweep.y.count() : std::max<int64_t>(8, tile_bytes / (row_bytes * plane_fields));
   const bool worth = sweep.rows() > 1 && sweep.rows() * sweep.count >= least_cells_for_threads;
   sweep.threads = worth && !sweep.ordered ? threads : 1;
   return sweep;
@@ -291,10 +321,23 @@ void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int 
   Range& split = z.count() >= parts ? z : y;
   const Range whole = split;
   split = {whole.from + whole.count() * part / parts, whole.from + whole.count() * (part + 1) / parts};
-  const int64_t tile = z.count() == 1 || sweep.ordered ? y.count() : tile_rows;
-  for (int64_t from = y.from; from < y.to; from += tile) {
-    for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, *executor.layout_, caller, {from, std::min(from + tile, y.to)}, place);
+  for (int64_t from = y.from; from < y.to; from += sweep.tile) {
+    const Range tile{from, std::min(from + sweep.tile, y.to)};
+    for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, *executor.layout_, caller, tile, place);
   }
+}
+
+/// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane (measured:
+/// 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2).
+/// g++ takes a function that only prefetches for one without effect and drops its calls unless it is inlined early.
+[[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, double* const* pointers, int64_t stride) {
+  if (!sweep.prefetches) return;
+  for (size_t s : sweep.leading) {
+    const double* ahead = pointers[s] + stride;
+    for (int64_t x = 0; x < sweep.count; x += cache_line) __builtin_prefetch(ahead + x);
+  }
+  if (!sweep.leading.empty()) return;
+  for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(pointers[s] + stride);
 }
 
 /// Rows of one plane, one after the other.
@@ -310,6 +353,7 @@ void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Cal
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     row.y = y;
     for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
+    prefetch_next(sweep, pointers, stride);
     sweep.row(&row);
     if (fills_plane && y >= 0 && y < layout.cells[1]) {
       for (size_t f = 0; f < fills; ++f) {

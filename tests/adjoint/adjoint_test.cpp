@@ -92,6 +92,23 @@ program transport { fill d periodic; run step; swap d, p }
   }
 }
 
+/// At a tie max follows its first argument and min its second: together they have the derivative of a + b.
+TEST(Adjoint, TakesOneSideAtATie) {
+  const stencil::Module module = parse_module(R"(
+kernel k(a: field, b: field, out v: field, c: param) { v = max(a, b) + c*min(a, b) + abs(a - b) }
+program p { run k; keep v }
+)");
+  DiagnosticSink sink;
+  const adjoint::Derivative derived = adjoint::adjoint(module, "p", {{"a", "b"}, {}}, sink);
+  stencil::State state({1, {3, 1, 1}}, 1);
+  state.set("a", {1, 2, 3});
+  state.set("b", {2, 2, 2});
+  state.set("v_bar", {1, 1, 1});
+  stencil::interpret(derived.module, *derived.module.find_program(derived.program), state, {{"c", 10}});
+  EXPECT_EQ(state.get("a_bar"), (std::vector<double>{10 - 1, 1, 1 + 1}));
+  EXPECT_EQ(state.get("b_bar"), (std::vector<double>{1 + 1, 10, 10 - 1}));
+}
+
 TEST(Adjoint, OfALinearStepRecomputesNothing) {
   const stencil::Module module = parse_module(R"(
 kernel step(u: field halo 1, out v: field, c: param) { v = u + c*(u[-1] - 2*u + u[+1]) }

@@ -120,12 +120,12 @@ void heat3d_step(benchmark::State& state) {
   const dpde_layout layout = periodic_grid({state.range(0), state.range(0), state.range(0)});
   Field u = wave_field(layout, 0), next(layout, 1);
   for (auto _ : state) {
-    handwritten::heat3d_step(layout, u.base(), next.base(), 0.1);
+    handwritten::heat3d_step(layout, u.base(), next.base(), 0.1, {state.range(1), state.range(2) != 0});
     std::swap(u, next);
   }
   count(state, cell_count(layout), 16);
 }
-BENCHMARK(heat3d_step)->ArgName("n")->Arg(64)->Arg(256)->Unit(benchmark::kMicrosecond);
+BENCHMARK(heat3d_step)->ArgNames({"n", "tile", "prefetch"})->Args({64, 64, 0})->Args({256, 64, 0})->Args({256, 256, 0})->Args({256, 256, 1})->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace dpde

@@ -135,15 +135,15 @@ void burgers2d_adjoint(const dpde_layout& layout, Velocity at, Velocity seed, Ne
   }
 }
 
-void heat3d_step(const dpde_layout& layout, const double* u, double* next, double c) {
-  constexpr int64_t tile = 64;
+void heat3d_step(const dpde_layout& layout, const double* u, double* next, double c, Tiling tiling) {
   const int64_t n = layout.cells[0], sy = layout.stride[1], sz = layout.stride[2];
-  for (int64_t from = 0; from < layout.cells[1]; from += tile) {
-    const int64_t to = std::min(from + tile, layout.cells[1]);
+  for (int64_t from = 0; from < layout.cells[1]; from += tiling.rows) {
+    const int64_t to = std::min(from + tiling.rows, layout.cells[1]);
     for (int64_t z = 0; z < layout.cells[2]; ++z) {
       for (int64_t y = from; y < to; ++y) {
         const double* row = u + z * sz + y * sy;
         double* out = next + z * sz + y * sy;
+        for (int64_t x = 0; tiling.prefetch && x < n; x += 8) __builtin_prefetch(row + sz + sy + x);
         heat3d(n, row, row - sy, row + sy, row - sz, row + sz, out, c);
         fill_ends(out, n);
         copy_to_ghost_row(next + z * sz, y, layout);

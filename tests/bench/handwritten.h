@@ -35,8 +35,12 @@ struct NextVelocity {
 void burgers2d_step(const dpde_layout& layout, Velocity from, NextVelocity to, Burgers p);
 void burgers2d_adjoint(const dpde_layout& layout, Velocity at, Velocity seed, NextVelocity bar, Burgers p);
 
-/// next = u + c (sum of 6 neighbours - 6 u); y in tiles.
-void heat3d_step(const dpde_layout& layout, const double* u, double* next, double c);
+/// next = u + c (sum of 6 neighbours - 6 u); y in tiles of so many rows, with or without prefetch of the next row above.
+struct Tiling {
+  int64_t rows = 64;
+  bool prefetch = false;
+};
+void heat3d_step(const dpde_layout& layout, const double* u, double* next, double c, Tiling tiling = {});
 
 /// Rooflines: to = from, over all elements.
 void copy(double* to, const double* from, int64_t count);

@@ -153,7 +153,9 @@ TEST(Heat, OneModelOnOneTwoAndThreeAxes) {
   for (int axes = 1; axes <= 3; ++axes) {
     std::string scene = "scene s : heat {\n";
     for (int axis = 0; axis < axes; ++axis) scene += std::string("grid ") + "xyz"[axis] + " = 0 .. 2*pi, cells 16\n";
-    scene += "boundary u: all = zero_gradient\nkappa = 0.5\ninitial u = sin(x)\nexact u = exp(-kappa*t)*sin(x)\ntime 1 .. 1.5, step 0.1\n}";
+    scene +=
+        "boundary u: all = zero_gradient\nkappa = 0.5\ninitial u = sin(x)\nexact u = exp(-kappa*t)*sin(x)\ntime 1 .. "
+        "1.5, step 0.1\n}";
     const Problem p = problem_of(model + scene);
     EXPECT_EQ(print(*p.states[0].rhs), expected[axes - 1]);
     EXPECT_EQ(p.axes.size(), static_cast<std::size_t>(axes));
@@ -192,7 +194,9 @@ scene s : m {
 
 TEST(Time, StepsMayMissTheirNumberByRoundingOnly) {
   const auto text = [](const std::string& time) {
-    return "model m { field u; dt(u) = lap(u) }\nscene s : m { grid x = 0 .. 1, cells 4, periodic\n initial u = 0\n time " + time + "\n}";
+    return "model m { field u; dt(u) = lap(u) }\nscene s : m { grid x = 0 .. 1, cells 4, periodic\n initial u = 0\n "
+           "time " +
+           time + "\n}";
   };
   EXPECT_EQ(problem_of(text("0 .. 0.3, step 0.1")).steps, 3);
   EXPECT_EQ(problem_of(text("0.1 .. 1.1, step 1/3000")).steps, 3000);

@@ -48,16 +48,20 @@ inline Outcome outcome_of(const std::string& text, const Selection& selection = 
 /// Of a text without errors.
 inline Problem problem_of(const std::string& text, const Selection& selection = {}) {
   Outcome outcome = outcome_of(text, selection);
-  for (const Diagnostic& d : outcome.diagnostics) EXPECT_EQ(d.kind->severity, Severity::warning) << d.message << "\n" << d.hint;
+  for (const Diagnostic& d : outcome.diagnostics)
+    EXPECT_EQ(d.kind->severity, Severity::warning) << d.message << "\n" << d.hint;
   if (!outcome.problem) throw std::runtime_error("the text has errors");
   return *outcome.problem;
 }
 
 /// The model m with field u, params k, c and coefficient w in a scene with as many axes.
-inline std::string text_with(const std::string& rhs, int axes = 1, const std::string& scene_lines = "", const std::string& model_lines = "") {
-  std::string text = "model m {\n  field u\n  param k, c\n  coefficient w\n" + model_lines + "  dt(u) = " + rhs + "\n}\n";
+inline std::string text_with(const std::string& rhs, int axes = 1, const std::string& scene_lines = "",
+                             const std::string& model_lines = "") {
+  std::string text =
+      "model m {\n  field u\n  param k, c\n  coefficient w\n" + model_lines + "  dt(u) = " + rhs + "\n}\n";
   text += "scene s : m {\n";
-  for (int axis = 0; axis < axes; ++axis) text += std::string("  grid ") + "xyz"[axis] + " = 0 .. 1, cells 8, periodic\n";
+  for (int axis = 0; axis < axes; ++axis)
+    text += std::string("  grid ") + "xyz"[axis] + " = 0 .. 1, cells 8, periodic\n";
   return text + "  k = 2\n  c = 3\n  w = 1 + x\n  initial u = 0\n  time 0 .. 1, step 1/8\n" + scene_lines + "}\n";
 }
 

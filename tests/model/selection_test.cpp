@@ -26,7 +26,8 @@ scene b : m with second {
 task t : b with third { unknown k; minimise mean(u) }
 )";
 
-Problem with(const std::string& name, const std::map<std::string, std::string>& overrides, const std::string& scheme = "") {
+Problem with(const std::string& name, const std::map<std::string, std::string>& overrides,
+             const std::string& scheme = "") {
   return problem_of(two_scenes, {name, overrides, scheme});
 }
 
@@ -53,7 +54,8 @@ TEST(Selection, TheOnlyTaskElseTheOnlyScene) {
   EXPECT_EQ(problem_of(text_with("u*w*k*c")).scene, "s");
   EXPECT_EQ(outcome_of(two_scenes, {"tt", {}, ""}).code_and_hint(), "E0318 did you mean t?");
   EXPECT_EQ(outcome_of(two_scenes, {"wave", {}, ""}).code_and_hint(), "E0318 known here: t, a, b");
-  EXPECT_EQ(outcome_of(two_scenes + "task t2 : a { unknown k; minimise mean(u) }").code_and_hint(), "E0319 name one of: t, t2, a, b");
+  EXPECT_EQ(outcome_of(two_scenes + "task t2 : a { unknown k; minimise mean(u) }").code_and_hint(),
+            "E0319 name one of: t, t2, a, b");
 }
 
 TEST(Selection, WhichScheme) {
@@ -66,7 +68,8 @@ TEST(Selection, WhichScheme) {
 }
 
 TEST(Selection, WhatSchemesSay) {
-  const Scheme second = with("b", {}).scheme, third = with("t", {}).scheme, built_in = problem_of(text_with("u*w*k*c")).scheme;
+  const Scheme second = with("b", {}).scheme, third = with("t", {}).scheme,
+               built_in = problem_of(text_with("u*w*k*c")).scheme;
   EXPECT_EQ(second.time, TimeScheme::rk2);
   EXPECT_EQ(second.advect, Advection::upwind);
   EXPECT_EQ(second.advect_order, 1);
@@ -108,10 +111,13 @@ TEST(Settings, SchemeKeys) {
 }
 
 TEST(Settings, Refusals) {
-  EXPECT_EQ(refusal("nu", "1"), "there is nothing called nu to set; known here: k, advect, dx, lap, time, real, cells, cells.x, cells.y, step, end");
+  EXPECT_EQ(refusal("nu", "1"),
+            "there is nothing called nu to set; known here: k, advect, dx, lap, time, real, cells, cells.x, cells.y, "
+            "step, end");
   EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");
   EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
-  EXPECT_EQ(refusal("time", "rk3"), "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4");
+  EXPECT_EQ(refusal("time", "rk3"),
+            "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4");
   EXPECT_EQ(refusal("real", "f32"), "real = f32 is not available; all numbers are f64 in this version");
   EXPECT_EQ(refusal("k", "nn"), "k cannot be set to nn: nn is not known here; known here: pi, t, x, y, z");
   EXPECT_EQ(refusal("k", "1/0"), "k cannot be set to 1/0: this is not a finite number: division by zero; ");

@@ -113,9 +113,10 @@ void star_row(const dpde_row* row) {
   }
 }
 
-void add_star(TestProgram& program, int rank, const std::array<dpde_boundary, 3>& axes) {
+/// in_order: the program's sums in the order of the kernel's, which the executor treats apart in 1-D.
+void add_star(TestProgram& program, int rank, const std::array<dpde_boundary, 3>& axes, bool in_order = true) {
   program.params({"low", "high"}, two_uniforms, 2);
-  program.sums({"count", "total"});
+  program.sums(in_order ? std::vector<std::string>{"other", "total", "count"} : std::vector<std::string>{"count", "total"});
   program.halo(halo_of(rank, 2));
   program.prepare(program.fill_of("u", axes));
   const StreamOf far{"u", rank == 1 ? -2 : 0, rank == 2 ? -2 : 0, rank == 3 ? -2 : 0};
@@ -129,13 +130,12 @@ INSTANTIATE_TEST_SUITE_P(Runtime, AllRanks, testing::Values(1, 2, 3), [](const a
 TEST_P(AllRanks, SweepsAndFillsAgreeWithTheDefinition) {
   const int rank = GetParam();
   int64_t grids = 0, wrong = 0;
-  for_all_grids(rank, 7, [&](const std::vector<int64_t>& cells, const std::array<dpde_boundary, 3>& axes) {
+  const auto try_grid = [&](const std::vector<int64_t>& cells, const std::array<dpde_boundary, 3>& axes) {
     TestProgram program("star", rank, {"u"}, {"v"});
-    add_star(program, rank, axes);
+    add_star(program, rank, axes, grids % 2 == 0);
     const dpde_layout layout = make_layout(cells, halo_of(rank, 2));
     Field u(layout), v(layout), input(layout);
     randomise(input, 7);
-    u = Field(layout);
     for_each_cell(layout, {}, [&](const Place& p) { at(u, p) = at(input, p); });
     Executor executor(program.table(), layout);
     executor.bind(0, u.base());
@@ -164,9 +164,11 @@ TEST_P(AllRanks, SweepsAndFillsAgreeWithTheDefinition) {
     });
     if (std::abs(executor.sums()[static_cast<size_t>(executor.sum_index("total"))] - total) > 1e-11) ++wrong;
     if (executor.sums()[static_cast<size_t>(executor.sum_index("count"))] != static_cast<double>(cell_count(layout))) ++wrong;
-  });
+  };
+  for_all_grids(rank, 7, try_grid);
+  if (rank == 1) for_all_grids(rank, 7, try_grid);  // 35 grids: now those with the other order of sums
   EXPECT_EQ(wrong, 0);
-  EXPECT_EQ(grids, rank == 1 ? 7 * 5 : rank == 2 ? 49 * 25 : 343 * 27);
+  EXPECT_EQ(grids, rank == 1 ? 2 * 7 * 5 : rank == 2 ? 49 * 25 : 343 * 27);
 }
 
 TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
@@ -262,6 +264,7 @@ TEST(Executor, ResultsDoNotDependOnTheNumberOfThreads) {
       executor.run();
       if (threads == 1) {
         total = executor.sums()[1];
+        EXPECT_NE(total, 0);
         for_each_cell(layout, halo_of(rank, 2), [&](const Place& p) { at(reference, p) = at(v, p); });
       }
       EXPECT_EQ(executor.sums()[1], total);

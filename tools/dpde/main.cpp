@@ -2,26 +2,38 @@
 // dpde: the command. Each verb has a file of its own; this one parses the command line and hands over.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 #include "command.h"
 #include "verbs.h"
 
 namespace {
 
-/// Wrong options are wrong input: exit status 2; help is not an error.
-int report(const CLI::App& app, const CLI::ParseError& error, bool json) {
-  if (error.get_exit_code() == 0) return app.exit(error);
-  fmt::print(stderr, "dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", error.what());
+/// Wrong options are wrong input: exit status 2.
+int report_usage(const std::string& message, bool json) {
+  fmt::print(stderr, "dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", message);
   if (json) {
-    const dpde::tools::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", error.what()},
+    const dpde::tools::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", message},
                                           {"file", ""},      {"line", 0},           {"column", 0},
                                           {"hint", "dpde VERB --help"}};
     fmt::print("{}\n", dpde::tools::Json{{"diagnostics", dpde::tools::Json::array({diagnostic})}}.dump());
   }
   return static_cast<int>(dpde::tools::Exit::wrong_input);
+}
+
+/// A first word that is no verb; "" when it is one or there is none.
+std::string unknown_verb(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return "";
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
+  if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return "";
+  const std::string nearest = dpde::nearest_name(argv[1], verbs);
+  return fmt::format("there is no verb {}{}", argv[1], nearest.empty() ? "" : "; did you mean " + nearest + "?");
 }
 
 bool wants_json(int argc, char** argv) {
@@ -51,10 +63,12 @@ int main(int argc, char** argv) {
   add_bench(app, status);
   add_plot(app, status);
   add_fmt(app, status);
+  const std::string unknown = unknown_verb(app, argc, argv);
+  if (!unknown.empty()) return report_usage(unknown, wants_json(argc, argv));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return report(app, error, wants_json(argc, argv));
+    return error.get_exit_code() == 0 ? app.exit(error) : report_usage(error.what(), wants_json(argc, argv));
   } catch (const std::exception& error) {
     fmt::print(stderr, "dpde: error[E0903]: {}\n", error.what());
     return static_cast<int>(Exit::machine_failed);

@@ -121,9 +121,10 @@ std::string plot_of(const MapPanel& panel, int index) {
     low = std::min(low, value);
     high = std::max(high, value);
   }
-  if (!(low < high)) {  // one value everywhere, or none
-    low = std::isfinite(low) ? low - 1 : -1;
-    high = low + 2;
+  if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // one value everywhere, or none
+    const double middle = std::isfinite(low) ? low : 0, half = middle == 0 ? 1 : std::abs(middle) / 10;
+    low = middle - half;
+    high = middle + half;
   }
   // Signed data: red and blue around zero; data of one sign: one hue.
   const bool is_signed = low < 0 && high > 0;

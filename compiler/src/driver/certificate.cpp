@@ -196,14 +196,12 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   Eigen::VectorXd gradient(inverse->size());
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction);
-  double size = std::abs(loss);
   for (int k = 0; k < 16; ++k) {
     const double step = 1e-2 * std::exp2(-k);
     const double value = inverse->value(point.x + step * point.direction);
     certificate.remainders.push_back({step, std::abs(value - loss - step * slope)});
-    if (std::isfinite(value)) size = std::max(size, std::abs(value));
   }
-  const double rounding = 1e-13 * size * std::sqrt(1.0 + session->steps());
+  const double rounding = 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps());
   certificate.slope = remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin(), certificate.remainders.end(),

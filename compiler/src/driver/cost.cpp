@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
+#include <limits>
 #include <set>
 #include <thread>
 #include <vector>
@@ -103,6 +105,20 @@ Memory memory_of(const Compiled& compiled) {
   memory.run = field * (static_cast<double>(fields.size()) + 3 * states);
   memory.gradient = field * states * (std::max(problem.steps, 1) + 2);
   return memory;
+}
+
+std::int64_t available_memory() {
+  std::int64_t available = std::numeric_limits<std::int64_t>::max();
+  std::ifstream meminfo("/proc/meminfo");
+  std::string word;
+  while (meminfo >> word) {
+    std::int64_t kilobytes = 0;
+    if (word == "MemAvailable:" && meminfo >> kilobytes) available = kilobytes * 1024;
+  }
+  std::int64_t limit = 0, used = 0;
+  std::ifstream limit_file("/sys/fs/cgroup/memory.max"), used_file("/sys/fs/cgroup/memory.current");
+  if (limit_file >> limit && used_file >> used) available = std::min(available, limit - used);
+  return available;
 }
 
 double measure_copy(double footprint, int threads) {

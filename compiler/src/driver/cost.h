@@ -2,6 +2,7 @@
 // What a program costs, counted before it runs, and what the memory of this machine gives.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "driver/pipeline.h"
@@ -21,6 +22,9 @@ struct Memory {
   double run = 0, gradient = 0;
 };
 Memory memory_of(const Compiled& compiled);
+
+/// Bytes of memory that can be had now (/proc/meminfo and the limits of a container).
+std::int64_t available_memory();
 
 /// Bytes per second of a copy (8 read and 8 written an element) between two arrays of together `footprint` bytes on
 /// `threads` threads; the median of several.

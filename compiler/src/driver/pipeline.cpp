@@ -251,7 +251,7 @@ void add_certifying_task(model::Problem& problem) {
     const model::Expr value = model::binary(BinaryOp::add, u, square);
     total = model::binary(BinaryOp::add, total, model::binary(BinaryOp::multiply, model::field(probe), value));
     task.data.push_back({probe, "", "", "", {}, {}});
-    task.unknowns.push_back({true, state.name, {}, {}});
+    task.unknowns.push_back({true, state.name, state.initial, {}});
   }
   task.losses.push_back({model::reduce(model::Reduce::Kind::sum, total), {}, {}});
   for (model::Parameter& param : problem.params) {
@@ -262,7 +262,7 @@ void add_certifying_task(model::Problem& problem) {
     param.unknown = std::none_of(problem.coefficients.begin(), problem.coefficients.end(), [&](const model::Coefficient& c) {
       return c.value.formula && model::any_part(*c.value.formula, holds);
     });
-    if (param.unknown) task.unknowns.push_back({false, param.name, {}, {}});
+    if (param.unknown) task.unknowns.push_back({false, param.name, {model::number(param.value), "", {}}, {}});
   }
   problem.task = std::move(task);
 }
@@ -280,8 +280,10 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   compiled.problem = model::from_ast(compiled.ast, selection, sink);
   if (sink.has_errors() || !compiled.problem) return false;
   if (options.without_task) compiled.problem->task.reset();
+  const auto text = [&] { return print(*compiled.problem); };
+  if (!stages.after("model", text, [&] { return verify(*compiled.problem); })) return false;
   if (options.certify && !compiled.problem->task) add_certifying_task(*compiled.problem);
-  return stages.after("model", [&] { return print(*compiled.problem); }, [&] { return verify(*compiled.problem); });
+  return true;
 }
 
 bool lower_and_differentiate(Compiled& compiled, const CompileOptions& options, Stages& stages, DiagnosticSink& sink) {

@@ -4,16 +4,43 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
+#include "model/build.h"
 #include "model/print_model.h"
 #include "stencil/build.h"
+#include "support/match.h"
 
 namespace dpde::driver {
 
 namespace {
 
-std::string text_of(const model::Source& source) {
-  return source.formula ? print(*source.formula) : fmt::format("load(\"{}\")", source.file);
+using Values = std::map<std::string, double>;
+
+/// `e` with numbers in place of parameters: a scene of a program knows only the parameters that the program reads.
+model::Expr with_values(const model::Expr& e, const Values& values) {
+  const auto all = [&](std::vector<model::Expr> parts) {
+    for (model::Expr& part : parts) part = with_values(part, values);
+    return parts;
+  };
+  const auto same = [&](const auto&) { return e; };
+  return match(
+      e->kind, [&](const model::Number& n) { return same(n); }, [&](const model::Field& f) { return same(f); },
+      [&](const model::Coordinate& c) { return same(c); },
+      [&](const model::Param& p) { return values.contains(p.name) ? model::number(values.at(p.name)) : e; },
+      [&](const model::Neg& n) { return model::negate(with_values(n.operand, values)); },
+      [&](const model::Binary& b) { return model::binary(b.op, with_values(b.left, values), with_values(b.right, values)); },
+      [&](const model::Call& c) { return model::call(c.fn, all(c.arguments)); },
+      [&](const model::Select& s) {
+        return model::select(with_values(s.condition, values), with_values(s.yes, values), with_values(s.no, values));
+      },
+      [&](const model::Derivative& d) { return model::derivative(with_values(d.operand, values), d.axis, d.order); },
+      [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
+      [&](const model::Reduce& r) { return model::reduce(r.reduction, with_values(r.operand, values)); });
+}
+
+std::string text_of(const model::Source& source, const Values& values) {
+  return source.formula ? print(with_values(*source.formula, values)) : fmt::format("load(\"{}\")", source.file);
 }
 
 bool is_input(const stencil::Interface& interface, const std::string& field) {
@@ -31,22 +58,27 @@ std::string scene_text(const Compiled& compiled) {
     text += fmt::format("  grid {} = {} .. {}, cells {}{}\n", axis.name, axis.low, axis.high, axis.cells,
                         axis.topology == Topology::periodic ? ", periodic" : "");
   }
+  Values values;
   for (const model::Parameter& param : problem.params) {
     const std::vector<std::string>& used = interface.params;
-    if (std::find(used.begin(), used.end(), param.name) != used.end()) text += fmt::format("  {} = {}\n", param.name, param.value);
+    if (std::find(used.begin(), used.end(), param.name) != used.end()) {
+      text += fmt::format("  {} = {}\n", param.name, param.value);
+    } else {
+      values[param.name] = param.value;
+    }
   }
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (is_input(interface, coefficient.name)) text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value));
+    if (is_input(interface, coefficient.name)) text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value, values));
   }
   for (const model::State& state : problem.states) {
     if (state.initial.formula || !state.initial.file.empty()) {
-      text += fmt::format("  initial {} = {}\n", state.name, text_of(state.initial));
+      text += fmt::format("  initial {} = {}\n", state.name, text_of(state.initial, values));
     }
-    if (state.exact) text += fmt::format("  exact {} = {}\n", state.name, print(*state.exact));
+    if (state.exact) text += fmt::format("  exact {} = {}\n", state.name, print(with_values(*state.exact, values)));
   }
   text += fmt::format("  time {} .. {}, step {}\n", problem.t_begin, problem.t_begin + problem.steps * problem.step, problem.step);
   for (const model::Quantity& quantity : problem.observables) {
-    text += fmt::format("  observe {} = {}\n", quantity.name, print(quantity.value));
+    text += fmt::format("  observe {} = {}\n", quantity.name, print(with_values(quantity.value, values)));
   }
   return text + "}\n";
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "driver/cost.h"
 #include "driver/data.h"
 #include "dpde/runtime/error.h"
 #include "model/build.h"
@@ -19,6 +20,17 @@ bool is_field(const dpde_program& program, const std::string& field) {
   for (int f = 0; f < program.field_count; ++f) {
     if (program.fields[f] == field) return true;
   }
+  return false;
+}
+
+std::string gibibytes(double bytes) { return fmt::format("{:.3g} GiB", bytes / (1 << 30)); }
+
+/// Asking for more than there is would end the process without a word.
+bool fits_in_memory(const Compiled& compiled, DiagnosticSink& sink) {
+  const double needed = memory_of(compiled).run, there = static_cast<double>(available_memory());
+  if (needed <= there) return true;
+  sink.report("machine-failed", {}, {fmt::format("scene {} needs {} of memory, {} are available", compiled.problem->scene,
+                                                 gibibytes(needed), gibibytes(there))});
   return false;
 }
 
@@ -48,6 +60,10 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   session->options_ = options;
   session->steps_ = options.steps.value_or(session->problem().steps);
   try {
+    if (options.cells.empty() && !fits_in_memory(*session->compiled_, sink)) return nullptr;
+    // A gradient that stores every step may take half of what is left; it recomputes steps rather than fail.
+    session->options_.checkpoint_bytes =
+        std::min(options.checkpoint_bytes, std::max<std::int64_t>(available_memory() / 2, std::int64_t{1} << 26));
     session->workspace_ = std::make_unique<Workspace>(session->problem(), *session->compiled_->code, options.cells, options.threads);
     if (!session->load(source, sink)) return nullptr;
   } catch (const std::exception& error) {
@@ -137,6 +153,11 @@ RolloutSetup Session::setup() {
     if (!states.contains(name)) setup.fields.push_back({name, workspace_->field(name).base()});
   }
   for (const auto& [name, value] : workspace_->params()) setup.params.push_back({name, value});
+  // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
+  for (int p = 0; p < setup.step->param_count; ++p) {
+    const std::string name = setup.step->params[p];
+    if (!workspace_->params().contains(name) && name != "t" && name != "loss_bar") setup.params.push_back({name, 0.0});
+  }
   return setup;
 }
 

@@ -154,4 +154,12 @@ bool is_larger_than(const Expr& e, int max_nodes, int max_height) {
   return !fits(e, 1);
 }
 
+int nested_order(const Expr& e) {
+  int inside = 0;
+  for_each_part(e, [&](const Expr& part) { inside = std::max(inside, nested_order(part)); });
+  const auto* derivative = std::get_if<Derivative>(&e->kind);
+  if (derivative) return inside + derivative->order;
+  return std::holds_alternative<Advect>(e->kind) ? inside + 1 : inside;
+}
+
 }  // namespace dpde::model

@@ -77,7 +77,9 @@ Piece piece(const Expr& e) {
   return match(
       e->kind, [](const Number& n) { return number_piece(n.value); }, [](const Param& p) { return Piece{p.name}; },
       [](const Field& f) { return Piece{f.name}; }, [](const Coordinate& c) { return Piece{axis_names[c.axis]}; },
-      [](const Neg& n) { return Piece{"-" + wrapped(n.operand, unary_precedence), unary_precedence}; },
+      [](const Neg& n) {
+        return Piece{"-" + wrapped(n.operand, unary_precedence), unary_precedence};
+      },
       [](const Binary& b) { return binary_piece(b); },
       [](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
       [](const Select& s) { return Piece{fmt::format("if({}, {}, {})", bare(s.condition), bare(s.yes), bare(s.no))}; },
@@ -136,12 +138,14 @@ std::vector<std::string> scene_lines(const Problem& p) {
     const std::string boundary = boundary_text(p, state);
     if (!boundary.empty()) lines.push_back(boundary);
   }
-  for (const State& state : p.states) lines.push_back(fmt::format("initial {} = {}", state.name, text_of(state.initial)));
+  for (const State& state : p.states)
+    lines.push_back(fmt::format("initial {} = {}", state.name, text_of(state.initial)));
   for (const State& state : p.states) {
     if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
   }
   for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
-  lines.push_back(fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
+  lines.push_back(
+      fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
   return lines;
 }
@@ -168,7 +172,8 @@ std::vector<std::string> task_lines(const Task& task) {
   std::vector<std::string> lines;
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
   for (const Unknown& unknown : task.unknowns) {
-    lines.push_back(fmt::format("unknown {}{} from {}", unknown.initial ? "initial " : "", unknown.name, text_of(unknown.from)));
+    lines.push_back(
+        fmt::format("unknown {}{} from {}", unknown.initial ? "initial " : "", unknown.name, text_of(unknown.from)));
   }
   for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
   if (task.optimiser) lines.push_back(text_of(*task.optimiser));
@@ -197,8 +202,8 @@ std::string time_text(TimeScheme time) {
 }
 
 std::string text_of(const Scheme& s) {
-  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {} }}\n", s.name, advect_text(s),
-                     s.derivative_order, s.laplacian_order, time_text(s.time));
+  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {} }}\n", s.name,
+                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time));
 }
 
 std::string block(const std::string& head, const std::vector<std::string>& lines) {
@@ -211,7 +216,8 @@ std::string print(const Expr& expr) { return bare(expr); }
 
 std::string print(const Problem& problem) {
   const std::string of = problem.program.empty() ? problem.model : problem.program;
-  std::string text = block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
+  std::string text =
+      block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
   text += "\n" + text_of(problem.scheme);
   if (problem.task) {
     text += "\n" + block(fmt::format("task {} : {}", problem.task->name, problem.scene), task_lines(*problem.task));

@@ -130,7 +130,8 @@ class Verifier {
     }
     demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
-      const bool exists = unknown.initial ? problem_.find_state(unknown.name) != nullptr : unknowns_.contains(unknown.name);
+      const bool exists =
+          unknown.initial ? problem_.find_state(unknown.name) != nullptr : unknowns_.contains(unknown.name);
       demand(exists, fmt::format("unknown {} is nothing", unknown.name));
       check_source(unknown.from, "start of " + unknown.name, unknown.initial ? formula : boundary);
     }
@@ -175,7 +176,9 @@ class Verifier {
   }
 
   void check_node(const Expr& e, const std::string& where, Allowed allowed) {
-    const auto need = [&](bool is_allowed, const char* what) { demand(is_allowed, where + ": " + what + " cannot stand here"); };
+    const auto need = [&](bool is_allowed, const char* what) {
+      demand(is_allowed, where + ": " + what + " cannot stand here");
+    };
     Allowed inside = allowed;
     match(
         e->kind, [&](const Number& n) { demand(std::isfinite(n.value), where + ": a number is not finite"); },
@@ -204,7 +207,8 @@ class Verifier {
         },
         [&](const Advect& a) {
           need(allowed.derivatives, "advection");
-          demand(a.velocity.size() == problem_.axes.size(), fmt::format("{}: velocity of {} components", where, a.velocity.size()));
+          demand(a.velocity.size() == problem_.axes.size(),
+                 fmt::format("{}: velocity of {} components", where, a.velocity.size()));
         },
         [&](const Reduce&) {
           need(allowed.reductions, "a reduction");

@@ -341,7 +341,8 @@ class ModuleReader {
       const Run* run = std::get_if<Run>(&statement);
       has_sums = has_sums || (run && !module_.find_kernel(run->kernel)->sums.empty());
     }
-    if (sink_.has_errors() || has_sums || !program_.swaps.empty() || !program_.keeps.empty()) return;
+    if (sink_.has_errors() || has_sums || program_.body.empty() || !program_.swaps.empty() || !program_.keeps.empty())
+      return;
     sink_.report("program-without-result", source.name.range, {program_.name},
                  "name the fields it computes, as in keep v or swap u, v");
   }

@@ -25,7 +25,8 @@
 //  - sums: name += value, added over all points of the region; they start at 0 when the program starts.
 //  - Parameters hx, hy, hz (spacing), dt, t (time at the start of the step) and cells (number of cells of the
 //    grid) are bound by the scene; the fields x, y, z are the cells' coordinates, halo included.
-//  - Kinks: max(a,b) and min(a,b) have the derivative of a at a tie; abs has derivative 0 at 0.
+//  - Kinks: at a tie max(a,b) has the derivative of a and min(a,b) that of b (so their sum has that of a + b); abs has
+//    derivative 0 at 0.
 #pragma once
 
 #include <array>

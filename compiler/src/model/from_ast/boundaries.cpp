@@ -21,7 +21,8 @@ std::optional<Place> find_place(Draft& draft, const ast::Identifier& place) {
   const std::size_t dot = place.name.find('.');
   const std::string side = dot == std::string::npos ? "" : place.name.substr(dot + 1);
   const int axis = axis_of(place.name.substr(0, dot));
-  if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size())) return Place{axis, side != "high", side != "low"};
+  if (axis >= 0 && axis < static_cast<int>(draft.problem.axes.size()))
+    return Place{axis, side != "high", side != "low"};
   std::vector<std::string> sides{"all"};
   for (const Axis& known : draft.problem.axes) {
     for (const char* end : {"", ".low", ".high"}) sides.push_back(known.name + end);
@@ -43,7 +44,8 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
 }
 
 /// Marks one side as given; false when it was before.
-bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, SourceRange& seen, const std::string& field) {
+bool mark(Draft& draft, const ast::BoundarySide& side, const std::string& name, SourceRange& seen,
+          const std::string& field) {
   if (seen.is_known()) {
     report_duplicate(draft, fmt::format("the boundary of {} at {}", field, name), side.place.range, seen);
     return false;
@@ -88,8 +90,8 @@ void check_complete(Draft& draft, const State& state, const std::vector<std::arr
     if (grid.axis.name == missing.front().substr(0, 1)) range = grid.axis.range;
   }
   draft.sink.report("missing-boundary", range, {state.name, fmt::format("{}", fmt::join(missing, ", "))},
-                    fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line", state.name,
-                                fmt::join(missing, " = 0, ")));
+                    fmt::format("write boundary {}: {} = 0, or = zero_gradient; or periodic in the grid line",
+                                state.name, fmt::join(missing, " = 0, ")));
 }
 
 }  // namespace

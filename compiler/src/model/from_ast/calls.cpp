@@ -14,8 +14,8 @@ namespace dpde::model {
 
 namespace {
 
-constexpr const char* operator_names[] = {"dx",     "dy",   "dz", "d",    "lap", "grad",    "div",
-                                          "advect", "dot",  "if", "mean", "sum", "integral"};
+constexpr const char* operator_names[] = {"dx",     "dy",  "dz", "d",    "lap", "grad",    "div",
+                                          "advect", "dot", "if", "mean", "sum", "integral"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 

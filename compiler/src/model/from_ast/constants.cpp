@@ -71,7 +71,8 @@ class Evaluation {
         [&](const Binary& b) {
           const double left = (*this)(b.left), right = (*this)(b.right);
           const bool by_zero = b.op == BinaryOp::divide && right == 0;
-          return checked(result_of(b.op, left, right), e, by_zero ? "division by zero" : "the result is too large or undefined");
+          return checked(result_of(b.op, left, right), e,
+                         by_zero ? "division by zero" : "the result is too large or undefined");
         },
         [&](const Call& c) {
           std::vector<double> arguments;

@@ -12,8 +12,8 @@ namespace dpde::model {
 
 struct Value {
   double number = 0;
-  std::string mistake;    // "division by zero", ...; "" when the number is finite
-  SourceRange at;         // of the mistake
+  std::string mistake;  // "division by zero", ...; "" when the number is finite
+  SourceRange at;       // of the mistake
 };
 
 /// `values` has all parameters of `e`; fields, coordinates and reductions do not occur.

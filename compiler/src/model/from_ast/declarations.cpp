@@ -19,8 +19,9 @@ void declare_model(Draft& draft) {
       });
     }
     if (const auto* coefficients = std::get_if<ast::CoefficientItem>(&item.kind)) {
-      each(coefficients->names, Role::coefficient,
-           [&](const std::string& name) { draft.problem.coefficients.push_back({name, {}}); });
+      each(coefficients->names, Role::coefficient, [&](const std::string& name) {
+        draft.problem.coefficients.push_back({name, {}});
+      });
     }
     if (const auto* params = std::get_if<ast::ParamItem>(&item.kind)) {
       each(params->names, Role::parameter, [&](const std::string& name) { draft.problem.params.push_back({name}); });

@@ -47,7 +47,7 @@ struct Draft {
   DiagnosticSink& sink;
   Settings settings;
 
-  const ast::Task* task = nullptr;        // none when a scene is selected
+  const ast::Task* task = nullptr;  // none when a scene is selected
   const ast::Scene* scene = nullptr;
   const ast::Model* model = nullptr;      // this, or
   const ast::Program* program = nullptr;  // this

@@ -20,6 +20,7 @@ namespace {
 
 constexpr int max_nodes = 20000;
 constexpr int max_height = 1000;
+constexpr int max_nested_order = 12;  // nested differences multiply: lap six times over makes 3^6 reads an axis
 
 /// What expressions of a purpose may be made of, beside numbers, parameters and functions.
 struct Rules {
@@ -31,18 +32,48 @@ struct Rules {
 Rules rules_of(Purpose purpose) {
   switch (purpose) {
     case Purpose::equation:
-      return {true, true, true, true, false, true, "an equation", "mean, sum and integral stand in losses, tests and observables"};
+      return {true,  true, true,          true,
+              false, true, "an equation", "mean, sum and integral stand in losses, tests and observables"};
     case Purpose::initial:
-      return {false, true, false, false, false, true, "an initial state", "an initial state is made of numbers, parameters and coordinates"};
+      return {false,
+              true,
+              false,
+              false,
+              false,
+              true,
+              "an initial state",
+              "an initial state is made of numbers, parameters and coordinates"};
     case Purpose::coefficient:
-      return {false, true, false, false, false, false, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
+      return {false, true,  false,           false,
+              false, false, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
     case Purpose::exact:
-      return {false, true, true, false, false, true, "an exact solution", "an exact solution is made of numbers, parameters, coordinates and t"};
+      return {false,
+              true,
+              true,
+              false,
+              false,
+              true,
+              "an exact solution",
+              "an exact solution is made of numbers, parameters, coordinates and t"};
     case Purpose::boundary:
-      return {false, false, false, false, false, false, "a boundary value",
-              "a boundary value is made of numbers and parameters; one that varies in space or time cannot be written yet"};
+      return {
+          false,
+          false,
+          false,
+          false,
+          false,
+          false,
+          "a boundary value",
+          "a boundary value is made of numbers and parameters; one that varies in space or time cannot be written yet"};
     case Purpose::number:
-      return {false, false, false, false, false, false, "a number of the scene", "it is made of numbers and of parameters given above it"};
+      return {false,
+              false,
+              false,
+              false,
+              false,
+              false,
+              "a number of the scene",
+              "it is made of numbers and of parameters given above it"};
     case Purpose::quantity:
       return {true, true, true, true, true, true, "a sum over space", "reductions do not stand inside one another"};
   }
@@ -165,8 +196,14 @@ Typed Expressions::definition(const ast::Expr& e) {
 bool Expressions::is_too_large(const Typed& value, SourceRange range) {
   const bool large = std::any_of(value.parts.begin(), value.parts.end(),
                                  [](const Expr& part) { return is_larger_than(part, max_nodes, max_height); });
-  if (large) draft_.sink.report("too-large", range, {}, "split it into several fields or scenes");
-  return large;
+  if (large) {
+    draft_.sink.report("too-large", range, {}, "split it into several fields or scenes");
+    return true;
+  }
+  int order = 0;
+  for (const Expr& part : value.parts) order = std::max(order, nested_order(part));
+  if (order > max_nested_order) draft_.sink.report("derivatives-too-deep", range, {std::to_string(order)});
+  return order > max_nested_order;
 }
 
 std::optional<Expr> Expressions::condition(const ast::Expr& e) {
@@ -334,8 +371,9 @@ Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& r
     return {};
   }
   if (both && left.value.parts.size() != right.value.parts.size()) {
-    draft_.sink.report("wrong-length", right.source.range(),
-                       {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
+    draft_.sink.report(
+        "wrong-length", right.source.range(),
+        {counted(static_cast<int>(left.value.parts.size()), "component"), std::to_string(right.value.parts.size())});
     return {};
   }
   const std::size_t count = is_vector(left) ? left.value.parts.size() : right.value.parts.size();

@@ -18,9 +18,20 @@ constexpr std::string_view axis_names[] = {"x", "y", "z"};
 constexpr std::size_t longest_list = 20;
 
 constexpr std::string_view reserved_words[] = {
-    "x",  "y",   "z",   "t",      "pi",     "dt",   "hx",       "hy",            "hz",
-    "if", "and", "or",  "not",    "let",    "loss", "cells",    "inside",        "interp",
-    "in", "out", "sum", "inout",  "grow",   "all",  "periodic", "zero_gradient", "param",
+    "x",        "y",
+    "z",        "t",
+    "pi",       "dt",
+    "hx",       "hy",
+    "hz",       "if",
+    "and",      "or",
+    "not",      "let",
+    "loss",     "cells",
+    "inside",   "interp",
+    "in",       "out",
+    "sum",      "inout",
+    "grow",     "all",
+    "periodic", "zero_gradient",
+    "param",
 };
 
 }  // namespace
@@ -84,6 +95,8 @@ std::string did_you_mean(std::string_view name, const std::vector<std::string>& 
                      candidates.size() > longest_list ? ", ..." : "");
 }
 
-std::string counted(int count, std::string_view what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); }
+std::string counted(int count, std::string_view what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
 
 }  // namespace dpde::model

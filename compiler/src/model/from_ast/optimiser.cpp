@@ -45,9 +45,9 @@ void bind_options(Draft& draft, const ast::Call& call, const OptimiserKind& kind
   for (const ast::Argument& argument : call.arguments) {
     if (!kind.takes_rate || argument.name != "rate") {
       const std::string name = argument.name.empty() ? "a number without name" : argument.name;
-      draft.sink.report("bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"},
-                        kind.takes_rate ? fmt::format("write {}(rate = 0.1)", call.callee)
-                                        : fmt::format("write {}()", call.callee));
+      draft.sink.report(
+          "bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"},
+          kind.takes_rate ? fmt::format("write {}(rate = 0.1)", call.callee) : fmt::format("write {}()", call.callee));
       return;
     }
     if (has_rate) report_duplicate(draft, "the rate", argument.value.range(), {});

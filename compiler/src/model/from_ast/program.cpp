@@ -101,7 +101,8 @@ int rank_of(const ast::Kernel& kernel) {
   int rank = 0;
   for (const ast::Item& item : kernel.items) {
     if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = std::max(rank, largest_rank(let->value));
-    if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind)) rank = std::max(rank, largest_rank(assign->value));
+    if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind))
+      rank = std::max(rank, largest_rank(assign->value));
     if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
       rank = std::max({rank, largest_rank(scatter->target), largest_rank(scatter->value)});
     }
@@ -134,10 +135,11 @@ bool agrees(Draft& draft, const ast::FillItem& fill, const ast::BoundarySide& si
   const bool fill_is_periodic = word && word->name == "periodic";
   if (fill_is_periodic == (axis.topology == Topology::periodic)) return true;
   const auto name = [](bool periodic) { return std::string(periodic ? "periodic" : "bounded"); };
-  draft.sink.report("fill-differs", side.place.range,
-                    {draft.program->name.name, fill.field.name, name(fill_is_periodic), axis.name, name(!fill_is_periodic)},
-                    fill_is_periodic ? fmt::format("write periodic at the grid line of {}", axis.name)
-                                     : fmt::format("leave periodic out of the grid line of {}", axis.name));
+  draft.sink.report(
+      "fill-differs", side.place.range,
+      {draft.program->name.name, fill.field.name, name(fill_is_periodic), axis.name, name(!fill_is_periodic)},
+      fill_is_periodic ? fmt::format("write periodic at the grid line of {}", axis.name)
+                       : fmt::format("leave periodic out of the grid line of {}", axis.name));
   return false;
 }
 

@@ -26,11 +26,17 @@ void set_advect(Scheme& scheme) {
   scheme.advect_order = order;
 }
 template <int order>
-void set_derivative(Scheme& scheme) { scheme.derivative_order = order; }
+void set_derivative(Scheme& scheme) {
+  scheme.derivative_order = order;
+}
 template <int order>
-void set_laplacian(Scheme& scheme) { scheme.laplacian_order = order; }
+void set_laplacian(Scheme& scheme) {
+  scheme.laplacian_order = order;
+}
 template <TimeScheme time>
-void set_time(Scheme& scheme) { scheme.time = time; }
+void set_time(Scheme& scheme) {
+  scheme.time = time;
+}
 
 constexpr Choice choices[] = {
     {"advect", "central(2)", {"central2"}, set_advect<Advection::central, 2>},
@@ -76,7 +82,8 @@ void bind_row(Draft& draft, const ast::ValueItem& row) {
   if (!refusal) return;
   const std::string list = fmt::format("choose one of: {}", fmt::join(refusal->choices, ", "));
   if (refusal->unknown_key) {
-    draft.sink.report("unknown-scheme-key", row.name.range, {row.name.name}, did_you_mean(row.name.name, scheme_keys()));
+    draft.sink.report("unknown-scheme-key", row.name.range, {row.name.name},
+                      did_you_mean(row.name.name, scheme_keys()));
   } else if (refusal->precision) {
     draft.sink.report("precision-not-available", row.value.range(), {ast::print(row.value)},
                       "all numbers are f64 in this version");

@@ -76,8 +76,8 @@ Source source_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::s
 }
 
 void bind_states(Draft& draft) {
-  const auto started = for_each_state<ast::InitialItem>(
-      draft, "an", "initial state", [&](const ast::InitialItem& item, State& state) {
+  const auto started =
+      for_each_state<ast::InitialItem>(draft, "an", "initial state", [&](const ast::InitialItem& item, State& state) {
         state.initial = source_of(draft, item.value, Purpose::initial, state.name);
       });
   for (const State& state : draft.problem.states) {
@@ -102,9 +102,9 @@ void bind_coefficients(Draft& draft) {
   }
   for (const Coefficient& coefficient : draft.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;
-    Diagnostic& diagnostic =
-        draft.sink.report("missing-value", draft.scene->name.range, {"coefficient", coefficient.name},
-                          fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
+    Diagnostic& diagnostic = draft.sink.report(
+        "missing-value", draft.scene->name.range, {"coefficient", coefficient.name},
+        fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
     diagnostic.notes.push_back({draft.scope.find(coefficient.name)->declared, "it is declared here"});
   }
 }
@@ -115,8 +115,9 @@ std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::str
   const Expr* mistake = find_mistake(*value);
   if (!mistake) return value;
   const SourceRange range = (*mistake)->origin.range;
-  draft.sink.report("not-reduced", range.is_known() ? range : e.range(), {what},
-                    "write for example mean((u - v)^2) + 0.1*integral(u^2); other functions belong inside the brackets");
+  draft.sink.report(
+      "not-reduced", range.is_known() ? range : e.range(), {what},
+      "write for example mean((u - v)^2) + 0.1*integral(u^2); other functions belong inside the brackets");
   return std::nullopt;
 }
 

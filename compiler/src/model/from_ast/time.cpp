@@ -98,9 +98,9 @@ void bind_time(Draft& draft) {
   const double length = duration->to - duration->from;
   const auto steps = whole_steps(length, *step);
   if (!steps) {
-    draft.sink.report("uneven-steps", duration->range, {text_of(duration->from), text_of(duration->to), text_of(*step)},
-                      fmt::format("a step of {} makes {} of them", length / std::ceil(length / *step),
-                                  std::ceil(length / *step)));
+    draft.sink.report(
+        "uneven-steps", duration->range, {text_of(duration->from), text_of(duration->to), text_of(*step)},
+        fmt::format("a step of {} makes {} of them", length / std::ceil(length / *step), std::ceil(length / *step)));
     return;
   }
   if (*steps > std::numeric_limits<int>::max()) {

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every scheme and integrator converges at its design order against closed forms, on the compiled kernels.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/scene_run.h"
+
+namespace dpde {
+namespace {
+
+using testing::Overrides;
+using testing::run_scene;
+
+const std::string advection = R"(
+model advection { field u; param c; dt(u) = -advect(c, u) }
+scheme s { advect = central(2); time = rk4 }
+scene ring : advection with s {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  c = 1
+  initial u = sin(x) + 0.3*cos(2*x)
+  exact   u = sin(x - c*t) + 0.3*cos(2*(x - c*t))
+  time 0 .. 1.5707963267948966, step 1.5707963267948966/64
+}
+)";
+
+const std::string heat = R"(
+model heat { field u; param kappa; dt(u) = kappa*lap(u) }
+scheme s { lap = central(2); time = rk4 }
+scene rod : heat with s {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  kappa = 0.5
+  initial u = sin(x) + 0.5*cos(2*x)
+  exact   u = exp(-kappa*t)*sin(x) + 0.5*exp(-4*kappa*t)*cos(2*x)
+  time 0 .. 0.5, step 1/512
+}
+scene plate : heat with s {
+  grid x = 0 .. 1, cells 8
+  grid y = 0 .. 2*pi, cells 16, periodic
+  boundary u: x = 0
+  kappa = 0.1
+  initial u = sin(pi*x)*cos(y)
+  exact   u = exp(-kappa*(pi^2 + 1)*t)*sin(pi*x)*cos(y)
+  time 0 .. 0.5, step 1/1024
+}
+scene block : heat with s {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  grid y = 0 .. 2*pi, cells 8, periodic
+  grid z = 0 .. 1, cells 8
+  boundary u: z.low = zero_gradient, z.high = 0
+  kappa = 0.2
+  initial u = sin(x)*cos(y)*cos(pi*z/2)
+  exact   u = exp(-kappa*(2 + pi^2/4)*t)*sin(x)*cos(y)*cos(pi*z/2)
+  time 0 .. 0.25, step 1/512
+}
+)";
+
+const std::string decay = R"(
+model decay { field u; dt(u) = -u*(1 + 0.5*t) }
+scheme s { time = euler }
+scene one : decay with s {
+  grid x = 0 .. 1, cells 1, periodic
+  initial u = 1
+  exact   u = exp(-t - 0.25*t^2)
+  time 0 .. 1, step 1/16
+}
+)";
+
+struct Level {
+  Overrides overrides;
+  double refinement;  // of this level over the one before
+};
+
+/// The observed order between the last two of three levels; both pairs must be within 0.15 of `design`.
+void expect_order(const std::string& text, const std::string& scene, const std::vector<Level>& levels, double design,
+                  double finest_bound) {
+  std::vector<double> errors;
+  for (const Level& level : levels) errors.push_back(run_scene(text, scene, level.overrides).l2.at("u"));
+  const size_t n = errors.size();
+  const double order = std::log(errors[n - 2] / errors[n - 1]) / std::log(levels[n - 1].refinement);
+  EXPECT_NEAR(order, design, 0.15) << scene << ": errors " << errors[n - 3] << " " << errors[n - 2] << " " << errors[n - 1];
+  EXPECT_LT(errors[n - 1], finest_bound);
+  EXPECT_GT(errors[n - 1], 1e-13);  // an order of rounding errors is no order
+}
+
+std::vector<Level> with(const Overrides& common, const std::vector<Overrides>& levels) {
+  std::vector<Level> result;
+  for (Overrides level : levels) {
+    level.insert(common.begin(), common.end());
+    result.push_back({level, 2});
+  }
+  return result;
+}
+
+TEST(Order, OfAdvectionInSpace) {
+  const std::vector<Overrides> cells{{{"cells", "32"}}, {{"cells", "64"}}, {{"cells", "128"}}};
+  expect_order(advection, "ring", with({{"advect", "central2"}}, cells), 2, 1e-2);
+  expect_order(advection, "ring", with({{"advect", "central4"}}, cells), 4, 1e-4);
+  // first derivatives written as such follow the key dx
+  const std::string plain = std::string(advection).replace(advection.find("-advect(c, u)"), 13, "-c*dx(u)");
+  expect_order(plain, "ring", with({{"dx", "central2"}}, cells), 2, 1e-2);
+  expect_order(plain, "ring", with({{"dx", "central4"}}, cells), 4, 1e-4);
+}
+
+/// Upwind 1 and linear semi-Lagrangian lose half a cell's worth at a fixed Courant number: order 1.
+TEST(Order, OfUpwindAndSemiLagrangianAtAFixedCourantNumber) {
+  const std::vector<Overrides> both{{{"cells", "256"}, {"step", "pi/256"}}, {{"cells", "512"}, {"step", "pi/512"}},
+                                    {{"cells", "1024"}, {"step", "pi/1024"}}};
+  const std::string whole = std::string(advection)
+                                .replace(advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57,
+                                         "time 0 .. pi/2, step pi/64 ");
+  expect_order(whole, "ring", with({{"advect", "upwind1"}, {"time", "euler"}}, both), 1, 2e-2);
+  expect_order(whole, "ring", with({{"advect", "semi_lagrangian"}, {"time", "euler"}}, both), 1, 2e-2);
+}
+
+/// Whole cells a step: the semi-Lagrangian scheme is a shift.
+TEST(Order, SemiLagrangianIsExactAtWholeCourantNumbers) {
+  const std::string whole = std::string(advection)
+                                .replace(advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57,
+                                         "time 0 .. pi/2, step pi/8  ");
+  const double error = run_scene(whole, "ring", {{"advect", "semi_lagrangian"}, {"time", "euler"}}).l2.at("u");
+  EXPECT_LT(error, 1e-13);
+}
+
+TEST(Order, OfDiffusionInSpace) {
+  const std::vector<Overrides> cells{{{"cells", "16"}}, {{"cells", "32"}}, {{"cells", "64"}}};
+  expect_order(heat, "rod", with({{"lap", "central2"}}, cells), 2, 1e-3);
+  expect_order(heat, "rod", with({{"lap", "central4"}}, cells), 4, 1e-5);
+}
+
+TEST(Order, OfDiffusionIn2DAnd3DWithWalls) {
+  const std::vector<Overrides> cells{{{"cells", "8"}}, {{"cells", "16"}}, {{"cells", "32"}}};
+  expect_order(heat, "plate", with({}, cells), 2, 2e-3);
+  expect_order(heat, "block", with({}, cells), 2, 2e-3);
+}
+
+TEST(Order, OfTheTimeSchemes) {
+  const std::vector<Overrides> steps{{{"step", "1/16"}}, {{"step", "1/32"}}, {{"step", "1/64"}}};
+  expect_order(decay, "one", with({{"time", "euler"}}, steps), 1, 1e-2);
+  expect_order(decay, "one", with({{"time", "rk2"}}, steps), 2, 1e-4);
+  expect_order(decay, "one", with({{"time", "rk4"}}, steps), 4, 1e-8);
+}
+
+}  // namespace
+}  // namespace dpde
