@@ -8,6 +8,7 @@
 
 #include "interrupt.h"
 #include "scene_output.h"
+#include "stencil/build.h"
 #include "text_plot.h"
 
 namespace dpde::tools {
@@ -37,6 +38,16 @@ std::string state_of(const TaskRun& run, const std::string& datum) {
   return "";
 }
 
+bool is_in_loss(const TaskRun& run, const std::string& datum) {
+  const stencil::Module& module = run.compiled->stencil;
+  for (const stencil::Program& program : module.programs) {
+    if (!program.name.starts_with(run.task().name + "_loss_")) continue;
+    const std::vector<std::string> inputs = stencil::interface_of(module, program).inputs;
+    if (std::find(inputs.begin(), inputs.end(), datum) != inputs.end()) return true;
+  }
+  return false;
+}
+
 /// The states at a step of the run from the unknowns found.
 std::vector<std::vector<double>> states_at(TaskRun& run, const Eigen::VectorXd& x, int step) {
   std::vector<std::vector<double>> states;
@@ -63,7 +74,7 @@ void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pan
     const std::string name = state_of(run, datum.name);
     const int state = run.session->rollout().state_index(name);
     const double* target = run.session->datum_at(datum, time);
-    if (state < 0 || target == nullptr) continue;
+    if (state < 0 || target == nullptr || !is_in_loss(run, datum.name)) continue;
     std::vector<double> values(run.session->workspace().cell_count());
     copy_out(run.session->workspace().layout(), target, values);
     const auto both = panels_of(run.session->workspace(), fmt::format("{} at t = {:.6g}", name, time),

@@ -138,7 +138,7 @@ std::string plot_of(const MapPanel& panel, int index) {
                       number(panel.y_low), number(panel.y_high));
   const double ratio = (panel.y_high - panel.y_low) / (panel.x_high - panel.x_low);
   text += ratio > 0.2 && ratio < 5 ? "set size ratio -1\n" : "set size noratio\n";
-  text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image pixels\nset size noratio\n", index,
+  text += fmt::format("plot $p{} matrix using ({}+$1*{}):({}+$2*{}):3 with image\nset size noratio\n", index,
                       number(panel.x_low + hx / 2), number(hx), number(panel.y_low + hy / 2), number(hy));
   return text;
 }
