@@ -10,7 +10,6 @@
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "dpde/runtime/error.h"
-#include "model/build.h"
 
 namespace dpde::driver {
 
@@ -32,23 +31,6 @@ bool fits_in_memory(const Compiled& compiled, DiagnosticSink& sink) {
   sink.report("machine-failed", {}, {fmt::format("scene {} needs {} of memory, {} are available", compiled.problem->scene,
                                                  gibibytes(needed), gibibytes(there))});
   return false;
-}
-
-/// An unknown inside a coefficient's formula would need the derivative through that field, which is not there.
-bool check_coefficients(const Compiled& compiled, DiagnosticSink& sink) {
-  const dpde_program* program = compiled.program(compiled.problem->scene + "_coefficients");
-  if (program == nullptr || !compiled.problem->task) return true;
-  for (const model::Unknown& unknown : compiled.problem->task->unknowns) {
-    for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
-      if (unknown.initial || !coefficient.value.formula) continue;
-      const bool found = model::any_part(*coefficient.value.formula, [&](const model::Expr& e) {
-        const model::Param* param = std::get_if<model::Param>(&e->kind);
-        return param != nullptr && param->name == unknown.name;
-      });
-      if (found) sink.report("unknown-in-coefficient", unknown.origin.range, {unknown.name, coefficient.name});
-    }
-  }
-  return !sink.has_errors();
 }
 
 }  // namespace
@@ -74,7 +56,7 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
 }
 
 bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
-  if (!check_coefficients(*compiled_, sink) || !load_coefficients(source, sink) || !load_states(source, sink)) return false;
+  if (!load_coefficients(source, sink) || !load_states(source, sink)) return false;
   if (problem().task) {
     for (const model::Datum& datum : problem().task->data) {
       std::optional<DataStates> states = load_datum(*this, datum, source, sink);

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Generated code beside hand-written code in one run: JIT and compiled C++ of 2-D Burgers (step and adjoint step) and 3-D
+// heat, the gradient of 1-D Burgers (128 cells, 32 steps), and the time from text to callable programs. Ratios are
+// between rows of the same size: run with --benchmark_repetitions=9 and compare medians.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "dpde/runtime/executor.h"
+#include "driver/inverse.h"
+#include "driver/session.h"
+#include "handwritten.h"
+
+namespace dpde {
+namespace {
+
+constexpr const char* burgers_2d = R"(
+model burgers { field u, v; param nu
+  dt(u) = -advect((u, v), u) + nu*lap(u)
+  dt(v) = -advect((u, v), v) + nu*lap(v) }
+scheme plain { time = euler }
+scene s : burgers with plain {
+  grid x = 0 .. 1, cells 64, periodic
+  grid y = 0 .. 1, cells 64, periodic
+  nu = 0.001
+  initial u = sin(2*pi*x)
+  initial v = cos(2*pi*y)
+  time 0 .. 1e-3, step 1e-4
+})";
+
+constexpr const char* heat_3d = R"(
+model heat { field u; param kappa; dt(u) = kappa*lap(u) }
+scheme plain { time = euler }
+scene s : heat with plain {
+  grid x = 0 .. 1, cells 64, periodic
+  grid y = 0 .. 1, cells 64, periodic
+  grid z = 0 .. 1, cells 64, periodic
+  kappa = 1
+  initial u = sin(2*pi*x)
+  time 0 .. 1e-5, step 1e-6
+})";
+
+constexpr const char* burgers_1d = R"(
+model burgers { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
+scheme plain { time = euler }
+scene s : burgers with plain {
+  grid x = -1 .. 1, cells 128, periodic
+  nu = 0.01
+  initial u = -sin(pi*x)
+  time 0 .. 0.32, step 0.01
+}
+task t : s {
+  unknown initial u
+  minimise sum((u - 1)^2) at t = 0.32
+})";
+
+enum Code { hand, jit, cpp };
+
+std::shared_ptr<const driver::Compiled> compile(const char* text, Code code) {
+  const SourceFile source("bench.dpde", text);
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.backend = code == cpp ? driver::Backend::cpp : driver::Backend::jit;
+  options.adjoint = true;
+  auto compiled = driver::compile(source, options, sink);
+  if (!compiled) std::abort();
+  return std::make_shared<const driver::Compiled>(std::move(*compiled));
+}
+
+/// Fields of one layout with smooth values of order 1, halo included.
+std::vector<Field> make_fields(const dpde_layout& layout, int count) {
+  std::vector<Field> fields;
+  for (int n = 0; n < count; ++n) {
+    fields.emplace_back(layout, n);
+    double* start = fields.back().base() - layout.origin;
+    for (int64_t i = 0; i < layout.size; ++i) start[i] = std::sin(0.001 * static_cast<double>(i) + n);
+  }
+  return fields;
+}
+
+/// Runs one program on fields of its own; every parameter is small enough for nothing to blow up.
+class Runner {
+ public:
+  Runner(const dpde_program& program, const dpde_layout& layout)
+      : executor_(program, layout, 1), fields_(make_fields(layout, program.field_count)) {
+    for (int f = 0; f < program.field_count; ++f) executor_.bind(f, fields_[f].base());
+    for (int p = 0; p < program.param_count; ++p) executor_.set_param(p, program.params[p][0] == 'h' ? 1.0 : 1e-2);
+    executor_.update_uniforms();
+    executor_.prepare();
+  }
+  void run() {
+    executor_.run();
+    for (int s = 0; s < executor_.program().swap_count; ++s) {
+      const dpde_swap& swap = executor_.program().swaps[s];
+      double* state = executor_.bound(swap.state);
+      executor_.bind(swap.state, executor_.bound(swap.next));
+      executor_.bind(swap.next, state);
+    }
+  }
+
+ private:
+  Executor executor_;
+  std::vector<Field> fields_;
+};
+
+dpde_layout square(int64_t n) { return make_layout(std::vector<int64_t>{n, n}, {1, 1, 0}); }
+dpde_layout cube(int64_t n) { return make_layout(std::vector<int64_t>{n, n, n}, {1, 1, 1}); }
+
+void count(benchmark::State& state, const dpde_layout& layout) {
+  state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(layout));
+}
+
+void run_generated(benchmark::State& state, const char* text, Code code, bool adjoint, const dpde_layout& layout) {
+  const auto compiled = compile(text, code);
+  const std::string step = compiled->step_name();
+  Runner runner(adjoint ? *compiled->adjoint_of(step) : *compiled->program(step), layout);
+  for (auto _ : state) runner.run();
+  count(state, layout);
+}
+
+constexpr handwritten::Burgers weights{0.005, 0.01};
+
+void burgers_2d_step(benchmark::State& state, Code code) {
+  const dpde_layout layout = square(state.range(0));
+  if (code != hand) return run_generated(state, burgers_2d, code, false, layout);
+  std::vector<Field> f = make_fields(layout, 4);
+  double* p[4] = {f[0].base(), f[1].base(), f[2].base(), f[3].base()};
+  for (auto _ : state) {
+    handwritten::burgers2d_step(layout, {p[0], p[1]}, {p[2], p[3]}, weights);
+    std::swap(p[0], p[2]);
+    std::swap(p[1], p[3]);
+  }
+  count(state, layout);
+}
+
+void burgers_2d_adjoint(benchmark::State& state, Code code) {
+  const dpde_layout layout = square(state.range(0));
+  if (code != hand) return run_generated(state, burgers_2d, code, true, layout);
+  std::vector<Field> f = make_fields(layout, 6);
+  double* p[4] = {f[0].base(), f[1].base(), f[2].base(), f[3].base()};
+  for (auto _ : state) {
+    handwritten::burgers2d_adjoint(layout, {f[4].base(), f[5].base()}, {p[0], p[1]}, {p[2], p[3]}, weights);
+    std::swap(p[0], p[2]);
+    std::swap(p[1], p[3]);
+  }
+  count(state, layout);
+}
+
+void heat_3d_step(benchmark::State& state, Code code) {
+  const dpde_layout layout = cube(state.range(0));
+  if (code != hand) return run_generated(state, heat_3d, code, false, layout);
+  std::vector<Field> f = make_fields(layout, 2);
+  double *a = f[0].base(), *b = f[1].base();
+  for (auto _ : state) {
+    handwritten::heat3d_step(layout, a, b, 0.01, {.rows = layout.cells[1], .prefetch = false});
+    std::swap(a, b);
+  }
+  count(state, layout);
+}
+
+void heat_3d_adjoint(benchmark::State& state, Code code) { run_generated(state, heat_3d, code, true, cube(state.range(0))); }
+
+void burgers_1d_gradient(benchmark::State& state, Code code) {
+  constexpr int steps = 32;
+  if (code == hand) {
+    const dpde_layout layout = make_layout(std::vector<int64_t>{128}, {1, 0, 0});
+    std::vector<Field> f = make_fields(layout, 3);
+    std::vector<double> memory(static_cast<size_t>(layout.size) * (steps + 2));
+    double* trajectory = memory.data() + layout.origin;
+    double* const bars[2] = {f[0].base(), f[1].base()};
+    for (int i = 0; i < 128; ++i) trajectory[i] = -std::sin(std::numbers::pi * (i + 0.5) / 64);
+    for (auto _ : state) {
+      benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, {0.32, 0.4}, f[2].base(), bars));
+    }
+    return;
+  }
+  const SourceFile source("bench.dpde", burgers_1d);
+  DiagnosticSink sink;
+  const auto session = driver::Session::open(source, compile(burgers_1d, code), {}, sink);
+  const auto inverse = driver::Inverse::open(*session, source, sink);
+  Eigen::VectorXd gradient(inverse->size());
+  for (auto _ : state) benchmark::DoNotOptimize(inverse->value_and_gradient(inverse->start(), gradient));
+}
+
+/// From text to callable step, loss and adjoints; the first one of a process also pays for LLVM's start.
+void text_to_gradient(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(compile(burgers_1d, jit));
+}
+
+BENCHMARK_CAPTURE(burgers_2d_step, hand, hand)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_step, jit, jit)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_step, cpp, cpp)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_adjoint, hand, hand)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_adjoint, jit, jit)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_adjoint, cpp, cpp)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(heat_3d_step, hand, hand)->Arg(256)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(heat_3d_step, jit, jit)->Arg(256)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(heat_3d_step, cpp, cpp)->Arg(256)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(heat_3d_adjoint, jit, jit)->Arg(256)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_1d_gradient, hand, hand)->Unit(benchmark::kNanosecond);
+BENCHMARK_CAPTURE(burgers_1d_gradient, jit, jit)->Unit(benchmark::kNanosecond);
+BENCHMARK_CAPTURE(burgers_1d_gradient, cpp, cpp)->Unit(benchmark::kNanosecond);
+BENCHMARK(text_to_gradient)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace dpde

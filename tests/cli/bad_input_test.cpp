@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every verb with everything a user can get wrong: a message and the right exit status, never a crash or a hang.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using BadInput = Command;
+
+const char* const verbs[] = {"run", "check", "emit --stage stencil", "verify", "gradient", "optimize", "bench", "fmt"};
+
+TEST_F(BadInput, FilesThatCannotBeRead) {
+  fs::create_directory(path("folder.dpde"));
+  for (const std::string verb : verbs) {
+    for (const std::string file : {"missing.dpde", "folder.dpde", "/dev/zero"}) {
+      const Outcome run = dpde(verb + " " + file);
+      EXPECT_EQ(run.status, 2) << verb << file;
+      EXPECT_NE(run.err.find("error[E0901]"), std::string::npos) << verb << file << run.err;
+    }
+  }
+}
+
+TEST_F(BadInput, FilesThatMakeNoSense) {
+  std::string garbage(4000, ' ');
+  for (std::size_t i = 0; i < garbage.size(); ++i) garbage[i] = static_cast<char>((i * 2654435761u) >> 13);
+  write("garbage.dpde", garbage);
+  write("deep.dpde", "model m { field u\n dt(u) = " + std::string(100000, '(') + "u }\n");
+  for (const std::string verb : verbs) {
+    EXPECT_EQ(dpde(verb + " garbage.dpde").status, 2) << verb;
+    EXPECT_EQ(dpde(verb + " deep.dpde").status, 2) << verb;
+  }
+  write("empty.dpde", "");
+  for (const std::string verb : {"run", "check", "verify", "gradient", "optimize", "bench", "emit --stage loop"}) {
+    const Outcome run = dpde(verb + " empty.dpde");
+    EXPECT_EQ(run.status, 2) << verb;
+    EXPECT_NE(run.err.find("E0908"), std::string::npos) << verb << run.err;
+  }
+}
+
+TEST_F(BadInput, OptionsThatDoNotFit) {
+  write("rod.dpde", rod_text);
+  for (const std::string arguments :
+       {"", "nonsense", "runn rod.dpde", "run", "run rod.dpde --frobnicate", "run rod.dpde nosuch", "run rod.dpde --backend gpu",
+        "run rod.dpde --set =", "run rod.dpde --set k", "run rod.dpde --set cells=-1", "run rod.dpde --set cells=many",
+        "run rod.dpde --set nosuch=1", "run rod.dpde --set time=rk9", "run rod.dpde --scheme nosuch", "run rod.dpde --threads -3",
+        "run rod.dpde --every 0", "gradient rod.dpde rod", "gradient rod.dpde find --memory lots", "gradient rod.dpde find --memory 1"}) {
+    const Outcome run = dpde(arguments + " --json");
+    EXPECT_EQ(run.status, 2) << arguments << run.err;
+    EXPECT_FALSE(run.codes().empty()) << arguments;
+    EXPECT_NE(run.err, "") << arguments;
+  }
+  EXPECT_NE(dpde("chek rod.dpde").err.find("did you mean check?"), std::string::npos);
+}
+
+TEST_F(BadInput, HelpOfEveryVerbHasAnExample) {
+  for (const std::string verb : {"run", "check", "emit", "verify", "gradient", "optimize", "bench", "plot", "fmt"}) {
+    const Outcome help = dpde(verb + " --help");
+    EXPECT_EQ(help.status, 0) << verb;
+    EXPECT_NE(help.out.find("dpde " + verb + " "), std::string::npos) << help.out;
+  }
+}
+
+TEST_F(BadInput, PlacesThatCannotBeWritten) {
+  write("rod.dpde", rod_text);
+  write("file", "");
+  for (const std::string arguments :
+       {"run rod.dpde rod --out /proc/nothing", "run rod.dpde rod --out file/below", "optimize rod.dpde find --out /proc/nothing",
+        "gradient rod.dpde find --out file", "emit rod.dpde rod --stage ast -o /nowhere/x", "run rod.dpde rod > /dev/full",
+        "run rod.dpde rod --json > /dev/full", "emit rod.dpde rod --stage cpp > /dev/full", "emit rod.dpde rod --stage cpp -o /dev/full",
+        "run rod.dpde rod --set cells=2000000000"}) {
+    const Outcome run = dpde(arguments);
+    EXPECT_EQ(run.status, 3) << arguments << run.err;
+    EXPECT_NE(run.err.find("error[E09"), std::string::npos) << arguments << run.err;
+  }
+}
+
+/// A .npy file of float64.
+std::string npy(const std::string& shape, const std::vector<double>& values) {
+  std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': " + shape + ", }";
+  header += std::string(117 - header.size(), ' ') + "\n";
+  std::string bytes = std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(header.size()) + '\0' + header;
+  bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * 8);
+  return bytes;
+}
+
+TEST_F(BadInput, DataThatDoNotFit) {
+  std::string text = rod_text;
+  text.replace(text.find("initial u = sin(x)"), 18, "initial u = load(\"u.npy\")");
+  write("rod.dpde", text);
+  const auto code = [&] {
+    const Outcome run = dpde("run rod.dpde rod --json");
+    EXPECT_EQ(run.status, run.json()["diagnostics"].empty() ? 0 : 2) << run.err;
+    return run.codes().empty() ? std::string() : run.codes()[0];
+  };
+  EXPECT_EQ(code(), "E0901");
+  std::vector<double> values(16, 1.0);
+  write("u.npy", npy("(16,)", values));
+  EXPECT_EQ(code(), "");
+  write("u.npy", npy("(4, 4)", values));
+  EXPECT_EQ(code(), "E0905");
+  write("u.npy", npy("(15,)", std::vector<double>(15, 1.0)));
+  EXPECT_EQ(code(), "E0905");
+  values[3] = NAN;
+  write("u.npy", npy("(16,)", values));
+  EXPECT_EQ(code(), "E0906");
+  write("u.npy", npy("(16,)", values).substr(0, 150));
+  EXPECT_EQ(code(), "E0907");
+  write("u.npy", "not an array");
+  EXPECT_EQ(code(), "E0907");
+}
+
+TEST_F(BadInput, DataOfAnotherSceneThatDoNotFit) {
+  const auto with = [&](const std::string& fine, const std::string& data) {
+    write("rod.dpde", std::string(rod_text) + "scene fine : heat with ftcs {\n  grid x = 0 .. 2*pi, cells " + fine +
+                          ", periodic\n  k = 0.3\n  initial u = sin(x)\n  time 0 .. 1, step 1/12\n}\ntask t : rod {\n  data d = " +
+                          data + "\n  unknown k\n  minimise mean((u - d)^2) at t = 0.5, 1\n}\n");
+    return dpde("gradient rod.dpde t --json");
+  };
+  EXPECT_EQ(with("32", "u from scene fine at t = 0.5").status, 0);
+  EXPECT_EQ(with("24", "u from scene fine at t = 0.5").codes(), std::vector<std::string>{"E0909"});  // no multiple of 16
+  EXPECT_EQ(with("32", "u from scene fine at t = 0.25, 0.5").codes(), std::vector<std::string>{"E0912"});  // none at t = 1
+}
+
+}  // namespace
+}  // namespace dpde::testing

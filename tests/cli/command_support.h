@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the built command as a user would and keeps what it says.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+namespace dpde::testing {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+inline std::string content(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int status = -1;
+  std::string out, err;
+  Json json() const {
+    const Json parsed = Json::parse(out, nullptr, false);
+    EXPECT_FALSE(parsed.is_discarded()) << "not JSON: " << out << err;
+    return parsed.is_discarded() ? Json::object() : parsed;
+  }
+  /// The codes of the JSON's diagnostics.
+  std::vector<std::string> codes() const {
+    std::vector<std::string> codes;
+    const Json parsed = json();
+    if (!parsed.contains("diagnostics")) return codes;
+    for (const Json& d : parsed["diagnostics"]) codes.push_back(d["code"]);
+    return codes;
+  }
+};
+
+/// A folder of its own for each test.
+class Command : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / (std::string("dpde_") + info->test_suite_name() + "_" + info->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path path(const std::string& name) const { return folder_ / name; }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name), std::ios::binary) << text;
+    return name;
+  }
+  /// Runs a shell command in the test's folder; $DPDE is the command.
+  Outcome shell(const std::string& command) const {
+    const std::string line = "cd '" + folder_.string() + "' && DPDE='" DPDE_BINARY_DIR "/bin/dpde' && { " + command +
+                             "; } >.out 2>.err </dev/null";
+    const int status = std::system(("/bin/sh -c \"" + escaped(line) + "\"").c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")), content(path(".err"))};
+  }
+  Outcome dpde(const std::string& arguments) const { return shell("$DPDE " + arguments); }
+
+ private:
+  static std::string escaped(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+      if (c == '"' || c == '\\' || c == '$' || c == '`') result += '\\';
+      result += c;
+    }
+    return result;
+  }
+  fs::path folder_;
+};
+
+/// A periodic rod whose explicit Euler solution is known in closed form: each step scales sin(x) by
+/// 1 - 4 k dt/h^2 sin(h/2)^2.
+inline const char* rod_text = R"(model heat {
+  field u
+  param k
+  dt(u) = k*lap(u)
+}
+scheme ftcs { lap = central(2); time = euler }
+scene rod : heat with ftcs {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  k = 0.3
+  initial u = sin(x)
+  observe size = mean(u^2)
+  exact u = exp(-k*t)*sin(x)
+  time 0 .. 1, step 1/8
+}
+task find : rod {
+  unknown k from 0.25
+  minimise mean(u^2) at t = 1
+  using lbfgs(), iterations 5
+  test level = mean(u^2)
+}
+)";
+
+}  // namespace dpde::testing

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde emit, fmt and plot: text and pictures.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using Emit = Command;
+
+TEST_F(Emit, StencilTextIsAFileThatRunsToTheSameResult) {
+  write("rod.dpde", rod_text);
+  ASSERT_EQ(dpde("emit rod.dpde rod --stage stencil -o step.dpde").status, 0);
+  ASSERT_EQ(dpde("run rod.dpde rod --quiet --out a").status, 0);
+  const Outcome run = dpde("run step.dpde --json --out b");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
+  EXPECT_EQ(run.json()["error"], dpde("run rod.dpde rod --json").json()["error"]);
+  EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
+}
+
+TEST_F(Emit, SettingsAreInTheText) {
+  write("rod.dpde", rod_text);
+  const std::string text = dpde("emit rod.dpde rod --stage stencil --set cells=7 --set k=1").out;
+  EXPECT_NE(text.find("cells 7, periodic"), std::string::npos) << text;
+  EXPECT_NE(text.find("exact u = exp(-t)*sin(x)"), std::string::npos) << text;
+}
+
+TEST_F(Emit, DerivativesReadBack) {
+  write("rod.dpde", rod_text);
+  for (const std::string stage : {"tangent", "adjoint"}) {
+    const Outcome emit = dpde("emit rod.dpde find --stage " + stage + " -o d.dpde");
+    ASSERT_EQ(emit.status, 0) << emit.err;
+    EXPECT_EQ(dpde("emit d.dpde --stage stencil").out, content(path("d.dpde")));
+    EXPECT_EQ(dpde("check d.dpde").status, 0);
+    EXPECT_EQ(dpde("emit d.dpde rod_step_" + stage + " --stage " + stage).status, 0);
+  }
+}
+
+TEST_F(Emit, HasEveryStage) {
+  write("rod.dpde", rod_text);
+  for (const std::string stage : {"ast", "model", "stencil", "tangent", "adjoint", "loop", "cpp", "adjoint-cpp", "llvm", "adjoint-llvm", "asm"}) {
+    const Outcome emit = dpde("emit rod.dpde find --stage " + stage);
+    EXPECT_EQ(emit.status, 0) << stage << emit.err;
+    EXPECT_GT(emit.out.size(), 100u) << stage;
+    EXPECT_EQ(emit.err, "") << stage;
+  }
+  EXPECT_EQ(dpde("emit rod.dpde find --stage parsed").status, 2);
+}
+
+using Fmt = Command;
+
+TEST_F(Fmt, FormatsInPlaceOnce) {
+  write("rod.dpde", "model  heat{field u\n param k\n dt(u)=k*lap( u )}\n");
+  EXPECT_EQ(dpde("fmt rod.dpde --check").status, 1);
+  EXPECT_EQ(dpde("fmt rod.dpde").status, 0);
+  const std::string once = content(path("rod.dpde"));
+  EXPECT_NE(once.find("dt(u) = k*lap(u)"), std::string::npos) << once;
+  EXPECT_EQ(dpde("fmt rod.dpde --check").status, 0);
+  EXPECT_EQ(dpde("fmt rod.dpde --json").json()["changed"], false);
+  EXPECT_EQ(content(path("rod.dpde")), once);
+}
+
+TEST_F(Fmt, LeavesAFileWithErrorsAlone) {
+  const std::string wrong = "model  heat{field u\n dt(u)=k*(lap( u )}\n";
+  write("rod.dpde", wrong);
+  EXPECT_EQ(dpde("fmt rod.dpde").status, 2);
+  EXPECT_EQ(content(path("rod.dpde")), wrong);
+}
+
+using Plot = Command;
+
+TEST_F(Plot, DrawsAStoredField) {
+  write("rod.dpde", rod_text);
+  ASSERT_EQ(dpde("run rod.dpde rod --quiet --out o").status, 0);
+  const Outcome plot = shell("LC_ALL=C $DPDE plot o/u.npy --out pictures");
+  EXPECT_EQ(plot.status, 0) << plot.err;
+  EXPECT_NE(plot.out.find('*'), std::string::npos);
+  const bool gnuplot = std::system("gnuplot --version >/dev/null 2>&1") == 0;
+  EXPECT_EQ(fs::exists(path("pictures/u.png")), gnuplot);
+}
+
+TEST_F(Plot, WithoutGnuplotDrawsText) {
+  write("rod.dpde", rod_text);
+  ASSERT_EQ(dpde("run rod.dpde rod --quiet --out o").status, 0);
+  const Outcome plot = shell("PATH=/nowhere LC_ALL=C $DPDE plot o/u.npy");
+  EXPECT_EQ(plot.status, 0);
+  EXPECT_NE(plot.out.find('*'), std::string::npos);
+  EXPECT_NE(plot.err.find("gnuplot is not installed"), std::string::npos);
+}
+
+TEST_F(Plot, SaysThatNetcdfIsNotReadYet) {
+  const Outcome plot = dpde("plot run.nc --json");
+  EXPECT_EQ(plot.status, 2);
+  EXPECT_EQ(plot.codes(), std::vector<std::string>{"E0907"});
+}
+
+}  // namespace
+}  // namespace dpde::testing

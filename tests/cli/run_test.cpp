@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde run and check: numbers against closed forms, files, messages, interruption.
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// Values of a float64 .npy file.
+std::vector<double> values_of(const fs::path& path) {
+  const std::string bytes = content(path);
+  if (bytes.size() < 10) return {};
+  const std::size_t header = 10 + static_cast<unsigned char>(bytes[8]) + 256 * static_cast<unsigned char>(bytes[9]);
+  std::vector<double> values((bytes.size() - header) / 8);
+  std::memcpy(values.data(), bytes.data() + header, values.size() * 8);
+  return values;
+}
+
+double rod_factor(double k) {
+  const double h = 2 * std::numbers::pi / 16, s = std::sin(h / 2);
+  return 1 - 4 * k / 8 / (h * h) * s * s;
+}
+
+using Run = Command;
+
+TEST_F(Run, StepsToTheClosedFormWithEveryBackEnd) {
+  write("rod.dpde", rod_text);
+  for (const std::string backend : {"jit", "cpp", "interpreter"}) {
+    const Outcome run = dpde("run rod.dpde --json --out " + backend + " --backend " + backend);
+    ASSERT_EQ(run.status, 0) << run.err;
+    const std::vector<double> u = values_of(path(backend + "/u.npy"));
+    ASSERT_EQ(u.size(), 16u);
+    for (int i = 0; i < 16; ++i) {
+      EXPECT_NEAR(u[i], std::pow(rod_factor(0.3), 8) * std::sin((i + 0.5) * std::numbers::pi / 8), 1e-14) << backend << i;
+    }
+  }
+}
+
+TEST_F(Run, PrintsOneObjectWithTheKeysOfTheContract) {
+  write("rod.dpde", rod_text);
+  const Outcome run = dpde("run rod.dpde rod --json");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json json = run.json();
+  EXPECT_EQ(json["scene"], "rod");
+  EXPECT_EQ(json["cells"], Json({16}));
+  EXPECT_EQ(json["steps"], 8);
+  EXPECT_EQ(json["time"], 1.0);
+  EXPECT_GT(json["wall_s"], 0);
+  EXPECT_GT(json["compile_s"], 0);
+  EXPECT_GT(json["points_per_s"], 0);
+  EXPECT_TRUE(json["files"].empty());
+  const double size = std::pow(rod_factor(0.3), 16) / 2;
+  EXPECT_NEAR(json["observables"]["size"], size, 1e-15);
+  const double off = std::abs(std::pow(rod_factor(0.3), 8) - std::exp(-0.3));
+  EXPECT_NEAR(json["error"]["u"]["l2"], off / std::sqrt(2), 1e-14);
+  EXPECT_NEAR(json["error"]["u"]["linf"], off * std::cos(std::numbers::pi / 16), 1e-14);
+  EXPECT_EQ(run.err, "");
+}
+
+TEST_F(Run, RecordsOnTheWay) {
+  write("rod.dpde", rod_text);
+  const Outcome run = dpde("run rod.dpde --json --every 4 --out o");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json series = run.json()["observables"]["size"];
+  ASSERT_EQ(series.size(), 3u);
+  EXPECT_NEAR(series[0], 0.5, 1e-15);
+  EXPECT_NEAR(series[1], std::pow(rod_factor(0.3), 8) / 2, 1e-15);
+  EXPECT_EQ(values_of(path("o/u_over_time.npy")).size(), 48u);
+  EXPECT_EQ(content(path("o/observables.csv")).substr(0, 12), "step,t,size\n");
+}
+
+TEST_F(Run, WritesAPictureWhereThereIsGnuplot) {
+  if (std::system("gnuplot --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "gnuplot is not installed";
+  write("rod.dpde", rod_text);
+  ASSERT_EQ(dpde("run rod.dpde --quiet --out o").status, 0);
+  EXPECT_EQ(content(path("o/rod.png")).substr(1, 3), "PNG");
+  EXPECT_NE(content(path("o/rod.svg")).find("</svg>"), std::string::npos);
+}
+
+TEST_F(Run, ShowsACurve) {
+  write("rod.dpde", rod_text);
+  const Outcome run = shell("LC_ALL=C $DPDE run rod.dpde");
+  EXPECT_EQ(run.status, 0);
+  EXPECT_NE(run.out.find("rod: 16 cells, 8 steps to t = 1"), std::string::npos);
+  EXPECT_NE(run.out.find('*'), std::string::npos);
+  EXPECT_EQ(dpde("run rod.dpde --quiet").out, "");
+}
+
+TEST_F(Run, NamesStepFieldCellAndLineOfABlowUp) {
+  write("grow.dpde",
+        "model m {\n  field u\n  dt(u) = u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 1 + x\n"
+        "  time 0 .. 4, step 1/8\n}\n");
+  const Outcome run = dpde("run grow.dpde --json --out o");
+  EXPECT_EQ(run.status, 1);
+  ASSERT_EQ(run.codes(), std::vector<std::string>{"E0801"});
+  const Json diagnostic = run.json()["diagnostics"][0];
+  EXPECT_EQ(diagnostic["line"], 3);
+  const std::string message = diagnostic["message"];
+  // The largest value grows first: the last cell, centre 0.875.
+  EXPECT_NE(message.find("u is no longer finite after step"), std::string::npos) << message;
+  EXPECT_NE(message.find("first in cell (3) at x = 0.875"), std::string::npos) << message;
+  EXPECT_NE(run.err.find("  dt(u) = u^3\n"), std::string::npos) << run.err;
+  for (const double value : values_of(path("o/u.npy"))) EXPECT_TRUE(std::isfinite(value));
+}
+
+TEST_F(Run, WarnsWhenARunHasGrownBeyondReason) {
+  write("rod.dpde", rod_text);
+  const Outcome run = dpde("run rod.dpde --set k=20 --json");
+  EXPECT_EQ(run.status, 0);
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"W0801"});
+}
+
+TEST_F(Run, StopsAtCtrlCAndWritesWhatThereIs) {
+  write("rod.dpde", rod_text);
+  const Outcome run = shell("timeout --preserve-status -s INT 1 $DPDE run rod.dpde --set end=1e8 --json --out o");
+  EXPECT_EQ(run.status, 1);
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0802"});
+  EXPECT_EQ(values_of(path("o/u.npy")).size(), 16u);
+}
+
+TEST_F(Run, RefusesAStartThatIsNotFinite) {
+  std::string text = rod_text;
+  text.replace(text.find("initial u = sin(x)"), 18, "initial u = log(x-1)");
+  write("rod.dpde", text);
+  const Outcome run = dpde("run rod.dpde --json");
+  EXPECT_EQ(run.status, 1);
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0805"});
+}
+
+using Check = Command;
+
+TEST_F(Check, CountsBytesOrdersAndMemory) {
+  write("rod.dpde", rod_text);
+  const Outcome check = dpde("check rod.dpde rod --json");
+  ASSERT_EQ(check.status, 0) << check.err;
+  const Json json = check.json();
+  EXPECT_EQ(json["cost"]["bytes_per_point"], 16);  // u read, u_next written
+  EXPECT_GE(json["cost"]["flops_per_point"], 4);
+  EXPECT_LE(json["cost"]["flops_per_point"], 6);
+  EXPECT_GT(json["cost"]["roofline_points_per_s"], 1e6);
+  EXPECT_EQ(json["order"], Json({{"space", 2}, {"time", 1}}));
+  EXPECT_GT(json["memory_bytes"], 5 * 16 * 8);
+  EXPECT_TRUE(json["stability"]["max_step"].is_null());
+  EXPECT_EQ(json["types"], Json({{"u", "state"}, {"k", "parameter"}}));
+  EXPECT_TRUE(json["diagnostics"].empty());
+}
+
+TEST_F(Check, SaysWhatAZeroCoefficientDrops) {
+  std::string text = rod_text;
+  text.replace(text.find("k = 0.3"), 7, "k = 0");
+  text.replace(text.find("dt(u) = k*lap(u)"), 16, "dt(u) = k*lap(u) - u");
+  write("rod.dpde", text);
+  const Outcome check = dpde("check rod.dpde rod --json");
+  ASSERT_EQ(check.status, 0) << check.err;
+  EXPECT_EQ(check.json()["dropped"].size(), 1u) << check.out;
+}
+
+TEST_F(Check, ShowsSeveralMistakesAtOnce) {
+  std::string text = rod_text;
+  text.replace(text.find("sin(x)"), 6, "sine(x)");
+  text.replace(text.find("mean(u^2)"), 9, "mean(w^2)");
+  write("rod.dpde", text);
+  const Outcome check = dpde("check rod.dpde rod --json");
+  EXPECT_EQ(check.status, 2);
+  EXPECT_EQ(check.codes().size(), 2u) << check.err;
+}
+
+}  // namespace
+}  // namespace dpde::testing

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde gradient, optimize, verify and bench.
+#include <cmath>
+#include <numbers>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+const double h = 2 * std::numbers::pi / 16;
+const double rate = 4.0 / 8 / (h * h) * std::sin(h / 2) * std::sin(h / 2);  // factor of a step: 1 - rate*k
+
+using Gradient = Command;
+
+TEST_F(Gradient, IsTheClosedForm) {
+  write("rod.dpde", rod_text);
+  const Outcome run = dpde("gradient rod.dpde find --json");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json json = run.json();
+  const double factor = 1 - rate * 0.25;
+  EXPECT_NEAR(json["loss"], std::pow(factor, 16) / 2, 1e-15);
+  EXPECT_NEAR(json["gradient"]["k"]["value"], -8 * rate * std::pow(factor, 15), 1e-14);
+  EXPECT_NEAR(json["gradient"]["k"]["norm"], 8 * rate * std::pow(factor, 15), 1e-14);
+  EXPECT_EQ(json["checkpoints"]["recomputed_steps"], 0);
+  EXPECT_GT(json["ratio"], 0);
+}
+
+TEST_F(Gradient, IsTheSameWithLittleMemory) {
+  write("rod.dpde", rod_text);
+  const Json all = dpde("gradient rod.dpde find --json").json();
+  const Outcome run = dpde("gradient rod.dpde find --json --memory 1K");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json few = run.json();
+  EXPECT_EQ(few["gradient"], all["gradient"]);
+  EXPECT_GT(few["checkpoints"]["recomputed_steps"], 0);
+  EXPECT_LT(few["checkpoints"]["bytes"], all["checkpoints"]["bytes"]);
+}
+
+TEST_F(Gradient, ReachesAParameterThroughTheInitialState) {
+  std::string text = rod_text;
+  text.replace(text.find("initial u = sin(x)"), 18, "initial u = k*sin(x)");
+  write("rod.dpde", text);
+  const Outcome run = dpde("gradient rod.dpde find --json");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const double k = 0.25, factor = 1 - rate * k;  // loss = k^2 factor^16 / 2
+  EXPECT_NEAR(run.json()["gradient"]["k"]["value"], k * std::pow(factor, 16) - 8 * rate * k * k * std::pow(factor, 15), 1e-14);
+}
+
+TEST_F(Gradient, SumsAndMeansOverTime) {
+  for (const auto& [loss, weight] : {std::pair{"mean(u^2)", 1.0 / 9}, std::pair{"sum(u^2)", 16.0}, std::pair{"integral(u^2)", 2 * std::numbers::pi / 8}}) {
+    std::string text = rod_text;
+    text.replace(text.find("mean(u^2) at t = 1"), 18, std::string(loss) + " + k over time");
+    write("rod.dpde", text);
+    const Outcome run = dpde("gradient rod.dpde find --json");
+    ASSERT_EQ(run.status, 0) << run.err;
+    double sum = 0;
+    for (int n = 0; n <= 8; ++n) sum += std::pow(1 - rate * 0.25, 2 * n) / 2;
+    EXPECT_NEAR(run.json()["loss"], weight * sum + 0.25, 1e-13) << loss;
+  }
+}
+
+TEST_F(Gradient, OfALossThatIsNotFiniteFails) {
+  write("grow.dpde",
+        "model m {\n  field u\n  param k\n  dt(u) = k*u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 2\n"
+        "  initial u = 1 + x\n  time 0 .. 4, step 1/8\n}\ntask t : s {\n  unknown k from 2\n  minimise mean(u^2)\n}\n");
+  const Outcome run = dpde("gradient grow.dpde t --json");
+  EXPECT_EQ(run.status, 1);
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0803"});
+  EXPECT_TRUE(run.json()["loss"].is_string()) << run.out;
+  EXPECT_EQ(dpde("optimize grow.dpde t --json").status, 1);
+}
+
+using Optimize = Command;
+
+const char* recover_text = R"(model heat {
+  field u
+  param k
+  dt(u) = k*lap(u)
+}
+scene rod : heat {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  k = 0.3
+  initial u = sin(x) + cos(2*x)
+  time 0 .. 1, step 1/8
+}
+task find : rod {
+  data target = u from scene rod at t = 1
+  unknown k from 0.1
+  minimise mean((u - target)^2) at t = 1
+  using lbfgs(), iterations 30
+}
+task start : rod {
+  data target = u from scene rod at t = 0.5
+  unknown initial u from 0
+  minimise mean((u - target)^2) at t = 0.5
+  using adam(rate = 0.05), iterations 40
+  test off = mean(abs(u - target)) at t = 0.5
+}
+)";
+
+TEST_F(Optimize, FindsTheParameterOfTheData) {
+  write("rod.dpde", recover_text);
+  const Outcome run = dpde("optimize rod.dpde find --json");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NEAR(run.json()["unknowns"]["k"]["value"], 0.3, 1e-7);
+  EXPECT_LT(run.json()["loss"].back(), 1e-14);
+}
+
+TEST_F(Optimize, WritesLossesUnknownsAndTests) {
+  write("rod.dpde", recover_text);
+  const Outcome run = dpde("optimize rod.dpde start --json --out o");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Json json = run.json();
+  ASSERT_EQ(json["loss"].size(), 41u);
+  EXPECT_LT(json["loss"].back(), 0.01 * json["loss"].front().get<double>());
+  EXPECT_EQ(json["iterations"], 40);
+  EXPECT_GT(json["test"]["off"], 0);
+  EXPECT_TRUE(fs::exists(path("o/u_initial.npy")));
+  std::istringstream table(content(path("o/loss.csv")));
+  std::string line;
+  int lines = 0;
+  while (std::getline(table, line)) ++lines;
+  EXPECT_EQ(lines, 42);
+}
+
+TEST_F(Optimize, ResumesToTheSameResult) {
+  write("rod.dpde", recover_text);
+  for (const std::string task : {"find", "start"}) {
+    const Json whole = dpde("optimize rod.dpde " + task + " --json --iterations 9 --out whole" + task).json();
+    ASSERT_EQ(dpde("optimize rod.dpde " + task + " --json --iterations 4 --out cut" + task).status, 0);
+    // A process killed while it wrote leaves half a record.
+    const fs::path log = path("cut" + task + "/optimiser.log");
+    fs::resize_file(log, fs::file_size(log) - 5);
+    const Outcome resumed = dpde("optimize rod.dpde " + task + " --json --iterations 9 --resume --out cut" + task);
+    ASSERT_EQ(resumed.status, 0) << resumed.err;
+    EXPECT_EQ(resumed.json()["loss"], whole["loss"]);
+    EXPECT_EQ(resumed.json()["unknowns"], whole["unknowns"]);
+    EXPECT_GE(resumed.json()["resumed_evaluations"], 4);
+    EXPECT_LT(resumed.json()["resumed_evaluations"], resumed.json()["evaluations"]);
+  }
+  EXPECT_EQ(dpde("optimize rod.dpde find --resume --out cutstart").status, 2);
+  EXPECT_EQ(dpde("optimize rod.dpde find --resume").status, 2);
+}
+
+using Verify = Command;
+
+TEST_F(Verify, CertifiesScenesTasksAndPrograms) {
+  write("rod.dpde", recover_text);
+  ASSERT_EQ(dpde("emit rod.dpde rod --stage adjoint -o adjoint.dpde").status, 0);
+  for (const std::string what : {"rod.dpde rod", "rod.dpde find", "rod.dpde start", "adjoint.dpde"}) {
+    const Outcome verify = dpde("verify " + what + " --json");
+    ASSERT_EQ(verify.status, 0) << what << verify.err;
+    const Json json = verify.json();
+    EXPECT_EQ(json["passed"], true);
+    EXPECT_LE(json["dot_product"]["max_relative_error"], 1e-11) << what;
+    EXPECT_GE(json["dot_product"]["cases"], 8) << what;
+    EXPECT_NEAR(json["taylor"]["slope"], 2.0, 0.05) << what;
+  }
+}
+
+using Bench = Command;
+
+TEST_F(Bench, HasTheKeysOfTheContract) {
+  write("rod.dpde", rod_text);
+  const Outcome bench = dpde("bench rod.dpde rod --json --repeats 3 --threads 1");
+  ASSERT_EQ(bench.status, 0) << bench.err;
+  const Json json = bench.json();
+  for (const char* key : {"points_per_s", "bytes_per_point", "achieved_bytes_per_s", "stream_bytes_per_s", "roofline_fraction",
+                          "adjoint_ratio", "compile_s"}) {
+    EXPECT_GT(json[key], 0) << key;
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing
