@@ -5,9 +5,9 @@
 namespace dpde::testing {
 namespace {
 
-using Emit = Command;
+using EmitCommand = Command;
 
-TEST_F(Emit, StencilTextIsAFileThatRunsToTheSameResult) {
+TEST_F(EmitCommand, StencilTextIsAFileThatRunsToTheSameResult) {
   write("rod.dpde", rod_text);
   ASSERT_EQ(dpde("emit rod.dpde rod --stage stencil -o step.dpde").status, 0);
   ASSERT_EQ(dpde("run rod.dpde rod --quiet --out a").status, 0);
@@ -18,14 +18,14 @@ TEST_F(Emit, StencilTextIsAFileThatRunsToTheSameResult) {
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
 
-TEST_F(Emit, SettingsAreInTheText) {
+TEST_F(EmitCommand, SettingsAreInTheText) {
   write("rod.dpde", rod_text);
   const std::string text = dpde("emit rod.dpde rod --stage stencil --set cells=7 --set k=1").out;
   EXPECT_NE(text.find("cells 7, periodic"), std::string::npos) << text;
-  EXPECT_NE(text.find("exact u = exp(-t)*sin(x)"), std::string::npos) << text;
+  EXPECT_NE(text.find("exact u = exp(-1*t)*sin(x)"), std::string::npos) << text;
 }
 
-TEST_F(Emit, DerivativesReadBack) {
+TEST_F(EmitCommand, DerivativesReadBack) {
   write("rod.dpde", rod_text);
   for (const std::string stage : {"tangent", "adjoint"}) {
     const Outcome emit = dpde("emit rod.dpde find --stage " + stage + " -o d.dpde");
@@ -36,7 +36,7 @@ TEST_F(Emit, DerivativesReadBack) {
   }
 }
 
-TEST_F(Emit, HasEveryStage) {
+TEST_F(EmitCommand, HasEveryStage) {
   write("rod.dpde", rod_text);
   for (const std::string stage : {"ast", "model", "stencil", "tangent", "adjoint", "loop", "cpp", "adjoint-cpp", "llvm", "adjoint-llvm", "asm"}) {
     const Outcome emit = dpde("emit rod.dpde find --stage " + stage);
@@ -47,9 +47,9 @@ TEST_F(Emit, HasEveryStage) {
   EXPECT_EQ(dpde("emit rod.dpde find --stage parsed").status, 2);
 }
 
-using Fmt = Command;
+using FmtCommand = Command;
 
-TEST_F(Fmt, FormatsInPlaceOnce) {
+TEST_F(FmtCommand, FormatsInPlaceOnce) {
   write("rod.dpde", "model  heat{field u\n param k\n dt(u)=k*lap( u )}\n");
   EXPECT_EQ(dpde("fmt rod.dpde --check").status, 1);
   EXPECT_EQ(dpde("fmt rod.dpde").status, 0);
@@ -60,16 +60,16 @@ TEST_F(Fmt, FormatsInPlaceOnce) {
   EXPECT_EQ(content(path("rod.dpde")), once);
 }
 
-TEST_F(Fmt, LeavesAFileWithErrorsAlone) {
+TEST_F(FmtCommand, LeavesAFileWithErrorsAlone) {
   const std::string wrong = "model  heat{field u\n dt(u)=k*(lap( u )}\n";
   write("rod.dpde", wrong);
   EXPECT_EQ(dpde("fmt rod.dpde").status, 2);
   EXPECT_EQ(content(path("rod.dpde")), wrong);
 }
 
-using Plot = Command;
+using PlotCommand = Command;
 
-TEST_F(Plot, DrawsAStoredField) {
+TEST_F(PlotCommand, DrawsAStoredField) {
   write("rod.dpde", rod_text);
   ASSERT_EQ(dpde("run rod.dpde rod --quiet --out o").status, 0);
   const Outcome plot = shell("LC_ALL=C $DPDE plot o/u.npy --out pictures");
@@ -79,7 +79,7 @@ TEST_F(Plot, DrawsAStoredField) {
   EXPECT_EQ(fs::exists(path("pictures/u.png")), gnuplot);
 }
 
-TEST_F(Plot, WithoutGnuplotDrawsText) {
+TEST_F(PlotCommand, WithoutGnuplotDrawsText) {
   write("rod.dpde", rod_text);
   ASSERT_EQ(dpde("run rod.dpde rod --quiet --out o").status, 0);
   const Outcome plot = shell("PATH=/nowhere LC_ALL=C $DPDE plot o/u.npy");
@@ -88,7 +88,7 @@ TEST_F(Plot, WithoutGnuplotDrawsText) {
   EXPECT_NE(plot.err.find("gnuplot is not installed"), std::string::npos);
 }
 
-TEST_F(Plot, SaysThatNetcdfIsNotReadYet) {
+TEST_F(PlotCommand, SaysThatNetcdfIsNotReadYet) {
   const Outcome plot = dpde("plot run.nc --json");
   EXPECT_EQ(plot.status, 2);
   EXPECT_EQ(plot.codes(), std::vector<std::string>{"E0907"});

@@ -11,9 +11,9 @@ namespace {
 const double h = 2 * std::numbers::pi / 16;
 const double rate = 4.0 / 8 / (h * h) * std::sin(h / 2) * std::sin(h / 2);  // factor of a step: 1 - rate*k
 
-using Gradient = Command;
+using GradientCommand = Command;
 
-TEST_F(Gradient, IsTheClosedForm) {
+TEST_F(GradientCommand, IsTheClosedForm) {
   write("rod.dpde", rod_text);
   const Outcome run = dpde("gradient rod.dpde find --json");
   ASSERT_EQ(run.status, 0) << run.err;
@@ -26,7 +26,7 @@ TEST_F(Gradient, IsTheClosedForm) {
   EXPECT_GT(json["ratio"], 0);
 }
 
-TEST_F(Gradient, IsTheSameWithLittleMemory) {
+TEST_F(GradientCommand, IsTheSameWithLittleMemory) {
   write("rod.dpde", rod_text);
   const Json all = dpde("gradient rod.dpde find --json").json();
   const Outcome run = dpde("gradient rod.dpde find --json --memory 1K");
@@ -37,7 +37,7 @@ TEST_F(Gradient, IsTheSameWithLittleMemory) {
   EXPECT_LT(few["checkpoints"]["bytes"], all["checkpoints"]["bytes"]);
 }
 
-TEST_F(Gradient, ReachesAParameterThroughTheInitialState) {
+TEST_F(GradientCommand, ReachesAParameterThroughTheInitialState) {
   std::string text = rod_text;
   text.replace(text.find("initial u = sin(x)"), 18, "initial u = k*sin(x)");
   write("rod.dpde", text);
@@ -47,7 +47,7 @@ TEST_F(Gradient, ReachesAParameterThroughTheInitialState) {
   EXPECT_NEAR(run.json()["gradient"]["k"]["value"], k * std::pow(factor, 16) - 8 * rate * k * k * std::pow(factor, 15), 1e-14);
 }
 
-TEST_F(Gradient, SumsAndMeansOverTime) {
+TEST_F(GradientCommand, SumsAndMeansOverTime) {
   for (const auto& [loss, weight] : {std::pair{"mean(u^2)", 1.0 / 9}, std::pair{"sum(u^2)", 16.0}, std::pair{"integral(u^2)", 2 * std::numbers::pi / 8}}) {
     std::string text = rod_text;
     text.replace(text.find("mean(u^2) at t = 1"), 18, std::string(loss) + " + k over time");
@@ -60,7 +60,7 @@ TEST_F(Gradient, SumsAndMeansOverTime) {
   }
 }
 
-TEST_F(Gradient, OfALossThatIsNotFiniteFails) {
+TEST_F(GradientCommand, OfALossThatIsNotFiniteFails) {
   write("grow.dpde",
         "model m {\n  field u\n  param k\n  dt(u) = k*u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 2\n"
         "  initial u = 1 + x\n  time 0 .. 4, step 1/8\n}\ntask t : s {\n  unknown k from 2\n  minimise mean(u^2)\n}\n");
@@ -71,7 +71,7 @@ TEST_F(Gradient, OfALossThatIsNotFiniteFails) {
   EXPECT_EQ(dpde("optimize grow.dpde t --json").status, 1);
 }
 
-using Optimize = Command;
+using OptimizeCommand = Command;
 
 const char* recover_text = R"(model heat {
   field u
@@ -99,7 +99,7 @@ task start : rod {
 }
 )";
 
-TEST_F(Optimize, FindsTheParameterOfTheData) {
+TEST_F(OptimizeCommand, FindsTheParameterOfTheData) {
   write("rod.dpde", recover_text);
   const Outcome run = dpde("optimize rod.dpde find --json");
   ASSERT_EQ(run.status, 0) << run.err;
@@ -107,7 +107,7 @@ TEST_F(Optimize, FindsTheParameterOfTheData) {
   EXPECT_LT(run.json()["loss"].back(), 1e-14);
 }
 
-TEST_F(Optimize, WritesLossesUnknownsAndTests) {
+TEST_F(OptimizeCommand, WritesLossesUnknownsAndTests) {
   write("rod.dpde", recover_text);
   const Outcome run = dpde("optimize rod.dpde start --json --out o");
   ASSERT_EQ(run.status, 0) << run.err;
@@ -124,7 +124,7 @@ TEST_F(Optimize, WritesLossesUnknownsAndTests) {
   EXPECT_EQ(lines, 42);
 }
 
-TEST_F(Optimize, ResumesToTheSameResult) {
+TEST_F(OptimizeCommand, ResumesToTheSameResult) {
   write("rod.dpde", recover_text);
   for (const std::string task : {"find", "start"}) {
     const Json whole = dpde("optimize rod.dpde " + task + " --json --iterations 9 --out whole" + task).json();
@@ -143,9 +143,9 @@ TEST_F(Optimize, ResumesToTheSameResult) {
   EXPECT_EQ(dpde("optimize rod.dpde find --resume").status, 2);
 }
 
-using Verify = Command;
+using VerifyCommand = Command;
 
-TEST_F(Verify, CertifiesScenesTasksAndPrograms) {
+TEST_F(VerifyCommand, CertifiesScenesTasksAndPrograms) {
   write("rod.dpde", recover_text);
   ASSERT_EQ(dpde("emit rod.dpde rod --stage adjoint -o adjoint.dpde").status, 0);
   for (const std::string what : {"rod.dpde rod", "rod.dpde find", "rod.dpde start", "adjoint.dpde"}) {
@@ -159,9 +159,9 @@ TEST_F(Verify, CertifiesScenesTasksAndPrograms) {
   }
 }
 
-using Bench = Command;
+using BenchCommand = Command;
 
-TEST_F(Bench, HasTheKeysOfTheContract) {
+TEST_F(BenchCommand, HasTheKeysOfTheContract) {
   write("rod.dpde", rod_text);
   const Outcome bench = dpde("bench rod.dpde rod --json --repeats 3 --threads 1");
   ASSERT_EQ(bench.status, 0) << bench.err;

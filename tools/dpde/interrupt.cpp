@@ -2,6 +2,8 @@
 #include "interrupt.h"
 
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 
 namespace dpde::tools {
 
@@ -12,9 +14,27 @@ std::atomic<bool>& raised() {
   return flag;
 }
 
+std::int64_t now_ms() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return std::int64_t{1000} * time.tv_sec + time.tv_nsec / 1000000;
+}
+
+/// Some senders signal a process and its group, so that one request arrives twice; that is not a second one.
+constexpr std::int64_t one_request_ms = 300;
+
+std::atomic<std::int64_t>& first_signal_ms() {
+  static std::atomic<std::int64_t> time{0};
+  return time;
+}
+
 void on_signal(int signal) {
-  raised().store(true);
-  std::signal(signal, SIG_DFL);
+  if (!raised().exchange(true)) {
+    first_signal_ms().store(now_ms());
+  } else if (now_ms() - first_signal_ms().load() > one_request_ms) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
 }
 
 }  // namespace
@@ -22,6 +42,7 @@ void on_signal(int signal) {
 const std::atomic<bool>& interrupt_flag() {
   static const bool installed = [] {
     raised();  // made before a signal can come
+    first_signal_ms();
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
     return true;

@@ -2,7 +2,6 @@
 // dpde run: steps a scene through time.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <memory>
 
 #include "command.h"
@@ -29,12 +28,6 @@ struct Record {
   std::map<std::string, std::vector<double>> states;
 };
 
-double largest(const std::vector<double>& values) {
-  double result = 0;
-  for (const double value : values) result = std::max(result, std::abs(value));
-  return result;
-}
-
 class Run {
  public:
   Run(Job& job, const RunOptions& options) : job_(job), options_(options) {}
@@ -45,7 +38,6 @@ class Run {
   bool open();
   void step();
   void look(const Snapshot& snapshot, Progress& progress);
-  void warn_of_growth();
   void report(Json& result);
   void report_errors(Json& result);
   void write_files();
@@ -66,7 +58,7 @@ Json Run::operator()() {
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) initial_.push_back({rollout.state_name(s), session_->initial(s)});
   step();
-  warn_of_growth();
+  if (!outcome_.blow_up) driver::report_growth(*session_, job_.sink());
   report(result);
   show_curve();
   write_files();
@@ -105,20 +97,6 @@ void Run::step() {
     job_.sink().report("interrupted", {},
                        {fmt::format("{}", outcome_.steps_done), fmt::format("{}", session_->steps()),
                         fmt::format("{:.6g}", session_->time_of(outcome_.steps_done))});
-  }
-}
-
-/// Finite but huge: a run that is not stable and stopped before the numbers ended.
-void Run::warn_of_growth() {
-  if (outcome_.blow_up) return;
-  constexpr double suspicious = 1e8;
-  for (std::size_t s = 0; s < initial_.size(); ++s) {
-    const double before = largest(initial_[s].values), after = largest(session_->final_state(int(s)));
-    if (before == 0 || after < suspicious * before) continue;
-    const model::State* state = session_->problem().find_state(initial_[s].title);
-    job_.sink().report("grown", state == nullptr ? SourceRange{} : state->origin.range,
-                       {initial_[s].title, fmt::format("{:.3g}", before), fmt::format("{:.3g}", after)},
-                       fmt::format("the step is {} (--set step=...)", session_->problem().step));
   }
 }
 

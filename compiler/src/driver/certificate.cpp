@@ -206,6 +206,12 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin(), certificate.remainders.end(),
                                                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  inverse->assign(point.x);
+  if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
+    certificate.only_rounding = false;
+    certificate.note = "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
+    return true;
+  }
   if (certificate.slope) certificate.note = "on " + grid_text(session->workspace()) + " cells";
   if (!certificate.slope) {
     certificate.note = certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns"

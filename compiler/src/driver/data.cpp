@@ -135,6 +135,7 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
   const RunResult result = other->rollout().run({every == 0 ? std::max(1, other->steps()) : every, keep});
   if (result.stopped) return fail("its run was stopped");
   if (result.blow_up) return fail(fmt::format("its run blows up at t = {}", result.blow_up->t));
+  report_growth(*other, sink);
   std::vector<std::vector<double>> states;
   for (const double t : times) states.push_back(wanted[step_at(*other, t)]);
   return states;

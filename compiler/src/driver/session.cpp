@@ -288,6 +288,27 @@ void report_error(const std::exception& error, DiagnosticSink& sink) {
   sink.report("machine-failed", {}, {memory ? std::string("not enough memory") : std::string(error.what())});
 }
 
+std::vector<Growth> growth_of(Session& session) {
+  constexpr double suspicious = 1e8;
+  std::vector<Growth> result;
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    Growth growth{session.rollout().state_name(s)};
+    for (const double value : session.initial(s)) growth.before = std::max(growth.before, std::abs(value));
+    for (const double value : session.final_state(s)) growth.after = std::max(growth.after, std::abs(value));
+    if (growth.before > 0 && growth.after > suspicious * growth.before) result.push_back(growth);
+  }
+  return result;
+}
+
+void report_growth(Session& session, DiagnosticSink& sink) {
+  for (const Growth& growth : growth_of(session)) {
+    const model::State* state = session.problem().find_state(growth.state);
+    sink.report("grown", state == nullptr ? SourceRange{} : state->origin.range,
+                {growth.state, fmt::format("{:.3g}", growth.before), fmt::format("{:.3g}", growth.after)},
+                fmt::format("the step of scene {} is {}", session.problem().scene, session.problem().step));
+  }
+}
+
 void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink) {
   const std::string& name = session.rollout().state_name(blow_up.state);
   const model::State* state = session.problem().find_state(name);

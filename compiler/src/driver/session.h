@@ -93,6 +93,15 @@ class Session {
   std::unique_ptr<Rollout> rollout_;
 };
 
+/// A state that ended the last run far above where it began: finite, but not stable.
+struct Growth {
+  std::string state;
+  double before = 0, after = 0;  // largest magnitudes
+};
+std::vector<Growth> growth_of(Session& session);
+/// A warning for each, at the equation of the field.
+void report_growth(Session& session, DiagnosticSink& sink);
+
 /// What `error` says as a diagnostic: input, run or machine.
 void report_error(const std::exception& error, DiagnosticSink& sink);
 

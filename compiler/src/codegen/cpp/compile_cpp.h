@@ -24,6 +24,6 @@ CompileResult compile_cpp_source(const loop::Module& module, const std::string& 
                                  const std::string& compiler = "");
 
 /// The flags compile_cpp gives the compiler, for assembly listings and build scripts.
-std::vector<std::string> cpp_flags();
+std::vector<std::string> cpp_flags(bool is_clang = false);
 
 }  // namespace dpde::codegen

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
 #include <string_view>
+#include <tuple>
 
 #include "loop/expressions.h"
 
@@ -182,8 +184,17 @@ std::string cpp_stream_name(const loop::Stream& stream, int rank) {
 CppNames cpp_names(const loop::Module& module, const loop::Row& row) {
   NameSupply supply = row_words(row);
   CppNames names;
-  for (const loop::Stream& stream : row.streams)
-    names.streams.push_back(supply.fresh(cpp_stream_name(stream, row.rank)));
+  std::map<std::tuple<std::string, int, int>, std::string> shared;
+  for (loop::Stream stream : row.streams) {
+    if (stream.mode != loop::Stream::Mode::in) {
+      names.streams.push_back(supply.fresh(cpp_stream_name(stream, row.rank)));
+      continue;
+    }
+    std::string& name = shared[{stream.field, stream.offset[1], stream.offset[2]}];
+    stream.offset[0] = 0;
+    if (name.empty()) name = supply.fresh(cpp_stream_name(stream, row.rank));
+    names.streams.push_back(name);
+  }
   for (const std::string& grid : row.grids) names.grids.push_back(supply.fresh(cpp_identifier(grid) + "_grid"));
   for (const loop::Let& let : row.lets) names.lets.push_back(supply.fresh(cpp_identifier(let.name)));
   for (const loop::Sum& sum : row.sums) names.sums.push_back(supply.fresh(cpp_identifier(sum.name) + "_sum"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict, every shift along
-// the row a pointer of its own), so that g++ and clang turn it into vector instructions.
+// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict; reads of a field that
+// differ only along the row share one), so that g++ and clang turn it into vector instructions.
 #include "codegen/cpp/cpp_row.h"
 
 #include <fmt/format.h>
@@ -98,13 +98,20 @@ class RowEmitter {
   CppLeaves leaves_;
   CppExpression expression_;
   std::vector<loop::Inside> masks_;
+  std::vector<std::size_t> pointers_;  // the first stream of each pointer parameter
   bool uses_grids_ = false;
 };
 
 void RowEmitter::set_leaves() {
+  std::set<std::string> known;
+  for (std::size_t s = 0; s < row_.streams.size(); ++s) {
+    if (known.insert(names_.streams[s]).second) pointers_.push_back(s);
+  }
   leaves_.uniforms = names_.uniforms;
   leaves_.lets = names_.lets;
-  for (const std::string& stream : names_.streams) leaves_.loads.push_back(stream + "[i]");
+  for (std::size_t s = 0; s < row_.streams.size(); ++s) {
+    leaves_.loads.push_back(fmt::format("{}[{}]", names_.streams[s], plus("i", row_.streams[s].offset[0])));
+  }
   leaves_.inside = [this](const loop::Inside& mask) { return mask_name(mask); };
   leaves_.interp = [this](const loop::Interp& i, const std::vector<std::string>& displacement) {
     return fmt::format("dpde_interp_{}({}, {}{})", row_.rank, names_.grids[i.grid], pairs(i, displacement), strides());
@@ -198,7 +205,7 @@ std::string RowEmitter::masks_of_cell() const {
 std::string RowEmitter::head() const {
   std::vector<std::string> parameters = {"int64_t count"};
   if (uses_place()) parameters.push_back("const dpde_row* row");
-  for (std::size_t s = 0; s < row_.streams.size(); ++s) {
+  for (const std::size_t s : pointers_) {
     const bool is_read = row_.streams[s].mode == loop::Stream::Mode::in;
     parameters.push_back(fmt::format("{}double* __restrict {}", is_read ? "const " : "", names_.streams[s]));
   }
@@ -256,7 +263,9 @@ std::string RowEmitter::sums() const {
 std::string RowEmitter::wrapper() const {
   std::vector<std::string> arguments = {"row->count"};
   if (uses_place()) arguments.push_back("row");
-  for (std::size_t s = 0; s < row_.streams.size(); ++s) arguments.push_back(fmt::format("row->streams[{}]", s));
+  for (const std::size_t s : pointers_) {
+    arguments.push_back(plus(fmt::format("row->streams[{}]", s), -row_.streams[s].offset[0]));
+  }
   for (std::size_t g = 0; g < row_.grids.size(); ++g) arguments.push_back(fmt::format("row->grids[{}]", g));
   for (const int u : used_uniforms(row_)) arguments.push_back(fmt::format("row->uniforms[{}]", u));
   if (!row_.sums.empty()) arguments.push_back("row->sums");

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Certification must pass what is right and, above all, fail what is wrong.
+#include "driver/certificate.h"
+
+#include <cmath>
+
+#include "codegen/llvm/jit.h"
+#include "driver_support.h"
+#include "loop/from_stencil.h"
+#include "stencil/build.h"
+
+namespace dpde::testing {
+namespace {
+
+const char* wave_text = R"(model burgers {
+  field u
+  param nu
+  dt(u) = -advect(u, u) + nu*lap(u)
+}
+scheme plain { advect = central(2); time = euler }
+scene wave : burgers with plain {
+  grid x = 0 .. 1, cells 20
+  boundary u: x.low = 0.2, x.high = 0
+  nu = 0.01
+  initial u = sin(3*x)
+  time 0 .. 0.2, step 0.02
+}
+)";
+
+driver::CompileOptions for_certification() {
+  driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
+  options.certify = options.tangent = options.adjoint = true;
+  return options;
+}
+
+driver::Certificate certificate_of(const SourceFile& source, const std::shared_ptr<driver::Compiled>& scene) {
+  DiagnosticSink sink;
+  const std::optional<driver::Certificate> certificate = driver::certify(source, scene, {}, sink);
+  EXPECT_TRUE(certificate.has_value()) << all_messages(source, sink);
+  return certificate.value_or(driver::Certificate{});
+}
+
+TEST(Certificate, PassesACorrectAdjoint) {
+  const SourceFile source("wave.dpde", wave_text);
+  const auto scene = compiled(source, for_certification());
+  ASSERT_NE(scene, nullptr);
+  const driver::Certificate certificate = certificate_of(source, scene);
+  EXPECT_TRUE(certificate.passed());
+  EXPECT_GE(certificate.cases.size(), 10u);
+  EXPECT_TRUE(certificate.skipped.empty());
+  ASSERT_TRUE(certificate.slope.has_value());
+  EXPECT_NEAR(*certificate.slope, 2, 0.01);
+}
+
+/// The scene compiled again after `change` to every store of the step's adjoint kernels.
+std::shared_ptr<driver::Compiled> with_changed_adjoint(const SourceFile& source,
+                                                       const std::function<stencil::Expr(const stencil::Expr&)>& change) {
+  const auto scene = compiled(source, for_certification());
+  int changed = 0;
+  for (stencil::Kernel& kernel : scene->stencil.kernels) {
+    if (!kernel.name.starts_with("wave_step") || kernel.name.find("adjoint") == std::string::npos) continue;
+    for (stencil::Store& store : kernel.stores) {
+      store.value = change(store.value);
+      ++changed;
+    }
+  }
+  EXPECT_GT(changed, 0);
+  std::vector<std::string> names;
+  for (const stencil::Program& program : scene->stencil.programs) names.push_back(program.name);
+  scene->loop = loop::from_stencil(scene->stencil, names);
+  scene->code = codegen::jit(scene->loop).module;
+  return scene;
+}
+
+TEST(Certificate, FailsAnAdjointThatIsALittleWrong) {
+  const SourceFile source("wave.dpde", wave_text);
+  const auto scene = with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(1 + 1e-8) * e; });
+  const driver::Certificate certificate = certificate_of(source, scene);
+  EXPECT_FALSE(certificate.passed());
+  EXPECT_GT(certificate.worst(), 1e-9);
+}
+
+TEST(Certificate, FailsAnAdjointWithoutATerm) {
+  const SourceFile source("wave.dpde", wave_text);
+  const auto scene = with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; });
+  const driver::Certificate certificate = certificate_of(source, scene);
+  EXPECT_FALSE(certificate.passed());
+  ASSERT_TRUE(certificate.slope.has_value());
+  EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a remainder of first order
+}
+
+TEST(Certificate, OfHandWrittenPrograms) {
+  const SourceFile source("k.dpde",
+                          "kernel k(u: field halo 1, a: param, out v: field, sum s: param) {\n  v = a*u[+1]*u\n  s += u^2\n}\n"
+                          "program p {\n  fill u x.low = 0, x.high = zero_gradient\n  run k\n  swap u, v\n}\n");
+  const auto programs = compiled(source, for_certification());
+  ASSERT_NE(programs, nullptr);
+  const driver::Certificate certificate = driver::certify_programs(*programs, {});
+  EXPECT_TRUE(certificate.passed()) << certificate.worst();
+  EXPECT_EQ(certificate.cases.size(), driver::small_grids(1).size());
+  EXPECT_NEAR(certificate.slope.value_or(0), 2, 0.05);
+}
+
+TEST(Slope, IsThatOfThePowerAndIgnoresRounding) {
+  std::vector<driver::Remainder> quadratic, linear;
+  for (int k = 0; k < 16; ++k) {
+    const double step = std::exp2(-k);
+    quadratic.push_back({step, 3 * step * step + 1e-6});
+    linear.push_back({step, 0.1 * step + step * step});
+  }
+  EXPECT_NEAR(driver::remainder_slope(quadratic, 1e-4).value_or(0), 2, 1e-3);
+  EXPECT_NEAR(driver::remainder_slope(linear, 0).value_or(0), 1, 1e-3);
+  EXPECT_FALSE(driver::remainder_slope(quadratic, 10).has_value());
+}
+
+TEST(RelativeDifference, IsStrictUnlessTheTermsCancel) {
+  EXPECT_DOUBLE_EQ(driver::relative_difference(1, 1.5, 2), 0.5 / 1.5);
+  EXPECT_DOUBLE_EQ(driver::relative_difference(0, 1e-6, 1), 1e-3);
+  EXPECT_EQ(driver::relative_difference(0, 0, 0), 0);
+}
+
+}  // namespace
+}  // namespace dpde::testing
