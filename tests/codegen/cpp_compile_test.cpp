@@ -105,7 +105,7 @@ stencil::Module samples_to_vectorise() {
 /// What the compiler says about vectorised loops: lines "FILE:LINE:...".
 std::string remarks(const std::string& compiler, const std::string& flag, const fs::path& source) {
   std::string command = compiler;
-  for (const std::string& word : cpp_flags()) command += " " + word;
+  for (const std::string& word : cpp_flags(compiler == "clang++")) command += " " + word;
   command += " " + flag + " -c -o /dev/null " + source.string() + " 2>&1";
   std::string text;
   FILE* pipe = popen(command.c_str(), "r");

@@ -42,19 +42,18 @@ extern "C" void dpde_compute_uniforms(const double* params, double* uniforms) {
 //   let ux = u0*(u[+1] - u[-1])
 //   u_next = u + dt*(u1*(u[-1] - 2*u + u[+1]) - u*ux)
 // }
-static void burgers_step_cells(int64_t count, double* __restrict u_next, const double* __restrict u_m1,
-                               const double* __restrict u, const double* __restrict u_p1, const double u0,
-                               const double u1, const double dt) {
+static void burgers_step_cells(int64_t count, double* __restrict u_next, const double* __restrict u,
+                               const double u0, const double u1, const double dt) {
 #pragma omp simd
   for (int64_t i = 0; i < count; ++i) {
-    const double ux = u0*(u_p1[i] - u_m1[i]);
-    u_next[i] = u[i] + dt*(u1*(u_m1[i] - 2.0*u[i] + u_p1[i]) - u[i]*ux);
+    const double ux = u0*(u[i + 1] - u[i - 1]);
+    u_next[i] = u[i] + dt*(u1*(u[i - 1] - 2.0*u[i] + u[i + 1]) - u[i]*ux);
   }
 }
 
 extern "C" void burgers_step_row(const dpde_row* row) {
-  burgers_step_cells(row->count, row->streams[0], row->streams[1], row->streams[2], row->streams[3],
-                     row->uniforms[0], row->uniforms[1], row->uniforms[2]);
+  burgers_step_cells(row->count, row->streams[0], row->streams[1] + 1, row->uniforms[0], row->uniforms[1],
+                     row->uniforms[2]);
 }
 )");
 }
@@ -73,7 +72,7 @@ TEST(CppText, MasksAndSums) {
   kernel.sums = {{"loss", access("u") * access("u")}};
   EXPECT_EQ(
       function_text(kernel, {Topology::bounded, Topology::bounded}),
-      R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict u_p1_m1,
+      R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict u_0_m1,
                     const double* __restrict u, double* __restrict sums) {
   const int64_t first = row->first;
   const int64_t cells_x = row->layout->cells[0];
@@ -84,7 +83,7 @@ TEST(CppText, MasksAndSums) {
 #pragma omp simd reduction(+ : loss_sum)
   for (int64_t i = 0; i < count; ++i) {
     const bool dpde_inside_p1_m1 = dpde_inside_p1_m1_row & dpde_inside(first + i + 1, cells_x, 0);
-    v[i] += dpde_inside_p1_m1 ? u_p1_m1[i] : 0.0;
+    v[i] += dpde_inside_p1_m1 ? u_0_m1[i + 1] : 0.0;
     loss_sum += u[i]*u[i];
   }
   sums[0] += loss_sum;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "stencil/verify_stencil.h"
 #include "stencil_text.h"
@@ -40,11 +41,17 @@ std::vector<Example> examples() {
   return result;
 }
 
-const Pass* find_pass(const std::string& name) {
-  for (const Pass& pass : default_passes) {
-    if (pass.name == name) return &pass;
+std::vector<Pass> all_passes() {
+  std::vector<Pass> passes(std::begin(default_passes), std::end(default_passes));
+  passes.insert(passes.end(), std::begin(loop_passes), std::end(loop_passes));
+  return passes;
+}
+
+std::optional<Pass> find_pass(const std::string& name) {
+  for (const Pass& pass : all_passes()) {
+    if (pass.name == name) return pass;
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 /// Random inputs of a program.
@@ -94,7 +101,7 @@ void expect_same_results(const Module& before, const Module& after) {
 }
 
 TEST(Passes, EveryPassHasAnExample) {
-  for (const Pass& pass : default_passes) {
+  for (const Pass& pass : all_passes()) {
     const auto all = examples();
     EXPECT_TRUE(std::any_of(all.begin(), all.end(), [&](const Example& e) { return e.pass == pass.name; }))
         << pass.name;
@@ -104,8 +111,8 @@ TEST(Passes, EveryPassHasAnExample) {
 TEST(Passes, Examples) {
   for (const Example& example : examples()) {
     SCOPED_TRACE(example.name);
-    const Pass* pass = find_pass(example.pass);
-    ASSERT_NE(pass, nullptr) << example.pass;
+    const std::optional<Pass> pass = find_pass(example.pass);
+    ASSERT_TRUE(pass) << example.pass;
     const Module before = module_of(example.input);
     EXPECT_EQ(verify(before), std::vector<std::string>{});
     const Module after = pass->run(before);
@@ -121,7 +128,7 @@ TEST(Passes, AllInARowKeepResults) {
     SCOPED_TRACE(example.name);
     const Module before = module_of(example.input);
     Module after = before;
-    for (const Pass& pass : default_passes) after = pass.run(after);
+    for (const Pass& pass : all_passes()) after = pass.run(after);
     EXPECT_EQ(verify(after), std::vector<std::string>{});
     expect_same_results(before, after);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "stencil/passes/passes.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -283,14 +284,14 @@ KernelAdjoint adjoint_of(const Kernel& kernel, const Varied& varied, const RunCo
   ShiftedLets lets(walk.lets, kernel.rank, names);
   add_gathers(walk, run, names, lets, result);
   result.gather.lets = lets.definitions();
-  prune_lets(result.gather);
+  result.gather = with_lets_inlined(result.gather);
 
   result.scatter.rank = kernel.rank;
   add_scatters(walk, run, names, result);
   if (!result.scatter.scatters.empty()) {
     result.scatter.name = names.fresh_kernel(kernel.name + "_adjoint_scatter");
     result.scatter.lets = walk.lets;
-    prune_lets(result.scatter);
+    result.scatter = with_lets_inlined(result.scatter);
   }
   return result;
 }

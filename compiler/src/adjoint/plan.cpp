@@ -97,24 +97,6 @@ bool check_sides(const Fill& fill, const Varied& varied, DiagnosticSink& sink) {
   return good;
 }
 
-/// Uses of each let by what is stored, directly or through other lets that are used.
-std::map<std::string, int> count_uses(const Kernel& kernel) {
-  std::map<std::string, int> uses;
-  const auto note = [&](const Expr& e) {
-    if (const Local* local = std::get_if<Local>(&e->kind)) ++uses[local->name];
-  };
-  for (const Store& store : kernel.stores) visit(store.value, note);
-  for (const Sum& sum : kernel.sums) visit(sum.value, note);
-  for (const Scatter& scatter : kernel.scatters) {
-    visit(interp(scatter.target), note);
-    visit(scatter.value, note);
-  }
-  for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) {
-    if (uses.contains(let->name)) visit(let->value, note);
-  }
-  return uses;
-}
-
 }  // namespace
 
 DerivedNames::DerivedNames(const Module& module, std::string suffix) : suffix_(std::move(suffix)) {
@@ -158,29 +140,6 @@ bool check_differentiable(const Module& module, const Program& program, const Va
 std::vector<AxisBoundary> homogeneous(std::vector<AxisBoundary> axes) {
   for (AxisBoundary& axis : axes) axis.low.value = axis.high.value = 0.0;
   return axes;
-}
-
-void prune_lets(Kernel& kernel) {
-  const std::map<std::string, int> uses = count_uses(kernel);
-  std::map<std::string, Expr> inlined;
-  const std::function<Expr(const Expr&)> inline_in = [&](const Expr& e) {
-    const Local* local = std::get_if<Local>(&e->kind);
-    const auto value = local ? inlined.find(local->name) : inlined.end();
-    return value != inlined.end() ? value->second : map_children(e, inline_in);
-  };
-  std::vector<Let> kept;
-  for (const Let& let : kernel.lets) {
-    const auto count = uses.find(let.name);
-    if (count == uses.end()) continue;
-    const Expr value = inline_in(let.value);
-    if (count->second == 1) {
-      inlined.emplace(let.name, value);
-    } else {
-      kept.push_back({let.name, value});
-    }
-  }
-  kernel = map_kernel(kernel, inline_in);
-  kernel.lets = std::move(kept);
 }
 
 }  // namespace dpde::adjoint

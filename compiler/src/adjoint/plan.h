@@ -45,7 +45,4 @@ bool check_differentiable(const stencil::Module& module, const stencil::Program&
 /// The boundary of the linear part of a fill: values become 0.
 std::vector<stencil::AxisBoundary> homogeneous(std::vector<stencil::AxisBoundary> axes);
 
-/// Removes lets nothing refers to, and writes those used once where they are used: their uniform factors combine there.
-void prune_lets(stencil::Kernel& kernel);
-
 }  // namespace dpde::adjoint

@@ -2,6 +2,7 @@
 // Forward mode: beside every value its directional derivative, statement by statement, in the order of the primal.
 #include "adjoint/adjoint.h"
 #include "adjoint/plan.h"
+#include "stencil/passes/passes.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -34,8 +35,7 @@ class KernelTangent {
       if (is_varied(sum.value, varied_)) result.sums.push_back({names_.of(sum.name), dot(sum.value)});
     }
     for (const Scatter& scatter : kernel_.scatters) add_scatter(scatter, result);
-    prune_lets(result);
-    return result;
+    return with_lets_inlined(result);
   }
 
  private:

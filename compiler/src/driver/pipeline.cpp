@@ -337,7 +337,9 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
-  compiled.loop = loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs));
+  stencil::Module for_speed = compiled.stencil;
+  for (const stencil::Pass& pass : stencil::loop_passes) for_speed = pass.run(for_speed);
+  compiled.loop = loop::from_stencil(for_speed, names_of(compiled.stencil.programs));
   if (!stages.after("loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); })) return std::nullopt;
   if (options.backend) generate(compiled, *options.backend, sink);
   if (sink.has_errors()) return std::nullopt;

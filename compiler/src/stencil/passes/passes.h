@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Passes: verified module in, verified module out, same observable results (swaps, keeps, sums and loops).
-// A pass cannot fail. The order of default_passes is what the pipeline runs.
+// A pass cannot fail. The pipeline runs default_passes on what it prints, and before code is generated loop_passes.
 #pragma once
 
 #include <string_view>
@@ -20,6 +20,13 @@ Module eliminate_common_subexpressions(const Module& module);
 /// Results of a program are its swaps, keeps and sums. Kernels that no program ran before stay.
 Module remove_dead_code(const Module& module);
 
+/// Writes lets that are used once where they are used, and removes those nothing uses.
+Module inline_lets(const Module& module);
+Kernel with_lets_inlined(const Kernel& kernel);
+
+/// Multiplies uniform factors into sums all of whose terms have one already. Results change by rounding.
+Module distribute_uniforms(const Module& module);
+
 struct Pass {
   std::string_view name;
   Module (*run)(const Module&);
@@ -28,6 +35,10 @@ inline constexpr Pass default_passes[] = {
     {"simplify", simplify},
     {"cse", eliminate_common_subexpressions},
     {"dead-code", remove_dead_code},
+};
+inline constexpr Pass loop_passes[] = {
+    {"inline-lets", inline_lets},
+    {"distribute", distribute_uniforms},
 };
 
 }  // namespace dpde::stencil
