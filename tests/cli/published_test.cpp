@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The published Burgers reconstruction through the command, and `verify` on every example.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class Published : public Command {};
+
+/// Rows A3, A5 of the acceptance table: losses printed by the book's notebook, error of its reconstruction.
+TEST_F(Published, ReconstructionHasTheLossesAndTheErrorOfTheNotebook) {
+  const char* data = std::getenv("DPDE_REFERENCE_DATA");
+  if (!data) {
+    std::puts("DPDE_REFERENCE_DATA is not set: the published target is not here, this comparison is left out");
+    return;
+  }
+  fs::copy(fs::path(DPDE_SOURCE_DIR) / "dsl-examples/burgers_1d/burgers.dpde", path("burgers.dpde"));
+  fs::copy(fs::path(data) / "pbdl_burgers_t16.npy", path("pbdl_burgers_t16.npy"));
+  const Outcome outcome = dpde("optimize burgers.dpde published --json --quiet");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Json result = outcome.json();
+  const std::pair<int, double> printed[] = {{0, 0.382915},  {1, 0.326882},  {2, 0.281032},  {3, 0.242804},  {4, 0.210666},
+                                            {5, 0.183476},  {10, 0.096224}, {15, 0.054792}, {20, 0.032819}, {25, 0.020334},
+                                            {30, 0.012852}, {35, 0.008185}, {40, 0.005186}, {45, 0.003263}};
+  for (const auto& [iteration, loss] : printed) EXPECT_NEAR(result["loss"][iteration].get<double>(), loss, 1e-6) << iteration;
+  EXPECT_NEAR(result["test"]["mae"].get<double>(), 0.0638156, 1e-6);
+}
+
+class Examples : public Command {};
+
+TEST_F(Examples, AllTasksAndScenesAreCertified) {
+  const std::pair<const char*, std::vector<const char*>> examples[] = {
+      {"heat/heat.dpde", {"rod", "slab", "plate", "block", "conductivity", "recover"}},
+      {"advection/advection.dpde", {"ring", "speed"}},
+      {"burgers_1d/burgers.dpde", {"wave", "recover", "ends", "viscosity"}},
+      {"burgers_2d/burgers_2d.dpde", {"swirl", "recover"}}};
+  for (const auto& [file, names] : examples) {
+    for (const char* name : names) {
+      const Outcome outcome = dpde(std::string("verify " DPDE_SOURCE_DIR "/dsl-examples/") + file + " " + name + " --json");
+      EXPECT_EQ(outcome.status, 0) << file << " " << name << outcome.err;
+      const Json result = outcome.json();
+      EXPECT_TRUE(result["passed"].get<bool>()) << file << " " << name;
+      EXPECT_LE(result["dot_product"]["max_relative_error"].get<double>(), 1e-11) << file << " " << name;
+      EXPECT_GT(result["dot_product"]["cases"].get<int>(), 3) << file << " " << name;
+      if (result["taylor"]["slope"].is_number()) EXPECT_NEAR(result["taylor"]["slope"].get<double>(), 2, 0.05) << file << " " << name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dpde::testing
