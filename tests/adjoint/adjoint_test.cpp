@@ -141,6 +141,11 @@ TEST(Adjoint, RefusesWhatItCannotDifferentiate) {
   EXPECT_EQ(code_of_error("kernel k(u: field, out v: field) { v = floor(u) }\nprogram p { run k; keep v }", {{"u"}, {}}), "E0601");
   EXPECT_EQ(code_of_error(R"(
 kernel a(u: field, out w: field) { w = u^2 }
+kernel b(u: field, inout w: field) { w += w*u }
+program p { run a; run b; keep w }
+)", {{"u"}, {}}), "E0602");
+  EXPECT_EQ(code_of_error(R"(
+kernel a(u: field, out w: field) { w = u^2 }
 kernel b(w: field, out v: field) { v = w^2 }
 kernel c(u: field, inout w: field) { w += u }
 program p { run a; run b; run c; keep v, w }

@@ -204,7 +204,9 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   const double rounding = 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps());
   certificate.slope = remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
-  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin(), certificate.remainders.end(),
+  // The first two, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
+  // in the others: its remainder is of first order.
+  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 2, certificate.remainders.end(),
                                                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
@@ -214,7 +216,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   }
   if (certificate.slope) certificate.note = "on " + grid_text(session->workspace()) + " cells";
   if (!certificate.slope) {
-    certificate.note = certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns"
+    certificate.note = certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns around this point"
                                                  : "the remainder shows no slope";
   }
   return true;

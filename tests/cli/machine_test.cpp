@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens when the machine, the user's patience or the derivative gives out: codes, exit status, nothing half-written.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class Machine : public Command {
+ protected:
+  std::string example(const std::string& name) const { return DPDE_SOURCE_DIR "/dsl-examples/" + name; }
+};
+
+TEST_F(Machine, UnwritableFolderIsItsFault) {
+  const Outcome outcome = dpde("run " + example("heat/heat.dpde") + " rod --out /proc/nothing --json --quiet");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0902"});
+}
+
+TEST_F(Machine, TooLittleMemoryIsItsFault) {
+  const Outcome outcome = shell("ulimit -v 3000000; $DPDE run " + example("heat/heat.dpde") + " block --set cells=512 --json --quiet");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"});
+}
+
+TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
+  const Outcome outcome = dpde("gradient " + example("heat/heat.dpde") + " recover --memory lots --json");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0904"});
+}
+
+TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
+  const Outcome outcome = shell("timeout --preserve-status -s INT 1 $DPDE optimize " + example("burgers_2d/burgers_2d.dpde") +
+                                " recover --iterations 1000000 --json --quiet --out here");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0806"});
+  EXPECT_TRUE(fs::exists(path("here/loss.csv")));
+}
+
+TEST_F(Machine, InterruptedGradientHasNoNumber) {
+  const Outcome outcome = shell("timeout --preserve-status -s INT 0.5 $DPDE gradient " + example("heat/heat.dpde") +
+                                " recover --set step=1/4000000 --memory 1M --json --quiet");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0807"});
+}
+
+/// Jumps closer together than any step of the Taylor test: no second-order remainder, so no certificate.
+TEST_F(Machine, WhatHasNoSlopeIsNotCertified) {
+  write("jumps.dpde", R"(
+model jumps { field u; dt(u) = if(sin(1e7*u) > 0, u, -u) }
+scheme e { time = euler }
+scene s : jumps with e { grid x = 0 .. 1, cells 64, periodic
+  initial u = x
+  time 0 .. 1, step 0.5 }
+task t : s { unknown initial u
+  minimise sum(u^2) }
+)");
+  const Outcome refused = dpde("verify jumps.dpde t --json");
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_EQ(refused.codes(), std::vector<std::string>{"E0804"});
+  EXPECT_FALSE(refused.json()["passed"].get<bool>());
+}
+
+/// A kink beside the point: only the largest steps cross it, and the gradient is exact.
+TEST_F(Machine, AKinkBesideThePointIsCertified) {
+  write("kink.dpde", R"(
+model kink { field u; dt(u) = abs(u - 0.5) }
+scheme e { time = euler }
+scene s : kink with e { grid x = 0 .. 1, cells 8, periodic
+  initial u = 0.5
+  time 0 .. 1, step 0.5 }
+task t : s { unknown initial u
+  minimise sum(u) }
+)");
+  EXPECT_EQ(dpde("verify kink.dpde t --json").status, 0);
+}
+
+}  // namespace
+}  // namespace dpde::testing
