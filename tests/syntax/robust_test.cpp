@@ -110,5 +110,13 @@ TEST(Robust, DeepAndLong) {
   EXPECT_TRUE(try_out(repeat("# c\n", 100000)));
 }
 
+TEST(Robust, FilesOfMoreThanFourMebibytesAreRefused) {
+  const SourceFile source("t.dpde", std::string((4u << 20) + 1, '#'));
+  DiagnosticSink sink;
+  EXPECT_TRUE(parse(source, sink).declarations.empty());
+  ASSERT_EQ(sink.all().size(), 1u);
+  EXPECT_EQ(sink.all()[0].kind->code, "E0104");
+}
+
 }  // namespace
 }  // namespace dpde::ast
