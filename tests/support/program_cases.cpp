@@ -52,6 +52,14 @@ kernel k(u: field halo 2, out v: field, nu, h: param) {
 }
 )";
 
+/// A result of the program that the program itself reads: pn.
+const std::string symplectic = R"(
+kernel a(p: field, u: field halo 1, out pn: field, c: param) {
+  pn = p + c*sin(u)*(u[-1, 0] + u[+1, 0] + u[0, -1] + u[0, +1] - 4*u)
+}
+kernel b(u: field, pn: field halo 1, out un: field, c: param) { un = u + c*pn*(pn[0, +1] - pn[-1, 0]) }
+)";
+
 const std::string kinks = R"(
 kernel k(u: field halo 1, out v: field, c: param) {
   let up = max(u - 1, 0)
@@ -101,6 +109,11 @@ std::vector<ProgramCase> program_cases() {
        "kernel k(d: field halo 1, u: field, q: field, out v: field, c: param) { v = d*q^2 - c*min(u, 1)*(d[+1] - d)*u }\n"
        "program p { fill d periodic; run k; swap d, v }", {{"d", "u", "q"}, {"c"}}},
       {"scalar parameter only", 1, burgers_kernel + "program p { fill u x = 0.2; run k; keep v }", {{}, {"nu", "dt"}}},
+      {"symplectic mixed", 2, symplectic + "program p { fill u x periodic, y = 0.3; run a; fill pn x periodic, y = zero_gradient; run b; "
+                                           "swap p, pn; swap u, un }",
+       {{"p", "u"}, {"c"}}},
+      {"symplectic periodic", 2, symplectic + "program p { fill u periodic; run a; fill pn periodic; run b; swap p, pn; swap u, un }",
+       {{"p", "u"}, {"c"}}},
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };

@@ -34,11 +34,11 @@ class Stepper {
     driver::Workspace& workspace = session.workspace();
     for (int f = 0; f < program.field_count; ++f) {
       executor_.bind(f, workspace.field(program.fields[f]).base());
-      fields_.push_back(&workspace.field(program.fields[f]));
     }
     for (int p = 0; p < program.param_count; ++p) {
       const auto value = workspace.params().find(program.params[p]);
-      executor_.set_param(p, value == workspace.params().end() ? session.problem().t_begin : value->second);
+      const double other = std::string_view(program.params[p]) == "t" ? session.problem().t_begin : 0;
+      executor_.set_param(p, value == workspace.params().end() ? other : value->second);
     }
     executor_.update_uniforms();
     executor_.prepare();
@@ -59,7 +59,6 @@ class Stepper {
  private:
   Executor executor_;
   const dpde_program& program_;
-  std::vector<Field*> fields_;
 };
 
 double seconds_of(const std::function<void()>& body) {

@@ -78,14 +78,14 @@ void Job::wrote(const std::string& path) {
 int Job::finish(Json result) {
   Exit exit = exit_for(sink_.all());
   for (const Diagnostic& diagnostic : sink_.all()) {
-    fmt::print(stderr, "{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0));
+    std::fputs(fmt::format("{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0)).c_str(), stderr);
   }
   if (options_.json) {
     if (!sink_.all().empty()) result["diagnostics"] = Json::parse(render_json(source_, sink_.all()));
     fmt::print("{}\n", result.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    fmt::print(stderr, "dpde: error[E0902]: cannot write standard output\n");
+    std::fputs("dpde: error[E0902]: cannot write standard output\n", stderr);
     exit = Exit::machine_failed;
   }
   return static_cast<int>(exit);

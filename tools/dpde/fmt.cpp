@@ -2,6 +2,8 @@
 // dpde fmt: formats a model file in place.
 #include <fmt/format.h>
 
+#include <cstdio>
+
 #include <memory>
 
 #include "command.h"
@@ -31,7 +33,7 @@ int format_file(const FmtOptions& options) {
   });
   const int status = job.finish({{"changed", differs}});
   if (status != 0 || !options.check || !differs) return status;
-  fmt::print(stderr, "{} is not formatted; dpde fmt {} formats it\n", options.file, options.file);
+  std::fputs(fmt::format("{} is not formatted; dpde fmt {} formats it\n", options.file, options.file).c_str(), stderr);
   return static_cast<int>(Exit::failed);
 }
 

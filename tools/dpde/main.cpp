@@ -16,12 +16,13 @@ namespace {
 
 /// Wrong options are wrong input: exit status 2.
 int report_usage(const std::string& message, bool json) {
-  fmt::print(stderr, "dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", message);
+  std::fputs(fmt::format("dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", message).c_str(), stderr);
   if (json) {
     const dpde::tools::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", message},
                                           {"file", ""},      {"line", 0},           {"column", 0},
                                           {"hint", "dpde VERB --help"}};
-    fmt::print("{}\n", dpde::tools::Json{{"diagnostics", dpde::tools::Json::array({diagnostic})}}.dump());
+    fmt::print("{}\n", dpde::tools::Json{{"diagnostics", dpde::tools::Json::array({diagnostic})}}.dump(
+                              -1, ' ', false, dpde::tools::Json::error_handler_t::replace));
   }
   return static_cast<int>(dpde::tools::Exit::wrong_input);
 }
@@ -70,7 +71,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return error.get_exit_code() == 0 ? app.exit(error) : report_usage(error.what(), wants_json(argc, argv));
   } catch (const std::exception& error) {
-    fmt::print(stderr, "dpde: error[E0903]: {}\n", error.what());
+    std::fputs(fmt::format("dpde: error[E0903]: {}\n", error.what()).c_str(), stderr);
     return static_cast<int>(Exit::machine_failed);
   }
   return status;

@@ -23,7 +23,7 @@ struct OptimizeOptions : TaskOptions {
   bool resume = false;
 };
 
-/// Everything the sequence of evaluations depends on: programs, start, data, method.
+/// Everything the sequence of evaluations depends on: programs, start, data, times, method.
 std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const std::string text = print(run.compiled->stencil);
   std::uint64_t key = driver::hash_bytes(text.data(), text.size());
@@ -33,10 +33,19 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const Eigen::VectorXd& start = run.inverse->start();
   key = driver::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
   for (const auto& [name, value] : run.session->workspace().params()) add(value);
+  add(run.session->steps());
+  add(run.session->problem().t_begin);
+  for (const model::Loss& loss : run.session->problem().task->losses) {
+    for (const int step : run.session->steps_of(loss.when)) add(step);
+  }
+  const auto add_values = [&](const std::vector<double>& values) {
+    key = driver::hash_bytes(values.data(), sizeof(double) * values.size(), key);
+  };
+  for (int s = 0; s < run.session->rollout().state_count(); ++s) add_values(run.session->initial(s));
+  for (const model::Coefficient& c : run.session->problem().coefficients) add_values(run.session->workspace().dense(c.name));
   for (const driver::DataStates& datum : run.session->data()) {
     for (const std::string& field : datum.fields) {
-      const std::vector<double> values = run.session->workspace().dense(field);
-      key = driver::hash_bytes(values.data(), sizeof(double) * values.size(), key);
+      add_values(run.session->workspace().dense(field));
     }
   }
   return key;

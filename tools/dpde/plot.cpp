@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde plot: a picture of an array file.
 #include <fmt/format.h>
+
+#include <cstdio>
 #include <fmt/ranges.h>
 
 #include <cmath>
@@ -70,7 +72,7 @@ void plot(Job& job, const CommonOptions& options) {
   if (!panel) return;
   if (const LinePanel* line = std::get_if<LinePanel>(&*panel)) job.say(text_plot(*line, terminal_is_utf8()));
   if (!have_gnuplot()) {
-    fmt::print(stderr, "dpde: gnuplot is not installed: no picture is written\n");
+    std::fputs("dpde: gnuplot is not installed: no picture is written\n", stderr);
     return;
   }
   const fs::path folder = options.out.empty() ? path.parent_path() : fs::path(options.out);

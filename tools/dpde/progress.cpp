@@ -15,7 +15,7 @@ Progress::Progress(bool wanted, bool silent) : active_(false), terminal_(isatty(
 }
 
 Progress::~Progress() {
-  if (shown_ && terminal_) fmt::print(stderr, "\r\033[K");
+  if (shown_ && terminal_) std::fputs("\r\033[K", stderr);
 }
 
 void Progress::show(const std::string& text, int done, int total) {
@@ -27,7 +27,7 @@ void Progress::show(const std::string& text, int done, int total) {
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   std::string line = fmt::format("{}  {} elapsed", text, human_seconds(elapsed));
   if (done > 0 && !is_last) line += fmt::format(", {} left", human_seconds(elapsed * (total - done) / done));
-  fmt::print(stderr, "{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n");
+  std::fputs(fmt::format("{}{}{}", terminal_ ? "\r" : "", line, terminal_ ? "\033[K" : "\n").c_str(), stderr);
   std::fflush(stderr);
 }
 

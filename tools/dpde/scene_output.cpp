@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
+
 #include "driver/files.h"
 #include "dpde/runtime/npy.h"
 
@@ -82,7 +84,7 @@ void save_text(Job& job, const std::string& name, const std::string& text) {
 void save_picture(Job& job, const std::string& name, const std::vector<Panel>& panels) {
   if (job.options().out.empty()) return;
   if (!have_gnuplot()) {
-    fmt::print(stderr, "dpde: no picture {}: gnuplot is not installed\n", name);
+    std::fputs(fmt::format("dpde: no picture {}: gnuplot is not installed\n", name).c_str(), stderr);
     return;
   }
   for (const std::string& file : draw(out_path(job, name), panels, job.sink())) job.wrote(file);

@@ -58,6 +58,7 @@ class Reversal {
         reach_(reach(module, program, varied)) {
     for (const Swap& swap : program.swaps) add_seed(swap.next);
     for (const std::string& keep : program.keeps) add_seed(keep);
+    copy_seeds_read_inside();
     for (const Statement& statement : program.body) {
       if (const Fill* fill = std::get_if<Fill>(&statement)) filled_.insert(fill->field);
     }
@@ -67,6 +68,11 @@ class Reversal {
     match(
         program_.body[index], [&](const Fill& fill) { reverse_fill(fill); }, [&](const Fold& fold) { reverse_fold(fold); },
         [&](const Run& run) { reverse_run(run, index); });
+  }
+
+  /// Gives seeds their names back: those of the interface.
+  void restore_seed_names() {
+    for (const auto& [field, seed] : seed_names_) names_.rebind(field, seed);
   }
 
   /// Kernel that sets to 0 the bars of active inputs nothing contributed to.
@@ -91,6 +97,28 @@ class Reversal {
 
   void add_seed(const std::string& field) {
     if (varied_.fields.contains(field)) bars_[field] = {};
+  }
+
+  /// A result that the program itself reads gets contributions beside its seed. They are added to a copy: an input is
+  /// never changed, and holds values on the interior only.
+  void copy_seeds_read_inside() {
+    Kernel copy{names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    for (auto& [field, bar] : bars_) {
+      if (!is_read(field)) continue;
+      const std::string seed = names_.of(field), total = names_.fresh(seed + "_total");
+      const Expr value = access(seed);
+      copy.stores.push_back({total, false, reach_ > 0 ? select(inside({}, 0), value, 0.0) : value, {}});
+      seed_names_[field] = names_.rebind(field, total);
+      bar.grow = reach_;
+    }
+    if (!copy.stores.empty()) run(std::move(copy), reach_);
+  }
+
+  bool is_read(const std::string& field) const {
+    return std::any_of(program_.body.begin(), program_.body.end(), [&](const Statement& statement) {
+      const Run* run = std::get_if<Run>(&statement);
+      return run && signature(*module_.find_kernel(run->kernel)).find_read(field);
+    });
   }
 
   void reverse_fill(const Fill& fill) {
@@ -175,6 +203,7 @@ class Reversal {
   const int reach_;
   std::map<std::string, Bar> bars_;  // primal field -> its bar, where it holds values
   std::set<std::string> filled_;     // primal fields whose halo is filled
+  std::map<std::string, std::string> seed_names_;  // of the fields that copy_seeds_read_inside renamed
   std::vector<std::string> consumed_;
 };
 
@@ -260,6 +289,7 @@ Derivative adjoint(const Module& module, const std::string& name, const Activity
     if (varied.fields.contains(swap.state)) inputs.insert(swap.state);
   }
   reversal.finish(inputs);
+  reversal.restore_seed_names();
   if (!check_overwritten(module, *program, reversal.needed, sink)) return {};
 
   std::set<std::string> needed;

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "adjoint/adjoint.h"
 #include "adjoint/rules.h"
@@ -24,6 +25,8 @@ class DerivedNames {
   std::string fresh(const std::string& wish) { return supply_.fresh(wish); }
   std::string fresh_kernel(const std::string& wish) { return kernels_.fresh(wish); }
   std::string fresh_program(const std::string& wish) { return programs_.fresh(wish); }
+  /// From now on `name` stands for `derived`; returns what it stood for.
+  std::string rebind(const std::string& name, std::string derived) { return std::exchange(derived_.at(name), std::move(derived)); }
   const std::map<std::string, std::string>& all() const { return derived_; }
 
  private:

@@ -12,7 +12,9 @@ using namespace stencil;  // the calculus reads as formulas
 namespace {
 
 Expr partial_of_power(const Binary& p, int index, const Expr& x) {
-  if (index == 1) return x * (power(p.left, p.right) * call(Fn::log, {p.left}));  // d(a^b)/db = a^b log a
+  if (index == 1) {  // d(a^b)/db = a^b log a, and its limit 0 at a = 0
+    return select(binary(BinaryOp::equal, p.left, 0.0), 0.0, x * (power(p.left, p.right) * call(Fn::log, {p.left})));
+  }
   if (is_literal(p.right, 2)) return x * (2.0 * p.left);
   return x * (p.right * power(p.left, p.right - 1.0));  // d(a^b)/da = b a^(b-1)
 }

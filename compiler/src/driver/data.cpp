@@ -196,11 +196,11 @@ std::vector<double> resample(const std::vector<double>& values, const std::vecto
     m[a] = from[a].cells;
   }
   std::vector<double> result;
-  for (int z = 0; z < n[2]; ++z) {
-    for (int y = 0; y < n[1]; ++y) {
-      for (int x = 0; x < n[0]; ++x) {
-        const std::size_t row = static_cast<std::size_t>(z * m[2] / n[2]) * m[1] + y * m[1] / n[1];
-        result.push_back(values[row * m[0] + x * m[0] / n[0]]);
+  for (std::int64_t z = 0; z < n[2]; ++z) {
+    for (std::int64_t y = 0; y < n[1]; ++y) {
+      for (std::int64_t x = 0; x < n[0]; ++x) {
+        const std::int64_t row = z * m[2] / n[2] * m[1] + y * m[1] / n[1];
+        result.push_back(values[static_cast<std::size_t>(row * m[0] + x * m[0] / n[0])]);
       }
     }
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/pipeline.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <set>
@@ -68,6 +70,29 @@ void merge(stencil::Module& base, const stencil::Module& extra) {
   for (const stencil::Loop& loop : extra.loops) {
     if (std::find(base.loops.begin(), base.loops.end(), loop) == base.loops.end()) base.loops.push_back(loop);
   }
+}
+
+/// `module` with those kernels renamed that share a name, and not the content, with one of `taken`: two programs may run
+/// one kernel under different boundaries and so have different adjoints of it.
+stencil::Module with_own_kernels(stencil::Module module, const stencil::Module& taken) {
+  std::map<std::string, std::string> renamed;
+  for (stencil::Kernel& kernel : module.kernels) {
+    const stencil::Kernel* other = taken.find_kernel(kernel.name);
+    if (other == nullptr || *other == kernel) continue;
+    std::string name = kernel.name;
+    for (int n = 2; taken.find_kernel(name) != nullptr || module.find_kernel(name) != nullptr; ++n) {
+      name = fmt::format("{}_{}", kernel.name, n);
+    }
+    renamed[kernel.name] = name;
+    kernel.name = name;
+  }
+  for (stencil::Program& program : module.programs) {
+    for (stencil::Statement& statement : program.body) {
+      stencil::Run* run = std::get_if<stencil::Run>(&statement);
+      if (run != nullptr && renamed.contains(run->kernel)) run->kernel = renamed.at(run->kernel);
+    }
+  }
+  return module;
 }
 
 stencil::Module run_passes(stencil::Module module) {
@@ -207,11 +232,11 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
     Derived& derived = compiled.derived[name];
     if (options.tangent) {
       derived.tangent = adjoint::tangent(compiled.stencil, name, wrt, sink);
-      merge(derivatives, derived.tangent->module);
+      merge(derivatives, with_own_kernels(derived.tangent->module, derivatives));
     }
     if (options.adjoint) {
       derived.adjoint = adjoint::adjoint(compiled.stencil, name, wrt, sink);
-      merge(derivatives, derived.adjoint->module);
+      merge(derivatives, with_own_kernels(derived.adjoint->module, derivatives));
     }
   }
   if (sink.has_errors()) return;

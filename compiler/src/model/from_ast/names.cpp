@@ -76,6 +76,7 @@ std::vector<std::string> Scope::names(Role role) const {
 }
 
 bool is_reserved(const std::string& name) {
+  if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // derivatives are called so
   return std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }
 
