@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives through the command where programs are less simple than a model's step.
+#include <cmath>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class DerivativeCommand : public Command {};
+
+/// A result that the step itself reads (p_next), one periodic and one bounded axis, an odd number of steps: the seed's
+/// buffer of one gradient is the result's of the next, and nothing of it may be left over.
+TEST_F(DerivativeCommand, GradientIsTheSameEachTime) {
+  write("symplectic.dpde", R"(
+kernel kp(p: field, v: field halo 1, out p_next: field, dt, hx, hy: param) {
+  p_next = p - dt*((v[+1, 0] - v)/hx + (v[0, +1] - v)/hy)
+}
+kernel kv(v: field, p_next: field halo 1, out v_next: field, dt, hx, hy: param) {
+  v_next = v - dt*((p_next - p_next[-1, 0])/hx + (p_next - p_next[0, -1])/hy)
+}
+program step {
+  axes x periodic, y bounded
+  fill v x periodic, y = 0
+  run kp
+  fill p_next x periodic, y = zero_gradient
+  run kv
+  swap p, p_next
+  swap v, v_next
+}
+scene s : step {
+  grid x = 0 .. 1, cells 6, periodic
+  grid y = 0 .. 1, cells 5
+  initial p = sin(2*pi*x)*y + y^2
+  initial v = cos(2*pi*x)*(1 - y)
+  time 0 .. 0.03, step 1/100
+}
+task t : s {
+  unknown initial p
+  minimise integral((p - 1)^2 + v^2) at t = 0.03
+  using gradient_descent(rate = 1e-30), iterations 5
+}
+)");
+  const Outcome optimised = dpde("optimize symplectic.dpde --json --quiet --out o");
+  ASSERT_EQ(optimised.status, 0) << optimised.err;
+  std::ifstream rows(path("o/loss.csv"));
+  std::string header, first;
+  std::getline(rows, header);
+  std::getline(rows, first);
+  const std::string numbers = first.substr(first.find(','));
+  int count = 1;
+  for (std::string row; std::getline(rows, row); ++count) EXPECT_EQ(row.substr(row.find(',')), numbers);
+  EXPECT_EQ(count, 6);
+  EXPECT_EQ(dpde("verify symplectic.dpde t --json").status, 0);
+}
+
+/// One kernel under two boundaries has two adjoints.
+TEST_F(DerivativeCommand, ProgramsThatShareAKernelHaveDerivativesOfTheirOwn) {
+  write("two.dpde", R"(
+kernel k(u: field halo 1, out v: field) { v = 2*u[+1]*u + 3*u[-1] }
+program around { fill u periodic
+  run k
+  swap u, v }
+program wall { fill u x = 0
+  run k
+  swap u, v }
+)");
+  const Outcome verified = dpde("verify two.dpde --json");
+  EXPECT_EQ(verified.status, 0) << verified.err;
+  EXPECT_TRUE(verified.json()["passed"].get<bool>());
+}
+
+/// x^m with x = 0: the derivative with respect to m is the limit 0, not 0*log(0).
+TEST_F(DerivativeCommand, ExponentAtZeroHasADerivative) {
+  write("power.dpde", R"(
+model decay { field u; param m; dt(u) = -u^m }
+scheme e { time = euler }
+scene s : decay with e { grid x = 0 .. 1, cells 4, periodic
+  m = 2
+  initial u = max(x - 0.5, 0)
+  time 0 .. 0.2, step 0.1 }
+task t : s { unknown m from 2
+  minimise sum(u) }
+)");
+  const Outcome gradient = dpde("gradient power.dpde t --json");
+  ASSERT_EQ(gradient.status, 0) << gradient.err;
+  // two Euler steps by hand from u = 0, 0, 1/8, 3/8 at m = 2
+  double expected = 0;
+  for (const double u : {0.125, 0.375}) {
+    const double first = u - 0.1 * u * u, d_first = -0.1 * u * u * std::log(u);
+    expected += d_first - 0.1 * (first * first * std::log(first) + 2 * first * d_first);
+  }
+  EXPECT_NEAR(gradient.json()["gradient"]["m"]["value"].get<double>(), expected, 1e-14);
+}
+
+}  // namespace
+}  // namespace dpde::testing
