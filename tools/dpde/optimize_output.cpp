@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "interrupt.h"
@@ -104,7 +105,8 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.initial) save_state(job, run.session->workspace(), part.name + "_initial", part_of(result.x, part));
   }
-  save_picture(job, "loss", {loss_panel(result)});
+  const bool has_curve = std::ranges::any_of(result.losses, [](double loss) { return std::isfinite(loss) && loss > 0; });
+  if (has_curve) save_picture(job, "loss", {loss_panel(result)});
   if (interrupt_flag().load()) return;  // the pictures need another run
   std::vector<Panel> panels;
   add_targets(run, result.x, panels);

@@ -133,8 +133,16 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
     slot->second = average_down(values, other->workspace().axes(), session.workspace().axes());
   };
   const RunResult result = other->rollout().run({every == 0 ? std::max(1, other->steps()) : every, keep});
-  if (result.stopped) return fail("its run was stopped");
-  if (result.blow_up) return fail(fmt::format("its run blows up at t = {}", result.blow_up->t));
+  if (result.stopped) {
+    sink.report("run-failed", datum.origin.range, {fmt::format("stopped while scene {} made the data", datum.scene)});
+    return std::nullopt;
+  }
+  if (result.blow_up) {
+    sink.report("run-failed", datum.origin.range,
+                {fmt::format("scene {}, which makes the data, blows up at t = {}", datum.scene, result.blow_up->t)},
+                fmt::format("dpde run {} {} shows where", source.path(), datum.scene));
+    return std::nullopt;
+  }
   report_growth(*other, sink);
   std::vector<std::vector<double>> states;
   for (const double t : times) states.push_back(wanted[step_at(*other, t)]);

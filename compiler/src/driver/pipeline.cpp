@@ -297,6 +297,8 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
                 DiagnosticSink& sink) {
   compiled.ast = parse(source, sink);
   if (sink.has_errors()) return false;
+  stencil::from_ast(compiled.ast, sink);  // a broken kernel is reported as such before a scene misses what it lacks
+  if (sink.has_errors()) return false;
   if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
   if (selects_program(compiled.ast, options.selection.name)) return true;
   model::Selection selection = options.selection;

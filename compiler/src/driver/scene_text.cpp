@@ -59,13 +59,12 @@ std::string scene_text(const Compiled& compiled) {
                         axis.topology == Topology::periodic ? ", periodic" : "");
   }
   Values values;
+  for (const std::string& name : interface.params) {  // the program's order, so that the text reads back to itself
+    if (const model::Parameter* param = problem.find_param(name)) text += fmt::format("  {} = {}\n", name, param->value);
+  }
   for (const model::Parameter& param : problem.params) {
     const std::vector<std::string>& used = interface.params;
-    if (std::find(used.begin(), used.end(), param.name) != used.end()) {
-      text += fmt::format("  {} = {}\n", param.name, param.value);
-    } else {
-      values[param.name] = param.value;
-    }
+    if (std::find(used.begin(), used.end(), param.name) == used.end()) values[param.name] = param.value;
   }
   for (const model::Coefficient& coefficient : problem.coefficients) {
     if (is_input(interface, coefficient.name)) text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value, values));
