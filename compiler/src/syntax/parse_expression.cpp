@@ -13,7 +13,7 @@ namespace dpde::ast {
 namespace {
 
 constexpr int max_nesting = 200;
-constexpr int max_height = 2000;
+constexpr int max_height = 1500;
 constexpr const char* shorten_hint = "give a part of it a name with let";
 
 /// An expression, the range it takes with its parentheses, and the height of its tree.
