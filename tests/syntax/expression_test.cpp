@@ -179,7 +179,7 @@ TEST(Expression, LimitsNestingAndLength) {
   }
   EXPECT_NE(formatted_expression(nested).find("E0204"), std::string::npos);
   std::string fits = "a";
-  for (int i = 0; i < 1999; ++i) fits += " + a";
+  for (int i = 0; i < 1499; ++i) fits += " + a";
   EXPECT_EQ(formatted_expression(fits), fits);
 }
 
