@@ -248,7 +248,7 @@ std::string repeated(const std::string& text, int count) {
 
 TEST(Diagnostics, LargeExpressionsEndQuickly) {
   EXPECT_EQ(in_equation(repeated("lap(", 150) + "u" + repeated(")", 150), 3).substr(0, 5), "E0317");
-  EXPECT_EQ(in_equation(repeated("u + ", 1800) + "u").substr(0, 5), "E0317");
+  EXPECT_EQ(in_equation(repeated("u + ", 1400) + "u").substr(0, 5), "E0317");
   EXPECT_EQ(in_equation(repeated("lap(", 7) + "u" + repeated(")", 7)), "E0327 ");
   EXPECT_EQ(in_equation(repeated("lap(", 6) + "u" + repeated(")", 6)), "0 diagnostics:");
   const std::string in_sum = "observe e = mean(" + repeated("lap(", 150) + "u" + repeated(")", 150) + ")\n";
