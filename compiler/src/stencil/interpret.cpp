@@ -9,6 +9,7 @@
 
 #include "stencil/build.h"
 #include "support/assert.h"
+#include "support/evaluate.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -89,48 +90,6 @@ void State::set_coordinate(int axis, Topology topology, double low, double spaci
 // ---- expressions ---------------------------------------------------------------------------------------------------
 
 namespace {
-
-double evaluate_binary(BinaryOp op, double a, double b) {
-  switch (op) {
-    case BinaryOp::add: return a + b;
-    case BinaryOp::subtract: return a - b;
-    case BinaryOp::multiply: return a * b;
-    case BinaryOp::divide: return a / b;
-    case BinaryOp::power: return std::pow(a, b);
-    case BinaryOp::less: return a < b;
-    case BinaryOp::less_equal: return a <= b;
-    case BinaryOp::greater: return a > b;
-    case BinaryOp::greater_equal: return a >= b;
-    case BinaryOp::equal: return a == b;
-    case BinaryOp::not_equal: return a != b;
-    case BinaryOp::logical_and: return a != 0 && b != 0;
-    case BinaryOp::logical_or: return a != 0 || b != 0;
-  }
-  unreachable("operator");
-}
-
-double evaluate_call(Fn fn, double a, double b) {
-  switch (fn) {
-    case Fn::sin: return std::sin(a);
-    case Fn::cos: return std::cos(a);
-    case Fn::tan: return std::tan(a);
-    case Fn::asin: return std::asin(a);
-    case Fn::acos: return std::acos(a);
-    case Fn::atan: return std::atan(a);
-    case Fn::sinh: return std::sinh(a);
-    case Fn::cosh: return std::cosh(a);
-    case Fn::tanh: return std::tanh(a);
-    case Fn::exp: return std::exp(a);
-    case Fn::log: return std::log(a);
-    case Fn::sqrt: return std::sqrt(a);
-    case Fn::abs: return std::abs(a);
-    case Fn::sign: return (a > 0) - (a < 0);
-    case Fn::floor: return std::floor(a);
-    case Fn::min: return b < a ? b : a;
-    case Fn::max: return a < b ? b : a;
-  }
-  unreachable("function");
-}
 
 /// Two neighbouring cells of an axis and what an interpolation takes of each.
 struct Pair {

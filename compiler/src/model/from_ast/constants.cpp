@@ -10,53 +10,12 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "support/assert.h"
+#include "support/evaluate.h"
 #include "support/match.h"
 
 namespace dpde::model {
 
 namespace {
-
-double result_of(BinaryOp op, double a, double b) {
-  switch (op) {
-    case BinaryOp::add: return a + b;
-    case BinaryOp::subtract: return a - b;
-    case BinaryOp::multiply: return a * b;
-    case BinaryOp::divide: return a / b;
-    case BinaryOp::power: return std::pow(a, b);
-    case BinaryOp::less: return a < b;
-    case BinaryOp::less_equal: return a <= b;
-    case BinaryOp::greater: return a > b;
-    case BinaryOp::greater_equal: return a >= b;
-    case BinaryOp::equal: return a == b;
-    case BinaryOp::not_equal: return a != b;
-    case BinaryOp::logical_and: return a != 0 && b != 0;
-    case BinaryOp::logical_or: return a != 0 || b != 0;
-  }
-  unreachable("operator");
-}
-
-double result_of(Fn fn, const std::vector<double>& a) {
-  switch (fn) {
-    case Fn::sin: return std::sin(a[0]);
-    case Fn::cos: return std::cos(a[0]);
-    case Fn::tan: return std::tan(a[0]);
-    case Fn::asin: return std::asin(a[0]);
-    case Fn::acos: return std::acos(a[0]);
-    case Fn::atan: return std::atan(a[0]);
-    case Fn::sinh: return std::sinh(a[0]);
-    case Fn::cosh: return std::cosh(a[0]);
-    case Fn::tanh: return std::tanh(a[0]);
-    case Fn::exp: return std::exp(a[0]);
-    case Fn::log: return std::log(a[0]);
-    case Fn::sqrt: return std::sqrt(a[0]);
-    case Fn::abs: return std::abs(a[0]);
-    case Fn::sign: return static_cast<double>((a[0] > 0) - (a[0] < 0));
-    case Fn::floor: return std::floor(a[0]);
-    case Fn::min: return std::min(a[0], a[1]);
-    case Fn::max: return std::max(a[0], a[1]);
-  }
-  unreachable("function");
-}
 
 class Evaluation {
  public:
@@ -71,13 +30,13 @@ class Evaluation {
         [&](const Binary& b) {
           const double left = (*this)(b.left), right = (*this)(b.right);
           const bool by_zero = b.op == BinaryOp::divide && right == 0;
-          return checked(result_of(b.op, left, right), e,
+          return checked(evaluate_binary(b.op, left, right), e,
                          by_zero ? "division by zero" : "the result is too large or undefined");
         },
         [&](const Call& c) {
           std::vector<double> arguments;
           for (const Expr& argument : c.arguments) arguments.push_back((*this)(argument));
-          return checked(result_of(c.fn, arguments), e,
+          return checked(evaluate_call(c.fn, arguments[0], arguments.back()), e,
                          fmt::format("{}({}) is undefined or too large", name_of(c.fn), arguments.front()));
         },
         [&](const Select& s) { return (*this)((*this)(s.condition) != 0 ? s.yes : s.no); },

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Operators and functions applied to numbers: constants of a scene and the reference interpreter mean the same by them.
+#pragma once
+
+#include "support/vocabulary.h"
+
+namespace dpde {
+
+/// Conditions are 1 and 0.
+double evaluate_binary(BinaryOp op, double a, double b);
+/// `b` is not looked at by functions of one argument.
+double evaluate_call(Fn fn, double a, double b);
+
+}  // namespace dpde
