@@ -214,8 +214,8 @@ TEST(LoweringText, UpwindOfADerivativeTakesNeighboursOfTheDerivative) {
 
 TEST(LoweringText, FourthOrder) {
   EXPECT_EQ(store(-advect({u}, u) + nu * lap(u), {8}, 4, 4),
-            "u_x = (u[-2] - 8*u[-1] + 8*u[+1] - u[+2])/(12*hx); "
-            "u_xx = (16*u[-1] - u[-2] - 30*u + 16*u[+1] - u[+2])/(12*hx^2); u + dt*(nu*u_xx - u*u_x)");
+            "u_x = (8*(u[+1] - u[-1]) - (u[+2] - u[-2]))/(12*hx); "
+            "u_xx = (16*(u[-1] + u[+1]) - (u[-2] + u[+2]) - 30*u)/(12*hx^2); u + dt*(nu*u_xx - u*u_x)");
 }
 
 TEST(LoweringText, ConservativeForms) {
@@ -234,7 +234,7 @@ TEST(LoweringText, NestedDerivatives) {
   EXPECT_EQ(store(d(d(u, 1), 0), {4, 4}), "u + dt*(u[+1, +1] - u[+1, -1] - (u[-1, +1] - u[-1, -1]))/(4*hx*hy)");
   EXPECT_EQ(store(-d(d(u, 0, 2))), "u - dt*(u - 2*u[+1] + u[+2] - (u[-2] - 2*u[-1] + u))/(2*hx^3)");
   EXPECT_EQ(store(-lap(lap(u))), "u - dt*(u[-2] - 2*u[-1] + u - 2*(u[-1] - 2*u + u[+1]) + (u - 2*u[+1] + u[+2]))/hx^4");
-  EXPECT_EQ(store(-d(u, 0, 3)), "u_xxx = (u[+2] - 2*u[+1] + 2*u[-1] - u[-2])/(2*hx^3); u - dt*u_xxx");
+  EXPECT_EQ(store(-d(u, 0, 3)), "u_xxx = (u[+2] - u[-2] - 2*(u[+1] - u[-1]))/(2*hx^3); u - dt*u_xxx");
 }
 
 TEST(LoweringText, FreshNamesAvoidThoseOfTheProblem) {

@@ -9,7 +9,6 @@
 #include "command.h"
 #include "driver/files.h"
 #include "driver/scene_text.h"
-#include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "model/print_model.h"
 #include "stencil/print_stencil.h"
@@ -32,8 +31,7 @@ stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
 }
 
 loop::Module adjoint_loop(const driver::Compiled& compiled) {
-  const stencil::Module module = derivatives(compiled, true);
-  return loop::from_stencil(module, compiled.derivative_programs(true));
+  return driver::lower_to_loop(derivatives(compiled, true), compiled.derivative_programs(true));
 }
 
 std::string model_text(const driver::Compiled& compiled, Job& job) {

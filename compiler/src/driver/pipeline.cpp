@@ -358,15 +358,18 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
   return names;
 }
 
+loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs) {
+  for (const stencil::Pass& pass : stencil::loop_passes) module = pass.run(module);
+  return loop::from_stencil(module, programs);
+}
+
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
   const auto start = std::chrono::steady_clock::now();
   Compiled compiled;
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
-  stencil::Module for_speed = compiled.stencil;
-  for (const stencil::Pass& pass : stencil::loop_passes) for_speed = pass.run(for_speed);
-  compiled.loop = loop::from_stencil(for_speed, names_of(compiled.stencil.programs));
+  compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs));
   if (!stages.after("loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); })) return std::nullopt;
   if (options.backend) generate(compiled, *options.backend, sink);
   if (sink.has_errors()) return std::nullopt;

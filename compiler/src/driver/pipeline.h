@@ -68,6 +68,9 @@ struct Compiled {
 /// Parses, lowers, differentiates and compiles. nullopt when `sink` has errors afterwards.
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink);
 
+/// The rows of the named programs, after the passes for speed: what the back ends get.
+loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs);
+
 /// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);
 

@@ -3,6 +3,7 @@
 #include "stencil/discretise.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 #include "model/build.h"
@@ -26,6 +27,32 @@ bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 
 bool holds_derivative(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& x) { return as<model::Derivative>(x) || as<model::Advect>(x); });
+}
+
+/// Sum of weight * value. From four values on those at equal distances are paired, 8*(u[+1] - u[-1]) - (u[+2] - u[-2]):
+/// of a constant that is 0 exactly.
+Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values) {
+  const std::size_t count = taps.size();
+  bool paired = count >= 4;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Tap& other = taps[count - 1 - i];
+    paired = paired && other.place == -taps[i].place && std::abs(other.weight) == std::abs(taps[i].weight);
+  }
+  Expr sum = 0.0;
+  const auto add = [&](std::int64_t weight, const Expr& value) { sum = sum + scaled(static_cast<double>(weight), value); };
+  if (!paired) {
+    for (std::size_t i = 0; i < count; ++i) add(taps[i].weight, values[i]);
+    return sum;
+  }
+  for (const bool positive : {true, false}) {
+    for (std::size_t i = count / 2; i-- > 0;) {  // from the nearest pair outwards
+      const std::size_t j = count - 1 - i;
+      if ((taps[j].weight > 0) != positive) continue;
+      add(taps[j].weight, taps[i].weight == taps[j].weight ? values[i] + values[j] : values[j] - values[i]);
+    }
+  }
+  if (count % 2 != 0) add(taps[count / 2].weight, values[count / 2]);
+  return sum;
 }
 
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
@@ -200,7 +227,7 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
                                            const Place& place) {
   std::vector<Tap> taps = difference.taps;
   // u[+1] - u[-1], not -u[-1] + u[+1]
-  if (difference.derivative % 2 != 0 && taps.front().weight < 0) std::reverse(taps.begin(), taps.end());
+  if (difference.derivative % 2 != 0 && taps.size() < 4 && taps.front().weight < 0) std::reverse(taps.begin(), taps.end());
   std::vector<Quotient> values;
   bool same = true;
   for (const Tap& tap : taps) {
@@ -212,11 +239,9 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
   if (!same) {
     for (Quotient& value : values) value = Quotient{value.value()};
   }
-  Expr sum = scaled(static_cast<double>(taps[0].weight), values[0].top);
-  for (std::size_t i = 1; i < taps.size(); ++i) {
-    sum = sum + scaled(static_cast<double>(taps[i].weight), values[i].top);
-  }
-  Quotient result{sum, values[0].number * static_cast<double>(difference.denominator), values[0].powers};
+  std::vector<Expr> tops;
+  for (const Quotient& value : values) tops.push_back(value.top);
+  Quotient result{weighted_sum(taps, tops), values[0].number * static_cast<double>(difference.denominator), values[0].powers};
   result.powers[axis] += difference.derivative;
   return result;
 }

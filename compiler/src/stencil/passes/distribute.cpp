@@ -6,20 +6,11 @@
 
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
+#include "stencil/passes/polynomial.h"
 
 namespace dpde::stencil {
 
 namespace {
-
-bool is_uniform(const Expr& e) {
-  bool uniform = true;
-  visit(e, [&](const Expr& part) {
-    const Kind& kind = part->kind;
-    uniform = uniform && !std::holds_alternative<Access>(kind) && !std::holds_alternative<Local>(kind) &&
-              !std::holds_alternative<Interp>(kind) && !std::holds_alternative<Inside>(kind);
-  });
-  return uniform;
-}
 
 const Binary* as_binary(const Expr& e, BinaryOp one, BinaryOp other) {
   const Binary* b = std::get_if<Binary>(&e->kind);

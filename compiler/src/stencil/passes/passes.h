@@ -27,6 +27,9 @@ Kernel with_lets_inlined(const Kernel& kernel);
 /// Multiplies uniform factors into sums all of whose terms have one already. Results change by rounding.
 Module distribute_uniforms(const Module& module);
 
+/// Regroups updates u + dt*(...) by neighbour, with what several terms share computed once. Results change by rounding.
+Module regroup_updates(const Module& module);
+
 struct Pass {
   std::string_view name;
   Module (*run)(const Module&);
@@ -39,6 +42,7 @@ inline constexpr Pass default_passes[] = {
 inline constexpr Pass loop_passes[] = {
     {"inline-lets", inline_lets},
     {"distribute", distribute_uniforms},
+    {"regroup", regroup_updates},
 };
 
 }  // namespace dpde::stencil

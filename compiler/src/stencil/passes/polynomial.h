@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums of products, for the algebra of updates: sum over k of coefficient[k] * product of atoms^exponent. An atom is what
+// is not taken apart: a read, a function, a sum that stays together. Coefficients are sums of products of uniform atoms.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+using Monomial = std::map<int, int>;  // atom -> exponent, none 0
+using Coefficient = std::map<Monomial, double>;
+using Polynomial = std::map<Monomial, Coefficient>;
+
+struct Atom {
+  Expr value;  // of an atom that is not defined below
+  bool uniform = false;
+  std::optional<Polynomial> definition;
+};
+
+/// True if `e` is the same at all points.
+bool is_uniform(const Expr& e);
+
+class Atoms {
+ public:
+  int of(const Expr& value, bool uniform);
+  int of(const Polynomial& definition);
+  const Atom& operator[](int index) const { return atoms_[index]; }
+  int size() const { return static_cast<int>(atoms_.size()); }
+
+ private:
+  std::vector<Atom> atoms_;
+};
+
+Coefficient negated(Coefficient coefficient);
+Polynomial negated(Polynomial p);
+Coefficient sum(Coefficient a, const Coefficient& b);
+Polynomial sum(Polynomial a, const Polynomial& b);
+Monomial product(Monomial a, const Monomial& b);
+Coefficient product(const Coefficient& a, const Coefficient& b);
+Polynomial product(const Polynomial& a, const Polynomial& b);
+/// `monomial` without one factor `atom`.
+Monomial without(Monomial monomial, int atom);
+
+/// Writes expressions as polynomials. A product is multiplied out over those terms of a sum that read one of the
+/// `carried` fields; what is left of the sum is an atom (so that differences of other fields stay exact).
+class Expansion {
+ public:
+  Expansion(const Kernel& kernel, Atoms& atoms) : kernel_(kernel), atoms_(atoms) {}
+
+  Polynomial expand(const Expr& e, const std::set<std::string>& carried);
+  /// Fields u with a term u[k] * (number + ...) in `e`: an update u + dt*(...) has rounding errors of the size of u's, so
+  /// that c*u[k] may be added to it in any order while |c| is at most about 1.
+  std::set<std::string> carried_fields(const Expr& e);
+
+ private:
+  Polynomial expand_binary(const Expr& e, const Binary& b, const std::set<std::string>& carried);
+  Polynomial closed(const Polynomial& p, const std::set<std::string>& carried);
+  bool is_open(const Monomial& monomial, const std::set<std::string>& carried) const;
+  Polynomial atom(const Expr& e) { return {{{{atoms_.of(e, false), 1}}, {{{}, 1.0}}}}; }
+  Coefficient uniform(const Expr& e);
+  std::optional<Coefficient> uniform_binary(const Binary& b);
+  std::optional<Coefficient> inverse(const Expr& e);
+
+  const Kernel& kernel_;
+  Atoms& atoms_;
+};
+
+}  // namespace dpde::stencil
