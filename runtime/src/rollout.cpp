@@ -120,6 +120,34 @@ RunResult Rollout::Impl::run(const Observer& observer) {
   return finish(k);
 }
 
+void Rollout::Impl::restart() {
+  reached = 0;
+  current = 1;
+  for (size_t i = 0; i < initial.size(); ++i) {
+    const double* from = initial[i].base() - setup.layout.origin;
+    std::copy_n(from, setup.layout.size, buffers[1][i] - setup.layout.origin);
+  }
+  final_states = buffers[1];
+}
+
+RunResult Rollout::Impl::advance(int count) {
+  start = std::chrono::steady_clock::now();
+  RunResult done;
+  forward->program.set_time(time(reached));
+  forward->program.bind_states(buffers[static_cast<size_t>(current)]);
+  for (const int field : forward->program.states) forward->program.executor.prepare(field);
+  forward->program.prepare_inputs();
+  for (int n = 0; n < count && !(done.stopped = stopping()); ++n, ++reached) {
+    const int next = free_buffer(current, current);
+    step(reached, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    current = next;
+  }
+  done.steps_done = reached;
+  final_states = buffers[static_cast<size_t>(current)];
+  done.seconds = seconds_since(start);
+  return done;
+}
+
 double Rollout::Impl::loss() {
   begin();
   loss_value = 0;

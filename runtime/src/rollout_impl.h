@@ -127,6 +127,8 @@ struct Rollout::Impl {
   std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const;
   BlowUp locate_blow_up(int from, int safe, const BlowUp& found);
   RunResult run(const Observer& observer);
+  void restart();
+  RunResult advance(int count);
   double loss();
 
   // Gradient (rollout_gradient.cpp)
@@ -164,6 +166,7 @@ struct Rollout::Impl {
   std::vector<StateBuffer> buffers;
   StateBuffer final_states;
   double loss_value = 0;
+  int reached = 0;  // steps of advance() since restart()
 
   // Gradient
   bool keeps_trajectory = false;

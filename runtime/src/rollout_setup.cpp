@@ -292,6 +292,9 @@ bool Rollout::set_param(std::string_view name, double value) {
 
 RunResult Rollout::run(const Observer& observer) { return impl_->run(observer); }
 const std::vector<double*>& Rollout::final_states() const { return impl_->final_states; }
+void Rollout::restart() { impl_->restart(); }
+RunResult Rollout::advance(int steps) { return impl_->advance(steps); }
+const std::vector<double*>& Rollout::present() const { return impl_->final_states; }
 double Rollout::loss() { return impl_->loss(); }
 const GradientResult& Rollout::gradient() { return impl_->gradient(); }
 const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->param_bar_names; }

@@ -106,6 +106,7 @@ stencil::Module samples_to_vectorise() {
 std::string remarks(const std::string& compiler, const std::string& flag, const fs::path& source) {
   std::string command = compiler;
   for (const std::string& word : cpp_flags(compiler == "clang++")) command += " " + word;
+  command += " -I" DPDE_SOURCE_DIR "/runtime/abi";
   command += " " + flag + " -c -o /dev/null " + source.string() + " 2>&1";
   std::string text;
   FILE* pipe = popen(command.c_str(), "r");

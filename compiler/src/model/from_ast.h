@@ -20,6 +20,7 @@ struct Selection {
   std::string name;                              // a scene or a task; "": the only task, else the only scene
   std::map<std::string, std::string> overrides;  // --set: parameters, cells, cells.x, step, end, real, scheme keys
   std::string scheme;                            // "" or the name of a scheme
+  bool keeps_params = false;                     // hosts set parameters later: none may be folded into the equations
 };
 
 /// The selected problem; nullopt when there are errors in `sink` afterwards.

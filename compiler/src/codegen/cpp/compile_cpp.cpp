@@ -19,6 +19,7 @@
 #include <sstream>
 #include <utility>
 
+#include "codegen/cpp/abi_headers.h"
 #include "codegen/cpp/emit_cpp.h"
 
 namespace dpde::codegen {
@@ -136,12 +137,12 @@ std::optional<std::string> build(const std::string& source, const std::string& c
   {
     std::ofstream out(file);
     out << source;
-    if (!out.flush()) return fmt::format("cannot write {}", file.string());
+    if (!out.flush() || !write_abi_headers(folder)) return fmt::format("cannot write {}", file.string());
   }
   const fs::path log = folder / "log.txt";
   std::vector<std::string> arguments = words;
   for (const std::string& flag : cpp_flags(is_clang(words, log))) arguments.push_back(flag);
-  arguments.insert(arguments.end(), {"-shared", "-o", (folder / "module.so").string(), file.string()});
+  arguments.insert(arguments.end(), {"-I", folder.string(), "-shared", "-o", (folder / "module.so").string(), file.string()});
   const auto error = run(arguments, log);
   if (!error || read_text(log).find("-mprefer-vector-width") == std::string::npos) return error;
   for (const char* flag : vector_flags) std::erase(arguments, flag);  // not options on this processor
@@ -175,8 +176,7 @@ std::vector<std::string> cpp_flags(bool is_clang) {
           "-fno-math-errno",
           "-fno-trapping-math",
           "-fPIC",
-          "-fopenmp-simd",
-          "-I" DPDE_ABI_INCLUDE_DIR};
+          "-fopenmp-simd"};
   flags.insert(flags.end(), std::begin(vector_flags), std::end(vector_flags));
   // Its load-PRE chains u[i - 1], u[i], u[i + 1] through the loop, which then stays scalar.
   if (is_clang) flags.insert(flags.end(), {"-mllvm", "-enable-load-pre=false"});

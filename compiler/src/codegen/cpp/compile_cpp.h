@@ -23,7 +23,7 @@ CompileResult compile_cpp(const loop::Module& module, const std::string& compile
 CompileResult compile_cpp_source(const loop::Module& module, const std::string& source,
                                  const std::string& compiler = "");
 
-/// The flags compile_cpp gives the compiler, for assembly listings and build scripts.
+/// The flags compile_cpp gives the compiler beside the folder of kernel_abi.h, for assembly listings and build scripts.
 std::vector<std::string> cpp_flags(bool is_clang = false);
 
 }  // namespace dpde::codegen

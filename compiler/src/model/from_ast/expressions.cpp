@@ -300,7 +300,7 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
     return {};
   }
   if (!value->second) return purpose_ == Purpose::number ? Typed{} : number_of(param(name, {range}));
-  const bool folds = purpose_ == Purpose::equation && !draft_.unknowns.contains(name);
+  const bool folds = purpose_ == Purpose::equation && !draft_.selection.keeps_params && !draft_.unknowns.contains(name);
   if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
   return number_of(param(name, {range}));
 }

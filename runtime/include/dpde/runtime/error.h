@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one exception of the runtime. Its text is a finished sentence for the user: what is wrong and where.
+// The one exception of the runtime, and of the compiler as hosts see it. Its text is a finished sentence for the user:
+// what is wrong and where.
 #pragma once
 
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace dpde {
 
@@ -13,13 +16,24 @@ enum class ErrorKind {
   machine,  // memory, disk, operating system
 };
 
+/// One message of the compiler. line and column count from 1; 0 where there is no place.
+struct Message {
+  std::string code, severity, text, file;
+  int line = 0, column = 0;
+  std::string hint;
+};
+
 class Error : public std::runtime_error {
  public:
-  Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+  Error(ErrorKind kind, const std::string& message, std::vector<Message> messages = {})
+      : std::runtime_error(message), kind_(kind), messages_(std::move(messages)) {}
   ErrorKind kind() const { return kind_; }
+  /// What the compiler said, warnings too; what() is the same as text with source lines. Empty for errors of a run.
+  const std::vector<Message>& messages() const { return messages_; }
 
  private:
   ErrorKind kind_;
+  std::vector<Message> messages_;
 };
 
 }  // namespace dpde

@@ -130,6 +130,13 @@ class Rollout {
   /// Base pointers of the states where the last run() ended, halos filled; valid until the next call.
   const std::vector<double*>& final_states() const;
 
+  /// Stepping by hand: restart() makes a copy of initial() the present state and advance() goes on from it, beyond the
+  /// setup's steps too; no losses, no look for values that are not finite. In between the caller may change the interior of
+  /// present(). run(), loss() and gradient() lose the present state: restart() again.
+  void restart();
+  RunResult advance(int steps);
+  const std::vector<double*>& present() const;
+
   /// Value of the loss (forward only; nothing is stored). Not a number when stopped.
   double loss();
   /// @throws Error(run) when the adjoint of the step or of a loss is missing.

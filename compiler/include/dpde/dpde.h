@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The compiler in a host program: a .dpde file or text becomes a Simulation (dpde/runtime/simulation.h), in machine code.
+//
+//   dpde::Simulation sim = dpde::compile_file("heat.dpde", {.name = "rod", .set = {{"cells", "256"}}});
+//   sim.run();
+//
+// Whatever is wrong with the text is one Error whose messages() are the compiler's diagnostics and whose what() shows
+// them with the source lines. Link dpde::dpde.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/simulation.h"
+
+namespace dpde {
+
+enum class HostBackend { jit, cpp, interpreter };
+
+struct HostOptions {
+  std::string name;                          // scene or task; may be left out where the file has just one
+  std::map<std::string, std::string> set{};  // as --set: parameters, cells, cells.x, step, end, keys of the scheme
+  std::string scheme{};                      // a scheme block of the file in place of the scene's
+  HostBackend backend = HostBackend::jit;    // cpp: the system's C++ compiler
+  int threads = 1;
+  std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();  // see SimulationOptions
+  int slots = 0;
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins with
+/// the `from` of its unknowns.
+/// @throws Error(input) for what is wrong with the text, Error(machine) and Error(run) as the kinds say.
+Simulation compile_file(const std::string& path, const HostOptions& options = {});
+/// `path` names the text in messages; the files it loads are looked for beside it.
+Simulation compile_text(const std::string& text, const HostOptions& options = {}, const std::string& path = "text.dpde");
+
+}  // namespace dpde

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "codegen/cpp/abi_headers.h"
+
+#include <fstream>
+
+namespace dpde::codegen {
+
+bool write_abi_headers(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder / "dpde", error);
+  for (const HeaderText& header : abi_headers) {
+    std::ofstream out(folder / "dpde" / header.name);
+    out << header.text;
+    if (!out.flush()) return false;
+  }
+  return true;
+}
+
+}  // namespace dpde::codegen

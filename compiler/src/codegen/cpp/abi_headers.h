@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The text of the C headers that emitted code includes. They travel inside the compiler: nothing has to be found where it
+// was built or installed.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace dpde::codegen {
+
+struct HeaderText {
+  std::string_view name;  // "kernel_abi.h"
+  std::string_view text;
+};
+extern const HeaderText abi_headers[2];  // abi_texts.cpp.in, filled in by CMake
+
+/// Writes folder/dpde/<name> for each; false when that fails.
+bool write_abi_headers(const std::filesystem::path& folder);
+
+}  // namespace dpde::codegen

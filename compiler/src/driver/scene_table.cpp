@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/scene_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <string>
+#include <vector>
+
+namespace dpde::driver {
+
+std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection, std::optional<Backend> backend,
+                                          DiagnosticSink& sink) {
+  CompileOptions options;
+  options.selection = std::move(selection);
+  options.selection.keeps_params = true;
+  DiagnosticSink first_sink;  // the same again comes from the second compilation
+  const std::optional<Compiled> first = compile(source, options, first_sink);
+  options.adjoint = first && first->problem && first->problem->task;
+  options.backend = backend;
+  std::optional<Compiled> compiled = compile(source, options, sink);
+  if (!compiled || compiled->problem) return compiled;
+  sink.report("nothing-to-do", {}, {"there is no scene to run"}, "write scene NAME : PROGRAM { ... }");
+  return std::nullopt;
+}
+
+struct SceneTable::Storage {
+  explicit Storage(std::shared_ptr<const Compiled> from) : compiled(std::move(from)) {}
+  const char* text(const std::string& s) { return strings.emplace_back(s).c_str(); }
+  dpde_instants instants(const model::When& when);
+  void add_task(const model::Task& task);
+  void add_unknown(const model::Task& task, const model::Unknown& unknown);
+  void fill();
+
+  std::shared_ptr<const Compiled> compiled;
+  std::deque<std::string> strings;
+  std::deque<std::vector<int32_t>> steps;
+  std::vector<dpde_value> params;
+  std::vector<dpde_source> states, coefficients;
+  std::vector<dpde_datum> data;
+  std::vector<dpde_loss> losses;
+  std::vector<dpde_unknown> unknowns;
+  dpde_scene scene{};
+};
+
+dpde_instants SceneTable::Storage::instants(const model::When& when) {
+  const model::Problem& problem = *compiled->problem;
+  std::vector<int32_t>& list = steps.emplace_back();
+  switch (when.kind) {
+    case model::When::Kind::end: list.push_back(problem.steps); break;
+    case model::When::Kind::at:
+      for (const double t : when.times) {
+        const double position = std::round((t - problem.t_begin) / problem.step);
+        list.push_back(static_cast<int32_t>(std::clamp(position, 0.0, static_cast<double>(problem.steps))));
+      }
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+      break;
+    case model::When::Kind::over: return {-1, nullptr};
+  }
+  return {static_cast<int32_t>(list.size()), list.data()};
+}
+
+void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unknown& unknown) {
+  int32_t start = DPDE_START_SCENE;
+  if (unknown.initial && unknown.from.formula) start = DPDE_START_FORMULA;
+  if (unknown.initial && !unknown.from.file.empty()) start = DPDE_START_HOST;
+  if (start == DPDE_START_FORMULA && compiled->program(task.name + "_start") == nullptr) start = DPDE_START_SCENE;
+  unknowns.push_back({text(unknown.name), unknown.initial ? DPDE_UNKNOWN_INITIAL : DPDE_UNKNOWN_PARAM, start});
+  if (unknown.initial || !unknown.from.formula) return;
+  const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
+  for (dpde_value& param : params) {
+    if (from != nullptr && param.name == unknown.name) param.value = from->value;
+  }
+}
+
+void SceneTable::Storage::add_task(const model::Task& task) {
+  scene.task = text(task.name);
+  scene.start = compiled->program(task.name + "_start");
+  for (const model::Datum& datum : task.data) {
+    dpde_instants at = instants(datum.when);
+    if (at.count == 1) at = {0, nullptr};
+    data.push_back({text(datum.name), at});
+  }
+  for (std::size_t i = 0; i < task.losses.size(); ++i) {
+    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    losses.push_back({compiled->program(name), compiled->adjoint_of(name), instants(task.losses[i].when)});
+  }
+  for (const model::Unknown& unknown : task.unknowns) add_unknown(task, unknown);
+}
+
+void SceneTable::Storage::fill() {
+  const model::Problem& problem = *compiled->problem;
+  scene.version = DPDE_SCENE_VERSION;
+  scene.name = text(problem.scene);
+  scene.rank = static_cast<int32_t>(problem.axes.size());
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const model::Axis& axis = problem.axes[a];
+    scene.axes[a] = {text(axis.name), axis.low, axis.high, axis.cells, axis.topology == Topology::periodic};
+  }
+  scene.t_begin = problem.t_begin;
+  scene.step = problem.step;
+  scene.steps = problem.steps;
+  for (const model::Parameter& param : problem.params) params.push_back({text(param.name), param.value});
+  for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
+  for (const model::Coefficient& c : problem.coefficients) coefficients.push_back({text(c.name), c.value.formula.has_value()});
+  const std::string initial = problem.scene + "_initial";
+  scene.program = compiled->program(compiled->step_name());
+  scene.adjoint = compiled->adjoint_of(compiled->step_name());
+  scene.initial = compiled->program(initial);
+  scene.initial_adjoint = compiled->adjoint_of(initial);
+  scene.coefficient_formulas = compiled->program(problem.scene + "_coefficients");
+  scene.observe = compiled->program(problem.scene + "_observe");
+  if (problem.task) add_task(*problem.task);
+  const auto set = [](int32_t& count, auto& pointer, const auto& items) {
+    count = static_cast<int32_t>(items.size());
+    pointer = items.data();
+  };
+  set(scene.param_count, scene.params, params);
+  set(scene.state_count, scene.states, states);
+  set(scene.coefficient_count, scene.coefficients, coefficients);
+  set(scene.datum_count, scene.data, data);
+  set(scene.loss_count, scene.losses, losses);
+  set(scene.unknown_count, scene.unknowns, unknowns);
+}
+
+SceneTable::SceneTable() = default;
+SceneTable::~SceneTable() = default;
+const dpde_scene& SceneTable::scene() const { return storage_->scene; }
+
+std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
+  const std::optional<model::Task>& task = compiled->problem->task;
+  if (task && task->losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
+  if (sink.has_errors()) return nullptr;
+  std::shared_ptr<SceneTable> table(new SceneTable);
+  table->storage_ = std::make_unique<Storage>(std::move(compiled));
+  table->storage_->fill();
+  return table;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// A compiled scene as the C data of scene_abi.h: what hosts run, in memory or ahead of time.
+#pragma once
+
+#include <memory>
+
+#include "dpde/scene_abi.h"
+#include "driver/pipeline.h"
+
+namespace dpde::driver {
+
+/// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints.
+/// Without a backend there is no code. nullopt when `sink` has errors afterwards.
+std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection, std::optional<Backend> backend,
+                                          DiagnosticSink& sink);
+
+/// Owns what a dpde_scene points to. The programs are those of `compiled`'s code, which is kept.
+class SceneTable {
+ public:
+  /// `compiled` has a problem and code. null when `sink` has errors afterwards: hosts cannot run this.
+  static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink);
+  ~SceneTable();
+  const dpde_scene& scene() const;
+
+ private:
+  SceneTable();
+  struct Storage;
+  std::unique_ptr<Storage> storage_;
+};
+
+}  // namespace dpde::driver

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// The driver behind the public interface: diagnostics become an exception, a session gives the values of files and data.
+#include "dpde/dpde.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "driver/files.h"
+#include "driver/inverse.h"
+#include "driver/scene_table.h"
+#include "driver/session.h"
+#include "source/render.h"
+#include "support/assert.h"
+
+namespace dpde {
+
+namespace {
+
+ErrorKind kind_of(const Diagnostic& diagnostic) {
+  const std::string_view code = diagnostic.kind->code;
+  if (code == "E0902" || code == "E0903" || code == "E0910") return ErrorKind::machine;
+  return code.starts_with("E08") ? ErrorKind::run : ErrorKind::input;
+}
+
+[[noreturn]] void fail(const SourceFile& source, const DiagnosticSink& sink) {
+  std::vector<Message> messages;
+  std::string text;
+  std::optional<ErrorKind> kind;
+  for (const Diagnostic& diagnostic : sink.all()) {
+    const bool has_place = diagnostic.range.is_known();
+    const LineColumn place = has_place ? source.locate(diagnostic.range.begin) : LineColumn{};
+    const bool is_error = diagnostic.kind->severity == Severity::error;
+    messages.push_back({std::string(diagnostic.kind->code), is_error ? "error" : "warning", diagnostic.message,
+                        has_place ? source.path() : "", place.line, place.column, diagnostic.hint});
+    text += render_text(source, diagnostic);
+    if (is_error && !kind) kind = kind_of(diagnostic);
+  }
+  throw Error(kind.value_or(ErrorKind::machine), text, std::move(messages));
+}
+
+driver::Backend backend_of(HostBackend backend) {
+  switch (backend) {
+    case HostBackend::jit: return driver::Backend::jit;
+    case HostBackend::cpp: return driver::Backend::cpp;
+    case HostBackend::interpreter: return driver::Backend::interpreter;
+  }
+  unreachable("back end of a host");
+}
+
+/// What the session has read or computed for fields without a formula.
+bool copy_values(driver::Session& session, const SourceFile& source, Simulation& simulation, DiagnosticSink& sink) {
+  const model::Problem& problem = session.problem();
+  for (const model::Coefficient& coefficient : problem.coefficients) {
+    if (!coefficient.value.formula) simulation.set_field(coefficient.name, session.workspace().dense(coefficient.name));
+  }
+  for (const model::State& state : problem.states) {
+    const int index = session.rollout().state_index(state.name);
+    if (!state.initial.formula && index >= 0) simulation.set_initial(state.name, session.initial(index));
+  }
+  if (!problem.task) return true;
+  for (const driver::DataStates& datum : session.data()) {
+    std::vector<double> values;
+    for (const std::string& field : datum.fields) {
+      const std::vector<double> state = session.workspace().dense(field);
+      values.insert(values.end(), state.begin(), state.end());
+    }
+    simulation.set_field(datum.name, values);
+  }
+  const std::unique_ptr<driver::Inverse> inverse = driver::Inverse::open(session, source, sink);
+  if (!inverse) return false;
+  for (const driver::Inverse::Part& part : inverse->parts()) {
+    const auto unknown = std::find_if(problem.task->unknowns.begin(), problem.task->unknowns.end(),
+                                      [&](const model::Unknown& u) { return u.initial && part.initial && u.name == part.name; });
+    if (unknown == problem.task->unknowns.end() || unknown->from.file.empty()) continue;
+    simulation.set_initial(part.name, {inverse->start().data() + part.offset, static_cast<std::size_t>(part.size)});
+  }
+  return true;
+}
+
+Simulation compile(const SourceFile& source, const HostOptions& options) {
+  DiagnosticSink sink;
+  std::optional<driver::Compiled> compiled =
+      driver::compile_for_hosts(source, {options.name, options.set, options.scheme}, backend_of(options.backend), sink);
+  if (!compiled) fail(source, sink);
+  const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
+  const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, sink);
+  if (!table) fail(source, sink);
+  driver::SessionOptions session_options;
+  session_options.threads = options.threads;
+  session_options.checkpoint_bytes = options.checkpoint_bytes;
+  session_options.slots = options.slots;
+  session_options.stop = options.stop;
+  const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
+  if (!session) fail(source, sink);
+  Simulation simulation(table->scene(), {{}, options.threads, session->options().checkpoint_bytes, options.slots, options.stop}, table);
+  if (!copy_values(*session, source, simulation, sink)) fail(source, sink);
+  return simulation;
+}
+
+}  // namespace
+
+Simulation compile_text(const std::string& text, const HostOptions& options, const std::string& path) {
+  return compile(SourceFile(path, text), options);
+}
+
+Simulation compile_file(const std::string& path, const HostOptions& options) {
+  DiagnosticSink sink;
+  const std::optional<std::string> text = driver::read_file(path, {}, sink);
+  if (!text) fail(SourceFile(path, ""), sink);
+  return compile(SourceFile(path, *text), options);
+}
+
+}  // namespace dpde

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A compiled scene, and its task, as plain C data: programs (kernel_abi.h) and the numbers they run with. Compiled in
+ * memory or ahead of time, it looks the same to dpde::Simulation (dpde/runtime/simulation.h).
+ */
+#ifndef DPDE_SCENE_ABI_H
+#define DPDE_SCENE_ABI_H
+
+#include "dpde/kernel_abi.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define DPDE_SCENE_VERSION 1
+
+typedef struct dpde_axis {
+  const char* name;
+  double low, high;
+  int64_t cells; /* as the scene says; the programs run on any number */
+  int32_t is_periodic;
+} dpde_axis;
+
+typedef struct dpde_value {
+  const char* name;
+  double value;
+} dpde_value;
+
+/* A field. has_formula 0: nobody but the host knows its values. */
+typedef struct dpde_source {
+  const char* name;
+  int32_t has_formula;
+} dpde_source;
+
+/* States of a run by their numbers, increasing. count -1: every state from the first to the last. */
+typedef struct dpde_instants {
+  int32_t count;
+  const int32_t* steps;
+} dpde_instants;
+
+/* Values that losses compare with, given by the host: one state for each instant; count 0: one for all of them. */
+typedef struct dpde_datum {
+  const char* name;
+  dpde_instants at;
+} dpde_datum;
+
+typedef struct dpde_loss {
+  const dpde_program* loss;
+  const dpde_program* adjoint;
+  dpde_instants at;
+} dpde_loss;
+
+enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1 };
+enum { DPDE_START_SCENE = 0, DPDE_START_FORMULA = 1, DPDE_START_HOST = 2 };
+typedef struct dpde_unknown {
+  const char* name;
+  int32_t kind;
+  int32_t start; /* of an initial state: that of the scene, by the program `start`, or given by the host */
+} dpde_unknown;
+
+typedef struct dpde_scene {
+  int32_t version; /* DPDE_SCENE_VERSION */
+  const char* name;
+  const char* task; /* null: a scene without one */
+  int32_t rank;
+  dpde_axis axes[DPDE_MAX_RANK];
+  double t_begin, step;
+  int32_t steps;
+  int32_t param_count;
+  const dpde_value* params; /* an unknown has the value its task begins with */
+  int32_t state_count;
+  const dpde_source* states; /* has_formula: of the initial state */
+  int32_t coefficient_count;
+  const dpde_source* coefficients;
+  const dpde_program* program;         /* one step */
+  const dpde_program* adjoint;         /* null without a task, as are the others that do not apply */
+  const dpde_program* initial;         /* keeps the states that have a formula */
+  const dpde_program* initial_adjoint; /* reads <state>_bar, has sums <param>_bar */
+  const dpde_program* coefficient_formulas;
+  const dpde_program* start;   /* keeps the unknown initial states with DPDE_START_FORMULA */
+  const dpde_program* observe; /* sums named as the observables are */
+  int32_t datum_count;
+  const dpde_datum* data;
+  int32_t loss_count;
+  const dpde_loss* losses;
+  int32_t unknown_count;
+  const dpde_unknown* unknowns;
+} dpde_scene;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

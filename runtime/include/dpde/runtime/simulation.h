@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// A compiled scene in a host program: parameters and fields in, steps, results out; with a task, its loss and gradient.
+// The same class serves scenes compiled in the host (dpde/dpde.h) and ahead of time (dpde build).
+//
+//   sim.set("nu", 0.01);                       // a parameter, by its name in the model
+//   sim.set_state("u", values);                // a field now; arrays as in dpde/runtime/values.h
+//   sim.step(); sim.run_to(0.5); sim.run();    // one step, to a time, to the scene's end
+//   sim.state("u", values);
+//   double loss = sim.gradient();              // from the initial state, whatever was stepped before
+//   sim.gradient_of("nu")[0];
+//
+//  - loss() and gradient() start from the initial state: the scene's, or the `from` of the task's unknowns, or what
+//    set_initial() gave. They leave the state reached by stepping as it is. reset() makes the initial state the present one.
+//  - Formulas of initial states and coefficients are evaluated again after set(), except where the host gave values.
+//    Numbers that the .dpde file computed from parameters (extents, cells, other parameters) stay.
+//  - step(), state(), loss() and gradient() allocate no memory after their first call.
+//  - One thread at a time may use a Simulation; several may run at once.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dpde/runtime/values.h"
+#include "dpde/scene_abi.h"
+
+namespace dpde {
+
+struct SimulationOptions {
+  std::vector<std::int64_t> cells;  // one number an axis, in place of the scene's
+  int threads = 1;
+  /// For the stored states of gradient(); what does not fit is computed again (checkpoints). slots > 0 overrides it.
+  std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
+  int slots = 0;
+  /// Looked at before each step: when it becomes true, step() and run() return false, loss() and gradient() NaN.
+  const std::atomic<bool>* stop = nullptr;
+};
+
+/// Told every so many steps; false stops the run.
+struct Progress {
+  int step, steps;  // of this call
+  double time;
+};
+using ProgressCallback = std::function<bool(const Progress&)>;
+
+class Simulation {
+ public:
+  /// The scene's data and programs must stay; `keep` is held as long (the code of a scene compiled in memory).
+  /// @throws Error(input) for cells that do not fit, Error(machine) when memory runs out.
+  explicit Simulation(const dpde_scene& scene, const SimulationOptions& options = {}, std::shared_ptr<const void> keep = nullptr);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  // Names that are not there and arrays of another length are an Error(input) that says what would fit.
+  std::vector<std::string> params() const;
+  std::vector<std::string> states() const;
+  std::vector<std::string> unknowns() const;  // empty without a task
+  const std::vector<std::int64_t>& cells() const;
+  std::size_t size() const;  // values of a field
+  /// Cell centres along axis 0, 1, 2.
+  std::vector<double> coordinates(int axis) const;
+
+  void set(std::string_view param, double value);
+  double param(std::string_view name) const;
+  void set_state(std::string_view name, Values values);
+  void set_initial(std::string_view name, Values values);
+  /// A coefficient, or data of the task: as many states, one after the other, as it has times.
+  void set_field(std::string_view name, Values values);
+  void state(std::string_view name, Target to) const;
+  std::vector<double> state(std::string_view name) const;
+  std::vector<double> initial(std::string_view name);
+  /// An observable of the scene, at the present state.
+  double observe(std::string_view name);
+
+  double time() const;
+  double time_step() const;
+  int steps_done() const;
+  void reset();
+  /// False when stopped. @throws Error(run) when a state is no longer finite (looked at every 64 steps, and by run).
+  bool step(int count = 1);
+  /// To the first step that ends at `time` or later; to the end of the scene.
+  bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
+  bool run(const ProgressCallback& progress = {}, int every = 64);
+
+  // With a task only.
+  double loss();
+  /// The loss; its gradient with respect to each unknown is kept.
+  double gradient();
+  /// Of the last gradient(): size() values for an initial state, one for a parameter; valid until the next.
+  std::span<const double> gradient_of(std::string_view unknown) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dpde

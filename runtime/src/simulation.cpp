@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a host asks of a simulation: values in and out, steps. Losses are in simulation_gradient.cpp.
+#include "dpde/runtime/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "simulation_impl.h"
+
+namespace dpde {
+namespace {
+
+constexpr int look_interval = 64;  // steps between looks for values that are not finite: under 1 % of the time
+
+template <class T>
+std::vector<std::string> names_of(const std::vector<T>& items) {
+  std::vector<std::string> names;
+  for (const T& item : items) names.push_back(item.name);
+  return names;
+}
+
+}  // namespace
+
+void Simulation::Impl::run_single(std::unique_ptr<SingleRun>& run, const dpde_program& program, double t) {
+  if (!run) run = std::make_unique<SingleRun>(program, layout, options.threads);
+  Executor& executor = run->executor;
+  for (int f = 0; f < program.field_count; ++f) {
+    if (executor.bound(f) == nullptr) executor.bind(f, field(program.fields[f]).base());
+  }
+  for (int p = 0; p < program.param_count; ++p) {
+    const auto value = params.find(std::string_view(program.params[p]));
+    executor.set_param(p, std::string_view(program.params[p]) == "t" ? t : value == params.end() ? 0 : value->second);
+  }
+  executor.update_uniforms();
+  executor.prepare();
+  executor.run();
+}
+
+/// Coefficients with formulas, except those the host gave, and initial states.
+void Simulation::Impl::update_formulas() {
+  if (!formulas_are_stale) return;
+  formulas_are_stale = false;
+  if (scene.coefficient_formulas != nullptr) {
+    std::vector<double> given(size);
+    std::map<std::string, std::vector<double>> kept;
+    for (const auto& [name, host] : host_fields) {
+      if (!host.is_given || host.states != 1) continue;
+      field(name).copy_out(given);
+      kept[name] = given;
+    }
+    run_single(run_coefficients, *scene.coefficient_formulas, scene.t_begin);
+    for (const auto& [name, values] : kept) field(name).copy_in(values);
+  }
+  update_initial();
+}
+
+void Simulation::Impl::update_initial() {
+  std::vector<double> values(size);
+  const auto take = [&](int32_t start) {
+    for (size_t s = 0; s < initial_states.size(); ++s) {
+      if (initial_states[s].is_given || initial_states[s].start != start) continue;
+      field(initial_states[s].name).copy_out(values);
+      initial[s].copy_in(values);
+    }
+  };
+  if (scene.initial != nullptr) run_single(run_initial, *scene.initial, scene.t_begin);
+  take(DPDE_START_SCENE);
+  if (scene.start != nullptr) run_single(run_start, *scene.start, scene.t_begin);
+  take(DPDE_START_FORMULA);
+}
+
+void Simulation::Impl::require_finite(const Field& values, const std::string& name) const {
+  const std::optional<Cell> bad = find_not_finite(layout, values.base());
+  if (!bad) return;
+  throw Error(ErrorKind::run, fmt::format("the initial state of {} is not finite in cell ({}, {}, {})", name, bad->x, bad->y, bad->z));
+}
+
+/// Everything without a formula must have been given.
+void Simulation::Impl::require_host_fields(bool with_data) const {
+  for (size_t s = 0; s < initial_states.size(); ++s) {
+    const InitialState& state = initial_states[s];
+    if (state.start == DPDE_START_HOST && !state.is_given) {
+      throw Error(ErrorKind::input, fmt::format("scene {}: the initial state of {} comes from a file; give it with set_initial", scene.name, state.name));
+    }
+    require_finite(initial[s], state.name);
+  }
+  for (const auto& [name, host] : host_fields) {
+    const bool is_datum = std::any_of(scene.data, scene.data + scene.datum_count, [&](const dpde_datum& d) { return name == d.name; });
+    if (!host.is_needed || host.is_given || (is_datum && !with_data)) continue;
+    throw Error(ErrorKind::input, fmt::format("scene {}: {} {} no formula; give {} with set_field", scene.name, name, is_datum ? "are data and have" : "has", is_datum ? "them" : "it"));
+  }
+}
+
+void Simulation::Impl::begin_stepping() {
+  update_formulas();
+  if (has_begun) return;
+  require_host_fields(false);
+  for (size_t s = 0; s < initial.size(); ++s) {
+    Field& to = stepper->initial(static_cast<int>(s));
+    std::copy_n(initial[s].base() - layout.origin, layout.size, to.base() - layout.origin);
+  }
+  stepper->restart();
+  has_begun = true;
+  reached = looked_at = 0;
+}
+
+void Simulation::Impl::look_for_blow_up() {
+  looked_at = reached;
+  for (size_t s = 0; s < initial_states.size(); ++s) {
+    const std::optional<Cell> bad = find_not_finite(layout, stepper->present()[s]);
+    if (!bad) continue;
+    throw Error(ErrorKind::run, fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}); a smaller step than {} may help",
+                                            initial_states[s].name, reached, scene.t_begin + reached * scene.step, bad->x, bad->y, bad->z, scene.step));
+  }
+}
+
+bool Simulation::Impl::advance(int count, bool look) {
+  begin_stepping();
+  while (count > 0) {
+    const int now = std::min(count, look_interval - (reached - looked_at) % look_interval);
+    const RunResult done = stepper->advance(now);
+    reached = done.steps_done;
+    if (done.stopped) return false;
+    count -= now;
+    if (reached - looked_at >= look_interval) look_for_blow_up();
+  }
+  if (look && reached != looked_at) look_for_blow_up();
+  return true;
+}
+
+Simulation::Simulation(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep)
+    : impl_(std::make_unique<Impl>(scene, options, std::move(keep))) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+std::vector<std::string> Simulation::params() const {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : impl_->scene_params) names.push_back(name);
+  return names;
+}
+std::vector<std::string> Simulation::states() const { return names_of(impl_->initial_states); }
+std::vector<std::string> Simulation::unknowns() const { return names_of(impl_->unknowns); }
+const std::vector<std::int64_t>& Simulation::cells() const { return impl_->cells; }
+std::size_t Simulation::size() const { return impl_->size; }
+
+std::vector<double> Simulation::coordinates(int axis) const {
+  if (axis < 0 || axis >= impl_->scene.rank) throw Error(ErrorKind::input, fmt::format("scene {} has no axis {}", impl_->scene.name, axis));
+  const auto a = static_cast<size_t>(axis);
+  const dpde_axis& from = impl_->scene.axes[a];
+  std::vector<double> centres(static_cast<size_t>(impl_->cells[a]));
+  for (size_t i = 0; i < centres.size(); ++i) {
+    centres[i] = from.low + (static_cast<double>(i) + 0.5) * (from.high - from.low) / static_cast<double>(centres.size());
+  }
+  return centres;
+}
+
+void Simulation::set(std::string_view name, double value) {
+  impl_->param_named(name) = value;
+  impl_->params.find(name)->second = value;
+  impl_->stepper->set_param(name, value);
+  if (impl_->losses) impl_->losses->set_param(name, value);
+  impl_->formulas_are_stale = true;
+}
+
+double Simulation::param(std::string_view name) const { return impl_->param_named(name); }
+
+void Simulation::set_state(std::string_view name, Values values) {
+  const auto s = static_cast<size_t>(impl_->state_named(name));
+  impl_->begin_stepping();
+  copy_in(impl_->layout, impl_->stepper->present()[s], values);
+}
+
+void Simulation::set_initial(std::string_view name, Values values) {
+  const auto s = static_cast<size_t>(impl_->state_named(name));
+  impl_->initial[s].copy_in(values);
+  impl_->initial_states[s].is_given = true;
+}
+
+void Simulation::set_field(std::string_view name, Values values) {
+  HostField& host = impl_->host_field_named(name);
+  const auto wanted = static_cast<size_t>(host.states) * impl_->size;
+  if (values.size() != wanted) {
+    throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, wanted, impl_->size, host.states, values.size()));
+  }
+  for (int64_t k = 0; k < host.states; ++k) {
+    Field& field = impl_->field(k == 0 ? std::string(name) : fmt::format("{}@{}", name, k));
+    field.copy_in(values.subspan(static_cast<size_t>(k) * impl_->size, impl_->size));
+  }
+  host.is_given = true;
+  impl_->formulas_are_stale = true;
+}
+
+void Simulation::state(std::string_view name, Target to) const {
+  const auto s = static_cast<size_t>(impl_->state_named(name));
+  impl_->begin_stepping();
+  copy_out(impl_->layout, impl_->stepper->present()[s], to);
+}
+
+std::vector<double> Simulation::state(std::string_view name) const {
+  std::vector<double> values(impl_->size);
+  state(name, values);
+  return values;
+}
+
+std::vector<double> Simulation::initial(std::string_view name) {
+  const auto s = static_cast<size_t>(impl_->state_named(name));
+  impl_->update_formulas();
+  std::vector<double> values(impl_->size);
+  impl_->initial[s].copy_out(values);
+  return values;
+}
+
+double Simulation::Impl::observe(std::string_view name) {
+  begin_stepping();
+  const dpde_program* program = scene.observe;
+  int sum = -1;
+  for (int32_t s = 0; program != nullptr && s < program->sum_count; ++s) {
+    if (name == program->sums[s]) sum = s;
+  }
+  if (sum < 0) throw Error(ErrorKind::input, fmt::format("scene {} has no observable {}", scene.name, name));
+  for (size_t s = 0; s < initial_states.size(); ++s) {
+    std::copy_n(stepper->present()[s] - layout.origin, layout.size, field(initial_states[s].name).base() - layout.origin);
+  }
+  run_single(run_observe, *program, scene.t_begin + reached * scene.step);
+  return run_observe->executor.sums()[static_cast<size_t>(sum)];
+}
+
+double Simulation::observe(std::string_view name) { return impl_->observe(name); }
+
+double Simulation::time() const { return impl_->scene.t_begin + impl_->reached * impl_->scene.step; }
+double Simulation::time_step() const { return impl_->scene.step; }
+int Simulation::steps_done() const { return impl_->reached; }
+
+void Simulation::reset() {
+  impl_->has_begun = false;
+  impl_->begin_stepping();
+}
+
+bool Simulation::step(int count) { return impl_->advance(count, false); }
+
+bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
+  const double position = (time - impl_->scene.t_begin) / impl_->scene.step;
+  if (!(position < std::numeric_limits<int>::max())) throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
+  const int from = impl_->has_begun ? impl_->reached : 0;
+  const int count = static_cast<int>(std::ceil(position - 1e-6)) - from;
+  if (!progress) return impl_->advance(count, true);
+  for (int done = 0; done < count;) {
+    const int now = std::min(std::max(every, 1), count - done);
+    if (!impl_->advance(now, done + now == count)) return false;
+    done += now;
+    if (!progress({done, count, this->time()})) return false;
+  }
+  return true;
+}
+
+bool Simulation::run(const ProgressCallback& progress, int every) {
+  return run_to(impl_->scene.t_begin + impl_->scene.steps * impl_->scene.step, progress, every);
+}
+
+double Simulation::loss() {
+  Rollout& objective = impl_->objective();
+  impl_->begin_objective();
+  return objective.loss();
+}
+
+double Simulation::gradient() { return impl_->gradient(); }
+
+std::span<const double> Simulation::gradient_of(std::string_view name) const {
+  const auto found = std::ranges::find(impl_->unknowns, name, &UnknownGradient::name);
+  if (found != impl_->unknowns.end()) return found->values;
+  const std::string task = impl_->scene.task == nullptr ? "a task" : std::string("task ") + impl_->scene.task;
+  throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
+}
+
+}  // namespace dpde

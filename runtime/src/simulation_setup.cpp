@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// Construction of a simulation, and what its rollouts are made of.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "dpde/runtime/error.h"
+#include "simulation_impl.h"
+
+namespace dpde {
+namespace {
+
+bool has_input(const dpde_program& program, std::string_view name) {
+  return std::any_of(program.fields, program.fields + program.input_count, [&](const char* field) { return name == field; });
+}
+
+template <class Map>
+[[noreturn]] void no_such(const dpde_scene& scene, std::string_view kind, std::string_view name, const Map& known) {
+  std::vector<std::string> names;
+  for (const auto& [each, value] : known) names.push_back(each);
+  throw Error(ErrorKind::input, fmt::format("scene {} has no {} {}; it has {}", scene.name, kind, name,
+                                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+}
+
+}  // namespace
+
+Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, std::shared_ptr<const void> code)
+    : scene(from), options(wanted), keep(std::move(code)) {
+  if (scene.version != DPDE_SCENE_VERSION) {
+    throw Error(ErrorKind::run, fmt::format("scene {} was compiled for version {} of the runtime, this is {}", scene.name,
+                                            scene.version, DPDE_SCENE_VERSION));
+  }
+  make_layout(wanted);
+  make_params();
+  make_fields();
+  make_unknowns();
+  stepper.emplace(setup());
+}
+
+std::vector<const dpde_program*> Simulation::Impl::programs() const {
+  std::vector<const dpde_program*> all{scene.program, scene.adjoint,  scene.initial, scene.initial_adjoint, scene.coefficient_formulas,
+                                       scene.start,   scene.observe};
+  for (int32_t i = 0; i < scene.loss_count; ++i) all.insert(all.end(), {scene.losses[i].loss, scene.losses[i].adjoint});
+  std::erase(all, nullptr);
+  return all;
+}
+
+void Simulation::Impl::make_layout(const SimulationOptions& wanted) {
+  const auto rank = static_cast<size_t>(scene.rank);
+  for (size_t a = 0; a < rank; ++a) cells.push_back(wanted.cells.empty() ? scene.axes[a].cells : wanted.cells[std::min(a, wanted.cells.size() - 1)]);
+  if (!wanted.cells.empty() && wanted.cells.size() != rank) {
+    throw Error(ErrorKind::input, fmt::format("scene {} has {} axes, cells are given for {}", scene.name, rank, wanted.cells.size()));
+  }
+  std::array<int64_t, 3> halo{};
+  for (const dpde_program* program : programs()) {
+    for (size_t a = 0; a < 3; ++a) halo[a] = std::max(halo[a], program->halo[a]);
+  }
+  layout = dpde::make_layout(cells, halo);
+  size = static_cast<std::size_t>(cell_count(layout));
+}
+
+void Simulation::Impl::make_params() {
+  for (int32_t p = 0; p < scene.param_count; ++p) scene_params[scene.params[p].name] = scene.params[p].value;
+  params = scene_params;
+  constexpr const char* spacings[] = {"hx", "hy", "hz"};
+  for (size_t a = 0; a < cells.size(); ++a) {
+    const dpde_axis& axis = scene.axes[a];
+    params[spacings[a]] = (axis.high - axis.low) / static_cast<double>(cells[a]);
+    fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, params[spacings[a]], axis.is_periodic != 0);
+  }
+  params["dt"] = scene.step;
+  params["cells"] = static_cast<double>(size);
+  // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
+  for (int32_t p = 0; p < scene.program->param_count; ++p) {
+    const std::string_view name = scene.program->params[p];
+    if (name != "t" && name != "loss_bar") params.emplace(name, 0.0);
+  }
+}
+
+void Simulation::Impl::make_fields() {
+  for (int32_t c = 0; c < scene.coefficient_count; ++c) {
+    field(scene.coefficients[c].name);
+    host_fields[scene.coefficients[c].name].is_needed = scene.coefficients[c].has_formula == 0;
+  }
+  for (int32_t d = 0; d < scene.datum_count; ++d) {
+    const dpde_datum& datum = scene.data[d];
+    const int64_t states = datum.at.count == 0 ? 1 : static_cast<int64_t>(steps_of(datum.at).size());
+    for (int64_t k = 0; k < states; ++k) field(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
+    host_fields[datum.name] = {false, true, states};
+  }
+  for (int32_t s = 0; s < scene.program->swap_count; ++s) {  // in the order of the rollouts' states
+    InitialState& state = initial_states.emplace_back();
+    state.name = scene.program->fields[scene.program->swaps[s].state];
+    for (int32_t i = 0; i < scene.state_count; ++i) {
+      if (state.name == scene.states[i].name && scene.states[i].has_formula == 0) state.start = DPDE_START_HOST;
+    }
+    initial.emplace_back(layout, s);
+  }
+}
+
+void Simulation::Impl::make_unknowns() {
+  for (int32_t u = 0; u < scene.unknown_count; ++u) {
+    const dpde_unknown& unknown = scene.unknowns[u];
+    const bool is_initial = unknown.kind == DPDE_UNKNOWN_INITIAL;
+    const int state = is_initial ? state_named(unknown.name) : -1;
+    unknowns.push_back({unknown.name, is_initial, state, std::vector<double>(is_initial ? size : 1)});
+    if (!is_initial) continue;
+    InitialState& initial_state = initial_states[static_cast<size_t>(state)];
+    initial_state.is_unknown = true;
+    if (unknown.start != DPDE_START_SCENE) initial_state.start = unknown.start;
+  }
+}
+
+Field& Simulation::Impl::field(const std::string& name) {
+  std::unique_ptr<Field>& slot = fields[name];
+  if (!slot) slot = std::make_unique<Field>(layout, static_cast<int>(fields.size()) - 1);
+  return *slot;
+}
+
+RolloutSetup Simulation::Impl::setup() const {
+  RolloutSetup setup;
+  setup.step = scene.program;
+  setup.layout = layout;
+  setup.steps = scene.steps;
+  setup.t0 = scene.t_begin;
+  setup.dt = scene.step;
+  setup.threads = options.threads;
+  setup.checkpoint_bytes = options.checkpoint_bytes;
+  setup.slots = options.slots;
+  setup.stop = options.stop;
+  for (const auto& [name, field] : fields) {
+    const auto is_it = [&](const InitialState& state) { return state.name == name; };
+    if (std::none_of(initial_states.begin(), initial_states.end(), is_it)) setup.fields.push_back({name, field->base()});
+  }
+  for (const auto& [name, value] : params) setup.params.push_back({name, value});
+  return setup;
+}
+
+std::vector<int> Simulation::Impl::steps_of(const dpde_instants& instants) const {
+  if (instants.count >= 0) return {instants.steps, instants.steps + instants.count};
+  std::vector<int> all(static_cast<size_t>(scene.steps) + 1);
+  for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
+  return all;
+}
+
+double* Simulation::Impl::datum_at(const dpde_datum& datum, int step) {
+  if (datum.at.count == 0) return field(datum.name).base();
+  const std::vector<int> steps = steps_of(datum.at);
+  const auto found = std::ranges::find(steps, step);
+  if (found == steps.end()) {
+    throw Error(ErrorKind::input, fmt::format("data {} hold no state after step {}", datum.name, step));
+  }
+  const auto k = found - steps.begin();
+  return field(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k)).base();
+}
+
+LossTerm Simulation::Impl::loss_term(const dpde_loss& loss) {
+  LossTerm term;
+  term.loss = loss.loss;
+  term.adjoint = loss.adjoint;
+  term.at_steps = steps_of(loss.at);
+  for (int32_t d = 0; d < scene.datum_count; ++d) {
+    const dpde_datum& datum = scene.data[d];
+    if (!has_input(*loss.loss, datum.name)) continue;
+    LossData data{datum.name, {}};
+    for (const int step : term.at_steps) data.at.push_back(datum_at(datum, step));
+    if (datum.at.count == 0) data.at.resize(1);
+    term.data.push_back(std::move(data));
+  }
+  return term;
+}
+
+Rollout& Simulation::Impl::objective() {
+  if (scene.task == nullptr) throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no loss", scene.name));
+  if (!losses) {
+    RolloutSetup full = setup();
+    full.adjoint = scene.adjoint;
+    for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i]));
+    losses.emplace(std::move(full));
+    const std::vector<std::string>& bars = losses->param_bar_names();
+    for (UnknownGradient& unknown : unknowns) {
+      const auto bar = std::ranges::find(bars, unknown.name);
+      if (!unknown.is_initial) unknown.index = bar == bars.end() ? -1 : static_cast<int>(bar - bars.begin());
+    }
+  }
+  return *losses;
+}
+
+double& Simulation::Impl::param_named(std::string_view name) {
+  const auto found = scene_params.find(name);
+  if (found == scene_params.end()) no_such(scene, "parameter", name, scene_params);
+  return found->second;
+}
+
+int Simulation::Impl::state_named(std::string_view name) const {
+  const auto found = std::ranges::find(initial_states, name, &InitialState::name);
+  if (found == initial_states.end()) {
+    std::map<std::string, bool> known;
+    for (const InitialState& state : initial_states) known[state.name] = true;
+    no_such(scene, "state", name, known);
+  }
+  return static_cast<int>(found - initial_states.begin());
+}
+
+HostField& Simulation::Impl::host_field_named(std::string_view name) {
+  const auto found = host_fields.find(name);
+  if (found == host_fields.end()) no_such(scene, "coefficient or data field", name, host_fields);
+  return found->second;
+}
+
+}  // namespace dpde

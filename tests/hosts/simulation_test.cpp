@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+// The interface for hosts with the compiler inside, against closed forms. A step of explicit Euler on a periodic rod scales
+// sin(x) by 1 - 4 k dt/h^2 sin(h/2)^2; so everything here is known, derivatives too.
+#include "dpde/dpde.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <new>
+#include <numbers>
+
+#include "dpde/runtime/npy.h"
+
+namespace {
+
+std::atomic<long> allocations{0};
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  ++allocations;
+  if (void* memory = std::malloc(bytes)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace dpde {
+namespace {
+
+const char* rod = R"(model heat {
+  field u
+  param k, q
+  dt(u) = k*lap(u) + q
+}
+scheme ftcs { lap = central(2); time = euler }
+scene rod : heat with ftcs {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  k = 0.3
+  q = 0
+  initial u = sin(x)
+  observe size = mean(u^2)
+  time 0 .. 1, step 1/8
+}
+task find : rod {
+  unknown k from 0.25
+  unknown initial u
+  minimise mean(u^2) at t = 1
+}
+)";
+
+double amplification(double k, int cells) {
+  const double h = 2*std::numbers::pi/cells, s = std::sin(h/2);
+  return 1 - 4*k*0.125/(h*h)*s*s;
+}
+
+std::vector<double> sine(const Simulation& sim, double amplitude) {
+  std::vector<double> values = sim.coordinates(0);
+  for (double& value : values) value = amplitude*std::sin(value);
+  return values;
+}
+
+void expect_near(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], tolerance) << i;
+}
+
+TEST(Simulation, StepsAndRunsOnEveryBackEnd) {
+  for (const HostBackend backend : {HostBackend::jit, HostBackend::cpp, HostBackend::interpreter}) {
+    Simulation sim = compile_text(rod, {.name = "rod", .backend = backend});
+    const double g = amplification(0.3, 16);
+    EXPECT_TRUE(sim.step());
+    expect_near(sim.state("u"), sine(sim, g), 1e-15);
+    EXPECT_DOUBLE_EQ(sim.time(), 0.125);
+    EXPECT_TRUE(sim.run_to(0.5));
+    EXPECT_EQ(sim.steps_done(), 4);
+    EXPECT_TRUE(sim.run());
+    expect_near(sim.state("u"), sine(sim, std::pow(g, 8)), 1e-14);
+    EXPECT_NEAR(sim.observe("size"), std::pow(g, 16)/2, 1e-15);
+    sim.reset();
+    expect_near(sim.state("u"), sine(sim, 1), 1e-15);
+  }
+}
+
+TEST(Simulation, ParametersCellsAndStates) {
+  Simulation sim = compile_text(rod, {.name = "rod", .set = {{"cells", "32"}}});
+  EXPECT_EQ(sim.cells(), std::vector<std::int64_t>{32});
+  EXPECT_EQ(sim.params(), (std::vector<std::string>{"k", "q"}));
+  EXPECT_EQ(sim.states(), std::vector<std::string>{"u"});
+  EXPECT_EQ(sim.param("k"), 0.3);
+  sim.set("k", 0.1);
+  sim.set("q", 2);  // 0 in the scene, and yet there
+  sim.set_state("u", sine(sim, 3));
+  sim.step(4);
+  std::vector<double> expected = sine(sim, 3*std::pow(amplification(0.1, 32), 4));
+  for (double& value : expected) value += 4*0.125*2;
+  expect_near(sim.state("u"), expected, 1e-14);
+  EXPECT_NEAR(sim.initial("u")[0], std::sin(sim.coordinates(0)[0]), 1e-15);
+}
+
+TEST(Simulation, TakesEigenPointersAndSpans) {
+  Simulation sim = compile_text(rod, {.name = "rod"});
+  Eigen::VectorXd values = Eigen::VectorXd::Constant(16, 2.5);
+  sim.set_state("u", values);
+  Eigen::Array<double, 4, 4> out;
+  sim.state("u", out);
+  EXPECT_TRUE((out == 2.5).all());
+  Eigen::MatrixXd two = Eigen::MatrixXd::Constant(16, 2, 7.0);
+  sim.set_state("u", two.col(1));
+  std::array<double, 16> back{};
+  sim.state("u", Target(back.data(), back.size()));
+  EXPECT_EQ(back[15], 7.0);
+  sim.state("u", Eigen::Map<Eigen::VectorXd>(values.data(), 16));
+  EXPECT_EQ(values[3], 7.0);
+  sim.state("u", std::span(back));
+  EXPECT_THROW(sim.set_state("u", Eigen::MatrixXd::Zero(2, 16).eval().row(1)), Error);
+  EXPECT_THROW(sim.set_state("u", std::vector<double>(15)), Error);
+}
+
+TEST(Simulation, LossAndGradientOfATask) {
+  Simulation sim = compile_text(rod, {.name = "find"});
+  EXPECT_EQ(sim.unknowns(), (std::vector<std::string>{"k", "u"}));
+  for (const double k : {0.25, 0.4}) {
+    sim.set("k", k);
+    const double g = amplification(k, 16), slope = (amplification(1, 16) - 1);
+    EXPECT_NEAR(sim.loss(), std::pow(g, 16)/2, 1e-15);
+    EXPECT_NEAR(sim.gradient(), std::pow(g, 16)/2, 1e-15);
+    EXPECT_NEAR(sim.gradient_of("k")[0], 8*std::pow(g, 15)*slope, 1e-13);
+    const auto bar = sim.gradient_of("u");
+    expect_near({bar.begin(), bar.end()}, sine(sim, 2*std::pow(g, 16)/16), 1e-15);
+  }
+  sim.set_initial("u", sine(sim, 2));
+  EXPECT_NEAR(sim.loss(), 4*std::pow(amplification(0.4, 16), 16)/2, 1e-14);
+  sim.step(3);
+  const std::vector<double> before = sim.state("u");
+  sim.gradient();
+  EXPECT_EQ(sim.state("u"), before);
+}
+
+TEST(Simulation, GradientThroughTheFormulaOfTheInitialState) {
+  const std::string text = std::string(rod) + R"(
+scene scaled : heat with ftcs {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  k = 0.3
+  initial u = q*sin(x)
+  time 0 .. 1, step 1/8
+}
+task level : scaled {
+  unknown q from 0.5
+  minimise mean((u - q)^2) at t = 0
+}
+)";
+  Simulation sim = compile_text(text, {.name = "level"});
+  // mean((q sin x - q)^2) = 3/2 q^2
+  EXPECT_NEAR(sim.gradient(), 1.5*0.25, 1e-15);
+  EXPECT_NEAR(sim.gradient_of("q")[0], 3*0.5, 1e-14);
+  sim.set("q", 2);
+  EXPECT_NEAR(sim.gradient(), 6, 1e-14);
+  EXPECT_NEAR(sim.gradient_of("q")[0], 6, 1e-13);
+}
+
+TEST(Simulation, CheckpointedGradientsAreTheSame) {
+  const std::string text = R"(model burgers {
+  field u
+  param nu
+  dt(u) = -advect(u, u) + nu*lap(u)
+}
+scene wave : burgers {
+  grid x = -1 .. 1, cells 24, periodic
+  nu = 0.02
+  initial u = -sin(pi*x)
+  time 0 .. 0.5, step 1/64
+}
+task all : wave {
+  unknown initial u
+  unknown nu
+  minimise mean(u^2) over time
+}
+)";
+  Simulation full = compile_text(text, {.name = "all"}), few = compile_text(text, {.name = "all", .slots = 3});
+  EXPECT_EQ(full.gradient(), few.gradient());
+  const auto a = full.gradient_of("u"), b = few.gradient_of("u");
+  EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
+  EXPECT_EQ(full.gradient_of("nu")[0], few.gradient_of("nu")[0]);
+}
+
+TEST(Simulation, ASteppedStepAllocatesNothing) {
+  Simulation sim = compile_text(rod, {.name = "find"});
+  std::vector<double> values(sim.size());
+  sim.step();
+  sim.state("u", values);
+  sim.gradient();
+  sim.loss();
+  const long before = allocations;
+  for (int n = 0; n < 200; ++n) sim.step();
+  sim.state("u", values);
+  sim.set("k", 0.2);
+  const long after_steps = allocations;
+  EXPECT_GT(before, 0);
+  EXPECT_EQ(after_steps, before);
+  sim.gradient();
+  const long first = allocations;
+  sim.gradient();
+  sim.loss();
+  EXPECT_EQ(allocations, first);
+}
+
+TEST(Simulation, ProgressStopsAndTheFlagToo) {
+  std::atomic<bool> stop{false};
+  Simulation sim = compile_text(rod, {.name = "find", .stop = &stop});
+  std::vector<int> seen;
+  EXPECT_FALSE(sim.run([&](const Progress& p) {
+    seen.push_back(p.step);
+    return p.step < 4;
+  }, 2));
+  EXPECT_EQ(seen, (std::vector<int>{2, 4}));
+  EXPECT_EQ(sim.steps_done(), 4);
+  stop = true;
+  EXPECT_FALSE(sim.step());
+  EXPECT_TRUE(std::isnan(sim.gradient()));
+  EXPECT_TRUE(std::isnan(sim.loss()));
+  stop = false;
+  EXPECT_TRUE(sim.run());
+  EXPECT_EQ(sim.steps_done(), 8);
+}
+
+TEST(Simulation, DataOfOtherScenesAndOfTheHost) {
+  const std::string text = std::string(rod) + R"(
+task match : rod {
+  data u_ref = u from scene rod at t = 0.5, 1
+  unknown k from 0.3
+  minimise mean((u - u_ref)^2) at t = 0.5, 1
+}
+)";
+  Simulation sim = compile_text(text, {.name = "match"});
+  EXPECT_LT(sim.loss(), 1e-30);
+  const double g = amplification(0.3, 16);
+  sim.set_field("u_ref", std::vector<double>(32));
+  EXPECT_NEAR(sim.loss(), (std::pow(g, 8) + std::pow(g, 16))/2, 1e-15);
+  EXPECT_THROW(sim.set_field("u_ref", std::vector<double>(16)), Error);
+}
+
+TEST(Simulation, InitialStatesAndCoefficientsFromFiles) {
+  const std::string folder = ::testing::TempDir() + "dpde_simulation_files";
+  std::filesystem::create_directories(folder);
+  write_npy(folder + "/start.npy", std::vector<std::int64_t>{4}, std::vector<double>{1, 2, 3, 4});
+  const char* text = R"(model decay {
+  field u
+  coefficient a
+  param s
+  dt(u) = -s*a*u
+}
+scene box : decay with plain {
+  grid x = 0 .. 4, cells 4, periodic
+  s = 1
+  a = s*x
+  initial u = load("start.npy")
+  time 0 .. 1, step 0.25
+}
+scheme plain { time = euler }
+)";
+  Simulation sim = compile_text(text, {.name = "box"}, folder + "/text.dpde");
+  sim.step();
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*(1 - 0.25*(i + 0.5)), 1e-15);
+  sim.set("s", 2);  // twice: in the equation and in the formula of a
+  sim.reset();
+  sim.step();
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*(1 - 0.25*4*(i + 0.5)), 1e-15);
+  sim.set_field("a", std::vector<double>(4, 1.0));
+  sim.reset();
+  sim.step();
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*0.5, 1e-15);
+}
+
+TEST(Simulation, MistakesAreErrorsThatSayWhere) {
+  try {
+    compile_text("model heat {\n  field u\n  dt(u) = lapp(u)\n}\nscene s : heat { grid x = 0 .. 1, cells 4, periodic\n initial u = 0\n time 0 .. 1, step 1 }\n", {}, "typo.dpde");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    ASSERT_EQ(error.messages().size(), 1u);
+    EXPECT_EQ(error.messages()[0].code, "E0302");
+    EXPECT_EQ(error.messages()[0].file, "typo.dpde");
+    EXPECT_EQ(error.messages()[0].line, 3);
+    EXPECT_EQ(error.messages()[0].column, 11);
+    EXPECT_EQ(error.messages()[0].hint, "did you mean lap?");
+    EXPECT_NE(std::string(error.what()).find("  dt(u) = lapp(u)\n            ^~~~"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW(compile_file("/nowhere/a.dpde"), Error);
+  Simulation sim = compile_text(rod, {.name = "rod"});
+  EXPECT_THROW(sim.set("kk", 1), Error);
+  EXPECT_THROW(sim.state("v"), Error);
+  EXPECT_THROW(sim.loss(), Error);
+  EXPECT_THROW(sim.gradient_of("k"), Error);
+  EXPECT_THROW(sim.observe("mass"), Error);
+  EXPECT_THROW(sim.coordinates(1), Error);
+  sim.set("k", 1e6);
+  try {
+    sim.run_to(100);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::run);
+    EXPECT_NE(std::string(error.what()).find("u is no longer finite"), std::string::npos);
+  }
+}
+
+/// Two dimensions: x is fastest.
+TEST(Simulation, OrderOfValues) {
+  Simulation sim = compile_text(R"(model still {
+  field u
+  dt(u) = 0*u
+}
+scene s : still {
+  grid x = 0 .. 3, cells 3, periodic
+  grid y = 0 .. 2, cells 2, periodic
+  initial u = x + 10*y
+  time 0 .. 1, step 1
+}
+)");
+  sim.step();
+  EXPECT_EQ(sim.state("u"), (std::vector<double>{5.5, 6.5, 7.5, 15.5, 16.5, 17.5}));
+  Eigen::ArrayXXd columns(3, 2);
+  sim.state("u", columns);
+  EXPECT_EQ(columns(2, 1), 17.5);
+}
+
+}  // namespace
+}  // namespace dpde
