@@ -37,6 +37,21 @@ void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) 
   forward->program.executor.run();
 }
 
+/// How many of the steps n .. until - 1 are done in one go.
+int Rollout::Impl::steps_at_once(int n, int until) const {
+  return forward->block && until - n >= forward->block->steps() ? forward->block->steps() : 1;
+}
+
+void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const StateBuffer& to) {
+  if (count == 1) return step(n, from, to);
+  for (int s = 0; s < count; ++s) {
+    forward->program.set_time(time(n + s));
+    forward->block->set_uniforms(s, forward->program.executor.uniforms());
+  }
+  forward->program.bind_states(from);
+  forward->block->run(to);
+}
+
 void Rollout::Impl::add_losses(int k, const StateBuffer& state) {
   for (size_t e = first_event[static_cast<size_t>(k)]; e < first_event[static_cast<size_t>(k) + 1]; ++e) {
     BoundTerm& term = terms[events[e].term];
@@ -98,14 +113,15 @@ RunResult Rollout::Impl::run(const Observer& observer) {
   while (k < setup.steps) {
     const int observed = observes ? (k / observer.every + 1) * observer.every : setup.steps;
     const int until = std::min({setup.steps, safe_step + check_interval, observed});
-    for (; k < until; ++k) {
+    while (k < until) {
       if (stopping()) {
         done.stopped = true;
         return finish(k);
       }
-      const int next = free_buffer(current, safe);
-      step(k, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+      const int next = free_buffer(current, safe), count = steps_at_once(k, until);
+      steps(k, count, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
       current = next;
+      k += count;
     }
     if (k == setup.steps || k == safe_step + check_interval) {
       if (const std::optional<BlowUp> found = find_blow_up(k, buffers[static_cast<size_t>(current)])) {
@@ -153,12 +169,15 @@ double Rollout::Impl::loss() {
   loss_value = 0;
   current = 0;
   add_losses(0, buffers.front());
-  for (int n = 0; n < last_loss; ++n) {
+  for (int n = 0; n < last_loss;) {
     if (stopping()) return std::numeric_limits<double>::quiet_NaN();
-    const int next = free_buffer(current, current);
-    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    int until = n + 1;
+    while (!has_losses(until)) ++until;
+    const int next = free_buffer(current, current), count = steps_at_once(n, until);
+    steps(n, count, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     current = next;
-    if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(current)]);
+    n += count;
+    if (has_losses(n)) add_losses(n, buffers[static_cast<size_t>(current)]);
   }
   return loss_value;
 }

@@ -9,6 +9,7 @@
 
 #include "dpde/runtime/checkpoint.h"
 #include "dpde/runtime/rollout.h"
+#include "wavefront.h"
 
 namespace dpde {
 
@@ -65,6 +66,7 @@ struct ParamBar {
 struct BoundStep {
   BoundProgram program;
   std::vector<int> next;  // field of each state's next value
+  std::optional<Wavefront> block;  // several steps at once
 };
 struct BoundAdjoint {
   BoundProgram program;
@@ -105,6 +107,7 @@ struct Rollout::Impl {
   void bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields);
   void bind_params(BoundProgram& bound);
   void bind_step();
+  void plan_block();
   void bind_adjoint();
   void bind_term(const LossTerm& term);
   std::vector<BoundData> bind_data(const LossTerm& term, BoundProgram& bound);
@@ -120,6 +123,8 @@ struct Rollout::Impl {
   bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
   void begin();
   void step(int n, const StateBuffer& from, const StateBuffer& to);
+  int steps_at_once(int n, int until) const;
+  void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state);
   bool has_losses(int k) const { return first_event[static_cast<size_t>(k)] != first_event[static_cast<size_t>(k) + 1]; }

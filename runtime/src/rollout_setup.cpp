@@ -13,6 +13,8 @@ namespace dpde {
 namespace {
 
 constexpr int64_t line = 8, page = 512;  // elements
+constexpr int64_t least_bytes_for_blocks = 2 << 20;
+constexpr int64_t most_ring_bytes = 1 << 20;
 
 [[noreturn]] void not_bound(const dpde_program& program, std::string_view what, std::string_view name) {
   throw Error(ErrorKind::run, fmt::format("program {}: {} {} is not bound", program.name, what, name));
@@ -53,6 +55,7 @@ FieldPool::FieldPool(const dpde_layout& layout, int64_t count) : stride_(stride_
 Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
   check_steps(setup);
   bind_step();
+  plan_block();
   if (setup.adjoint != nullptr) bind_adjoint();
   for (const LossTerm& term : setup.losses) bind_term(term);
   result.param_bars.assign(param_bar_names.size(), 0.0);
@@ -124,6 +127,22 @@ void Rollout::Impl::bind_step() {
   }
   forward.emplace(BoundStep{bind_program(program, next_names, true), {}});
   for (int s = 0; s < program.swap_count; ++s) forward->next.push_back(program.swaps[s].next);
+}
+
+/// Blocks where a plain sweep would leave the core's own cache: as many steps as still leave their rings in it.
+void Rollout::Impl::plan_block() {
+  const Executor& executor = forward->program.executor;
+  if (setup.block_steps == 1) return;
+  if (setup.block_steps > 1) {
+    forward->block = Wavefront::make(executor, setup.block_steps, setup.threads);
+    return;
+  }
+  if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks) return;
+  for (const int steps : {16, 8, 4, 2}) {
+    forward->block = Wavefront::make(executor, steps, setup.threads);
+    if (forward->block && forward->block->ring_bytes() <= most_ring_bytes) return;
+  }
+  forward->block.reset();
 }
 
 void Rollout::Impl::bind_adjoint() {
@@ -270,6 +289,7 @@ Rollout::~Rollout() = default;
 Rollout::Rollout(Rollout&&) noexcept = default;
 Rollout& Rollout::operator=(Rollout&&) noexcept = default;
 
+int Rollout::block_steps() const { return impl_->forward->block ? impl_->forward->block->steps() : 1; }
 int Rollout::state_count() const { return static_cast<int>(impl_->state_names.size()); }
 const std::string& Rollout::state_name(int state) const { return impl_->state_names[static_cast<size_t>(state)]; }
 int Rollout::state_index(std::string_view name) const {

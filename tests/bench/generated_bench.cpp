@@ -184,6 +184,43 @@ void burgers_1d_gradient(benchmark::State& state, Code code) {
   for (auto _ : state) benchmark::DoNotOptimize(inverse->value_and_gradient(inverse->start(), gradient));
 }
 
+constexpr const char* burgers_2d_rk4 = R"(
+model burgers { field u, v; param nu
+  dt(u) = -advect((u, v), u) + nu*lap(u)
+  dt(v) = -advect((u, v), v) + nu*lap(v) }
+scheme plain { time = rk4 }
+scene s : burgers with plain {
+  grid x = 0 .. 1, cells 64, periodic
+  grid y = 0 .. 1, cells 64, periodic
+  nu = 0.001
+  initial u = sin(2*pi*x)
+  initial v = cos(2*pi*y)
+  time 0 .. 1e-3, step 1e-4
+})";
+
+/// 32 steps of a rollout: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses).
+void rollout_32(benchmark::State& state, const char* text, int block_steps, int threads) {
+  const auto compiled = compile(text, jit);
+  RolloutSetup setup;
+  setup.step = compiled->program(compiled->step_name());
+  setup.layout = setup.step->rank == 3 ? cube(state.range(0)) : square(state.range(0));
+  setup.steps = 32;
+  setup.dt = 1e-2;
+  setup.threads = threads;
+  setup.block_steps = block_steps;
+  for (int p = 0; p < setup.step->param_count; ++p) setup.params.push_back({setup.step->params[p], setup.step->params[p][0] == 'h' ? 1.0 : 1e-2});
+  Rollout rollout(setup);
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    Field& field = rollout.initial(s);
+    std::vector<double> values(static_cast<size_t>(cell_count(setup.layout)));
+    for (size_t i = 0; i < values.size(); ++i) values[i] = std::sin(0.001 * static_cast<double>(i) + s);
+    field.copy_in(values);
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(rollout.run().steps_done);
+  state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(setup.layout) * setup.steps);
+  state.counters["block"] = rollout.block_steps();
+}
+
 /// From text to callable step, loss and adjoints; the first one of a process also pays for LLVM's start.
 void text_to_gradient(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(compile(burgers_1d, jit));
@@ -202,6 +239,12 @@ BENCHMARK_CAPTURE(heat_3d_adjoint, jit, jit)->Arg(256)->Unit(benchmark::kMicrose
 BENCHMARK_CAPTURE(burgers_1d_gradient, hand, hand)->Unit(benchmark::kNanosecond);
 BENCHMARK_CAPTURE(burgers_1d_gradient, jit, jit)->Unit(benchmark::kNanosecond);
 BENCHMARK_CAPTURE(burgers_1d_gradient, cpp, cpp)->Unit(benchmark::kNanosecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_plain, burgers_2d, 1, 1)->Arg(1024)->Arg(4096)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_blocked, burgers_2d, 0, 1)->Arg(1024)->Arg(4096)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_plain, burgers_2d_rk4, 1, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_blocked, burgers_2d_rk4, 0, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, heat_3d_plain, heat_3d, 1, 1)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, heat_3d_blocked, heat_3d, 0, 1)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK(text_to_gradient)->Unit(benchmark::kMillisecond);
 
 }  // namespace

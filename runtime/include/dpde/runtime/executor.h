@@ -61,6 +61,8 @@ class Executor {
 
   /// Sums of the last run, in the order of the program's `sums`.
   std::span<const double> sums() const { return sums_; }
+  /// As update_uniforms() left them.
+  std::span<const double> uniforms() const { return uniforms_; }
   const dpde_program& program() const { return *program_; }
   const dpde_layout& layout() const { return *layout_; }
 

@@ -64,6 +64,9 @@ struct RolloutSetup {
   /// Memory for the states of gradient(), working states included; slots > 0 overrides it.
   int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
   int slots = 0;
+  /// Steps of run() and loss() done in one pass over memory (temporal blocking); 0: as many as pay, 1: one. Results are the
+  /// same to the last bit. Programs that cannot be blocked run step by step.
+  int block_steps = 0;
   /// Looked at before each step; when it becomes true the call returns early with `stopped`.
   const std::atomic<bool>* stop = nullptr;
 };
@@ -115,6 +118,8 @@ class Rollout {
   Rollout& operator=(Rollout&&) noexcept;
 
   int state_count() const;
+  /// Steps that run() and loss() do in one pass over memory; 1 where nothing is blocked.
+  int block_steps() const;
   const std::string& state_name(int state) const;
   /// -1 when there is no such state.
   int state_index(std::string_view name) const;

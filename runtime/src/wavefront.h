@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Temporal blocking: several steps of a program in one pass over memory, as a wavefront. Level s (one sweep of one step)
+// runs along the last axis behind the levels it reads from; what lies between the first and the last step is kept in rings
+// of few rows (planes in 3-D) that stay in the cache. Threads, and tiles along y in 3-D, compute the rows they need of their
+// neighbours' again, so they never wait. Every value is computed by the same row function from the same values as in the
+// plain schedule: results are bit-identical.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "dpde/runtime/executor.h"
+
+namespace dpde {
+
+/// How the rows that one sweep reads or writes are found.
+struct WavefrontStream {
+  enum class Kind { input, result, ring } kind = Kind::input;
+  int index = 0;              // field of the program (input), swap (result) or ring
+  int64_t x = 0, y = 0, z = 0;
+};
+
+struct WavefrontLevel {
+  dpde_row_fn row = nullptr;
+  int step = 0;
+  std::vector<WavefrontStream> streams;
+  struct Output {
+    WavefrontStream stream;   // offset 0
+    int field = 0;
+    bool filled = false;      // its halo is filled when the row is done
+    std::optional<dpde_fill> fill;
+  };
+  std::vector<Output> outputs;
+  int64_t lag = 0;                 // along the last axis
+  std::array<int64_t, 2> below{};  // rows needed beyond the tile's: along y, along z
+  std::array<int64_t, 2> above{};
+};
+
+struct WavefrontPlan {
+  std::vector<WavefrontLevel> levels;
+  std::vector<int64_t> ring_slots;  // rows (planes) of each ring, powers of two
+  std::array<bool, 3> periodic{true, true, true};
+  int steps = 0;
+};
+
+/// nullopt when the program is not one that can be blocked: only sweeps over the interior, no sums, scatters or explicit
+/// fills, every field written once, and axes longer than what the levels reach.
+std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps);
+
+class Wavefront {
+ public:
+  /// `executor` is the plain schedule of the program: its bindings, fills and uniforms are used. nullopt: see above.
+  static std::optional<Wavefront> make(const Executor& executor, int steps, int threads);
+  ~Wavefront();
+  Wavefront(Wavefront&&) noexcept;
+  Wavefront& operator=(Wavefront&&) noexcept;
+
+  int steps() const;
+  /// What the rings of one thread take.
+  int64_t ring_bytes() const;
+  /// Uniforms of step `step` of the block, from the executor's parameters as they are now.
+  void set_uniforms(int step, std::span<const double> uniforms);
+  /// From the executor's bound inputs, halos filled, to results[s] (base pointers, one a swap, not among the inputs):
+  /// the states after steps() steps with their halos.
+  void run(std::span<double* const> results);
+
+ private:
+  struct Impl;
+  explicit Wavefront(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dpde

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Temporal blocking: several steps in one pass give the states of single steps to the last bit, halo included, for every
+// kind of axis, number of threads, integrator and number of steps a block; and programs that cannot be blocked still run.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "driver/session.h"
+#include "driver_support.h"
+
+namespace dpde::driver {
+namespace {
+
+struct Case {
+  std::string name, text;
+  bool blocks = true;
+};
+
+std::string grid(const std::string& axis, int cells, bool periodic) {
+  return "grid " + axis + " = 0 .. 1, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
+}
+
+std::string heat(const std::string& axes, const std::string& walls, const std::string& scheme) {
+  return "model heat { field u; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*t - u*dx(u) }\nscheme s { " + scheme + " }\nscene go : heat with s {\n" +
+         axes + walls + "kappa = 0.01\nq = 1 + x\ninitial u = 0\ntime 0 .. 1, step 1e-3\n}\n";
+}
+
+std::vector<Case> cases() {
+  const std::string walls_y = "boundary u: y.low = 1, y.high = zero_gradient\n";
+  const std::string walls = "boundary u: x = 0.5, y.low = 1, y.high = zero_gradient\n";
+  return {
+      {"periodic", heat(grid("x", 21, true) + grid("y", 40, true), "", "time = euler")},
+      {"walls", heat(grid("x", 17, false) + grid("y", 40, false), walls, "time = euler")},
+      {"mixed", heat(grid("x", 17, true) + grid("y", 40, false), walls_y, "time = rk2")},
+      {"rk4", heat(grid("x", 17, true) + grid("y", 90, true), "", "time = rk4; lap = central(4)")},
+      {"rk4_walls", heat(grid("x", 17, true) + grid("y", 90, false), walls_y, "time = rk4; lap = central(4); dx = central(4)")},
+      {"upwind", "model carry { field u, v; dt(u) = -advect((1, v), u); dt(v) = -dx(v) }\nscheme s { time = euler; advect = upwind(1) }\nscene go : carry with s {\n" +
+                     grid("x", 17, true) + grid("y", 40, true) + "initial u = 0\ninitial v = 0\ntime 0 .. 1, step 1e-3\n}\n"},
+      {"3d", heat(grid("x", 9, true) + grid("y", 40, true) + grid("z", 40, true), "", "time = euler")},
+      {"3d_walls", heat(grid("x", 9, false) + grid("y", 33, false) + grid("z", 40, false), walls + "boundary u: z.low = 2, z.high = 0\n", "time = rk2")},
+      {"3d_mixed", heat(grid("x", 9, true) + grid("y", 60, false) + grid("z", 60, true), walls_y, "time = euler; lap = central(4)")},
+      {"tiny", heat(grid("x", 3, true) + grid("y", 2, true), "", "time = euler"), false},
+      {"line", heat(grid("x", 50, true), "", "time = euler"), false},
+  };
+}
+
+/// The states after 9 steps, halos included.
+std::vector<double> states_after(Session& session, int block_steps, int threads, bool blocks) {
+  RolloutSetup setup = session.setup();
+  setup.steps = 9;
+  setup.block_steps = block_steps;
+  setup.threads = threads;
+  Rollout rollout(setup);
+  EXPECT_EQ(rollout.block_steps(), blocks ? block_steps : 1);
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    Field& field = rollout.initial(s);
+    const dpde_layout& layout = field.layout();
+    for (int64_t z = 0; z < layout.cells[2]; ++z) {
+      for (int64_t y = 0; y < layout.cells[1]; ++y) {
+        for (int64_t x = 0; x < layout.cells[0]; ++x) field.at(x, y, z) = std::sin(1.0 + 13 * x + 7.3 * y + 3.1 * z + s);
+      }
+    }
+  }
+  const RunResult done = rollout.run();
+  EXPECT_EQ(done.steps_done, 9);
+  std::vector<double> values;
+  const dpde_layout& layout = setup.layout;
+  for (const double* base : rollout.final_states()) {
+    for (int64_t z = -layout.halo[2]; z < layout.cells[2] + layout.halo[2]; ++z) {
+      for (int64_t y = -layout.halo[1]; y < layout.cells[1] + layout.halo[1]; ++y) {
+        const double* row = base + y * layout.stride[1] + z * layout.stride[2];
+        values.insert(values.end(), row - layout.halo[0], row + layout.cells[0] + layout.halo[0]);
+      }
+    }
+  }
+  return values;
+}
+
+TEST(Blocking, StatesAreThoseOfSingleSteps) {
+  for (const Case& example : cases()) {
+    SCOPED_TRACE(example.name);
+    const SourceFile source("blocking.dpde", example.text);
+    DiagnosticSink sink;
+    CompileOptions options;
+    options.backend = Backend::jit;
+    const auto session = Session::open(source, testing::compiled(source, options), {}, sink);
+    ASSERT_TRUE(session) << testing::all_messages(source, sink);
+    const std::vector<double> expected = states_after(*session, 1, 1, false);
+    for (const double value : expected) ASSERT_TRUE(std::isfinite(value));
+    for (const int steps : {2, 3, 4, 8}) {
+      for (const int threads : {1, 2, 3}) EXPECT_EQ(states_after(*session, steps, threads, example.blocks), expected) << steps << " steps, " << threads << " threads";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dpde::driver
