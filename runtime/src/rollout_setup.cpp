@@ -14,7 +14,7 @@ namespace {
 
 constexpr int64_t line = 8, page = 512;  // elements
 constexpr int64_t least_bytes_for_blocks = 2 << 20;
-constexpr int64_t most_ring_bytes = 1 << 20;
+constexpr double most_extra_work = 1.2;
 
 [[noreturn]] void not_bound(const dpde_program& program, std::string_view what, std::string_view name) {
   throw Error(ErrorKind::run, fmt::format("program {}: {} {} is not bound", program.name, what, name));
@@ -129,7 +129,7 @@ void Rollout::Impl::bind_step() {
   for (int s = 0; s < program.swap_count; ++s) forward->next.push_back(program.swaps[s].next);
 }
 
-/// Blocks where a plain sweep would leave the core's own cache: as many steps as still leave their rings in it.
+/// Blocks where a plain sweep would leave the core's own cache: as many steps as do not compute too much twice.
 void Rollout::Impl::plan_block() {
   const Executor& executor = forward->program.executor;
   if (setup.block_steps == 1) return;
@@ -140,7 +140,7 @@ void Rollout::Impl::plan_block() {
   if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks) return;
   for (const int steps : {16, 8, 4, 2}) {
     forward->block = Wavefront::make(executor, steps, setup.threads);
-    if (forward->block && forward->block->ring_bytes() <= most_ring_bytes) return;
+    if (forward->block && forward->block->work() <= most_extra_work) return;
   }
   forward->block.reset();
 }

@@ -4,7 +4,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "aligned_memory.h"
@@ -15,169 +14,226 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-constexpr int64_t line = 8;                     // elements of a cache line
-constexpr int64_t tile_bytes = 768 * 1024;      // 3-D: what the rings of a tile may take, to stay near the core
-constexpr int64_t least_rows_of_tile = 8;
+constexpr int64_t line = 8;                 // elements of a cache line
+constexpr int64_t ring_bytes = 640 * 1024;  // of a tile: rings, and the rows that stream by, share a core's second-level cache
+constexpr int64_t least_strip = 128, least_rows = 8;
 
 struct Range {
   int64_t from = 0, to = 1;
+  int64_t count() const { return to - from; }
 };
-/// Place of a row.
-struct Place {
-  int64_t y = 0, z = 0;
-};
+/// Cells of the results one thread computes in one go; along the last axis the wavefront moves.
+using Tile = std::array<Range, 3>;
+using Place = std::array<int64_t, 3>;  // of a row; x is not looked at
 
 /// Into 0 .. cells - 1 from at most one period away.
 int64_t wrapped(int64_t place, int64_t cells) { return place < 0 ? place + cells : place >= cells ? place - cells : place; }
+int64_t round_up(int64_t count) { return (count + line - 1) / line * line; }
+
+std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
+  std::vector<Range> ranges;
+  for (int64_t p = 0, from = 0; p < parts && from < cells; ++p) {
+    const int64_t share = (cells - from + parts - p - 1) / (parts - p);
+    const int64_t to = p + 1 == parts ? cells : std::min(cells, from + (share + multiple - 1) / multiple * multiple);
+    ranges.push_back({from, to});
+    from = to;
+  }
+  return ranges;
+}
 
 /// Rings and pointers of one thread.
 struct Rings {
   std::unique_ptr<double, decltype(&std::free)> memory{nullptr, &std::free};
-  std::vector<double*> base;  // of each ring: cell 0 of the first row of slot 0
+  std::vector<double*> base;    // of each ring, then of each copy: the first element of slot 0
   std::vector<double*> pointers;
-  int64_t first_y = 0;  // 3-D: y of the first row of a slot
+  std::array<int64_t, 3> first{};  // place of the first element of a slot
+  bool copies = false;             // the tile reads inputs through copies
 };
 
 }  // namespace
 
 struct Wavefront::Impl {
   Impl(const Executor& from, WavefrontPlan made, int threads);
-  void make_fills();
   void make_tiles(int threads);
   void allocate(Rings& rings) const;
-  void run_tile(Rings& rings, Range tile) const;
-  void run_slab(size_t number, Rings& rings, Range tile, int64_t slab) const;
-  void run_row(size_t number, Rings& rings, Place place) const;
-  void image_slab(size_t number, Rings& rings, Range tile, int64_t slab) const;
-  void image_rows(size_t number, Rings& rings, size_t axis, Place from, int64_t to) const;
+  void begin_tile(Rings& rings, const Tile& tile) const;
+  void run_tile(Rings& rings, const Tile& tile) const;
+  void run_slab(size_t number, Rings& rings, const Tile& region, int64_t slab) const;
+  void run_row(size_t number, Rings& rings, Range x, Place place) const;
+  void fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const;
+  void copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const;
+  void image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const;
+  void image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const;
   double* row_of(const WavefrontStream& stream, const Rings& rings, Place place) const;
-  Range rows(const WavefrontLevel& level, size_t axis, Range tile) const;
-  Range rows_y(const WavefrontLevel& level, Range tile) const { return rank == 3 ? rows(level, 0, tile) : Range{}; }
-  int64_t cells(size_t axis) const { return layout.cells[axis + 1]; }
-  int64_t halo(size_t axis) const { return layout.halo[axis + 1]; }
-  bool is_bounded(size_t axis) const { return !plan.periodic[axis + 1]; }
+  double* ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const;
+  Tile region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above, const Tile& tile) const;
+  void finish() const;
+  int64_t slots() const;
+  int64_t strip_margin() const { return round_up(plan.reach(0)); }
+  bool is_bounded(size_t axis) const { return !plan.periodic[axis]; }
 
   const Executor* executor;
   dpde_layout layout;
   WavefrontPlan plan;
-  int rank;
-  size_t last;                 // the last axis: 0 is y, 1 is z
+  size_t last;  // axis
   std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
   std::vector<std::vector<double>> uniforms;  // of each step
-  std::vector<Range> tiles;                   // along y
-  int64_t rows_before = 0, slot_rows = 1;     // 3-D: rows of a slot before the tile's first, and in all
+  std::vector<Tile> tiles;
+  bool splits_x = false;
+  std::array<int64_t, 3> before{}, extent{1, 1, 1};  // of a slot: cells before the tile's first, and in all
   int64_t slot_size = 0;
   std::vector<Rings> rings_of_threads;
   std::span<double* const> results;
 };
 
 Wavefront::Impl::Impl(const Executor& from, WavefrontPlan made, int threads)
-    : executor(&from), layout(from.layout()), plan(std::move(made)), rank(layout.rank), last(rank == 3 ? 1 : 0) {
-  make_fills();
+    : executor(&from), layout(from.layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1) {
+  for (const WavefrontLevel& level : plan.levels) {
+    fills.emplace_back();
+    for (const WavefrontLevel::Output& output : level.outputs) fills.back().push_back(output.fill ? HaloFill(*output.fill, layout) : HaloFill());
+  }
   uniforms.assign(static_cast<size_t>(plan.steps), std::vector<double>(static_cast<size_t>(from.program().uniform_count)));
   make_tiles(threads);
   rings_of_threads.resize(static_cast<size_t>(std::min<int64_t>(threads, static_cast<int64_t>(tiles.size()))));
   for (Rings& rings : rings_of_threads) allocate(rings);
 }
 
-void Wavefront::Impl::make_fills() {
-  for (const WavefrontLevel& level : plan.levels) {
-    fills.emplace_back();
-    for (const WavefrontLevel::Output& output : level.outputs) fills.back().push_back(output.fill ? HaloFill(*output.fill, layout) : HaloFill());
-  }
+int64_t Wavefront::Impl::slots() const {
+  int64_t total = 0;
+  for (const int64_t count : plan.ring_slots) total += count;
+  return total;
 }
 
-/// Tiles along y: one a thread in 2-D; in 3-D as many rows as keep the rings of all levels near the core.
+/// 2-D: strips along x that keep the rings near the core, a part of y for each thread. 3-D: tiles along y that do.
 void Wavefront::Impl::make_tiles(int threads) {
-  int64_t before = 0, after = 0;
-  for (const WavefrontLevel& level : plan.levels) {
-    before = std::max(before, level.below[0]);
-    after = std::max(after, level.above[0]);
+  const int64_t fitting = ring_bytes / (std::max<int64_t>(slots(), 1) * static_cast<int64_t>(sizeof(double)));  // cells of a slot
+  const auto [nx, ny, nz] = std::array{layout.cells[0], layout.cells[1], layout.cells[2]};
+  int64_t strips = 1, parts = std::min<int64_t>(threads, ny);
+  if (last == 1) {
+    const int64_t width = std::max(fitting - 2 * strip_margin(), least_strip);
+    if (nx >= strip_margin() + layout.halo[0]) strips = (nx + width - 1) / width;
+  } else {
+    const int64_t rows = std::max(fitting / layout.stride[1] - 2 * plan.reach(1), least_rows);
+    parts = std::min(((ny + rows - 1) / rows + threads - 1) / threads * threads, ny);
   }
-  const int64_t ny = layout.cells[1];
-  int64_t count = std::min<int64_t>(threads, ny);
-  if (rank == 3) {
-    int64_t slots = 0;
-    for (const int64_t ring : plan.ring_slots) slots += ring;
-    const int64_t fitting = tile_bytes / (slots * layout.stride[1] * static_cast<int64_t>(sizeof(double))) - before - after;
-    const int64_t rows = std::max(fitting, least_rows_of_tile);
-    count = (ny + rows - 1) / rows;
-    count = std::min((count + threads - 1) / threads * threads, ny);
-    rows_before = before + layout.halo[1];
-    slot_rows = (ny + count - 1) / count + before + after + 2 * layout.halo[1];
+  for (const Range& y : split(ny, parts, 1)) {
+    for (const Range& x : split(nx, strips, 2 * line)) tiles.push_back({x, y, Range{0, nz}});
   }
-  for (int64_t t = 0; t < count; ++t) tiles.push_back({ny * t / count, ny * (t + 1) / count});
-  slot_size = slot_rows * layout.stride[1];
+  splits_x = tiles.front()[0].count() < nx;
+  Tile widest = tiles.front();
+  for (const Tile& tile : tiles) {
+    for (size_t axis = 0; axis < 3; ++axis) widest[axis] = tile[axis].count() > widest[axis].count() ? tile[axis] : widest[axis];
+  }
+  for (size_t axis = 0; axis < 2; ++axis) {
+    if (axis >= last) continue;
+    const int64_t margin = layout.halo[axis] + (axis == 1 ? plan.reach(1) : splits_x ? strip_margin() : 0);
+    before[axis] = axis == 0 ? round_up(std::max(margin, line)) : margin;
+    extent[axis] = axis == 0 ? before[0] + round_up(widest[0].count() + std::max(margin, line)) : widest[1].count() + 2 * margin;
+  }
+  slot_size = extent[0] * extent[1] + (extent[0] * extent[1] % 512 == 0 ? line : 0);
 }
 
 void Wavefront::Impl::allocate(Rings& rings) const {
-  const int64_t margin = layout.origin - layout.halo[1] * layout.stride[1] - layout.halo[2] * layout.stride[2];
-  int64_t elements = 0;
-  for (const int64_t slots : plan.ring_slots) elements += slots * slot_size + 5 * line;
-  rings.memory.reset(allocate_doubles(elements + 2 * margin));
-  double* next = rings.memory.get() + margin;
-  for (const int64_t slots : plan.ring_slots) {
+  int64_t count = slots();
+  for (const WavefrontCopy& copy : plan.copies) count += splits_x ? copy.slots : 0;
+  const int64_t apart = 5 * line;  // rings start at distinct places modulo 4 KiB
+  rings.memory.reset(allocate_doubles(count * slot_size + static_cast<int64_t>(plan.ring_slots.size() + plan.copies.size()) * apart));
+  double* next = rings.memory.get();
+  const auto place = [&](int64_t ring_slots) {
     rings.base.push_back(next);
-    next += slots * slot_size + 5 * line;
-  }
+    next += ring_slots * slot_size + apart;
+  };
+  for (const int64_t ring_slots : plan.ring_slots) place(ring_slots);
+  for (const WavefrontCopy& copy : plan.copies) place(splits_x ? copy.slots : 0);
   size_t most = 0;
   for (const WavefrontLevel& level : plan.levels) most = std::max(most, level.streams.size());
   rings.pointers.assign(most, nullptr);
 }
 
+/// Cell x = 0 of a row in a ring.
+double* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const {
+  const int64_t slot = place[last] & (slots - 1);
+  const int64_t row = last == 2 ? place[1] - rings.first[1] : 0;
+  return rings.base[ring] + slot * slot_size + row * extent[0] - rings.first[0];
+}
+
 double* Wavefront::Impl::row_of(const WavefrontStream& stream, const Rings& rings, Place place) const {
-  int64_t y = place.y + stream.y, z = place.z + stream.z;
-  if (stream.kind == Kind::ring) {
-    const int64_t slot = (rank == 3 ? z : y) & (plan.ring_slots[static_cast<size_t>(stream.index)] - 1);
-    const int64_t row = rank == 3 ? y - rings.first_y : 0;
-    return rings.base[static_cast<size_t>(stream.index)] + slot * slot_size + row * layout.stride[1] + stream.x;
+  const auto index = static_cast<size_t>(stream.index);
+  Place at{0, place[1] + stream.offset[1], place[2] + stream.offset[2]};
+  if (stream.kind == Kind::ring) return ring_row(index, plan.ring_slots[index], rings, at) + stream.offset[0];
+  if (stream.kind == Kind::input && rings.copies) {
+    const auto copy = std::ranges::find(plan.copies, stream.index, &WavefrontCopy::field);
+    return ring_row(plan.ring_slots.size() + static_cast<size_t>(copy - plan.copies.begin()), copy->slots, rings, at) + stream.offset[0];
   }
-  if (plan.periodic[1]) y = wrapped(y, layout.cells[1]);
-  if (plan.periodic[2]) z = wrapped(z, layout.cells[2]);
-  double* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[static_cast<size_t>(stream.index)];
-  return base + y * layout.stride[1] + z * layout.stride[2] + stream.x;
+  for (size_t axis = 1; axis < 3; ++axis) {
+    if (plan.periodic[axis]) at[axis] = wrapped(at[axis], layout.cells[axis]);
+  }
+  double* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[index];
+  return base + at[1] * layout.stride[1] + at[2] * layout.stride[2] + stream.offset[0];
 }
 
-/// Rows (planes) along an axis that a level computes for a tile.
-Range Wavefront::Impl::rows(const WavefrontLevel& level, size_t axis, Range tile) const {
-  Range range{tile.from - level.below[axis], tile.to + level.above[axis]};
-  if (is_bounded(axis)) range = {std::max<int64_t>(range.from, 0), std::min(range.to, cells(axis))};
-  return range;
+/// The cells a level computes for a tile. Strips of levels that only others read begin and end on cache lines: what they
+/// compute beyond the cells that are needed is never used.
+Tile Wavefront::Impl::region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above, const Tile& tile) const {
+  Tile region = tile;
+  for (size_t axis = splits_x ? 0 : 1; axis <= last; ++axis) {
+    region[axis] = {tile[axis].from - below[axis], tile[axis].to + above[axis]};
+    if (axis == 0 && below[0] + above[0] > 0) region[0] = {tile[0].from - strip_margin(), tile[0].to + strip_margin()};
+    if (is_bounded(axis)) region[axis] = {std::max<int64_t>(region[axis].from, 0), std::min(region[axis].to, layout.cells[axis])};
+  }
+  return region;
 }
 
-void Wavefront::Impl::run_row(size_t number, Rings& rings, Place place) const {
+void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place) const {
   const WavefrontLevel& level = plan.levels[number];
-  for (size_t s = 0; s < level.streams.size(); ++s) rings.pointers[s] = row_of(level.streams[s], rings, place);
+  for (size_t s = 0; s < level.streams.size(); ++s) rings.pointers[s] = row_of(level.streams[s], rings, place) + x.from;
   dpde_row row{};
   row.streams = rings.pointers.data();
   row.uniforms = uniforms[static_cast<size_t>(level.step)].data();
-  row.count = layout.cells[0];
-  row.y = plan.periodic[1] ? wrapped(place.y, layout.cells[1]) : place.y;
-  row.z = plan.periodic[2] ? wrapped(place.z, layout.cells[2]) : place.z;
+  row.count = x.count();
+  row.first = x.from;
+  row.y = plan.periodic[1] ? wrapped(place[1], layout.cells[1]) : place[1];
+  row.z = plan.periodic[2] ? wrapped(place[2], layout.cells[2]) : place[2];
   row.layout = &layout;
   level.row(&row);
   for (size_t o = 0; o < level.outputs.size(); ++o) {
-    if (level.outputs[o].filled) fills[number][o].run_row(row_of(level.outputs[o].stream, rings, place), row.uniforms);
+    if (level.outputs[o].fill) fill_ends(number, o, rings, x, place);
+  }
+}
+
+/// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their ends.
+void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const {
+  const WavefrontLevel& level = plan.levels[number];
+  const double* values = uniforms[static_cast<size_t>(level.step)].data();
+  double* row = row_of(level.outputs[output].stream, rings, place);
+  if (!splits_x) return fills[number][output].run_row(row, values);
+  if (!is_bounded(0)) return;
+  const dpde_boundary& sides = level.outputs[output].fill->axes[0];
+  const int64_t n = layout.cells[0];
+  const auto twice = [&](int32_t uniform) { return uniform >= 0 ? 2 * values[uniform] : 0.0; };
+  for (int64_t k = 0; k < layout.halo[0]; ++k) {
+    if (x.from == 0) row[-1 - k] = sides.low == DPDE_VALUE ? twice(sides.value_low) - row[k] : row[k];
+    if (x.to == n) row[n + k] = sides.high == DPDE_VALUE ? twice(sides.value_high) - row[n - 1 - k] : row[n - 1 - k];
   }
 }
 
 /// Row `from`, complete with its ends, as its image at place `to` along an axis.
-void Wavefront::Impl::image_rows(size_t number, Rings& rings, size_t axis, Place from, int64_t to) const {
+void Wavefront::Impl::image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const {
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.step)].data();
   Place target = from;
-  (axis == 0 ? target.y : target.z) = to;
+  target[axis] = to;
+  const int64_t first = x.from == 0 ? -layout.halo[0] : x.from, end = x.to == layout.cells[0] ? x.to + layout.halo[0] : x.to;
   for (const WavefrontLevel::Output& output : level.outputs) {
-    if (!output.filled) continue;
-    const dpde_boundary& sides = output.fill->axes[axis + 1];
+    if (!output.fill) continue;
+    const dpde_boundary& sides = output.fill->axes[axis];
     const int32_t kind = to < 0 ? sides.low : sides.high;
     const int32_t uniform = to < 0 ? sides.value_low : sides.value_high;
     const double twice = kind == DPDE_VALUE && uniform >= 0 ? 2 * values[uniform] : 0;
     const double* source = row_of(output.stream, rings, from);
     double* image = row_of(output.stream, rings, target);
-    const int64_t first = -layout.halo[0], end = layout.cells[0] + layout.halo[0];
     if (kind == DPDE_VALUE) {
-      for (int64_t x = first; x < end; ++x) image[x] = twice - source[x];
+      for (int64_t i = first; i < end; ++i) image[i] = twice - source[i];
     } else {
       std::copy(source + first, source + end, image + first);
     }
@@ -185,49 +241,94 @@ void Wavefront::Impl::image_rows(size_t number, Rings& rings, size_t axis, Place
 }
 
 /// Images of a row (plane) beyond the walls of the last axis: those below with their row, those above when all are there.
-void Wavefront::Impl::image_slab(size_t number, Rings& rings, Range tile, int64_t slab) const {
+void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const {
   if (!is_bounded(last)) return;
-  Range y = rows_y(plan.levels[number], tile);
-  if (rank == 3 && is_bounded(0)) y = {y.from - (y.from == 0 ? halo(0) : 0), y.to + (y.to == cells(0) ? halo(0) : 0)};
-  const int64_t n = cells(last);
+  const int64_t n = layout.cells[last];
+  if (last == 2 && is_bounded(1)) {
+    if (region[1].from == 0) region[1].from -= layout.halo[1];
+    if (region[1].to == layout.cells[1]) region[1].to += layout.halo[1];
+  }
   const auto image = [&](int64_t from, int64_t to) {
-    if (rank == 2) return image_rows(number, rings, 0, {from, 0}, to);
-    for (int64_t row = y.from; row < y.to; ++row) image_rows(number, rings, 1, {row, from}, to);
+    if (last == 1) return image_row(number, rings, region[0], 1, {0, from, 0}, to);
+    for (int64_t y = region[1].from; y < region[1].to; ++y) image_row(number, rings, region[0], 2, {0, y, from}, to);
   };
-  if (slab < halo(last)) image(slab, -1 - slab);
-  for (int64_t k = 0; slab == n - 1 && k < halo(last); ++k) image(n - 1 - k, n + k);
+  if (slab < layout.halo[last]) image(slab, -1 - slab);
+  for (int64_t k = 0; slab == n - 1 && k < layout.halo[last]; ++k) image(n - 1 - k, n + k);
 }
 
-void Wavefront::Impl::run_slab(size_t number, Rings& rings, Range tile, int64_t slab) const {
-  if (rank == 2) {
-    run_row(number, rings, {slab, 0});
+void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& region, int64_t slab) const {
+  if (last == 1) {
+    run_row(number, rings, region[0], {0, slab, 0});
   } else {
-    const Range y = rows_y(plan.levels[number], tile);
-    for (int64_t row = y.from; row < y.to; ++row) {
-      run_row(number, rings, {row, slab});
-      if (!is_bounded(0)) continue;
-      if (row < halo(0)) image_rows(number, rings, 0, {row, slab}, -1 - row);
-      if (row >= cells(0) - halo(0)) image_rows(number, rings, 0, {row, slab}, 2 * cells(0) - 1 - row);
+    const int64_t n = layout.cells[1], halo = layout.halo[1];
+    for (int64_t y = region[1].from; y < region[1].to; ++y) {
+      run_row(number, rings, region[0], {0, y, slab});
+      if (!is_bounded(1)) continue;
+      if (y < halo) image_row(number, rings, region[0], 1, {0, y, slab}, -1 - y);
+      if (y >= n - halo) image_row(number, rings, region[0], 1, {0, y, slab}, 2 * n - 1 - y);
     }
   }
-  image_slab(number, rings, tile, slab);
+  image_slab(number, rings, region, slab);
 }
 
-void Wavefront::Impl::run_tile(Rings& rings, Range tile) const {
-  rings.first_y = tile.from - rows_before;
-  const Range slabs = rank == 3 ? Range{0, layout.cells[2]} : tile;
-  int64_t from = slabs.from, to = slabs.to;
-  for (const WavefrontLevel& level : plan.levels) {
-    const Range range = rows(level, last, slabs);
-    from = std::min(from, range.from + level.lag);
-    to = std::max(to, range.to + level.lag);
+/// A row of an input as a strip sees it that goes on beyond the ends of a periodic axis.
+void Wavefront::Impl::copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const {
+  const Range y = is_bounded(1) ? Range{-layout.halo[1], layout.cells[1] + layout.halo[1]} : Range{tile[1].from - copy.below[1], tile[1].to + copy.above[1]};
+  if (slab < std::max(y.from, tile[1].from - copy.below[1]) || slab >= std::min(y.to, tile[1].to + copy.above[1])) return;
+  const size_t ring = plan.ring_slots.size() + static_cast<size_t>(&copy - plan.copies.data());
+  double* to = ring_row(ring, copy.slots, rings, {0, slab, 0});
+  const int64_t row = is_bounded(1) ? slab : wrapped(slab, layout.cells[1]), n = layout.cells[0];
+  const double* from = executor->bound(copy.field) + row * layout.stride[1];
+  const int64_t begin = tile[0].from - copy.below[0], end = tile[0].to + copy.above[0];
+  for (int64_t x = begin; x < std::min<int64_t>(end, 0); ++x) to[x] = from[x + n];
+  std::copy(from + std::max<int64_t>(begin, 0), from + std::min(end, n), to + std::max<int64_t>(begin, 0));
+  for (int64_t x = std::max(begin, n); x < end; ++x) to[x] = from[x - n];
+}
+
+void Wavefront::Impl::begin_tile(Rings& rings, const Tile& tile) const {
+  rings.first = {splits_x ? tile[0].from - before[0] : -before[0], tile[1].from - before[1], 0};
+  rings.copies = false;
+  if (!splits_x || is_bounded(0)) return;
+  const int64_t margin = strip_margin() + layout.halo[0];
+  for (const WavefrontCopy& copy : plan.copies) {
+    rings.copies = rings.copies || tile[0].from < std::max(copy.below[0], margin) || tile[0].to + std::max(copy.above[0], margin) > layout.cells[0];
   }
+}
+
+void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) const {
+  begin_tile(rings, tile);
+  std::vector<Tile> regions;
+  int64_t from = tile[last].from, to = tile[last].to;
+  for (const WavefrontLevel& level : plan.levels) {
+    regions.push_back(region_of(level.below, level.above, tile));
+    from = std::min(from, regions.back()[last].from + level.lag);
+    to = std::max(to, regions.back()[last].to + level.lag);
+  }
+  if (rings.copies) from -= 2 * layout.halo[last];  // the rows below the first that is computed
   for (int64_t place = from; place < to; ++place) {
+    for (size_t c = 0; rings.copies && c < plan.copies.size(); ++c) copy_slab(plan.copies[c], rings, tile, place + plan.copies[c].ahead);
     for (size_t number = 0; number < plan.levels.size(); ++number) {
-      const WavefrontLevel& level = plan.levels[number];
-      const Range range = rows(level, last, slabs);
-      const int64_t slab = place - level.lag;
-      if (slab >= range.from && slab < range.to) run_slab(number, rings, tile, slab);
+      const int64_t slab = place - plan.levels[number].lag;
+      const Range& range = regions[number][last];
+      if (slab >= range.from && slab < range.to) run_slab(number, rings, regions[number], slab);
+    }
+  }
+}
+
+/// The halos of the results that need rows or ends of other tiles.
+void Wavefront::Impl::finish() const {
+  const double* values = uniforms.back().data();
+  for (size_t number = 0; number < plan.levels.size(); ++number) {
+    for (size_t o = 0; o < plan.levels[number].outputs.size(); ++o) {
+      const WavefrontLevel::Output& output = plan.levels[number].outputs[o];
+      if (output.stream.kind != Kind::result || !output.fill) continue;
+      double* base = results[static_cast<size_t>(output.stream.index)];
+      if (splits_x) {
+        fills[number][o].run(base, values);
+      } else {
+        fills[number][o].run_y(base, values);
+        fills[number][o].run_z(base, values);
+      }
     }
   }
 }
@@ -245,10 +346,16 @@ Wavefront& Wavefront::operator=(Wavefront&&) noexcept = default;
 
 int Wavefront::steps() const { return impl_->plan.steps; }
 
-int64_t Wavefront::ring_bytes() const {
-  int64_t slots = 0;
-  for (const int64_t ring : impl_->plan.ring_slots) slots += ring;
-  return slots * impl_->slot_size * static_cast<int64_t>(sizeof(double));
+double Wavefront::work() const {
+  double computed = 0, needed = 0;
+  for (const Tile& tile : impl_->tiles) {
+    for (const WavefrontLevel& level : impl_->plan.levels) {
+      const Tile region = impl_->region_of(level.below, level.above, tile);
+      computed += static_cast<double>(region[0].count() * region[1].count() * region[2].count());
+      needed += static_cast<double>(tile[0].count() * tile[1].count() * tile[2].count());
+    }
+  }
+  return computed / needed;
 }
 
 void Wavefront::set_uniforms(int step, std::span<const double> uniforms) {
@@ -270,17 +377,7 @@ void Wavefront::run(std::span<double* const> results) {
 #pragma omp parallel num_threads(threads)
     for (int part = omp_get_thread_num(); part < threads; part += omp_get_num_threads()) run_part(part);
   }
-  const std::vector<double>& last_uniforms = impl.uniforms.back();
-  for (size_t number = 0; number < impl.plan.levels.size(); ++number) {
-    const WavefrontLevel& level = impl.plan.levels[number];
-    for (size_t o = 0; o < level.outputs.size(); ++o) {
-      const WavefrontLevel::Output& output = level.outputs[o];
-      if (output.stream.kind != Kind::result || !output.filled) continue;
-      double* base = results[static_cast<size_t>(output.stream.index)];
-      impl.fills[number][o].run_y(base, last_uniforms.data());
-      impl.fills[number][o].run_z(base, last_uniforms.data());
-    }
-  }
+  impl.finish();
 }
 
 }  // namespace dpde

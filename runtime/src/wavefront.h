@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Temporal blocking: several steps of a program in one pass over memory, as a wavefront. Level s (one sweep of one step)
 // runs along the last axis behind the levels it reads from; what lies between the first and the last step is kept in rings
-// of few rows (planes in 3-D) that stay in the cache. Threads, and tiles along y in 3-D, compute the rows they need of their
-// neighbours' again, so they never wait. Every value is computed by the same row function from the same values as in the
-// plain schedule: results are bit-identical.
+// of few rows (planes in 3-D) that stay in the core's cache. Tiles (strips along x in 2-D, along y in 3-D; a part for each
+// thread) compute the cells they need of their neighbours' again, so they never wait. Every value is computed by the same
+// row function from the same values as in the plain schedule: results are bit-identical.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@ namespace dpde {
 /// How the rows that one sweep reads or writes are found.
 struct WavefrontStream {
   enum class Kind { input, result, ring } kind = Kind::input;
-  int index = 0;              // field of the program (input), swap (result) or ring
-  int64_t x = 0, y = 0, z = 0;
+  int index = 0;  // field of the program (input), swap (result) or ring
+  std::array<int64_t, 3> offset{};
 };
 
 struct WavefrontLevel {
@@ -29,22 +29,30 @@ struct WavefrontLevel {
   int step = 0;
   std::vector<WavefrontStream> streams;
   struct Output {
-    WavefrontStream stream;   // offset 0
+    WavefrontStream stream;  // offset 0
     int field = 0;
-    bool filled = false;      // its halo is filled when the row is done
-    std::optional<dpde_fill> fill;
+    std::optional<dpde_fill> fill;  // of its halo
   };
   std::vector<Output> outputs;
-  int64_t lag = 0;                 // along the last axis
-  std::array<int64_t, 2> below{};  // rows needed beyond the tile's: along y, along z
-  std::array<int64_t, 2> above{};
+  int64_t lag = 0;                          // along the last axis
+  std::array<int64_t, 3> below{}, above{};  // cells needed beyond the tile's, an axis
+};
+
+/// An input, for tiles that reach beyond the ends of a periodic x axis: its rows are copied into a ring.
+struct WavefrontCopy {
+  int field = 0;
+  int64_t ahead = 0, slots = 1;
+  std::array<int64_t, 3> below{}, above{};
 };
 
 struct WavefrontPlan {
   std::vector<WavefrontLevel> levels;
   std::vector<int64_t> ring_slots;  // rows (planes) of each ring, powers of two
+  std::vector<WavefrontCopy> copies;
   std::array<bool, 3> periodic{true, true, true};
   int steps = 0;
+  /// Cells beyond a tile's along an axis, of all levels.
+  int64_t reach(size_t axis) const;
 };
 
 /// nullopt when the program is not one that can be blocked: only sweeps over the interior, no sums, scatters or explicit
@@ -60,8 +68,8 @@ class Wavefront {
   Wavefront& operator=(Wavefront&&) noexcept;
 
   int steps() const;
-  /// What the rings of one thread take.
-  int64_t ring_bytes() const;
+  /// Cells computed, over those of the plain schedule.
+  double work() const;
   /// Uniforms of step `step` of the block, from the executor's parameters as they are now.
   void set_uniforms(int step, std::span<const double> uniforms);
   /// From the executor's bound inputs, halos filled, to results[s] (base pointers, one a swap, not among the inputs):

@@ -76,9 +76,9 @@ class Planner {
     int field = -1;  // as that level calls it
   };
   struct Read {
-    int from, to;  // levels
-    int ring;
-    std::array<int64_t, 2> offset;
+    int from, to;  // levels; from -1: an input
+    int index;     // ring, or field of the input
+    std::array<int64_t, 3> offset;
   };
 
   bool add_level(int step, const dpde_operation& operation, std::vector<bool>& written) {
@@ -99,26 +99,27 @@ class Planner {
       }
       const Source& source = current_.at(stream.field);
       WavefrontStream read = source.stream;
-      read.x = stream.offset[0], read.y = stream.offset[1], read.z = stream.offset[2];
+      read.offset = {stream.offset[0], stream.offset[1], stream.offset[2]};
       level.streams.push_back(read);
+      reads_.push_back({source.level, number, read.index, read.offset});
       if (source.level < 0) continue;
-      if ((read.y != 0 || read.z != 0 || read.x != 0) && !is_filled(source)) return false;
-      if (source.stream.kind != Kind::ring) return false;  // results are not read
-      reads_.push_back({source.level, number, source.stream.index, {read.y, read.z}});
+      const bool is_shifted = std::ranges::any_of(read.offset, [](int64_t offset) { return offset != 0; });
+      if (read.kind != Kind::ring || (is_shifted && !is_filled(source))) return false;
       level.lag = std::max(level.lag, plan_.levels[static_cast<size_t>(source.level)].lag + delay(read));
     }
     for (const auto& [field, source] : outputs) {
-      level.outputs.push_back({source.stream, field, false, find_fill(operation, field)});
-      level.outputs.back().filled = level.outputs.back().fill.has_value();
+      level.outputs.push_back({source.stream, field, find_fill(operation, field)});
       current_[field] = source;
     }
     plan_.levels.push_back(std::move(level));
     return true;
   }
 
+  size_t last() const { return static_cast<size_t>(program_.rank) - 1; }
+
   /// Rows by which a reader must be behind: row +k has to be there, and of a wall the row that row -k is the image of.
   int64_t delay(const WavefrontStream& stream) const {
-    const int64_t offset = program_.rank == 3 ? stream.z : stream.y;
+    const int64_t offset = stream.offset[last()];
     return std::max(offset, -offset - 1);
   }
 
@@ -141,17 +142,33 @@ class Planner {
   bool is_filled(const Source& source) const {
     const std::vector<WavefrontLevel::Output>& outputs = plan_.levels[static_cast<size_t>(source.level)].outputs;
     const auto found = std::ranges::find(outputs, source.field, &WavefrontLevel::Output::field);
-    return found != outputs.end() && found->filled;
+    return found != outputs.end() && found->fill;
+  }
+
+  /// Makes `from` reach as far as `to` reads of it.
+  template <class From>
+  static void reach_for(From& from, const Read& read, const WavefrontLevel& to) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      from.below[axis] = std::max(from.below[axis], to.below[axis] - read.offset[axis]);
+      from.above[axis] = std::max(from.above[axis], to.above[axis] + read.offset[axis]);
+    }
   }
 
   void find_extents() {
+    std::map<int, WavefrontCopy> copies;
     for (auto read = reads_.rbegin(); read != reads_.rend(); ++read) {
-      WavefrontLevel& from = plan_.levels[static_cast<size_t>(read->from)];
       const WavefrontLevel& to = plan_.levels[static_cast<size_t>(read->to)];
-      for (size_t axis = 0; axis < 2; ++axis) {
-        from.below[axis] = std::max(from.below[axis], to.below[axis] - read->offset[axis]);
-        from.above[axis] = std::max(from.above[axis], to.above[axis] + read->offset[axis]);
+      if (read->from >= 0) {
+        reach_for(plan_.levels[static_cast<size_t>(read->from)], *read, to);
+      } else {
+        WavefrontCopy& copy = copies[read->index];
+        reach_for(copy, *read, to);
+        copy.ahead = std::max(copy.ahead, read->offset[last()] - to.lag);
       }
+    }
+    for (auto& [field, copy] : copies) {
+      copy.field = field;
+      plan_.copies.push_back(copy);
     }
   }
 
@@ -159,13 +176,19 @@ class Planner {
   /// beyond a wall.
   void find_rings() {
     std::vector<int64_t> rows(static_cast<size_t>(rings_), 1);
-    const size_t axis = program_.rank == 3 ? 1 : 0;
     for (const Read& read : reads_) {
-      const int64_t behind = plan_.levels[static_cast<size_t>(read.to)].lag - plan_.levels[static_cast<size_t>(read.from)].lag;
-      int64_t& needed = rows[static_cast<size_t>(read.ring)];
-      needed = std::max(needed, behind - read.offset[axis] + 1 + program_.halo[program_.rank - 1]);
+      const int64_t lag = plan_.levels[static_cast<size_t>(read.to)].lag - read.offset[last()];
+      if (read.from < 0) {
+        WavefrontCopy& copy = *std::ranges::find(plan_.copies, read.index, &WavefrontCopy::field);
+        copy.slots = std::max(copy.slots, lag + copy.ahead + 1);
+      } else {
+        int64_t& needed = rows[static_cast<size_t>(read.index)];
+        needed = std::max(needed, lag - plan_.levels[static_cast<size_t>(read.from)].lag + 1 + program_.halo[last()]);
+      }
     }
-    for (const int64_t count : rows) plan_.ring_slots.push_back(static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(count))));
+    const auto round_up = [](int64_t count) { return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(count))); };
+    for (const int64_t count : rows) plan_.ring_slots.push_back(round_up(count));
+    for (WavefrontCopy& copy : plan_.copies) copy.slots = round_up(copy.slots);
   }
 
   const dpde_program& program_;
@@ -177,6 +200,12 @@ class Planner {
 
 }  // namespace
 
+int64_t WavefrontPlan::reach(size_t axis) const {
+  int64_t most = 0;
+  for (const WavefrontLevel& level : levels) most = std::max({most, level.below[axis], level.above[axis]});
+  return most;
+}
+
 std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps) {
   if (program.rank < 2 || program.interpret != nullptr || program.swap_count == 0 || steps < 1) return std::nullopt;
   const std::optional<std::array<bool, 3>> periodic = find_periodic(program);
@@ -185,9 +214,7 @@ std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const d
   if (!plan) return std::nullopt;
   plan->periodic = *periodic;
   for (int axis = 1; axis < program.rank; ++axis) {
-    int64_t reach = 2 * layout.halo[axis];
-    for (const WavefrontLevel& level : plan->levels) reach = std::max({reach, level.below[axis - 1], level.above[axis - 1]});
-    if (layout.cells[axis] < reach + 1) return std::nullopt;
+    if (layout.cells[axis] <= std::max(2 * layout.halo[axis], plan->reach(static_cast<size_t>(axis)))) return std::nullopt;
   }
   return plan;
 }

@@ -17,7 +17,7 @@ struct Case {
 };
 
 std::string grid(const std::string& axis, int cells, bool periodic) {
-  return "grid " + axis + " = 0 .. 1, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
+  return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
 }
 
 std::string heat(const std::string& axes, const std::string& walls, const std::string& scheme) {
@@ -36,6 +36,9 @@ std::vector<Case> cases() {
       {"rk4_walls", heat(grid("x", 17, true) + grid("y", 90, false), walls_y, "time = rk4; lap = central(4); dx = central(4)")},
       {"upwind", "model carry { field u, v; dt(u) = -advect((1, v), u); dt(v) = -dx(v) }\nscheme s { time = euler; advect = upwind(1) }\nscene go : carry with s {\n" +
                      grid("x", 17, true) + grid("y", 40, true) + "initial u = 0\ninitial v = 0\ntime 0 .. 1, step 1e-3\n}\n"},
+      {"strips", heat(grid("x", 1500, true) + grid("y", 40, true), "", "time = rk2")},
+      {"strips_walls", heat(grid("x", 1500, false) + grid("y", 40, false), walls, "time = rk4; dx = central(4)")},
+      {"strips_mixed", heat(grid("x", 1500, true) + grid("y", 40, false), walls_y, "time = rk4")},
       {"3d", heat(grid("x", 9, true) + grid("y", 40, true) + grid("z", 40, true), "", "time = euler")},
       {"3d_walls", heat(grid("x", 9, false) + grid("y", 33, false) + grid("z", 40, false), walls + "boundary u: z.low = 2, z.high = 0\n", "time = rk2")},
       {"3d_mixed", heat(grid("x", 9, true) + grid("y", 60, false) + grid("z", 60, true), walls_y, "time = euler; lap = central(4)")},
