@@ -41,11 +41,20 @@ std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
   return ranges;
 }
 
+/// Where a level finds the rows of one stream in the tile that runs.
+struct Access {
+  double* base;         // cell x = 0 of the first row (of ring slot 0, or of the field) at the stream's offset along x
+  int64_t mask;         // of ring slots; -1: no ring
+  int64_t slab_stride, row_stride;
+  int64_t slab_offset, row_offset;  // the stream's; row_offset counts from the first row of a slot
+};
+
 /// Rings and pointers of one thread.
 struct Rings {
   std::unique_ptr<double, decltype(&std::free)> memory{nullptr, &std::free};
   std::vector<double*> base;    // of each ring, then of each copy: the first element of slot 0
-  std::vector<double*> pointers;
+  std::vector<double*> pointers, slabs;       // of the streams of a level: at the row, and of its slab
+  std::vector<std::vector<Access>> accesses;  // of each level's streams
   std::array<int64_t, 3> first{};  // place of the first element of a slot
   bool copies = false;             // the tile reads inputs through copies
 };
@@ -56,15 +65,18 @@ struct Wavefront::Impl {
   Impl(const Executor& from, WavefrontPlan made, int threads);
   void make_tiles(int threads);
   void allocate(Rings& rings) const;
+  bool needs_copies(const Tile& tile) const;
   void begin_tile(Rings& rings, const Tile& tile) const;
   void run_tile(Rings& rings, const Tile& tile) const;
   void run_slab(size_t number, Rings& rings, const Tile& region, int64_t slab) const;
+  Access access_of(const WavefrontStream& stream, const Rings& rings) const;
+  void enter_slab(size_t number, Rings& rings, int64_t slab) const;
   void run_row(size_t number, Rings& rings, Range x, Place place) const;
   void fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const;
   void copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const;
   void image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const;
   void image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const;
-  double* row_of(const WavefrontStream& stream, const Rings& rings, Place place) const;
+  double* row_of(const WavefrontStream& output, const Rings& rings, Place place) const;
   double* ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const;
   Tile region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above, const Tile& tile) const;
   void finish() const;
@@ -148,6 +160,7 @@ void Wavefront::Impl::allocate(Rings& rings) const {
   size_t most = 0;
   for (const WavefrontLevel& level : plan.levels) most = std::max(most, level.streams.size());
   rings.pointers.assign(most, nullptr);
+  rings.slabs.assign(most, nullptr);
 }
 
 /// Cell x = 0 of a row in a ring.
@@ -157,19 +170,11 @@ double* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings
   return rings.base[ring] + slot * slot_size + row * extent[0] - rings.first[0];
 }
 
-double* Wavefront::Impl::row_of(const WavefrontStream& stream, const Rings& rings, Place place) const {
-  const auto index = static_cast<size_t>(stream.index);
-  Place at{0, place[1] + stream.offset[1], place[2] + stream.offset[2]};
-  if (stream.kind == Kind::ring) return ring_row(index, plan.ring_slots[index], rings, at) + stream.offset[0];
-  if (stream.kind == Kind::input && rings.copies) {
-    const auto copy = std::ranges::find(plan.copies, stream.index, &WavefrontCopy::field);
-    return ring_row(plan.ring_slots.size() + static_cast<size_t>(copy - plan.copies.begin()), copy->slots, rings, at) + stream.offset[0];
-  }
-  for (size_t axis = 1; axis < 3; ++axis) {
-    if (plan.periodic[axis]) at[axis] = wrapped(at[axis], layout.cells[axis]);
-  }
-  double* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[index];
-  return base + at[1] * layout.stride[1] + at[2] * layout.stride[2] + stream.offset[0];
+/// Cell x = 0 of a row of an output.
+double* Wavefront::Impl::row_of(const WavefrontStream& output, const Rings& rings, Place place) const {
+  const auto index = static_cast<size_t>(output.index);
+  if (output.kind == Kind::ring) return ring_row(index, plan.ring_slots[index], rings, place);
+  return results[index] + place[1] * layout.stride[1] + place[2] * layout.stride[2];
 }
 
 /// The cells a level computes for a tile. Strips of levels that only others read begin and end on cache lines: what they
@@ -184,9 +189,41 @@ Tile Wavefront::Impl::region_of(const std::array<int64_t, 3>& below, const std::
   return region;
 }
 
+Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& rings) const {
+  const auto index = static_cast<size_t>(stream.index);
+  const int64_t slab_offset = stream.offset[last], row_offset = last == 2 ? stream.offset[1] : 0;
+  const auto in_ring = [&](size_t ring, int64_t slots) {
+    return Access{rings.base[ring] - rings.first[0] + stream.offset[0], slots - 1, slot_size, extent[0], slab_offset, row_offset - (last == 2 ? rings.first[1] : 0)};
+  };
+  if (stream.kind == Kind::ring) return in_ring(index, plan.ring_slots[index]);
+  if (stream.kind == Kind::input && rings.copies) {
+    const auto copy = std::ranges::find(plan.copies, stream.index, &WavefrontCopy::field);
+    return in_ring(plan.ring_slots.size() + static_cast<size_t>(copy - plan.copies.begin()), copy->slots);
+  }
+  double* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[index];
+  return {base + stream.offset[0], -1, layout.stride[last], layout.stride[1], slab_offset, row_offset};
+}
+
+/// The slab of each stream of a level.
+void Wavefront::Impl::enter_slab(size_t number, Rings& rings, int64_t slab) const {
+  const std::vector<Access>& accesses = rings.accesses[number];
+  for (size_t s = 0; s < accesses.size(); ++s) {
+    const Access& access = accesses[s];
+    const int64_t place = slab + access.slab_offset;
+    const int64_t at = access.mask >= 0 ? place & access.mask : plan.periodic[last] ? wrapped(place, layout.cells[last]) : place;
+    rings.slabs[s] = access.base + at * access.slab_stride;
+  }
+}
+
 void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place) const {
   const WavefrontLevel& level = plan.levels[number];
-  for (size_t s = 0; s < level.streams.size(); ++s) rings.pointers[s] = row_of(level.streams[s], rings, place) + x.from;
+  const std::vector<Access>& accesses = rings.accesses[number];
+  for (size_t s = 0; s < accesses.size(); ++s) {
+    const Access& access = accesses[s];
+    int64_t row = last == 2 ? place[1] + access.row_offset : 0;
+    if (access.mask < 0 && last == 2 && plan.periodic[1]) row = wrapped(row, layout.cells[1]);
+    rings.pointers[s] = rings.slabs[s] + row * access.row_stride + x.from;
+  }
   dpde_row row{};
   row.streams = rings.pointers.data();
   row.uniforms = uniforms[static_cast<size_t>(level.step)].data();
@@ -196,6 +233,7 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place)
   row.z = plan.periodic[2] ? wrapped(place[2], layout.cells[2]) : place[2];
   row.layout = &layout;
   level.row(&row);
+  if (splits_x && !is_bounded(0)) return;
   for (size_t o = 0; o < level.outputs.size(); ++o) {
     if (level.outputs[o].fill) fill_ends(number, o, rings, x, place);
   }
@@ -207,7 +245,6 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
   const double* values = uniforms[static_cast<size_t>(level.step)].data();
   double* row = row_of(level.outputs[output].stream, rings, place);
   if (!splits_x) return fills[number][output].run_row(row, values);
-  if (!is_bounded(0)) return;
   const dpde_boundary& sides = level.outputs[output].fill->axes[0];
   const int64_t n = layout.cells[0];
   const auto twice = [&](int32_t uniform) { return uniform >= 0 ? 2 * values[uniform] : 0.0; };
@@ -257,6 +294,7 @@ void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64
 }
 
 void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& region, int64_t slab) const {
+  enter_slab(number, rings, slab);
   if (last == 1) {
     run_row(number, rings, region[0], {0, slab, 0});
   } else {
@@ -285,13 +323,22 @@ void Wavefront::Impl::copy_slab(const WavefrontCopy& copy, const Rings& rings, c
   for (int64_t x = std::max(begin, n); x < end; ++x) to[x] = from[x - n];
 }
 
+/// A strip that reaches beyond the ends of a periodic axis reads inputs through copies.
+bool Wavefront::Impl::needs_copies(const Tile& tile) const {
+  if (!splits_x || is_bounded(0)) return false;
+  const int64_t margin = strip_margin() + layout.halo[0];
+  return std::ranges::any_of(plan.copies, [&](const WavefrontCopy& copy) {
+    return tile[0].from < std::max(copy.below[0], margin) || tile[0].to + std::max(copy.above[0], margin) > layout.cells[0];
+  });
+}
+
 void Wavefront::Impl::begin_tile(Rings& rings, const Tile& tile) const {
   rings.first = {splits_x ? tile[0].from - before[0] : -before[0], tile[1].from - before[1], 0};
-  rings.copies = false;
-  if (!splits_x || is_bounded(0)) return;
-  const int64_t margin = strip_margin() + layout.halo[0];
-  for (const WavefrontCopy& copy : plan.copies) {
-    rings.copies = rings.copies || tile[0].from < std::max(copy.below[0], margin) || tile[0].to + std::max(copy.above[0], margin) > layout.cells[0];
+  rings.copies = needs_copies(tile);
+  rings.accesses.clear();
+  for (const WavefrontLevel& level : plan.levels) {
+    std::vector<Access>& accesses = rings.accesses.emplace_back();
+    for (const WavefrontStream& stream : level.streams) accesses.push_back(access_of(stream, rings));
   }
 }
 
