@@ -79,7 +79,16 @@ void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unkn
 void SceneTable::Storage::add_task(const model::Task& task) {
   scene.task = text(task.name);
   scene.start = compiled->program(task.name + "_start");
+  const auto is_read = [&](const std::string& name) {
+    for (std::size_t i = 0; i < task.losses.size(); ++i) {
+      const dpde_program* loss = compiled->program(fmt::format("{}_loss_{}", task.name, i + 1));
+      const char* const* end = loss->fields + loss->field_count;
+      if (std::find_if(loss->fields, end, [&](const char* field) { return name == field; }) != end) return true;
+    }
+    return false;
+  };
   for (const model::Datum& datum : task.data) {
+    if (!is_read(datum.name)) continue;  // the task's tests alone
     dpde_instants at = instants(datum.when);
     if (at.count == 1) at = {0, nullptr};
     data.push_back({text(datum.name), at});

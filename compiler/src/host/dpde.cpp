@@ -48,7 +48,8 @@ driver::Backend backend_of(HostBackend backend) {
 }
 
 /// What the session has read or computed for fields without a formula.
-bool copy_values(driver::Session& session, const SourceFile& source, Simulation& simulation, DiagnosticSink& sink) {
+bool copy_values(driver::Session& session, const SourceFile& source, const dpde_scene& scene, Simulation& simulation,
+                 DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   for (const model::Coefficient& coefficient : problem.coefficients) {
     if (!coefficient.value.formula) simulation.set_field(coefficient.name, session.workspace().dense(coefficient.name));
@@ -59,6 +60,8 @@ bool copy_values(driver::Session& session, const SourceFile& source, Simulation&
   }
   if (!problem.task) return true;
   for (const driver::DataStates& datum : session.data()) {
+    const auto is_it = [&](const dpde_datum& wanted) { return datum.name == wanted.name; };
+    if (std::none_of(scene.data, scene.data + scene.datum_count, is_it)) continue;
     std::vector<double> values;
     for (const std::string& field : datum.fields) {
       const std::vector<double> state = session.workspace().dense(field);
@@ -93,7 +96,7 @@ Simulation compile(const SourceFile& source, const HostOptions& options) {
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
   if (!session) fail(source, sink);
   Simulation simulation(table->scene(), {{}, options.threads, session->options().checkpoint_bytes, options.slots, options.stop}, table);
-  if (!copy_values(*session, source, simulation, sink)) fail(source, sink);
+  if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
   return simulation;
 }
 

@@ -130,7 +130,9 @@ bool is_clang(std::vector<std::string> compiler, const fs::path& log) {
 }
 
 /// Builds the library and opens it; the file may go afterwards.
-std::optional<std::string> build(const std::string& source, const std::string& compiler, const fs::path& folder) {
+/// `more` are further options.
+std::optional<std::string> build(const std::string& source, const std::string& compiler, const fs::path& folder,
+                                 const std::vector<std::string>& more = {}) {
   const std::vector<std::string> words = compiler_words(compiler);
   if (words.empty()) return "no C++ compiler given";
   const fs::path file = folder / "module.cpp";
@@ -143,6 +145,7 @@ std::optional<std::string> build(const std::string& source, const std::string& c
   std::vector<std::string> arguments = words;
   for (const std::string& flag : cpp_flags(is_clang(words, log))) arguments.push_back(flag);
   arguments.insert(arguments.end(), {"-I", folder.string(), "-shared", "-o", (folder / "module.so").string(), file.string()});
+  arguments.insert(arguments.end(), more.begin(), more.end());
   const auto error = run(arguments, log);
   if (!error || read_text(log).find("-mprefer-vector-width") == std::string::npos) return error;
   for (const char* flag : vector_flags) std::erase(arguments, flag);  // not options on this processor
@@ -188,6 +191,13 @@ CompileResult compile_cpp_source(const loop::Module& module, const std::string& 
   if (folder.path().empty()) return {nullptr, fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
   if (const auto error = build(source, compiler, folder.path())) return {nullptr, *error};
   return load(module, folder.path() / "module.so");
+}
+
+LibraryResult compile_cpp_library(const std::string& source, const std::string& soname, const std::string& march) {
+  const TemporaryFolder folder;
+  if (folder.path().empty()) return {"", fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
+  if (const auto error = build(source, "", folder.path(), {"-Wl,-soname," + soname, "-march=" + march})) return {"", *error};
+  return {read_text(folder.path() / "module.so"), ""};
 }
 
 CompileResult compile_cpp(const loop::Module& module, const std::string& compiler) {

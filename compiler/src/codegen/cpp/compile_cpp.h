@@ -23,6 +23,13 @@ CompileResult compile_cpp(const loop::Module& module, const std::string& compile
 CompileResult compile_cpp_source(const loop::Module& module, const std::string& source,
                                  const std::string& compiler = "");
 
+struct LibraryResult {
+  std::string bytes;  // of the shared library
+  std::string error;  // "" or what the compiler said
+};
+/// Source text as a shared library that stays. `march`: the processor, as the compiler calls it.
+LibraryResult compile_cpp_library(const std::string& source, const std::string& soname, const std::string& march);
+
 /// The flags compile_cpp gives the compiler beside the folder of kernel_abi.h, for assembly listings and build scripts.
 std::vector<std::string> cpp_flags(bool is_clang = false);
 

@@ -59,8 +59,8 @@ std::string commented(const std::string& text) {
 
 class RowEmitter {
  public:
-  RowEmitter(const loop::Module& module, const loop::Row& row, const SourceFile* source)
-      : module_(module), row_(row), source_(source), names_(cpp_names(module, row)), expression_(leaves_) {
+  RowEmitter(const loop::Module& module, const loop::Row& row, const SourceFile* source, const std::string& linkage)
+      : module_(module), row_(row), source_(source), linkage_(linkage), names_(cpp_names(module, row)), expression_(leaves_) {
     set_leaves();
     find_places();
   }
@@ -94,6 +94,7 @@ class RowEmitter {
   const loop::Module& module_;
   const loop::Row& row_;
   const SourceFile* source_;
+  const std::string& linkage_;
   CppNames names_;
   CppLeaves leaves_;
   CppExpression expression_;
@@ -269,14 +270,14 @@ std::string RowEmitter::wrapper() const {
   for (std::size_t g = 0; g < row_.grids.size(); ++g) arguments.push_back(fmt::format("row->grids[{}]", g));
   for (const int u : used_uniforms(row_)) arguments.push_back(fmt::format("row->uniforms[{}]", u));
   if (!row_.sums.empty()) arguments.push_back("row->sums");
-  return fmt::format("extern \"C\" void {}(const dpde_row* row) {{\n", symbol_of(row_.name)) +
+  return fmt::format("{} {}(const dpde_row* row) {{\n", linkage_, symbol_of(row_.name)) +
          wrapped(fmt::format("  {}(", function_name()), arguments, ");") + "}\n";
 }
 
 }  // namespace
 
-std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source) {
-  return RowEmitter(module, row, source).emit();
+std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source, const std::string& linkage) {
+  return RowEmitter(module, row, source, linkage).emit();
 }
 
 }  // namespace dpde::codegen

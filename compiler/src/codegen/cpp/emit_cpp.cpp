@@ -13,7 +13,9 @@ namespace dpde::codegen {
 
 namespace {
 
-std::string emit_uniforms(const loop::Module& module) {
+std::string words_of(RowLinkage linkage) { return linkage == RowLinkage::exported ? "extern \"C\" void" : "static void"; }
+
+std::string emit_uniforms(const loop::Module& module, RowLinkage linkage) {
   const CppUniformNames names = cpp_uniform_names(module);
   const CppLeaves leaves{.params = names.params, .uniforms = names.uniforms};
   const CppExpression expression(leaves);
@@ -24,7 +26,7 @@ std::string emit_uniforms(const loop::Module& module) {
       if (const loop::Param* param = std::get_if<loop::Param>(&e->kind)) params.insert(param->index);
     });
   }
-  std::string out = fmt::format("extern \"C\" void dpde_compute_uniforms(const double*{}, double*{}) {{\n",
+  std::string out = fmt::format("{} dpde_compute_uniforms(const double*{}, double*{}) {{\n", words_of(linkage),
                                 params.empty() ? "" : " params", module.uniforms.empty() ? "" : " uniforms");
   for (const int p : params) out += fmt::format("  const double {} = params[{}];\n", names.params[p], p);
   for (std::size_t u = 0; u < module.uniforms.size(); ++u) {
@@ -45,14 +47,14 @@ std::string title(const SourceFile* source) {
 
 std::string symbol_of(const std::string& row) { return cpp_identifier(row) + "_row"; }
 
-std::string emit_cpp(const loop::Module& module, const SourceFile* source) {
+std::string emit_cpp(const loop::Module& module, const SourceFile* source, RowLinkage linkage) {
   std::string out = title(source);
   out += "// One function a row of cells; the runtime calls it for every row of the grid (see kernel_abi.h).\n";
   if (needs_math(module)) out += "#include <math.h>\n";
   out += "#include <stdint.h>\n\n#include \"dpde/kernel_abi.h\"\n";
   out += cpp_helpers(module);
-  out += "\n// Values that are the same in all cells.\n" + emit_uniforms(module);
-  for (const loop::Row& row : module.rows) out += "\n" + emit_cpp_row(module, row, source);
+  out += "\n// Values that are the same in all cells.\n" + emit_uniforms(module, linkage);
+  for (const loop::Row& row : module.rows) out += "\n" + emit_cpp_row(module, row, source, words_of(linkage));
   return out;
 }
 

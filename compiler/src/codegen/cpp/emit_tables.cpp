@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// The structs of kernel_abi.h and scene_abi.h as C++ that initialises them; all of it constant, nothing runs at start.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <functional>
+#include <map>
+
+#include "codegen/cpp/emit_cpp.h"
+#include "codegen/cpp/emit_library.h"
+
+namespace dpde::codegen {
+
+namespace {
+
+template <class Item, class Text>
+std::vector<std::string> texts(const Item* items, int32_t count, const Text& text) {
+  std::vector<std::string> result;
+  for (int32_t i = 0; i < count; ++i) result.push_back(text(items[i]));
+  return result;
+}
+
+std::string quoted(const char* text) { return text ? fmt::format("\"{}\"", text) : "nullptr"; }
+
+std::string boundary(const dpde_boundary& b) { return fmt::format("{{{}, {}, {}, {}}}", b.low, b.high, b.value_low, b.value_high); }
+
+std::string fill(const dpde_fill& f) {
+  return fmt::format("{{{}, {{{}, {}, {}}}}}", f.field, boundary(f.axes[0]), boundary(f.axes[1]), boundary(f.axes[2]));
+}
+
+std::string three(const int64_t (&values)[3]) { return fmt::format("{{{}, {}, {}}}", values[0], values[1], values[2]); }
+
+/// Writes tables; each gets a name by what it holds and a number.
+class Tables {
+ public:
+  /// Defines an array and returns its name; "nullptr" for an empty one.
+  std::string array(const std::string& type, const std::string& what, const std::vector<std::string>& items) {
+    if (items.empty()) return "nullptr";
+    const std::string name = fmt::format("dpde_{}_{}", what, count_[what]++);
+    out_ += fmt::format("static const {} {}[] = {{{}}};\n", type, name, fmt::join(items, ", "));
+    return name;
+  }
+  std::string names(const char* const* items, int32_t count) {
+    const std::string key = fmt::format("{}", fmt::join(texts(items, count, quoted), ", "));
+    const auto found = names_.find(key);
+    if (found != names_.end()) return found->second;
+    return names_[key] = array("char* const", "names", texts(items, count, quoted));
+  }
+  /// "nullptr" or the address of the program's struct, defined at its first use.
+  std::string program(const dpde_program* source);
+  std::string instants(const dpde_instants& at) {
+    if (at.count < 0) return "{-1, nullptr}";
+    return fmt::format("{{{}, {}}}", at.count, array("int32_t", "steps", texts(at.steps, at.count, [](int32_t k) { return fmt::format("{}", k); })));
+  }
+  const std::string& text() const { return out_; }
+
+ private:
+  std::string kernel(const dpde_kernel& source);
+  std::string operation(const dpde_operation& source);
+
+  std::string out_;
+  std::map<std::string, int> count_;
+  std::map<std::string, std::string> names_;
+  std::map<const dpde_program*, std::string> programs_;
+};
+
+std::string Tables::kernel(const dpde_kernel& k) {
+  const auto stream = [](const dpde_stream& s) {
+    return fmt::format("{{{}, {{{}, {}, {}}}, {}}}", s.field, s.offset[0], s.offset[1], s.offset[2], s.is_written);
+  };
+  const auto number = [](int32_t n) { return fmt::format("{}", n); };
+  const std::string streams = array("dpde_stream", "streams", texts(k.streams, k.stream_count, stream));
+  const std::string grids = array("int32_t", "grids", texts(k.grids, k.grid_count, number));
+  const std::string sums = array("int32_t", "sums", texts(k.sums, k.sum_count, number));
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", quoted(k.name), symbol_of(k.name), k.stream_count, streams, k.grid_count, grids, k.sum_count, sums);
+}
+
+std::string Tables::operation(const dpde_operation& o) {
+  const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, fill));
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial, o.then_count, then);
+}
+
+std::string Tables::program(const dpde_program* source) {
+  if (source == nullptr) return "nullptr";
+  const auto found = programs_.find(source);
+  if (found != programs_.end()) return found->second;
+  const dpde_program& p = *source;
+  out_ += fmt::format("\n// program {}\n", p.name);
+  const auto swap = [](const dpde_swap& s) { return fmt::format("{{{}, {}}}", s.state, s.next); };
+  const std::string fields = names(p.fields, p.field_count), params = names(p.params, p.param_count), sums = names(p.sums, p.sum_count);
+  const std::string kernels = array("dpde_kernel", "kernels", texts(p.kernels, p.kernel_count, [&](const dpde_kernel& k) { return kernel(k); }));
+  const std::string prepare = array("dpde_fill", "fills", texts(p.prepare, p.prepare_count, fill));
+  const std::string operations =
+      array("dpde_operation", "operations", texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o); }));
+  const std::string swaps = array("dpde_swap", "swaps", texts(p.swaps, p.swap_count, swap));
+  const std::string name = fmt::format("dpde_program_{}", programs_.size());
+  out_ += fmt::format("static const dpde_program {} = {{\n", name);
+  out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {},\n", quoted(p.name), p.rank, three(p.halo));
+  out_ += fmt::format("    {}, {}, {},  // fields, inputs first\n", p.field_count, p.input_count, fields);
+  out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params, p.uniform_count);
+  out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
+  out_ += fmt::format("    {}, {}, {}, {}, {}, {},  // prepare, operations, swaps\n", p.prepare_count, prepare, p.operation_count, operations, p.swap_count, swaps);
+  out_ += "    nullptr, nullptr};\n";
+  return programs_[source] = "&" + name;
+}
+
+std::string axis(const dpde_axis& a) {
+  return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic);
+}
+
+/// The scene's initialiser; what it points to goes to `tables`.
+std::string scene_text(const dpde_scene& s, Tables& tables) {
+  const auto value = [](const dpde_value& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.value); };
+  const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
+  const auto datum = [&](const dpde_datum& d) { return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at)); };
+  const auto unknown = [](const dpde_unknown& u) { return fmt::format("{{{}, {}, {}}}", quoted(u.name), u.kind, u.start); };
+  const auto loss = [&](const dpde_loss& l) {
+    const std::string program = tables.program(l.loss), adjoint = tables.program(l.adjoint);
+    return fmt::format("{{{}, {}, {}}}", program, adjoint, tables.instants(l.at));
+  };
+  std::string programs;
+  for (const dpde_program* p : {s.program, s.adjoint, s.initial, s.initial_adjoint, s.coefficient_formulas, s.start, s.observe}) {
+    programs += tables.program(p) + ", ";
+  }
+  const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value));
+  const std::string states = tables.array("dpde_source", "states", texts(s.states, s.state_count, source));
+  const std::string coefficients = tables.array("dpde_source", "coefficients", texts(s.coefficients, s.coefficient_count, source));
+  const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
+  const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
+  const std::string unknowns = tables.array("dpde_unknown", "unknowns", texts(s.unknowns, s.unknown_count, unknown));
+  std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
+  out += fmt::format("    {{{}}},  // axes\n", fmt::join(texts(s.axes, s.rank, axis), ", "));
+  out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
+  out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, states, coefficients\n", s.param_count, params, s.state_count, states, s.coefficient_count, coefficients);
+  out += fmt::format("    {}\n", programs);
+  out += fmt::format("    {}, {}, {}, {}, {}, {}", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
+  return out;
+}
+
+}  // namespace
+
+std::string emit_library_source(const loop::Module& module, const dpde_scene& scene, const std::string& name, const SourceFile& source) {
+  std::string out = emit_cpp(module, &source, RowLinkage::within_the_file);
+  out.insert(out.find("#include \"dpde/kernel_abi.h\""), "#include \"dpde/scene_abi.h\"\n");
+  Tables tables;
+  const std::string initialiser = scene_text(scene, tables);
+  out += "\n// What the runtime has to know of the rows.\n" + tables.text();
+  out += fmt::format("\nextern \"C\" __attribute__((visibility(\"default\"))) const dpde_scene {}_scene = {{\n{}}};\n", name, initialiser);
+  return out;
+}
+
+}  // namespace dpde::codegen

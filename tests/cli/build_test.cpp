@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde build: the files of a library ahead of time, and what can be wrong. Libraries are compiled into a host and compared
+// with closed forms in tests/hosts.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using BuildCommand = Command;
+
+TEST_F(BuildCommand, WritesSourceHeaderLibraryAndCMake) {
+  write("rod.dpde", rod_text);
+  const Outcome outcome = dpde("build rod.dpde find -o made --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.json()["files"], Json::array({"made/find.cpp", "made/find.h", "made/find.cmake", "made/libfind.so"}));
+  const std::string header = content(path("made/find.h"));
+  for (const char* part : {"class find : public dpde::Simulation", "void set_k(double value)", "void get_u(dpde::Target to) const",
+                           "double k_bar() const", "double observe_size()"}) {
+    EXPECT_NE(header.find(part), std::string::npos) << part << "\n" << header;
+  }
+  EXPECT_EQ(shell("nm -D --defined-only made/libfind.so").out.find("_row"), std::string::npos);
+  EXPECT_NE(shell("nm -D --defined-only made/libfind.so").out.find("find_scene"), std::string::npos);
+  EXPECT_EQ(shell("ldd made/libfind.so").out.find("LLVM"), std::string::npos);
+  EXPECT_EQ(dpde("build rod.dpde rod -o made --name other --set cells=8 --march x86-64-v2").status, 0);
+  EXPECT_EQ(dpde("build rod.dpde find -o made --quiet").status, 0) << "its own files are replaced";
+}
+
+TEST_F(BuildCommand, MistakesAreToldApart) {
+  write("rod.dpde", rod_text);
+  Outcome outcome = shell("CXX=/no/such/compiler $DPDE build rod.dpde rod -o made --json");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"});
+  EXPECT_NE(outcome.err.find("/no/such/compiler"), std::string::npos) << outcome.err;
+  outcome = dpde("build rod.dpde rod -o /proc/nowhere --json");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0902"});
+  outcome = dpde("build rod.dpde rod -o made --name class --json");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0904"});
+  outcome = shell("mkdir -p mine && echo hello > mine/rod.h && $DPDE build rod.dpde rod -o mine --json");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(content(path("mine/rod.h")), "hello\n");
+  outcome = dpde("build rod.dpde rood -o made --json");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(dpde("build rod.dpde rod").status, 2) << "no folder";
+}
+
+TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {
+  write("clash.dpde", "model m { field u; param initial_u; dt(u) = initial_u*u }\n"
+                      "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; initial_u = 1; time 0 .. 1, step 1 }\n");
+  const Outcome outcome = dpde("build clash.dpde s -o made");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_NE(outcome.err.find("class s would have two members called set_initial_u"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace dpde::testing
