@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+# Installs into BUILD/hosts/prefix and uses that alone: the programs of dsl-examples/hosts are built by a fresh project and
+# run; the one ahead of time needs no LLVM; the installed command compiles C++ without the source tree.
+set(work ${BUILD}/hosts)
+set(prefix ${work}/prefix)
+file(REMOVE_RECURSE ${work})
+file(MAKE_DIRECTORY ${work}/elsewhere)
+
+function(run)
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "OUTPUT" "COMMAND")
+  execute_process(COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${work}/elsewhere RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    list(JOIN ARG_COMMAND " " line)
+    message(FATAL_ERROR "${line}: ${status}\n${output}")
+  endif()
+  if(ARG_OUTPUT)
+    set(${ARG_OUTPUT} "${output}" PARENT_SCOPE)
+  endif()
+endfunction()
+
+set(flags "")
+if(SANITIZE)
+  set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=address,undefined -fno-sanitize-recover=undefined")
+endif()
+run(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
+run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX}
+            -D CMAKE_BUILD_TYPE=Release ${flags})
+run(COMMAND ${CMAKE_COMMAND} --build ${work}/build)
+run(COMMAND ${work}/build/in_memory)
+run(COMMAND ${work}/build/ahead_of_time)
+
+run(COMMAND ldd ${work}/build/in_memory OUTPUT libraries)
+if(NOT libraries MATCHES "LLVM")
+  message(FATAL_ERROR "in_memory is to hold the compiler:\n${libraries}")
+endif()
+run(COMMAND ldd ${work}/build/ahead_of_time OUTPUT libraries)
+if(libraries MATCHES "LLVM" OR libraries MATCHES "libdpde" OR NOT libraries MATCHES "libconductivity.so")
+  message(FATAL_ERROR "ahead_of_time is to link its own library and no compiler:\n${libraries}")
+endif()
+
+# The installed command needs nothing of the source tree: a compiler that is shown it refuses.
+file(COPY ${SOURCE}/dsl-examples/heat/heat.dpde DESTINATION ${work}/elsewhere)
+file(WRITE ${work}/c++ "#!/bin/sh\ncase \"$*\" in *${SOURCE}*) echo \"$*\"; exit 9;; esac\nexec ${CXX} \"$@\"\n")
+file(CHMOD ${work}/c++ PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
+run(COMMAND ${CMAKE_COMMAND} -E env CXX=${work}/c++ ${prefix}/bin/dpde run heat.dpde rod --backend cpp --quiet)
+file(GLOB_RECURSE texts ${prefix}/include/* ${prefix}/lib*/cmake/*)
+foreach(file IN LISTS texts)
+  file(READ ${file} text)
+  string(FIND "${text}" "${SOURCE}" place)
+  if(NOT place EQUAL -1)
+    message(FATAL_ERROR "${file} names the source tree")
+  endif()
+endforeach()
