@@ -53,6 +53,37 @@ TEST(Certificate, PassesACorrectAdjoint) {
   EXPECT_NEAR(*certificate.slope, 2, 0.01);
 }
 
+TEST(Certificate, PassesVectors) {
+  const SourceFile source("drift.dpde", R"(model drift {
+  vector u
+  field c
+  coefficient vector w
+  param nu
+  dt(u) = -advect(u + w, u) + nu*lap(u) - grad(c)
+  dt(c) = -div(c*u) + 0.1*curl(u) + 0.1*norm(u)
+}
+scheme plain { advect = central(2); time = rk2 }
+scene pond : drift with plain {
+  grid x = 0 .. 1, cells 5, periodic
+  grid y = 0 .. 1, cells 4
+  nu = 0.1
+  w = (0.5, sin(y))
+  boundary u: y.low = (1, 0), y.high = zero_gradient
+  boundary c = zero_gradient
+  initial u = (sin(6*x), 1 + y)
+  initial c = x*y
+  time 0 .. 0.02, step 0.01
+}
+)");
+  const auto scene = compiled(source, for_certification());
+  ASSERT_NE(scene, nullptr);
+  const driver::Certificate certificate = certificate_of(source, scene);
+  EXPECT_TRUE(certificate.passed());
+  EXPECT_GE(certificate.cases.size(), 10u);
+  ASSERT_TRUE(certificate.slope.has_value());
+  EXPECT_NEAR(*certificate.slope, 2, 0.01);
+}
+
 /// The scene compiled again after `change` to every store of the step's adjoint kernels.
 std::shared_ptr<driver::Compiled> with_changed_adjoint(const SourceFile& source,
                                                        const std::function<stencil::Expr(const stencil::Expr&)>& change) {

@@ -108,7 +108,8 @@ std::string in_equation(const std::string& rhs, int axes = 1) {
 
 TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("\"u\""), "E0307 a file is read by load(\"name.npy\")");
-  EXPECT_EQ(in_equation("(u, u)", 2), "E0323 ");
+  EXPECT_EQ(in_equation("(u, u)", 2),
+            "E0323 a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers");
   EXPECT_EQ(in_equation("mean(u)"), "E0311 mean, sum and integral stand in losses, tests and observables");
   EXPECT_EQ(in_equation("dt(u)"), "E0311 dt(u) stands at the left of an equation only; put its right-hand side here");
   EXPECT_EQ(in_equation("u[+1]"), "E0311 neighbours are read in kernels; formulas have dx, lap and the like");

@@ -66,6 +66,37 @@ scene one : decay with s {
 }
 )";
 
+/// Burgers' equation of a vector: -2*nu*grad(phi)/phi is a solution where phi is one of the heat equation.
+const std::string burgers = R"(
+model burgers { vector u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
+scheme s { advect = central(2); lap = central(2); time = rk4 }
+scene line : burgers with s {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  nu = 0.3
+  initial u = 2*nu*sin(x)/(2 + cos(x))
+  exact   u = 2*nu*exp(-nu*t)*sin(x)/(2 + exp(-nu*t)*cos(x))
+  time 0 .. 0.5, step 1/64
+}
+scene plane : burgers with s {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  grid y = 0 .. 2*pi, cells 8, periodic
+  nu = 0.3
+  initial u = (2*nu*sin(x)*cos(y)/(2 + cos(x)*cos(y)), 2*nu*cos(x)*sin(y)/(2 + cos(x)*cos(y)))
+  exact u.x = 2*nu*exp(-2*nu*t)*sin(x)*cos(y)/(2 + exp(-2*nu*t)*cos(x)*cos(y))
+  exact u.y = 2*nu*exp(-2*nu*t)*cos(x)*sin(y)/(2 + exp(-2*nu*t)*cos(x)*cos(y))
+  time 0 .. 0.5, step 1/64
+}
+scene space : burgers with s {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  grid y = 0 .. 2*pi, cells 8, periodic
+  grid z = 0 .. 2*pi, cells 8, periodic
+  nu = 0.3
+  initial u = (2*nu*sin(x)/(3 + cos(x) + cos(z)), 0, 2*nu*sin(z)/(3 + cos(x) + cos(z)))
+  exact u = (2*nu*sin(x)/(3*exp(nu*t) + cos(x) + cos(z)), 0, 2*nu*sin(z)/(3*exp(nu*t) + cos(x) + cos(z)))
+  time 0 .. 0.5, step 1/64
+}
+)";
+
 struct Level {
   Overrides overrides;
   double refinement;  // of this level over the one before
@@ -73,9 +104,9 @@ struct Level {
 
 /// The observed order between the last two of three levels; both pairs must be within 0.15 of `design`.
 void expect_order(const std::string& text, const std::string& scene, const std::vector<Level>& levels, double design,
-                  double finest_bound) {
+                  double finest_bound, const std::string& field = "u") {
   std::vector<double> errors;
-  for (const Level& level : levels) errors.push_back(run_scene(text, scene, level.overrides).l2.at("u"));
+  for (const Level& level : levels) errors.push_back(run_scene(text, scene, level.overrides).l2.at(field));
   const size_t n = errors.size();
   const double order = std::log(errors[n - 2] / errors[n - 1]) / std::log(levels[n - 1].refinement);
   EXPECT_NEAR(order, design, 0.15) << scene << ": errors " << errors[n - 3] << " " << errors[n - 2] << " " << errors[n - 1];
@@ -132,6 +163,16 @@ TEST(Order, OfDiffusionIn2DAnd3DWithWalls) {
   const std::vector<Overrides> cells{{{"cells", "8"}}, {{"cells", "16"}}, {{"cells", "32"}}};
   expect_order(heat, "plate", with({}, cells), 2, 2e-3);
   expect_order(heat, "block", with({}, cells), 2, 2e-3);
+}
+
+TEST(Order, OfAVectorOnOneTwoAndThreeAxes) {
+  const std::vector<Overrides> cells{{{"cells", "16"}}, {{"cells", "32"}}, {{"cells", "64"}}};
+  const std::vector<Overrides> coarse{{{"cells", "12"}}, {{"cells", "24"}}, {{"cells", "48"}}};
+  expect_order(burgers, "line", with({}, cells), 2, 1e-2, "u.x");
+  expect_order(burgers, "line", with({{"advect", "central4"}, {"lap", "central4"}}, cells), 4, 1e-4, "u.x");
+  expect_order(burgers, "plane", with({}, cells), 2, 1e-2, "u.x");
+  expect_order(burgers, "plane", with({}, cells), 2, 1e-2, "u.y");
+  expect_order(burgers, "space", with({}, coarse), 2, 1e-2, "u.z");
 }
 
 TEST(Order, OfTheTimeSchemes) {

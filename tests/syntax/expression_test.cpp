@@ -148,9 +148,10 @@ TEST(Expression, ReportsMistakes) {
   EXPECT_EQ(formatted_expression("u[99999999999]"), "1:3 E0208 expected a whole number but found '99999999999'\n");
   EXPECT_EQ(formatted_expression("()"), "1:2 E0201 expected an expression but found ')'\n");
   EXPECT_EQ(formatted_expression("a + and"), "1:5 E0201 expected an expression but found 'and'\n");
-  EXPECT_EQ(formatted_expression("data.u"),
-            "1:5 E0201 expected the end of the expression but found '.' | fields have no components; "
-            "name each field\n");
+  EXPECT_EQ(formatted_expression("v . x + 1"), "v.x + 1");
+  EXPECT_EQ(formatted_expression("v.x.y"), "1:4 E0201 expected the end of the expression but found '.'\n");
+  EXPECT_EQ(formatted_expression("v.+1"),
+            "1:3 E0201 expected the name of a component, as in u.x but found '+'\n");
   EXPECT_EQ(formatted_expression("|u|"),
             "1:1 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n"
             "1:3 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n");

@@ -12,11 +12,12 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
   if (!select(draft)) return std::nullopt;
   if (draft.model) declare_model(draft);
   if (draft.program) declare_program(draft);
-  if (draft.problem.states.empty()) return std::nullopt;
+  if (draft.scope.names(Role::state).empty()) return std::nullopt;
   mark_unknowns(draft);
   bind_parameters(draft);
   bind_scheme(draft);
   bind_grid(draft);
+  if (draft.model) bind_fields(draft);
   bind_time(draft);
   if (draft.model) bind_equations(draft);
   if (draft.model) bind_boundaries(draft);

@@ -40,7 +40,7 @@ struct Text {  // "file.npy"
   std::string value;
 };
 struct Name {
-  std::string name;
+  std::string name;  // u.x of a component
 };
 struct Unary {
   UnaryOp op;
@@ -77,7 +77,7 @@ struct Node {
   SourceRange range;
 };
 
-/// A name with its place, where a bare name is declared or referred to.
+/// A name with its place, where a bare name is declared or referred to; of a component with its dot, u.x.
 struct Identifier {
   std::string name;
   SourceRange range;
@@ -91,11 +91,13 @@ struct Trivia {
 };
 
 // ---- items inside a model ------------------------------------------------------------------------------------------
-struct FieldItem {  // field u, v
+struct FieldItem {  // field u, v          vector u       (a component for each axis of the scene)
   std::vector<Identifier> names;
+  bool vector = false;
 };
-struct CoefficientItem {  // coefficient kappa      (a given field, constant in time)
+struct CoefficientItem {  // coefficient kappa, coefficient vector v      (a given field, constant in time)
   std::vector<Identifier> names;
+  bool vector = false;
 };
 struct ParamItem {  // param nu, c
   std::vector<Identifier> names;

@@ -113,6 +113,13 @@ Identifier Cursor::expect_name(const char* what) {
   return {std::string(token.spelling), token.range};
 }
 
+Identifier Cursor::expect_component(const char* what) {
+  Identifier name = expect_name(what);
+  if (!accept(TokenKind::dot)) return name;
+  const Identifier part = expect_name("the name of a component, as in u.x");
+  return {name.name + "." + part.name, {name.range.begin, part.range.end}};
+}
+
 int Cursor::expect_whole_number() {
   const int start = position_;
   const bool negative = accept(TokenKind::minus);
@@ -194,7 +201,7 @@ bool Cursor::starts_item(int index) const {
   if (kind != TokenKind::identifier) return kind == TokenKind::right_brace || kind == TokenKind::end_of_file;
   const TokenKind next = tokens_[index + 1].kind;
   return next == TokenKind::identifier || next == TokenKind::assign || next == TokenKind::plus_assign ||
-         next == TokenKind::left_paren;
+         next == TokenKind::left_paren || next == TokenKind::dot;
 }
 
 void Cursor::recover(int start) {

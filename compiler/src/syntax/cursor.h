@@ -39,6 +39,8 @@ class Cursor {
   bool expect(TokenKind kind);
   bool expect_word(std::string_view word);
   Identifier expect_name(const char* what);
+  /// u, or the component u.x of a vector.
+  Identifier expect_component(const char* what);
   int expect_whole_number();
   void skip_separators();
 

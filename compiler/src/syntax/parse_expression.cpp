@@ -125,12 +125,9 @@ class ExpressionParser {
   }
 
   Parsed name() {
-    const Identifier name = cursor_.expect_name("an expression");
+    const Identifier name = cursor_.expect_component("an expression");
     if (cursor_.at(TokenKind::left_paren)) return call(name);
     if (cursor_.at(TokenKind::left_bracket)) return offsets(name);
-    if (cursor_.at(TokenKind::dot)) {
-      cursor_.fail_expected("the end of the expression", "fields have no components; name each field");
-    }
     return finish(Name{name.name}, name.range.begin, 1);
   }
 

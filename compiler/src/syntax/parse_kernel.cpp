@@ -36,7 +36,7 @@ KernelRole parse_role(Cursor& cursor, const RolePrefix* prefix) {
 
 void parse_group(Cursor& cursor, std::vector<KernelParameter>& parameters) {
   const RolePrefix* prefix = accept_prefix(cursor);
-  const std::vector<Identifier> names = parse_names(cursor, "the name of a field or param");
+  const std::vector<Identifier> names = parse_components(cursor, "the name of a field or param");
   cursor.expect(TokenKind::colon);
   const KernelRole role = parse_role(cursor, prefix);
   std::optional<int> halo;
@@ -49,11 +49,17 @@ void parse_group(Cursor& cursor, std::vector<KernelParameter>& parameters) {
 bool begins_assignment(const Cursor& cursor) {
   const TokenKind second = cursor.peek_second().kind;
   return cursor.at(TokenKind::identifier) &&
-         (second == TokenKind::assign || second == TokenKind::plus_assign || second == TokenKind::left_paren);
+         (second == TokenKind::assign || second == TokenKind::plus_assign || second == TokenKind::left_paren ||
+          second == TokenKind::dot);
+}
+
+ItemKind parse_local(Cursor& cursor) {
+  auto [name, value] = parse_component_definition(cursor, "a name");
+  return LetItem{std::move(name), std::move(value)};
 }
 
 ItemKind parse_assignment(Cursor& cursor) {
-  const Identifier target = cursor.expect_name("the name of a field");
+  const Identifier target = cursor.expect_component("the name of a field");
   if (cursor.at(TokenKind::left_paren)) {
     ScatterItem item;
     item.target = parse_call(cursor, target);
@@ -61,18 +67,19 @@ ItemKind parse_assignment(Cursor& cursor) {
     item.value = parse_expression(cursor);
     return item;
   }
-  const bool accumulate = cursor.take().kind == TokenKind::plus_assign;
+  const bool accumulate = cursor.accept(TokenKind::plus_assign);
+  if (!accumulate) cursor.expect(TokenKind::assign);
   return AssignItem{target, accumulate, parse_expression(cursor)};
 }
 
 // ---- program -------------------------------------------------------------------------------------------------------
 ItemKind parse_fill(Cursor& cursor) {
-  const Identifier field = cursor.expect_name("the name of a field");
+  const Identifier field = cursor.expect_component("the name of a field");
   return FillItem{field, false, 0, parse_sides(cursor)};
 }
 
 ItemKind parse_fold(Cursor& cursor) {
-  const Identifier field = cursor.expect_name("the name of a field");
+  const Identifier field = cursor.expect_component("the name of a field");
   const bool grows = cursor.at_word("grow") && cursor.peek_second().kind == TokenKind::number;
   if (grows) cursor.take();
   const int grow = grows ? cursor.expect_whole_number() : 0;
@@ -88,13 +95,13 @@ ItemKind parse_run(Cursor& cursor) {
 
 ItemKind parse_swap(Cursor& cursor) {
   SwapItem item;
-  item.state = cursor.expect_name("the name of a field");
+  item.state = cursor.expect_component("the name of a field");
   cursor.expect(TokenKind::comma);
-  item.next = cursor.expect_name("the name of a field");
+  item.next = cursor.expect_component("the name of a field");
   return item;
 }
 
-ItemKind parse_keep(Cursor& cursor) { return KeepItem{parse_names(cursor, "the name of a field")}; }
+ItemKind parse_keep(Cursor& cursor) { return KeepItem{parse_components(cursor, "the name of a field")}; }
 
 ItemKind parse_axes(Cursor& cursor) {
   AxesItem item;
@@ -127,7 +134,7 @@ std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor) {
 }
 
 BlockRule kernel_rule() {
-  return {"kernel", {{"let", parse_let}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
+  return {"kernel", {{"let", parse_local}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
 }
 
 BlockRule program_rule() {

@@ -40,11 +40,14 @@ BlockRule task_rule();
 BlockRule kernel_rule();
 BlockRule program_rule();
 
-ItemKind parse_let(Cursor& cursor);
 /// a, b, c
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what);
+/// a, u.x, u.y
+std::vector<Identifier> parse_components(Cursor& cursor, const char* what);
 /// name = value
 std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what);
+/// u.x = value
+std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const char* what);
 /// x.low = 0, y periodic, ... with the place "all" where none is written
 std::vector<BoundarySide> parse_sides(Cursor& cursor);
 /// (u: field halo 1, out v: field)

@@ -8,8 +8,15 @@ namespace dpde::ast {
 namespace {
 
 // ---- model ---------------------------------------------------------------------------------------------------------
-ItemKind parse_field(Cursor& cursor) { return FieldItem{parse_names(cursor, "the name of a field")}; }
-ItemKind parse_coefficient(Cursor& cursor) { return CoefficientItem{parse_names(cursor, "the name of a coefficient")}; }
+ItemKind parse_field(Cursor& cursor) { return FieldItem{parse_names(cursor, "the name of a field"), false}; }
+ItemKind parse_vector(Cursor& cursor) { return FieldItem{parse_names(cursor, "the name of a vector"), true}; }
+
+ItemKind parse_coefficient(Cursor& cursor) {
+  const bool vector = cursor.at_word("vector") && cursor.peek_second().kind == TokenKind::identifier;
+  if (vector) cursor.take();
+  return CoefficientItem{parse_names(cursor, "the name of a coefficient"), vector};
+}
+
 ItemKind parse_param(Cursor& cursor) { return ParamItem{parse_names(cursor, "the name of a parameter")}; }
 
 ItemKind parse_equation(Cursor& cursor) {
@@ -17,7 +24,7 @@ ItemKind parse_equation(Cursor& cursor) {
   const Token open = cursor.peek();
   cursor.expect(TokenKind::left_paren);
   cursor.begin_group(open);
-  item.field = cursor.expect_name("the name of a field");
+  item.field = cursor.expect_component("the name of a field");
   cursor.end_group(TokenKind::right_paren);
   cursor.expect(TokenKind::assign);
   item.rhs = parse_expression(cursor);
@@ -81,17 +88,17 @@ ItemKind parse_grid(Cursor& cursor) {
 }
 
 ItemKind parse_value(Cursor& cursor) {
-  auto [name, value] = parse_definition(cursor, "a name");
+  auto [name, value] = parse_component_definition(cursor, "a name");
   return ValueItem{std::move(name), std::move(value)};
 }
 
 ItemKind parse_initial(Cursor& cursor) {
-  auto [field, value] = parse_definition(cursor, "the name of a field");
+  auto [field, value] = parse_component_definition(cursor, "the name of a field");
   return InitialItem{std::move(field), std::move(value)};
 }
 
 ItemKind parse_exact(Cursor& cursor) {
-  auto [field, value] = parse_definition(cursor, "the name of a field");
+  auto [field, value] = parse_component_definition(cursor, "the name of a field");
   return ExactItem{std::move(field), std::move(value)};
 }
 
@@ -102,7 +109,7 @@ ItemKind parse_observe(Cursor& cursor) {
 
 ItemKind parse_boundary(Cursor& cursor) {
   BoundaryItem item;
-  item.field = cursor.expect_name("the name of a field");
+  item.field = cursor.expect_component("the name of a field");
   if (cursor.at(TokenKind::assign)) {
     const SourceRange range = cursor.take().range;
     item.sides.push_back({{"all", range}, parse_expression(cursor)});
@@ -135,7 +142,13 @@ ItemKind parse_time(Cursor& cursor) {
 ItemKind parse_step(Cursor& cursor) { return StepItem{parse_expression(cursor)}; }
 
 bool begins_value(const Cursor& cursor) {
-  return cursor.at(TokenKind::identifier) && cursor.peek_second().kind == TokenKind::assign;
+  const TokenKind second = cursor.peek_second().kind;
+  return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::dot);
+}
+
+ItemKind parse_let(Cursor& cursor) {
+  auto [name, value] = parse_definition(cursor, "a name");
+  return LetItem{std::move(name), std::move(value)};
 }
 
 Identifier parse_place(Cursor& cursor) {
@@ -168,15 +181,18 @@ std::vector<BoundarySide> parse_sides(Cursor& cursor) {
   return sides;
 }
 
-ItemKind parse_let(Cursor& cursor) {
-  auto [name, value] = parse_definition(cursor, "a name");
-  return LetItem{std::move(name), std::move(value)};
-}
-
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what) {
   std::vector<Identifier> names;
   do {
     names.push_back(cursor.expect_name(what));
+  } while (cursor.accept(TokenKind::comma));
+  return names;
+}
+
+std::vector<Identifier> parse_components(Cursor& cursor, const char* what) {
+  std::vector<Identifier> names;
+  do {
+    names.push_back(cursor.expect_component(what));
   } while (cursor.accept(TokenKind::comma));
   return names;
 }
@@ -187,9 +203,16 @@ std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what) {
   return {std::move(name), parse_expression(cursor)};
 }
 
+std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const char* what) {
+  Identifier name = cursor.expect_component(what);
+  cursor.expect(TokenKind::assign);
+  return {std::move(name), parse_expression(cursor)};
+}
+
 BlockRule model_rule() {
   return {"model",
           {{"field", parse_field},
+           {"vector", parse_vector},
            {"coefficient", parse_coefficient},
            {"param", parse_param},
            {"let", parse_let},

@@ -42,7 +42,7 @@ ItemKind parse_unknown(Cursor& cursor) {
     cursor.take();
     item.initial = true;
   }
-  item.name = cursor.expect_name("the name of a parameter, or 'initial' and the name of a field");
+  item.name = cursor.expect_component("the name of a parameter, or 'initial' and the name of a field");
   if (cursor.accept_word("from")) item.from = parse_expression(cursor);
   return item;
 }

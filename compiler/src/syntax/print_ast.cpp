@@ -114,8 +114,8 @@ std::string print_axes(const AxesItem& item) {
 
 std::string print_item(const Item& item) {
   return match(
-      item.kind, [](const FieldItem& i) { return "field " + print_names(i.names); },
-      [](const CoefficientItem& i) { return "coefficient " + print_names(i.names); },
+      item.kind, [](const FieldItem& i) { return (i.vector ? "vector " : "field ") + print_names(i.names); },
+      [](const CoefficientItem& i) { return (i.vector ? "coefficient vector " : "coefficient ") + print_names(i.names); },
       [](const ParamItem& i) { return "param " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -113,6 +115,32 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
   }
 }
 
+namespace {
+
+/// The side with a value that was reported already.
+ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, ast::Expr()}; }
+
+/// The line's side for one component: its part of a tuple; 0 and words such as zero_gradient hold for all components.
+ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size_t index,
+                                         std::size_t count) {
+  const auto* tuple = std::get_if<ast::Tuple>(&side.value->kind);
+  if (tuple && tuple->elements.size() == count) return {side.place, tuple->elements[index]};
+  const auto* number = std::get_if<ast::Number>(&side.value->kind);
+  const auto* word = std::get_if<ast::Name>(&side.value->kind);
+  const auto* call = std::get_if<ast::Call>(&side.value->kind);
+  const std::vector<std::string> functions = Expressions::function_names();
+  const bool is_kind = (word && !draft.scope.find(word->name)) ||
+                       (call && std::find(functions.begin(), functions.end(), call->callee) == functions.end());
+  if (count == 1 || is_kind || (number && number->value == 0)) return side;
+  draft.sink.report("wrong-length", side.value.range(),
+                    {counted(static_cast<int>(count), "component"), std::to_string(tuple ? tuple->elements.size() : 1)},
+                    count == 2 ? "write (a, b), or boundary u.x: ... for one component"
+                               : "write (a, b, c), or boundary u.x: ... for one component");
+  return poisoned(side);
+}
+
+}  // namespace
+
 void bind_boundaries(Draft& draft) {
   std::map<std::string, std::vector<std::array<SourceRange, 2>>> seen;
   for (State& state : draft.problem.states) {
@@ -120,11 +148,14 @@ void bind_boundaries(Draft& draft) {
     seen[state.name].resize(draft.problem.axes.size());
   }
   for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
-    if (!find_state(draft, item.field, "a boundary")) continue;
-    for (State& state : draft.problem.states) {
-      if (state.name != item.field.name) continue;
-      SidesOfField into{state.name, state.boundary, seen[state.name]};
-      for (const ast::BoundarySide& side : item.sides) bind_side(draft, side, into);
+    const std::vector<State*> states = find_states(draft, item.field, "a boundary");
+    for (const ast::BoundarySide& side : item.sides) {
+      const std::size_t before = draft.sink.all().size();
+      for (std::size_t i = 0; i < states.size(); ++i) {
+        SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
+        const bool failed = draft.sink.all().size() != before;  // said once, not for each component
+        bind_side(draft, failed ? poisoned(side) : part_of(draft, side, i, states.size()), into);
+      }
     }
   }
   for (const State& state : draft.problem.states) check_complete(draft, state, seen[state.name]);

@@ -14,8 +14,8 @@ namespace dpde::model {
 
 namespace {
 
-constexpr const char* operator_names[] = {"dx",     "dy",  "dz", "d",    "lap", "grad",    "div",
-                                          "advect", "dot", "if", "mean", "sum", "integral"};
+constexpr const char* operator_names[] = {"dx",  "dy",   "dz",   "d",  "lap",  "grad", "div",
+                                          "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -37,7 +37,7 @@ std::vector<std::string> Expressions::function_names() {
 Typed Expressions::call(const ast::Call& e, SourceRange range) {
   const std::string& name = e.callee;
   const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
-                             name == "grad" || name == "div" || name == "advect";
+                             name == "grad" || name == "div" || name == "advect" || name == "curl";
   const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
   if (is_derivative && !is_equation) return refuse("the derivative " + name, e.callee_range);
   if (name == "dx") return along(0, e, range);
@@ -49,6 +49,8 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "div") return divergence(e, range);
   if (name == "advect") return advection(e, range);
   if (name == "dot") return dot_product(e, range);
+  if (name == "curl") return curl(e, range);
+  if (name == "norm") return norm(e, range);
   if (name == "if") return choice(e, range);
   if (name == "mean") return reduction(Reduce::Kind::mean, e, range);
   if (name == "sum") return reduction(Reduce::Kind::sum, e, range);
@@ -153,65 +155,6 @@ std::optional<int> Expressions::order_of(const ast::Expr& e) {
   draft_.sink.report("wrong-order", e.range(), {number ? number->spelling : "this"},
                      "nest derivatives, as in lap(lap(lap(u))), for higher orders");
   return std::nullopt;
-}
-
-Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const Typed operand = numeric(e.arguments[0].value);
-  if (operand.type == Typed::Type::none) return {};
-  return map_parts(operand, [&](const Expr& part) {
-    Expr sum = derivative(part, 0, 2, {range});
-    for (int axis = 1; axis < axis_count(); ++axis) {
-      sum = binary(BinaryOp::add, sum, derivative(part, axis, 2, {range}), {range});
-    }
-    return sum;
-  });
-}
-
-Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
-  if (!operand) return {};
-  Typed result{Typed::Type::vector, {}};
-  for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(derivative(*operand, axis, 1, {range}));
-  return result;
-}
-
-Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const auto components = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
-  if (!components) return {};
-  Expr sum = derivative(components->front(), 0, 1, {range});
-  for (int axis = 1; axis < axis_count(); ++axis) {
-    sum = binary(BinaryOp::add, sum, derivative((*components)[axis], axis, 1, {range}), {range});
-  }
-  return number_of(sum);
-}
-
-Typed Expressions::advection(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const auto velocity = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
-  const Typed operand = numeric(e.arguments[1].value);
-  if (!velocity || operand.type == Typed::Type::none) return {};
-  return map_parts(operand, [&](const Expr& part) { return advect(*velocity, part, {range}); });
-}
-
-Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 2)) return {};
-  const Typed left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
-  if (left.type == Typed::Type::none || right.type == Typed::Type::none) return {};
-  const std::size_t count = left.parts.size();
-  if (right.parts.size() != count) {
-    draft_.sink.report("wrong-length", e.arguments[1].value.range(),
-                       {counted(static_cast<int>(count), "component"), std::to_string(right.parts.size())});
-    return {};
-  }
-  Expr sum = binary(BinaryOp::multiply, left.parts[0], right.parts[0], {range});
-  for (std::size_t i = 1; i < count; ++i) {
-    const Expr product = binary(BinaryOp::multiply, left.parts[i], right.parts[i], {range});
-    sum = binary(BinaryOp::add, sum, product, {range});
-  }
-  return number_of(sum);
 }
 
 Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {

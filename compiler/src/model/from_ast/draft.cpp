@@ -2,6 +2,7 @@
 #include "model/from_ast/draft.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace dpde::model {
 
@@ -11,7 +12,7 @@ const std::string* Settings::find(const std::string& key) {
   return found == texts_.end() ? nullptr : &found->second;
 }
 
-bool declare(Draft& draft, const ast::Identifier& name, Role role) {
+bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector) {
   if (is_reserved(name.name)) {
     draft.sink.report("reserved-name", name.range, {name.name, std::string(word_for(role))}, "choose another name");
     return false;
@@ -20,8 +21,45 @@ bool declare(Draft& draft, const ast::Identifier& name, Role role) {
     report_duplicate(draft, name.name, name.range, first->declared);
     return false;
   }
-  draft.scope.declare(name.name, {role, name.range});
+  draft.scope.declare(name.name, {role, name.range, -1, is_vector});
   return true;
+}
+
+std::vector<std::string> components_of(const Draft& draft, const std::string& name) {
+  const Meaning* meaning = draft.scope.find(name);
+  if (!meaning || !meaning->is_vector) return {name};
+  std::vector<std::string> names;
+  for (const Axis& axis : draft.problem.axes) names.push_back(name + "." + axis.name);
+  return names;
+}
+
+std::vector<std::string> declare_components(Draft& draft, const std::string& name) {
+  std::vector<std::string> names = components_of(draft, name);
+  const Meaning meaning = *draft.scope.find(name);
+  for (const std::string& component : names) draft.scope.declare(component, {meaning.role, meaning.declared});
+  return names;
+}
+
+void report_unknown(Draft& draft, const ast::Identifier& name, const std::vector<std::string>& candidates) {
+  const std::string base = vector_of(name.name);
+  const Meaning* vector = draft.scope.find(base);
+  if (!vector) {
+    draft.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, candidates));
+    return;
+  }
+  const auto found = draft.lets.find(base);
+  const bool is_vector = vector->is_vector || (found != draft.lets.end() && found->second.type == Typed::Type::vector);
+  if (!is_vector) {
+    const bool is_field = vector->role == Role::state;
+    draft.sink.report("no-components", name.range, {base, is_field ? "field" : std::string(word_for(vector->role))},
+                      is_field ? fmt::format("declare it with vector {0} in place of field {0}", base) : "");
+    return;
+  }
+  const std::string part = name.name.substr(base.size() + 1);
+  std::vector<std::string> axes;
+  for (const Axis& axis : draft.problem.axes) axes.push_back(base + "." + axis.name);
+  draft.sink.report("missing-axis", name.range, {part},
+                    fmt::format("components of {}: {}", base, fmt::join(axes, ", ")));
 }
 
 void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first) {
@@ -29,16 +67,37 @@ void report_duplicate(Draft& draft, const std::string& what, SourceRange range, 
   if (first.is_known()) diagnostic.notes.push_back({first, "the first is here"});
 }
 
-const Meaning* find_state(Draft& draft, const ast::Identifier& name, const std::string& thing) {
+std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing) {
   const Meaning* meaning = draft.scope.find(name.name);
-  if (meaning && meaning->role == Role::state) return meaning;
-  const std::vector<std::string> fields = draft.scope.names(Role::state);
+  std::vector<State*> states;
   if (!meaning) {
-    draft.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, fields));
-  } else {
+    report_unknown(draft, name, draft.scope.names(Role::state));
+  } else if (meaning->role != Role::state) {
     draft.sink.report("not-a-field", name.range, {name.name, std::string(word_for(meaning->role)), thing});
+  } else {
+    for (const std::string& component : components_of(draft, name.name)) {
+      for (State& state : draft.problem.states) {
+        if (state.name == component) states.push_back(&state);
+      }
+    }
   }
-  return nullptr;
+  return states;
+}
+
+std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen) {
+  std::vector<std::string> missing;
+  for (const State& state : draft.problem.states) {
+    if (seen.contains(state.name)) continue;
+    const std::string vector = vector_of(state.name);
+    const Meaning* meaning = draft.scope.find(vector);
+    bool all = meaning && meaning->is_vector;
+    if (all) {
+      for (const std::string& component : components_of(draft, vector)) all = all && !seen.contains(component);
+    }
+    const std::string& name = all ? vector : state.name;
+    if (missing.empty() || missing.back() != name) missing.push_back(name);
+  }
+  return missing;
 }
 
 }  // namespace dpde::model

@@ -61,11 +61,20 @@ struct Draft {
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.
-bool declare(Draft& draft, const ast::Identifier& name, Role role);
+bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector = false);
+/// Declares the components of a vector, one an axis of the scene, and gives their names; of other names just the name.
+std::vector<std::string> declare_components(Draft& draft, const std::string& name);
+/// u.x, u.y of a vector u; of other names just the name.
+std::vector<std::string> components_of(const Draft& draft, const std::string& name);
+/// Reports a name that means nothing, the component of something that has none, or one along an axis there is not.
+void report_unknown(Draft& draft, const ast::Identifier& name, const std::vector<std::string>& candidates);
 /// Reports that `name` was given before, at `first`.
 void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first);
-/// The meaning of `name` when it is that of a state; otherwise nullptr and a diagnostic: "only a field has `thing`".
-const Meaning* find_state(Draft& draft, const ast::Identifier& name, const std::string& thing);
+/// The states that `name` means: itself, or the components of a vector; none, and a diagnostic, when it is something
+/// else: "only a field has `thing`".
+std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing);
+/// The fields that are not among `seen`, of a vector with no component among them the vector.
+std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen);
 
 /// The items of one kind, in order.
 template <class Kind>

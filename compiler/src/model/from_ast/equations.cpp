@@ -2,8 +2,6 @@
 // Lets in their order, then the equations: one for each field.
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -17,32 +15,24 @@ void bind_let(Draft& draft, const ast::LetItem& item) {
   if (value.type != Typed::Type::none) draft.lets.emplace(item.name.name, std::move(value));
 }
 
-State& state_called(Draft& draft, const std::string& name) {
-  return *std::find_if(draft.problem.states.begin(), draft.problem.states.end(),
-                       [&](const State& state) { return state.name == name; });
-}
-
 }  // namespace
 
 void bind_equations(Draft& draft) {
   for (const auto& [item, range] : items_of<ast::LetItem>(draft.model->items)) bind_let(draft, item);
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
-    const std::string& name = item.field.name;
-    if (!find_state(draft, item.field, "an equation")) continue;
-    const auto [first, is_new] = seen.emplace(name, item.field.range);
-    if (!is_new) {
-      report_duplicate(draft, "the equation of " + name, item.field.range, first->second);
-      continue;
+    const std::vector<State*> states = find_states(draft, item.field, "an equation");
+    if (states.empty() || !is_first(draft, "the equation", item.field, states, seen)) continue;
+    const std::string subject = fmt::format("dt({})", item.field.name);
+    const auto rhs = Expressions(draft, Purpose::equation, subject).components(item.rhs, item.field.name);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      if (rhs) states[i]->rhs = (*rhs)[i];
+      states[i]->origin = {range};
     }
-    State& state = state_called(draft, name);
-    state.rhs = Expressions(draft, Purpose::equation, fmt::format("dt({})", name)).number(item.rhs);
-    state.origin = {range};
   }
-  for (const State& state : draft.problem.states) {
-    if (seen.contains(state.name)) continue;
-    draft.sink.report("missing-equation", draft.scope.find(state.name)->declared, {state.name},
-                      fmt::format("write dt({0}) = ..., or coefficient {0} for what does not change", state.name));
+  for (const std::string& name : states_not_in(draft, seen)) {
+    draft.sink.report("missing-equation", draft.scope.find(name)->declared, {name},
+                      fmt::format("write dt({0}) = ..., or coefficient {0} for what does not change", name));
   }
 }
 

@@ -225,24 +225,9 @@ std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range
   return std::nullopt;
 }
 
-std::optional<std::vector<Expr>> Expressions::as_vector(const Typed& value, SourceRange range) {
-  if (value.type == Typed::Type::none) return std::nullopt;
-  if (value.type == Typed::Type::condition) {
-    as_number(value, range);
-    return std::nullopt;
-  }
-  const int count = static_cast<int>(value.parts.size());
-  if (count == axis_count()) return value.parts;
-  std::vector<std::string> example;
-  for (int axis = 0; axis < axis_count(); ++axis) example.push_back(std::string("v") + axis_name(axis));
-  draft_.sink.report("wrong-length", range, {counted(axis_count(), "component"), std::to_string(count)},
-                     axis_count() == 1 ? "the scene has one axis: write a number"
-                                       : fmt::format("one component an axis: ({})", fmt::join(example, ", ")));
-  return std::nullopt;
-}
-
 Typed Expressions::name(const ast::Name& e, SourceRange range) {
   const Meaning* meaning = draft_.scope.find(e.name);
+  if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});
   if (!meaning) {
     const std::vector<std::string> functions = function_names();
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
@@ -258,6 +243,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::coefficient:
     case Role::datum:
       if (!rules.fields) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range);
+      if (meaning->is_vector) return vector(e.name, range);
       draft_.used.insert(e.name);
       return number_of(field(e.name, {range}));
     case Role::parameter: return parameter(e.name, range);
@@ -367,7 +353,9 @@ Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& r
   if (!(scales || (is_sum(op) && both))) {
     draft_.sink.report("vector-operation", range,
                        {fmt::format("'{}'", spelling(op)), both ? "two vectors" : "a vector and a number"},
-                       op == BinaryOp::multiply || op == BinaryOp::power ? "dot(a, b) multiplies vectors" : "");
+                       op == BinaryOp::multiply || op == BinaryOp::power ? "dot(a, b) multiplies vectors"
+                       : is_sum(op) ? "a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers"
+                                    : "");
     return {};
   }
   if (both && left.value.parts.size() != right.value.parts.size()) {
@@ -390,17 +378,6 @@ Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Oper
   const auto a = as_number(left.value, left.source.range());
   const auto b = as_number(right.value, right.source.range());
   return a && b ? number_of(binary(op, *a, *b, {range})) : Typed{};
-}
-
-Typed Expressions::tuple(const ast::Tuple& e) {
-  Typed result{Typed::Type::vector, {}};
-  bool complete = true;
-  for (const ast::Expr& element : e.elements) {
-    const auto part = as_number(any(element), element.range());
-    if (part) result.parts.push_back(*part);
-    complete = complete && part;
-  }
-  return complete ? result : Typed{};
 }
 
 Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {

@@ -27,6 +27,8 @@ class Expressions {
   /// nullopt after a diagnostic, also when the expression is no number or grows too large.
   std::optional<Expr> number(const ast::Expr& e);
   std::optional<Expr> condition(const ast::Expr& e);
+  /// What is given to the field or coefficient `name`: a number, or of a vector its components; 0 is a vector too.
+  std::optional<std::vector<Expr>> components(const ast::Expr& e, const std::string& name);
   /// The right-hand side of an equation or a let, noted as dropped when it is 0 in the end.
   Typed definition(const ast::Expr& e);
 
@@ -48,6 +50,8 @@ class Expressions {
   Typed scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
   Typed tuple(const ast::Tuple& e);
   Typed offsets(const ast::Offsets& e, SourceRange range);
+  Typed vector(const std::string& name, SourceRange range);
+  Typed component(const ast::Identifier& name);
 
   // calls.cpp
   Typed call(const ast::Call& e, SourceRange range);
@@ -62,6 +66,8 @@ class Expressions {
   Typed divergence(const ast::Call& e, SourceRange range);
   Typed advection(const ast::Call& e, SourceRange range);
   Typed dot_product(const ast::Call& e, SourceRange range);
+  Typed curl(const ast::Call& e, SourceRange range);
+  Typed norm(const ast::Call& e, SourceRange range);
   Typed reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
   /// Whether the call has `count` arguments, all without names.
   bool takes(const ast::Call& e, int count);
@@ -92,10 +98,11 @@ std::string describe(const Typed& value);
 /// for messages: "the step".
 std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what);
 
+bool is_load(const ast::Expr& e);
 /// load("path"): the path; nullopt when `e` is no call of load. A bad one is reported and gives "".
 std::optional<std::string> file_of(Draft& draft, const ast::Expr& e);
 
-/// A formula, or load("path").
-Source source_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject);
+/// A formula, or load("path"), for each component of `subject`.
+std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject);
 
 }  // namespace dpde::model

@@ -80,6 +80,11 @@ bool is_reserved(const std::string& name) {
   return std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }
 
+std::string vector_of(const std::string& name) {
+  const std::size_t dot = name.find('.');
+  return dot == std::string::npos ? "" : name.substr(0, dot);
+}
+
 int axis_of(std::string_view name) {
   const auto* found = std::find(std::begin(axis_names), std::end(axis_names), name);
   return found == std::end(axis_names) ? -1 : static_cast<int>(found - std::begin(axis_names));

@@ -19,7 +19,8 @@ std::string_view word_for(Role role);
 struct Meaning {
   Role role;
   SourceRange declared;
-  int axis = -1;  // of a coordinate
+  int axis = -1;           // of a coordinate
+  bool is_vector = false;  // its components are declared as well, as u.x
 };
 
 class Scope {
@@ -38,6 +39,9 @@ class Scope {
 
 /// Words that the language or the levels below it give a meaning to.
 bool is_reserved(const std::string& name);
+
+/// The vector of a component, u of u.x; of other names "".
+std::string vector_of(const std::string& name);
 
 /// 0, 1, 2 for x, y, z; -1 for other names.
 int axis_of(std::string_view name);

@@ -31,7 +31,8 @@ void report_not_a_value(Draft& draft, const ast::Identifier& name, const Meaning
 
 void bind_value(Draft& draft, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
   const Meaning* meaning = draft.scope.find(item.name.name);
-  if (meaning && meaning->role == Role::coefficient) return;  // bind_coefficients
+  const bool is_component = !vector_of(item.name.name).empty() && draft.scope.find(vector_of(item.name.name));
+  if (is_component || (meaning && meaning->role == Role::coefficient)) return;  // bind_coefficients
   if (!meaning || meaning->role != Role::parameter) return report_not_a_value(draft, item.name, meaning);
   const auto [first, is_new] = seen.emplace(item.name.name, item.name.range);
   if (!is_new) return report_duplicate(draft, item.name.name, item.name.range, first->second);

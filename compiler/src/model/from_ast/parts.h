@@ -16,8 +16,9 @@ namespace dpde::model {
 // select.cpp: which blocks are meant; false when there is nothing to go on with
 bool select(Draft& draft);
 
-// declarations.cpp: the names of the model
+// declarations.cpp: the names of the model; with the grid its fields and coefficients, of a vector the components
 void declare_model(Draft& draft);
+void bind_fields(Draft& draft);
 // program.cpp: the same for a hand-written program, and what its fills say of the boundaries
 void declare_program(Draft& draft);
 void bind_fills(Draft& draft);
@@ -61,6 +62,10 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps);
 
 // equations.cpp: lets and equations
 void bind_equations(Draft& draft);
+
+/// Notes that the states were given `what` at `name`; false, with a diagnostic, when one of them was given it before.
+bool is_first(Draft& draft, const std::string& what, const ast::Identifier& name, const std::vector<State*>& states,
+              std::map<std::string, SourceRange>& seen);
 
 // boundaries.cpp
 void bind_boundaries(Draft& draft);

@@ -12,27 +12,25 @@ namespace dpde::model {
 
 namespace {
 
-bool task_gives_start(const Draft& draft, const std::string& name) {
-  if (!draft.task) return false;
+/// States that the task gives a start.
+std::map<std::string, SourceRange> started_by_task(Draft& draft) {
+  std::map<std::string, SourceRange> started;
+  if (!draft.task) return started;
   for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) {
-    if (unknown.initial && unknown.name.name == name && unknown.from) return true;
+    if (!unknown.initial || !unknown.from) continue;
+    for (const std::string& name : components_of(draft, unknown.name.name)) started.emplace(name, unknown.name.range);
   }
-  return false;
+  return started;
 }
 
-/// Calls `bind` with each item and its state, once a state.
+/// Calls `bind` with each item and its states, once a state.
 template <class Item, class Bind>
-std::map<std::string, SourceRange> for_each_state(Draft& draft, const std::string& article, const std::string& word,
-                                                  const Bind& bind) {
+std::map<std::string, SourceRange> for_each_target(Draft& draft, const std::string& article, const std::string& word,
+                                                   const Bind& bind) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<Item>(draft.scene->items)) {
-    const std::string& name = item.field.name;
-    if (!find_state(draft, item.field, article + " " + word)) continue;
-    const auto [first, is_new] = seen.emplace(name, item.field.range);
-    if (!is_new) report_duplicate(draft, fmt::format("the {} of {}", word, name), item.field.range, first->second);
-    for (State& state : draft.problem.states) {
-      if (is_new && state.name == name) bind(item, state);
-    }
+    const std::vector<State*> states = find_states(draft, item.field, article + " " + word);
+    if (!states.empty() && is_first(draft, "the " + word, item.field, states, seen)) bind(item, states);
   }
   return seen;
 }
@@ -54,9 +52,14 @@ const Expr* find_mistake(const Expr& e) {
 
 }  // namespace
 
-std::optional<std::string> file_of(Draft& draft, const ast::Expr& e) {
+bool is_load(const ast::Expr& e) {
   const auto* call = std::get_if<ast::Call>(&e->kind);
-  if (!call || call->callee != "load") return std::nullopt;
+  return call && call->callee == "load";
+}
+
+std::optional<std::string> file_of(Draft& draft, const ast::Expr& e) {
+  if (!is_load(e)) return std::nullopt;
+  const auto* call = std::get_if<ast::Call>(&e->kind);
   const bool one = call->arguments.size() == 1 && call->arguments[0].name.empty();
   const auto* text = one ? std::get_if<ast::Text>(&call->arguments[0].value->kind) : nullptr;
   if (text && !text->value.empty()) return text->value;
@@ -64,41 +67,84 @@ std::optional<std::string> file_of(Draft& draft, const ast::Expr& e) {
   return "";
 }
 
-Source source_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject) {
-  Source source;
-  source.origin = {e.range()};
-  if (const auto file = file_of(draft, e)) {
-    source.file = *file;
-  } else {
-    source.formula = Expressions(draft, purpose, subject).number(e);
+std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject) {
+  const std::size_t count = components_of(draft, subject).size();
+  std::vector<Source> sources(count);
+  const auto* tuple = std::get_if<ast::Tuple>(&e->kind);
+  const bool has_files = tuple && std::any_of(tuple->elements.begin(), tuple->elements.end(), is_load);
+  if (count > 1 && has_files && tuple->elements.size() == count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      sources[i] = sources_of(draft, tuple->elements[i], purpose, components_of(draft, subject)[i]).front();
+    }
+    return sources;
   }
-  return source;
+  for (Source& source : sources) source.origin = {e.range()};
+  if (count == 1 && is_load(e)) {
+    sources.front().file = file_of(draft, e).value_or("");
+  } else if (const auto formulas = Expressions(draft, purpose, subject).components(e, subject)) {
+    for (std::size_t i = 0; i < count; ++i) sources[i].formula = (*formulas)[i];
+  }
+  return sources;
+}
+
+bool is_first(Draft& draft, const std::string& what, const ast::Identifier& name, const std::vector<State*>& states,
+              std::map<std::string, SourceRange>& seen) {
+  for (const State* state : states) {
+    const auto [first, is_new] = seen.emplace(state->name, name.range);
+    if (is_new) continue;
+    report_duplicate(draft, fmt::format("{} of {}", what, states.size() == 1 ? state->name : name.name), name.range,
+                     first->second);
+    return false;
+  }
+  return true;
 }
 
 void bind_states(Draft& draft) {
-  const auto started =
-      for_each_state<ast::InitialItem>(draft, "an", "initial state", [&](const ast::InitialItem& item, State& state) {
-        state.initial = source_of(draft, item.value, Purpose::initial, state.name);
+  auto started = for_each_target<ast::InitialItem>(
+      draft, "an", "initial state", [&](const ast::InitialItem& item, const std::vector<State*>& states) {
+        const std::vector<Source> sources = sources_of(draft, item.value, Purpose::initial, item.field.name);
+        for (std::size_t i = 0; i < states.size(); ++i) states[i]->initial = sources[i];
       });
-  for (const State& state : draft.problem.states) {
-    if (started.contains(state.name) || task_gives_start(draft, state.name)) continue;
-    draft.sink.report("missing-initial", draft.scene->name.range, {state.name},
-                      fmt::format("write initial {} = 0 in scene {}", state.name, draft.problem.scene));
+  started.merge(started_by_task(draft));
+  for (const std::string& name : states_not_in(draft, started)) {
+    draft.sink.report("missing-initial", draft.scene->name.range, {name},
+                      fmt::format("write initial {} = 0 in scene {}", name, draft.problem.scene));
   }
-  for_each_state<ast::ExactItem>(draft, "an", "exact solution", [&](const ast::ExactItem& item, State& state) {
-    state.exact = Expressions(draft, Purpose::exact, state.name).number(item.value);
-  });
+  for_each_target<ast::ExactItem>(
+      draft, "an", "exact solution", [&](const ast::ExactItem& item, const std::vector<State*>& states) {
+        const auto exact = Expressions(draft, Purpose::exact, item.field.name).components(item.value, item.field.name);
+        for (std::size_t i = 0; exact && i < states.size(); ++i) states[i]->exact = (*exact)[i];
+      });
 }
+
+namespace {
+
+void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
+  const std::vector<std::string> names = components_of(draft, item.name.name);
+  for (const std::string& name : names) {
+    const auto [first, is_new] = seen.emplace(name, item.name.range);
+    if (!is_new) return report_duplicate(draft, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
+  }
+  const std::vector<Source> sources = sources_of(draft, item.value, Purpose::coefficient, item.name.name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (Coefficient& coefficient : draft.problem.coefficients) {
+      if (coefficient.name == names[i]) coefficient.value = sources[i];
+    }
+  }
+}
+
+}  // namespace
 
 void bind_coefficients(Draft& draft) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
-    for (Coefficient& coefficient : draft.problem.coefficients) {
-      if (coefficient.name != item.name.name) continue;
-      const auto [first, is_new] = seen.emplace(coefficient.name, item.name.range);
-      if (!is_new) report_duplicate(draft, coefficient.name, item.name.range, first->second);
-      if (is_new) coefficient.value = source_of(draft, item.value, Purpose::coefficient, coefficient.name);
+    const Meaning* meaning = draft.scope.find(item.name.name);
+    if (!meaning || meaning->role != Role::coefficient) {
+      // a name without a dot that is none was reported by bind_parameters
+      if (!meaning && !vector_of(item.name.name).empty()) report_unknown(draft, item.name, {});
+      continue;
     }
+    bind_coefficient(draft, item, seen);
   }
   for (const Coefficient& coefficient : draft.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;

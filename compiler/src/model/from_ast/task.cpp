@@ -19,7 +19,12 @@ std::vector<std::string> fields_of(const Draft& draft, const ast::Scene& scene) 
   std::vector<std::string> fields;
   if (const auto* model = find_declaration<ast::Model>(draft.file, scene.of.name)) {
     for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
-      for (const ast::Identifier& name : item.names) fields.push_back(name.name);
+      for (const ast::Identifier& name : item.names) {
+        if (!item.vector) fields.push_back(name.name);
+        for (std::size_t axis = 0; item.vector && axis < items_of<ast::GridItem>(scene.items).size(); ++axis) {
+          fields.push_back(name.name + "." + axis_name(static_cast<int>(axis)));
+        }
+      }
     }
   } else if (const auto* program = find_declaration<ast::Program>(draft.file, scene.of.name)) {
     for (const auto& [swap, range] : items_of<ast::SwapItem>(program->items)) fields.push_back(swap.state.name);
@@ -27,50 +32,95 @@ std::vector<std::string> fields_of(const Draft& draft, const ast::Scene& scene) 
   return fields;
 }
 
+/// The fields of a scene that `name` means, of a vector its components; none after a diagnostic.
+std::vector<std::string> fields_called(Draft& draft, const ast::Scene& scene, const std::string& name,
+                                       SourceRange range) {
+  const std::vector<std::string> fields = fields_of(draft, scene);
+  std::vector<std::string> found;
+  for (const std::string& field : fields) {
+    if (field == name || vector_of(field) == name) found.push_back(field);
+  }
+  if (found.empty()) {
+    draft.sink.report("no-such-field", range, {scene.name.name, name}, did_you_mean(name, fields));
+    return {};
+  }
+  const bool is_vector = found.front() != name;
+  if (!is_vector || found.size() == draft.problem.axes.size()) return found;
+  draft.sink.report("wrong-length", range,
+                    {counted(static_cast<int>(draft.problem.axes.size()), "component"), std::to_string(found.size())},
+                    "the two scenes must have the same axes");
+  return {};
+}
+
 /// Data that are the field of a scene's run.
-void bind_run(Draft& draft, const ast::DataItem& item, Datum& datum) {
+std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
   const auto* field = std::get_if<ast::Name>(&item.value->kind);
+  const auto* scene = find_declaration<ast::Scene>(draft.file, item.scene->name);
   if (!field) {
     draft.sink.report("bad-data", item.value.range(), {}, data_hint);
-    return;
-  }
-  const auto* scene = find_declaration<ast::Scene>(draft.file, item.scene->name);
-  if (!scene) {
+  } else if (!scene) {
     draft.sink.report("unknown-block", item.scene->range, {"scene", item.scene->name},
                       did_you_mean(item.scene->name, names_of<ast::Scene>(draft.file)));
-    return;
   }
-  datum.scene = item.scene->name;
-  datum.field = field->name;
-  const std::vector<std::string> fields = fields_of(draft, *scene);
-  if (std::find(fields.begin(), fields.end(), field->name) != fields.end()) return;
-  draft.sink.report("no-such-field", item.value.range(), {datum.scene, field->name}, did_you_mean(field->name, fields));
+  std::vector<Datum> data;
+  if (!field || !scene) return data;
+  for (const std::string& name : fields_called(draft, *scene, field->name, item.value.range())) {
+    Datum& datum = data.emplace_back();
+    datum.scene = scene->name.name;
+    datum.field = name;
+  }
+  return data;
+}
+
+/// Data of a file, or of a file for each component: (load("u.npy"), load("v.npy")).
+std::vector<Datum> data_of_files(Draft& draft, const ast::DataItem& item) {
+  const auto* tuple = std::get_if<ast::Tuple>(&item.value->kind);
+  std::vector<Datum> data;
+  for (const ast::Expr& e : tuple ? tuple->elements : std::vector<ast::Expr>{item.value}) {
+    const auto file = file_of(draft, e);
+    if (!file) {
+      draft.sink.report("bad-data", e.range(), {}, data_hint);
+      return {};
+    }
+    data.emplace_back().file = *file;
+  }
+  if (!tuple || data.size() == draft.problem.axes.size()) return data;
+  draft.sink.report("wrong-length", item.value.range(),
+                    {counted(static_cast<int>(draft.problem.axes.size()), "component"), std::to_string(data.size())});
+  return {};
+}
+
+/// Whether the datum is a component of what was asked for: a vector, on one axis too.
+bool is_component(const ast::DataItem& item, const Datum& datum) {
+  return datum.field != std::get<ast::Name>(item.value->kind).name;
 }
 
 void bind_datum(Draft& draft, const ast::DataItem& item, SourceRange range) {
-  const bool is_new = declare(draft, item.name, Role::datum);
-  Datum datum;
-  datum.name = item.name.name;
-  datum.origin = {range};
-  datum.when = when_of(draft, item.when, item.scene && item.scene->name == draft.problem.scene);
-  if (item.scene) {
-    bind_run(draft, item, datum);
-  } else if (const auto file = file_of(draft, item.value)) {
-    datum.file = *file;
-  } else {
-    draft.sink.report("bad-data", item.value.range(), {}, data_hint);
+  std::vector<Datum> data = item.scene ? data_of_run(draft, item) : data_of_files(draft, item);
+  const bool is_vector = data.size() > 1 || (!data.empty() && !data[0].field.empty() && is_component(item, data[0]));
+  const When when = when_of(draft, item.when, item.scene && item.scene->name == draft.problem.scene);
+  if (!declare(draft, item.name, Role::datum, is_vector)) return;
+  const std::vector<std::string> names = declare_components(draft, item.name.name);
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    data[i].name = names[i];
+    data[i].when = when;
+    data[i].origin = {range};
+    draft.problem.task->data.push_back(std::move(data[i]));
   }
-  if (is_new) draft.problem.task->data.push_back(std::move(datum));
 }
 
-void bind_unknown_state(Draft& draft, const ast::UnknownItem& item, Unknown& unknown) {
-  if (!find_state(draft, item.name, "an initial state")) return;
-  for (State& state : draft.problem.states) {
-    if (state.name != item.name.name) continue;
-    if (item.from) unknown.from = source_of(draft, *item.from, Purpose::initial, state.name);
-    if (!item.from) unknown.from = state.initial;
-    const bool has_initial = state.initial.formula || !state.initial.file.empty();
-    if (!has_initial) state.initial = unknown.from;
+/// One unknown a component.
+void bind_unknown_states(Draft& draft, const ast::UnknownItem& item, const Unknown& common) {
+  const std::vector<State*> states = find_states(draft, item.name, "an initial state");
+  std::vector<Source> from;
+  if (item.from && !states.empty()) from = sources_of(draft, *item.from, Purpose::initial, item.name.name);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    Unknown unknown = common;
+    unknown.name = states[i]->name;
+    unknown.from = item.from ? from[i] : states[i]->initial;
+    const bool has_initial = states[i]->initial.formula || !states[i]->initial.file.empty();
+    if (!has_initial) states[i]->initial = unknown.from;
+    draft.problem.task->unknowns.push_back(std::move(unknown));
   }
 }
 
@@ -99,17 +149,20 @@ void bind_unknown_param(Draft& draft, const ast::UnknownItem& item, Unknown& unk
 void bind_unknowns(Draft& draft) {
   std::map<std::pair<bool, std::string>, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::UnknownItem>(draft.task->items)) {
-    const auto [first, is_new] = seen.emplace(std::pair(item.initial, item.name.name), item.name.range);
-    if (!is_new) {
-      report_duplicate(draft, "unknown " + item.name.name, item.name.range, first->second);
-      continue;
+    bool is_new = true;
+    for (const std::string& name : components_of(draft, item.name.name)) {
+      const auto [first, was_new] = seen.emplace(std::pair(item.initial, name), item.name.range);
+      if (!was_new && is_new) report_duplicate(draft, "unknown " + item.name.name, item.name.range, first->second);
+      is_new = is_new && was_new;
     }
+    if (!is_new) continue;
     Unknown unknown;
     unknown.initial = item.initial;
     unknown.name = item.name.name;
     unknown.origin = {range};
-    if (item.initial) bind_unknown_state(draft, item, unknown);
-    if (!item.initial) bind_unknown_param(draft, item, unknown);
+    if (item.initial) bind_unknown_states(draft, item, unknown);
+    if (item.initial) continue;
+    bind_unknown_param(draft, item, unknown);
     draft.problem.task->unknowns.push_back(std::move(unknown));
   }
   if (!seen.empty()) return;

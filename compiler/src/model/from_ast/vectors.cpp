@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors: their components, and the operators that range over the axes of the scene.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "model/build.h"
+#include "model/from_ast/expressions.h"
+
+namespace dpde::model {
+
+namespace {
+
+Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
+
+/// Applies `f` to each component.
+template <class F>
+Typed map_parts(Typed value, const F& f) {
+  for (Expr& part : value.parts) part = f(part);
+  return value;
+}
+
+Expr dot(const std::vector<Expr>& a, const std::vector<Expr>& b, Origin origin) {
+  Expr sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sum = binary(BinaryOp::add, sum, binary(BinaryOp::multiply, a[i], b[i], origin), origin);
+  }
+  return sum;
+}
+
+}  // namespace
+
+Typed Expressions::tuple(const ast::Tuple& e) {
+  Typed result{Typed::Type::vector, {}};
+  bool complete = true;
+  for (const ast::Expr& element : e.elements) {
+    const auto part = as_number(any(element), element.range());
+    if (part) result.parts.push_back(*part);
+    complete = complete && part;
+  }
+  return complete ? result : Typed{};
+}
+
+std::optional<std::vector<Expr>> Expressions::as_vector(const Typed& value, SourceRange range) {
+  if (value.type == Typed::Type::none) return std::nullopt;
+  if (value.type == Typed::Type::condition) {
+    as_number(value, range);
+    return std::nullopt;
+  }
+  const int count = static_cast<int>(value.parts.size());
+  if (count == axis_count()) return value.parts;
+  std::vector<std::string> example;
+  for (int axis = 0; axis < axis_count(); ++axis) example.push_back(std::string("v") + axis_name(axis));
+  draft_.sink.report("wrong-length", range, {counted(axis_count(), "component"), std::to_string(count)},
+                     axis_count() == 1 ? "the scene has one axis: write a number"
+                                       : fmt::format("one component an axis: ({})", fmt::join(example, ", ")));
+  return std::nullopt;
+}
+
+std::optional<std::vector<Expr>> Expressions::components(const ast::Expr& e, const std::string& name) {
+  const Meaning* meaning = draft_.scope.find(name);
+  if (!meaning || !meaning->is_vector) {
+    const auto value = number(e);
+    return value ? std::optional(std::vector<Expr>{*value}) : std::nullopt;
+  }
+  const Typed value = definition(e);
+  if (value.type == Typed::Type::number && is_constant(value.parts.front(), 0)) {
+    return std::vector<Expr>(axis_count(), value.parts.front());
+  }
+  return as_vector(value, e.range());
+}
+
+Typed Expressions::vector(const std::string& name, SourceRange range) {
+  Typed result{Typed::Type::vector, {}};
+  for (const std::string& component : components_of(draft_, name)) {
+    draft_.used.insert(component);
+    result.parts.push_back(field(component, {range}));
+  }
+  return result;
+}
+
+/// u.x where that is no field by itself: of a let, or a mistake.
+Typed Expressions::component(const ast::Identifier& name) {
+  const std::string base = vector_of(name.name);
+  const Meaning* meaning = draft_.scope.find(base);
+  if (meaning && meaning->is_vector && axis_count() == 0) return this->name(ast::Name{base}, name.range);
+  const auto found = draft_.lets.find(base);
+  const int axis = axis_of(name.name.substr(base.size() + 1));
+  if (found != draft_.lets.end() && found->second.type == Typed::Type::vector && axis >= 0 && axis < axis_count()) {
+    const Typed whole = this->name(ast::Name{base}, name.range);
+    return whole.type == Typed::Type::none ? whole : number_of(whole.parts[axis]);
+  }
+  const bool failed_before = meaning && meaning->role == Role::let && found == draft_.lets.end();
+  if (!failed_before) report_unknown(draft_, name, draft_.scope.names());
+  return {};
+}
+
+Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const Typed operand = numeric(e.arguments[0].value);
+  if (operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) {
+    Expr sum = derivative(part, 0, 2, {range});
+    for (int axis = 1; axis < axis_count(); ++axis) {
+      sum = binary(BinaryOp::add, sum, derivative(part, axis, 2, {range}), {range});
+    }
+    return sum;
+  });
+}
+
+Typed Expressions::gradient(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  if (!operand) return {};
+  Typed result{Typed::Type::vector, {}};
+  for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(derivative(*operand, axis, 1, {range}));
+  return result;
+}
+
+Typed Expressions::divergence(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const auto components = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
+  if (!components) return {};
+  Expr sum = derivative(components->front(), 0, 1, {range});
+  for (int axis = 1; axis < axis_count(); ++axis) {
+    sum = binary(BinaryOp::add, sum, derivative((*components)[axis], axis, 1, {range}), {range});
+  }
+  return number_of(sum);
+}
+
+Typed Expressions::advection(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 2)) return {};
+  const auto velocity = as_vector(any(e.arguments[0].value), e.arguments[0].value.range());
+  const Typed operand = numeric(e.arguments[1].value);
+  if (!velocity || operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) { return advect(*velocity, part, {range}); });
+}
+
+Typed Expressions::dot_product(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 2)) return {};
+  const Typed left = numeric(e.arguments[0].value), right = numeric(e.arguments[1].value);
+  if (left.type == Typed::Type::none || right.type == Typed::Type::none) return {};
+  const std::size_t count = left.parts.size();
+  if (right.parts.size() == count) return number_of(dot(left.parts, right.parts, {range}));
+  draft_.sink.report("wrong-length", e.arguments[1].value.range(),
+                     {counted(static_cast<int>(count), "component"), std::to_string(right.parts.size())});
+  return {};
+}
+
+/// On two axes dx(v.y) - dy(v.x), a number, or of a number s the vector (dy(s), -dx(s)); on three a vector.
+Typed Expressions::curl(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const Typed value = numeric(e.arguments[0].value);
+  if (value.type == Typed::Type::none) return {};
+  const auto d = [&](const Expr& part, int axis) { return derivative(part, axis, 1, {range}); };
+  if (axis_count() == 2 && value.type == Typed::Type::number) {
+    return {Typed::Type::vector, {d(value.parts[0], 1), negate(d(value.parts[0], 0), {range})}};
+  }
+  if (axis_count() == 1) {
+    draft_.sink.report("vector-operation", e.callee_range, {"curl", "one axis"}, "a grid line for y adds an axis");
+    return {};
+  }
+  const auto v = as_vector(value, e.arguments[0].value.range());
+  if (!v) return {};
+  const auto turn = [&](int a, int b) {
+    return binary(BinaryOp::subtract, d((*v)[b], a), d((*v)[a], b), {range});
+  };
+  if (axis_count() == 2) return number_of(turn(0, 1));
+  return {Typed::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
+}
+
+/// sqrt(dot(v, v)) with slope 0 where v is 0: there the root, of slope infinity, is taken of 1 and not used.
+Typed Expressions::norm(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const Typed value = numeric(e.arguments[0].value);
+  if (value.type == Typed::Type::none) return {};
+  const Origin origin{range};
+  const Expr square = dot(value.parts, value.parts, origin);
+  const Expr positive = binary(BinaryOp::greater, square, 0.0, origin);
+  const Expr root = model::call(Fn::sqrt, {model::select(positive, square, 1.0, origin)}, origin);
+  return number_of(model::select(positive, root, 0.0, origin));
+}
+
+}  // namespace dpde::model
