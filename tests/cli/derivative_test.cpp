@@ -98,5 +98,28 @@ task t : s { unknown m from 2
   EXPECT_NEAR(gradient.json()["gradient"]["m"]["value"].get<double>(), expected, 1e-14);
 }
 
+/// Every difference and time scheme of the language, with walls, certified down to grids of one cell.
+TEST_F(DerivativeCommand, EveryDifferenceAndTimeSchemeIsCertified) {
+  write("burgers.dpde", R"(
+model burgers { field u, v; param nu; dt(u) = -advect((u, v), u) + nu*lap(u); dt(v) = -u*dx(v) + nu*lap(v) - v*u }
+scene s : burgers {
+  grid x = 0 .. 1, cells 9, periodic
+  grid y = 0 .. 1, cells 7
+  boundary u: y.low = 0.2, y.high = zero_gradient
+  boundary v: y = 0.1
+  nu = 0.01
+  initial u = 1 + 0.3*sin(2*pi*x)*y
+  initial v = 0.4*cos(2*pi*x) - 0.1*y
+  time 0 .. 0.04, step 0.01
+}
+)");
+  for (const char* set : {"--set advect=central6 --set dx=central8 --set lap=central6 --set time=ssp_rk3",
+                          "--set advect=upwind3 --set dx=central6 --set lap=central8 --set time=rk2",
+                          "--set advect=central8 --set time=euler"}) {
+    const Outcome verified = dpde(std::string("verify burgers.dpde --json ") + set);
+    EXPECT_EQ(verified.status, 0) << set << verified.out << verified.err;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -127,10 +127,16 @@ TEST(Order, OfAdvectionInSpace) {
   const std::vector<Overrides> cells{{{"cells", "32"}}, {{"cells", "64"}}, {{"cells", "128"}}};
   expect_order(advection, "ring", with({{"advect", "central2"}}, cells), 2, 1e-2);
   expect_order(advection, "ring", with({{"advect", "central4"}}, cells), 4, 1e-4);
+  expect_order(advection, "ring", with({{"advect", "upwind3"}, {"step", "pi/512"}}, cells), 3, 1e-3);
+  const std::vector<Overrides> coarse{{{"cells", "12"}}, {{"cells", "24"}}, {{"cells", "48"}}};
+  expect_order(advection, "ring", with({{"advect", "central6"}, {"step", "pi/1024"}}, coarse), 6, 1e-5);
+  expect_order(advection, "ring", with({{"advect", "central8"}, {"step", "pi/2048"}}, coarse), 8, 1e-7);
   // first derivatives written as such follow the key dx
   const std::string plain = std::string(advection).replace(advection.find("-advect(c, u)"), 13, "-c*dx(u)");
   expect_order(plain, "ring", with({{"dx", "central2"}}, cells), 2, 1e-2);
   expect_order(plain, "ring", with({{"dx", "central4"}}, cells), 4, 1e-4);
+  expect_order(plain, "ring", with({{"dx", "central6"}, {"step", "pi/1024"}}, coarse), 6, 1e-5);
+  expect_order(plain, "ring", with({{"dx", "central8"}, {"step", "pi/2048"}}, coarse), 8, 1e-7);
 }
 
 /// Upwind 1 and linear semi-Lagrangian lose half a cell's worth at a fixed Courant number: order 1.
@@ -157,6 +163,9 @@ TEST(Order, OfDiffusionInSpace) {
   const std::vector<Overrides> cells{{{"cells", "16"}}, {{"cells", "32"}}, {{"cells", "64"}}};
   expect_order(heat, "rod", with({{"lap", "central2"}}, cells), 2, 1e-3);
   expect_order(heat, "rod", with({{"lap", "central4"}}, cells), 4, 1e-5);
+  const std::vector<Overrides> coarse{{{"cells", "10"}}, {{"cells", "20"}}, {{"cells", "40"}}};
+  expect_order(heat, "rod", with({{"lap", "central6"}}, coarse), 6, 1e-6);
+  expect_order(heat, "rod", with({{"lap", "central8"}}, coarse), 8, 1e-8);
 }
 
 TEST(Order, OfDiffusionIn2DAnd3DWithWalls) {
@@ -179,6 +188,7 @@ TEST(Order, OfTheTimeSchemes) {
   const std::vector<Overrides> steps{{{"step", "1/16"}}, {{"step", "1/32"}}, {{"step", "1/64"}}};
   expect_order(decay, "one", with({{"time", "euler"}}, steps), 1, 1e-2);
   expect_order(decay, "one", with({{"time", "rk2"}}, steps), 2, 1e-4);
+  expect_order(decay, "one", with({{"time", "ssp_rk3"}}, steps), 3, 1e-6);
   expect_order(decay, "one", with({{"time", "rk4"}}, steps), 4, 1e-8);
 }
 

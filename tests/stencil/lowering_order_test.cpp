@@ -80,6 +80,11 @@ TEST(LoweringOrder, Advection) {
   upwind.advect_order = 1;
   EXPECT_NEAR(rate_order(advect({u}, u), upwind, 32, exact), 1, 0.1);
   EXPECT_NEAR(rate_order(advect({-1.0}, u), upwind, 32, [](double x) { return -std::cos(x); }), 1, 0.1);
+  model::Scheme third = upwind;
+  third.advect_order = 3;
+  EXPECT_NEAR(rate_order(advect({u}, u), third, 32, exact), 3, 0.1);
+  EXPECT_NEAR(rate_order(advect({-1.0}, u), third, 32, [](double x) { return -std::cos(x); }), 3, 0.1);
+  EXPECT_NEAR(rate_order(advect({1.0}, d(u)), third, 32, [](double x) { return -std::sin(x); }), 3, 0.15);
   // of a derivative, where neighbours of u_x are differences too; and differentiated, where it sits between cells
   EXPECT_NEAR(rate_order(advect({1.0}, d(u)), upwind, 32, [](double x) { return -std::sin(x); }), 1, 0.1);
   const Function slope = [](double x) { return std::cos(2 * x); };
@@ -190,6 +195,7 @@ TEST(LoweringOrder, RungeKuttaStepsHaveTheirStabilityPolynomials) {
   EXPECT_NEAR(factor(model::TimeScheme::euler), 1 + z, 1e-15);
   EXPECT_NEAR(factor(model::TimeScheme::rk2), 1 + z + z * z / 2, 1e-15);
   EXPECT_NEAR(factor(model::TimeScheme::rk4), 1 + z + z * z / 2 + z * z * z / 6 + z * z * z * z / 24, 1e-15);
+  EXPECT_NEAR(factor(model::TimeScheme::ssp_rk3), 1 + z + z * z / 2 + z * z * z / 6, 1e-15);
 }
 
 TEST(LoweringOrder, DecayingModeInSpaceAndTime) {

@@ -60,6 +60,15 @@ kernel a(p: field, u: field halo 1, out pn: field, c: param) {
 kernel b(u: field, pn: field halo 1, out un: field, c: param) { un = u + c*pn*(pn[0, +1] - pn[-1, 0]) }
 )";
 
+/// The widest differences there are, on grids of one cell too.
+const std::string wide = R"(
+kernel k(u: field halo 4, out v: field, c, hx, dt: param) {
+  let u_x = (672*(u[+1] - u[-1]) - 168*(u[+2] - u[-2]) + 32*(u[+3] - u[-3]) - 3*(u[+4] - u[-4]))/(840*hx)
+  let biased = max(u - c, 0)*(2*(u[+1] - u) + 5*(u - u[-1]) - (u[-1] - u[-2]))/(6*hx)
+  v = u - dt*(biased + u*u_x) + c*(u[-4]*u[+4] + 0.3*u[-3] + 0.2*u[+2]^2)
+}
+)";
+
 const std::string kinks = R"(
 kernel k(u: field halo 1, out v: field, c: param) {
   let up = max(u - 1, 0)
@@ -76,6 +85,8 @@ std::vector<ProgramCase> program_cases() {
   return {
       {"burgers periodic", 1, burgers_kernel + "program p { fill u periodic; run k; swap u, v }", u_nu},
       {"burgers bounded", 1, burgers_kernel + "program p { " + bounded + "run k; swap u, v }", u_nu},
+      {"wide periodic", 1, wide + "program p { fill u periodic; run k; swap u, v }", {{"u"}, {"c"}}},
+      {"wide bounded", 1, wide + "program p { " + bounded + "run k; swap u, v }", {{"u"}, {"c"}}},
       {"burgers 2-D periodic", 2,
        burgers_2d_kernel + "program p { fill u periodic; fill v periodic; run k; swap u, un; swap v, vn }",
        {{"u", "v"}, {"nu"}}},

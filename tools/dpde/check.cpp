@@ -43,6 +43,7 @@ Order order_of(const model::Problem& problem) {
     case model::TimeScheme::euler: order.time = 1; break;
     case model::TimeScheme::rk2: order.time = 2; break;
     case model::TimeScheme::rk4: order.time = 4; break;
+    case model::TimeScheme::ssp_rk3: order.time = 3; break;
   }
   if (semi_lagrangian && transports) order.time = 1;  // the split step
   return order;

@@ -141,13 +141,13 @@ struct Quantity {
 };
 
 enum class Advection { central, upwind, semi_lagrangian };
-enum class TimeScheme { euler, rk2, rk4 };
+enum class TimeScheme { euler, rk2, rk4, ssp_rk3 };
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
-  int advect_order = 2;   // central: 2 or 4; upwind: 1; semi_lagrangian: 1 (linear interpolation)
-  int derivative_order = 2;  // key dx: 2 or 4
-  int laplacian_order = 2;   // key lap: 2 or 4, for second derivatives
+  int advect_order = 2;   // central: 2, 4, 6 or 8; upwind: 1 or 3; semi_lagrangian: 1 (linear interpolation)
+  int derivative_order = 2;  // key dx: 2, 4, 6 or 8
+  int laplacian_order = 2;   // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;
 };
 

@@ -197,6 +197,7 @@ std::string time_text(TimeScheme time) {
     case TimeScheme::euler: return "euler";
     case TimeScheme::rk2: return "rk2";
     case TimeScheme::rk4: return "rk4";
+    case TimeScheme::ssp_rk3: return "ssp_rk3";
   }
   unreachable("time scheme");
 }

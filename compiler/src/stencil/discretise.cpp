@@ -273,14 +273,21 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
     if (model::is_constant(e.velocity[axis], 0)) continue;
     Expr speed = at(e.velocity[axis], place).value();
     if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
-    Place behind = place, ahead = place;
-    behind[axis] -= 2;
-    ahead[axis] += 2;
-    const Expr here = at(e.operand, place).value();
-    const Expr rise_before = here - inside_difference(e.operand, behind).value();
-    const Expr rise_after = inside_difference(e.operand, ahead).value() - here;
-    sum = sum + call(Fn::max, {speed, 0.0}) * rise_before / spacing(axis);
-    sum = sum + call(Fn::min, {speed, 0.0}) * rise_after / spacing(axis);
+    const auto cell = [&](int distance) {
+      Place there = place;
+      there[axis] += 2 * distance;
+      return distance == 0 ? at(e.operand, place).value() : inside_difference(e.operand, there).value();
+    };
+    const Expr rise_before = cell(0) - cell(-1), rise_after = cell(1) - cell(0);
+    const Expr forward = call(Fn::max, {speed, 0.0}), backward = call(Fn::min, {speed, 0.0});
+    if (scheme_.advect_order == 1) {
+      sum = sum + forward * rise_before / spacing(axis) + backward * rise_after / spacing(axis);
+    } else {
+      const Expr from_low = 2.0 * rise_after + 5.0 * rise_before - (cell(-1) - cell(-2));
+      const Expr from_high = 2.0 * rise_before + 5.0 * rise_after - (cell(2) - cell(1));
+      const Expr bottom = 6.0 * spacing(axis);
+      sum = sum + forward * from_low / bottom + backward * from_high / bottom;
+    }
   }
   return Quotient{sum};
 }

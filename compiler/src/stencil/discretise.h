@@ -5,7 +5,9 @@
 //    The inside is taken at the half points, first derivatives by staggered differences, everything else interpolated
 //    with the same order, coordinates exactly; then their difference. This is the conservative, compact flux form;
 //  - every other nesting composes by shifting;
-//  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each.
+//  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
+//    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell: of a
+//    constant they are 0 exactly.
 // Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
 #pragma once
 

@@ -89,6 +89,20 @@ std::vector<Stage> runge_kutta_4(Stages stages) {
           stages.stage(stages.name(4), u_3, t + dt(), stages.results(), last)};
 }
 
+std::vector<Stage> shu_osher_3(Stages stages) {
+  const Expr t = param("t");
+  const auto u_1 = stages.fields(1), u_2 = stages.fields(2);
+  const Update second = [&](const std::string& state, const Expr& rate) {
+    return (3.0 * access(state) + access(u_1.at(state)) + scaled(dt(), rate)) / 4.0;
+  };
+  const Update last = [&](const std::string& state, const Expr& rate) {
+    return (access(state) + 2.0 * access(u_2.at(state)) + scaled(2.0 * dt(), rate)) / 3.0;
+  };
+  return {stages.stage(stages.name(1), {}, t, u_1, forward(dt())),
+          stages.stage(stages.name(2), u_1, t + dt(), u_2, second),
+          stages.stage(stages.name(3), u_2, t + dt() / 2.0, stages.results(), last)};
+}
+
 }  // namespace
 
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
@@ -97,6 +111,7 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     case model::TimeScheme::euler: return {stages.stage(name, {}, param("t"), stages.results(), forward(dt()))};
     case model::TimeScheme::rk2: return midpoint_method(stages);
     case model::TimeScheme::rk4: return runge_kutta_4(stages);
+    case model::TimeScheme::ssp_rk3: return shu_osher_3(stages);
   }
   unreachable("time scheme");
 }

@@ -41,15 +41,23 @@ void set_time(Scheme& scheme) {
 constexpr Choice choices[] = {
     {"advect", "central(2)", {"central2"}, set_advect<Advection::central, 2>},
     {"advect", "central(4)", {"central4"}, set_advect<Advection::central, 4>},
+    {"advect", "central(6)", {"central6"}, set_advect<Advection::central, 6>},
+    {"advect", "central(8)", {"central8"}, set_advect<Advection::central, 8>},
     {"advect", "upwind(1)", {"upwind1", "upwind"}, set_advect<Advection::upwind, 1>},
+    {"advect", "upwind(3)", {"upwind3"}, set_advect<Advection::upwind, 3>},
     {"advect", "semi_lagrangian", {"semi_lagrangian()"}, set_advect<Advection::semi_lagrangian, 1>},
     {"dx", "central(2)", {"central2"}, set_derivative<2>},
     {"dx", "central(4)", {"central4"}, set_derivative<4>},
+    {"dx", "central(6)", {"central6"}, set_derivative<6>},
+    {"dx", "central(8)", {"central8"}, set_derivative<8>},
     {"lap", "central(2)", {"central2"}, set_laplacian<2>},
     {"lap", "central(4)", {"central4"}, set_laplacian<4>},
+    {"lap", "central(6)", {"central6"}, set_laplacian<6>},
+    {"lap", "central(8)", {"central8"}, set_laplacian<8>},
     {"time", "euler", {"euler()"}, set_time<TimeScheme::euler>},
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
+    {"time", "ssp_rk3", {"ssp_rk3()"}, set_time<TimeScheme::ssp_rk3>},
     {"real", "f64", {}, [](Scheme&) {}},
 };
 
