@@ -98,6 +98,37 @@ task t : s { unknown m from 2
   EXPECT_NEAR(gradient.json()["gradient"]["m"]["value"].get<double>(), expected, 1e-14);
 }
 
+/// A damped wave beside a field of first order, the velocity among the unknowns.
+TEST_F(DerivativeCommand, SecondTimeDerivativesAreCertified) {
+  write("wave.dpde", R"(
+model wave { field u, w; param c, g; dt(dt(u)) = c^2*lap(u) - g*lap(dt(u))*u - w*dt(u)^2; dt(w) = lap(w) - u*dt(u) }
+scene s : wave {
+  grid x = 0 .. 1, cells 8, periodic
+  grid y = 0 .. 1, cells 5
+  boundary u: y.low = 0.2, y.high = zero_gradient
+  boundary w: y = 0
+  c = 1.3
+  g = 0.01
+  initial u = 1 + 0.3*sin(2*pi*x)*y
+  initial dt(u) = cos(2*pi*x)
+  initial w = 0.4*cos(2*pi*x) - 0.1*y
+  time 0 .. 0.02, step 0.005
+}
+task t : s {
+  unknown initial dt(u) from 0.1
+  unknown c from 1
+  minimise mean((u - 1)^2 + 0.01*dt(u)^2) over time
+}
+)");
+  for (const char* arguments : {"s", "t", "s --set time=verlet", "t --set time=verlet --backend cpp", "t --set time=ssp_rk3 --backend interpreter"}) {
+    const Outcome verified = dpde(std::string("verify wave.dpde --json ") + arguments);
+    EXPECT_EQ(verified.status, 0) << arguments << verified.out << verified.err;
+  }
+  const Outcome formatted = dpde("emit wave.dpde s --stage ast");
+  EXPECT_NE(formatted.out.find("dt(dt(u)) = "), std::string::npos);
+  EXPECT_NE(formatted.out.find("initial dt(u) = cos(2*pi*x)"), std::string::npos);
+}
+
 /// Every difference and time scheme of the language, with walls, certified down to grids of one cell.
 TEST_F(DerivativeCommand, EveryDifferenceAndTimeSchemeIsCertified) {
   write("burgers.dpde", R"(

@@ -111,7 +111,7 @@ TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("(u, u)", 2),
             "E0323 a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers");
   EXPECT_EQ(in_equation("mean(u)"), "E0311 mean, sum and integral stand in losses, tests and observables");
-  EXPECT_EQ(in_equation("dt(u)"), "E0311 dt(u) stands at the left of an equation only; put its right-hand side here");
+  EXPECT_EQ(in_equation("dt(u)"), "E0311 dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
   EXPECT_EQ(in_equation("u[+1]"), "E0311 neighbours are read in kernels; formulas have dx, lap and the like");
   EXPECT_EQ(in_equation("load(\"u.npy\")"),
             "E0311 load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");

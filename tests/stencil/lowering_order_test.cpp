@@ -82,6 +82,7 @@ TEST(LoweringOrder, Advection) {
   EXPECT_NEAR(rate_order(advect({-1.0}, u), upwind, 32, [](double x) { return -std::cos(x); }), 1, 0.1);
   model::Scheme third = upwind;
   third.advect_order = 3;
+  third.derivative_order = 4;
   EXPECT_NEAR(rate_order(advect({u}, u), third, 32, exact), 3, 0.1);
   EXPECT_NEAR(rate_order(advect({-1.0}, u), third, 32, [](double x) { return -std::cos(x); }), 3, 0.1);
   EXPECT_NEAR(rate_order(advect({1.0}, d(u)), third, 32, [](double x) { return -std::sin(x); }), 3, 0.15);

@@ -41,6 +41,7 @@ Order order_of(const model::Problem& problem) {
   order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
   switch (scheme.time) {
     case model::TimeScheme::euler: order.time = 1; break;
+    case model::TimeScheme::verlet:
     case model::TimeScheme::rk2: order.time = 2; break;
     case model::TimeScheme::rk4: order.time = 4; break;
     case model::TimeScheme::ssp_rk3: order.time = 3; break;

@@ -121,6 +121,7 @@ struct AxisSides {
 
 struct State {
   std::string name;
+  std::string velocity_of;          // this state is dt of that one, whose equation is of second order; "" otherwise
   std::vector<AxisSides> boundary;  // one an axis
   std::optional<Expr> rhs;          // of dt(name) = rhs; absent for the states of a hand-written program
   Source initial;
@@ -141,7 +142,7 @@ struct Quantity {
 };
 
 enum class Advection { central, upwind, semi_lagrangian };
-enum class TimeScheme { euler, rk2, rk4, ssp_rk3 };
+enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet };
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
@@ -210,6 +211,8 @@ struct Problem {
   std::vector<std::string> dropped;  // what a zero coefficient or nobody's need removed, in words, for `check`
 
   const State* find_state(const std::string& name) const;
+  /// dt(name) as a state, or nullptr.
+  const State* velocity_of(const std::string& name) const;
   const Parameter* find_param(const std::string& name) const;
 };
 

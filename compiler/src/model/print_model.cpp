@@ -198,6 +198,7 @@ std::string time_text(TimeScheme time) {
     case TimeScheme::rk2: return "rk2";
     case TimeScheme::rk4: return "rk4";
     case TimeScheme::ssp_rk3: return "ssp_rk3";
+    case TimeScheme::verlet: return "verlet";
   }
   unreachable("time scheme");
 }

@@ -111,6 +111,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0505", "bad-setting", Severity::error, "{} cannot be set to {}: {}"},
     {"E0551", "advection-form", Severity::error, "semi-Lagrangian advection of {} needs one term -advect(v, {}) of its equation"},
     {"E0552", "too-many-differences", Severity::error, "the differences of this expression have more than {} parts"},
+    {"E0553", "needs-second-derivative", Severity::error, "time = {} is made for equations dt(dt(u)) = ..., but model {} has none"},
     {"E0701", "incomplete-task", Severity::error, "task {} has nothing to {}"},
     {"E0702", "not-an-unknown", Severity::error, "{} is a {} and cannot be an unknown"},
     {"E0703", "bad-data", Severity::error, "data come from a file or from the field of a scene, not from this"},

@@ -280,7 +280,7 @@ Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place
     };
     const Expr rise_before = cell(0) - cell(-1), rise_after = cell(1) - cell(0);
     const Expr forward = call(Fn::max, {speed, 0.0}), backward = call(Fn::min, {speed, 0.0});
-    if (scheme_.advect_order == 1) {
+    if (scheme_.advect_order < 3) {
       sum = sum + forward * rise_before / spacing(axis) + backward * rise_after / spacing(axis);
     } else {
       const Expr from_low = 2.0 * rise_after + 5.0 * rise_before - (cell(-1) - cell(-2));

@@ -30,6 +30,14 @@ void check_size(const Lowering& lowering, const model::Expr& e, const Origin& or
               {std::to_string(max_parts)}, "nest fewer derivatives, or choose lower orders in the scheme");
 }
 
+void check_time_scheme(const model::Problem& problem, DiagnosticSink& sink) {
+  const auto is_velocity = [](const model::State& state) { return !state.velocity_of.empty(); };
+  if (problem.scheme.time != model::TimeScheme::verlet || !problem.program.empty()) return;
+  if (std::any_of(problem.states.begin(), problem.states.end(), is_velocity)) return;
+  sink.report("needs-second-derivative", problem.states.front().origin.range, {"verlet", problem.model},
+              "take time = rk2 or rk4 in the scheme");
+}
+
 bool check(const Lowering& lowering, DiagnosticSink& sink) {
   const model::Problem& problem = lowering.problem();
   const std::size_t before = sink.all().size();
@@ -41,6 +49,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
     if (state.exact) check_size(lowering, *state.exact, state.origin, sink);
     check_source(state.initial);
   }
+  check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
   for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink);
   if (problem.scheme.advect == model::Advection::semi_lagrangian) check_semi_lagrangian(problem, sink);

@@ -2,7 +2,8 @@
 // Explicit Runge-Kutta methods as kernels, one a stage, every kernel covering all states. Between stages only states
 // are kept, never slopes ("stage-state form"): with U1 = u + dt/2 F(u), U2 = u + dt/2 F(U1), U3 = u + dt F(U2)
 // the classical RK4 step is (U1 + 2 U2 + U3 - u)/3 + dt/6 F(U3), as dt F(u) = 2 (U1 - u) and so on. SSP-RK3 is written
-// that way by its authors (Shu and Osher 1988): convex combinations of Euler steps.
+// that way by its authors (Shu and Osher 1988): convex combinations of Euler steps. An equation of second order is two of
+// first order, for u and its velocity u_t; velocity Verlet alone treats them differently.
 #pragma once
 
 #include <string>

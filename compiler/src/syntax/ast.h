@@ -106,7 +106,7 @@ struct LetItem {  // let s = u + v           (models and kernels)
   Identifier name;
   Expr value;
 };
-struct EquationItem {  // dt(u) = rhs
+struct EquationItem {  // dt(u) = rhs, or dt(dt(u)) = rhs with field "dt(u)"
   Identifier field;
   Expr rhs;
 };
@@ -122,7 +122,7 @@ struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the
   Identifier name;
   Expr value;
 };
-struct InitialItem {  // initial u = -sin(pi*x)
+struct InitialItem {  // initial u = -sin(pi*x)      initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise
   Identifier field;
   Expr value;
 };

@@ -41,6 +41,8 @@ BlockRule kernel_rule();
 BlockRule program_rule();
 
 /// a, b, c
+/// A field u or its time derivative dt(u), by the name as written.
+Identifier parse_field_or_rate(Cursor& cursor, const char* what);
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what);
 /// a, u.x, u.y
 std::vector<Identifier> parse_components(Cursor& cursor, const char* what);

@@ -19,13 +19,19 @@ ItemKind parse_coefficient(Cursor& cursor) {
 
 ItemKind parse_param(Cursor& cursor) { return ParamItem{parse_names(cursor, "the name of a parameter")}; }
 
-ItemKind parse_equation(Cursor& cursor) {
-  EquationItem item;
+/// What stands between ( and ) after dt.
+Identifier parse_rated(Cursor& cursor) {
   const Token open = cursor.peek();
   cursor.expect(TokenKind::left_paren);
   cursor.begin_group(open);
-  item.field = cursor.expect_component("the name of a field");
+  Identifier field = parse_field_or_rate(cursor, "the name of a field");
   cursor.end_group(TokenKind::right_paren);
+  return field;
+}
+
+ItemKind parse_equation(Cursor& cursor) {
+  EquationItem item;
+  item.field = parse_rated(cursor);
   cursor.expect(TokenKind::assign);
   item.rhs = parse_expression(cursor);
   return item;
@@ -93,13 +99,15 @@ ItemKind parse_value(Cursor& cursor) {
 }
 
 ItemKind parse_initial(Cursor& cursor) {
-  auto [field, value] = parse_component_definition(cursor, "the name of a field");
-  return InitialItem{std::move(field), std::move(value)};
+  Identifier field = parse_field_or_rate(cursor, "the name of a field");
+  cursor.expect(TokenKind::assign);
+  return InitialItem{std::move(field), parse_expression(cursor)};
 }
 
 ItemKind parse_exact(Cursor& cursor) {
-  auto [field, value] = parse_component_definition(cursor, "the name of a field");
-  return ExactItem{std::move(field), std::move(value)};
+  Identifier field = parse_field_or_rate(cursor, "the name of a field");
+  cursor.expect(TokenKind::assign);
+  return ExactItem{std::move(field), parse_expression(cursor)};
 }
 
 ItemKind parse_observe(Cursor& cursor) {
@@ -179,6 +187,17 @@ std::vector<BoundarySide> parse_sides(Cursor& cursor) {
     sides.push_back(std::move(side));
   } while (cursor.accept(TokenKind::comma));
   return sides;
+}
+
+Identifier parse_field_or_rate(Cursor& cursor, const char* what) {
+  if (!cursor.at_word("dt") || cursor.peek_second().kind != TokenKind::left_paren) return cursor.expect_component(what);
+  const SourceRange dt = cursor.take().range;
+  const Token open = cursor.take();
+  cursor.begin_group(open);
+  const Identifier field = cursor.expect_component(what);
+  const SourceRange close = cursor.peek().range;
+  cursor.end_group(TokenKind::right_paren);
+  return {"dt(" + field.name + ")", {dt.begin, close.end}};
 }
 
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what) {

@@ -42,7 +42,8 @@ ItemKind parse_unknown(Cursor& cursor) {
     cursor.take();
     item.initial = true;
   }
-  item.name = cursor.expect_component("the name of a parameter, or 'initial' and the name of a field");
+  constexpr const char* what = "the name of a parameter, or 'initial' and the name of a field";
+  item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_component(what);
   if (cursor.accept_word("from")) item.from = parse_expression(cursor);
   return item;
 }

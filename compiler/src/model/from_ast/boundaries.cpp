@@ -96,6 +96,16 @@ void check_complete(Draft& draft, const State& state, const std::vector<std::arr
                                 state.name, fmt::join(missing, " = 0, ")));
 }
 
+/// dt(u) stays 0 where u keeps a value, and has no slope where u has none.
+void derive_velocity_boundaries(Problem& problem) {
+  for (State& state : problem.states) {
+    const State* moved = problem.find_state(state.velocity_of);
+    if (!moved) continue;
+    state.boundary = moved->boundary;
+    for (AxisSides& sides : state.boundary) sides.low.value = sides.high.value = 0.0;
+  }
+}
+
 }  // namespace
 
 void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) {
@@ -149,6 +159,11 @@ void bind_boundaries(Draft& draft) {
   }
   for (const auto& [item, range] : items_of<ast::BoundaryItem>(draft.scene->items)) {
     const std::vector<State*> states = find_states(draft, item.field, "a boundary");
+    if (!states.empty() && !states.front()->velocity_of.empty()) {
+      draft.sink.report("not-allowed-here", item.field.range, {item.field.name, "a boundary"},
+                        fmt::format("the boundary of dt({0}) follows from that of {0}", states.front()->velocity_of));
+      continue;
+    }
     for (const ast::BoundarySide& side : item.sides) {
       const std::size_t before = draft.sink.all().size();
       for (std::size_t i = 0; i < states.size(); ++i) {
@@ -158,7 +173,10 @@ void bind_boundaries(Draft& draft) {
       }
     }
   }
-  for (const State& state : draft.problem.states) check_complete(draft, state, seen[state.name]);
+  for (const State& state : draft.problem.states) {
+    if (state.velocity_of.empty()) check_complete(draft, state, seen[state.name]);
+  }
+  derive_velocity_boundaries(draft.problem);
 }
 
 }  // namespace dpde::model

@@ -40,6 +40,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
                              name == "grad" || name == "div" || name == "advect" || name == "curl";
   const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
   if (is_derivative && !is_equation) return refuse("the derivative " + name, e.callee_range);
+  if (name == "dt") return rate(e, range);
   if (name == "dx") return along(0, e, range);
   if (name == "dy") return along(1, e, range);
   if (name == "dz") return along(2, e, range);
@@ -59,12 +60,18 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   return unknown_call(e);
 }
 
+/// dt(u) of a field whose equation is dt(dt(u)) = ...: its velocity.
+Typed Expressions::rate(const ast::Call& e, SourceRange range) {
+  const bool one = e.arguments.size() == 1 && e.arguments[0].name.empty();
+  const auto* field = one ? std::get_if<ast::Name>(&e.arguments[0].value->kind) : nullptr;
+  const bool moves = field && draft_.problem.velocity_of(components_of(draft_, field->name).front());
+  if (moves) return name({velocity_name(field->name)}, range);
+  draft_.sink.report("not-allowed-here", e.callee_range, {"dt", "a formula"},
+                     "dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
+  return {};
+}
+
 Typed Expressions::unknown_call(const ast::Call& e) {
-  if (e.callee == "dt") {
-    draft_.sink.report("not-allowed-here", e.callee_range, {"dt", "a formula"},
-                       "dt(u) stands at the left of an equation only; put its right-hand side here");
-    return {};
-  }
   if (e.callee == "load") {
     draft_.sink.report("not-allowed-here", e.callee_range, {"load", "a formula"},
                        "load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The names a model declares, in the order of its text; a vector's components are known with the grid.
+#include <algorithm>
+#include <set>
+
 #include "model/from_ast/parts.h"
 
 namespace dpde::model {
@@ -12,6 +15,38 @@ void for_each_declared(const Draft& draft, const Item& item, Role role, const Ad
   for (const ast::Identifier& name : item.names) {
     const Meaning* meaning = draft.scope.find(name.name);
     if (meaning && meaning->role == role && meaning->declared == name.range) add(name.name);
+  }
+}
+
+/// The field, or vector as a whole, that an equation of second order moves; "" of other equations.
+std::string moved_field(const ast::EquationItem& item) {
+  const std::string field = rated_field(item.field.name), vector = vector_of(field);
+  return vector.empty() ? field : vector;
+}
+
+/// The velocity u_t of each field with an equation dt(dt(u)) = ...
+void declare_velocities(Draft& draft) {
+  std::set<std::string> moved;
+  for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
+    const std::string field = moved_field(item);
+    const Meaning* meaning = draft.scope.find(field);
+    if (!meaning || meaning->role != Role::state || !moved.insert(field).second) continue;
+    declare(draft, {velocity_name(field), item.field.range}, Role::state, meaning->is_vector);
+  }
+}
+
+void bind_velocities(Draft& draft) {
+  for (const auto& [item, range] : items_of<ast::EquationItem>(draft.model->items)) {
+    const std::string field = moved_field(item), name = velocity_name(field);
+    const Meaning* meaning = draft.scope.find(name);
+    if (field.empty() || !meaning || meaning->declared != item.field.range) continue;
+    const std::vector<std::string> moved = components_of(draft, field), components = declare_components(draft, name);
+    for (std::size_t i = 0; i < components.size(); ++i) {
+      State velocity;
+      velocity.name = components[i];
+      velocity.velocity_of = moved[i];
+      draft.problem.states.push_back(std::move(velocity));
+    }
   }
 }
 
@@ -31,6 +66,7 @@ void declare_model(Draft& draft) {
       }
     }
   }
+  declare_velocities(draft);
   if (!items_of<ast::FieldItem>(draft.model->items).empty()) return;
   draft.sink.report("no-field", draft.model->name.range, {draft.model->name.name}, "write field u and dt(u) = ...");
 }
@@ -54,6 +90,7 @@ void bind_fields(Draft& draft) {
       });
     }
   }
+  bind_velocities(draft);
 }
 
 }  // namespace dpde::model

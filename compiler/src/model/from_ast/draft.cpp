@@ -25,7 +25,8 @@ bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vecto
   return true;
 }
 
-std::vector<std::string> components_of(const Draft& draft, const std::string& name) {
+std::vector<std::string> components_of(const Draft& draft, const std::string& written) {
+  const std::string name = state_name(written);
   const Meaning* meaning = draft.scope.find(name);
   if (!meaning || !meaning->is_vector) return {name};
   std::vector<std::string> names;
@@ -67,7 +68,14 @@ void report_duplicate(Draft& draft, const std::string& what, SourceRange range, 
   if (first.is_known()) diagnostic.notes.push_back({first, "the first is here"});
 }
 
-std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing) {
+std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, const std::string& thing) {
+  const std::string field = rated_field(written.name);
+  if (!field.empty() && !draft.problem.velocity_of(components_of(draft, field).front())) {
+    draft.sink.report("unknown-name", written.range, {written.name},
+                      "dt(u) is a field of its own only where the model has dt(dt(u)) = ...");
+    return {};
+  }
+  const ast::Identifier name{state_name(written.name), written.range};
   const Meaning* meaning = draft.scope.find(name.name);
   std::vector<State*> states;
   if (!meaning) {
@@ -82,6 +90,13 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const
     }
   }
   return states;
+}
+
+std::string written_name(const Draft& draft, const std::string& name) {
+  const State* state = draft.problem.find_state(components_of(draft, name).front());
+  if (!state || state->velocity_of.empty()) return name;
+  return fmt::format("dt({})", vector_of(name).empty() && !vector_of(state->name).empty() ? vector_of(state->velocity_of)
+                                                                                          : state->velocity_of);
 }
 
 std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen) {

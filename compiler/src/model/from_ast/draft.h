@@ -65,7 +65,7 @@ bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vecto
 /// Declares the components of a vector, one an axis of the scene, and gives their names; of other names just the name.
 std::vector<std::string> declare_components(Draft& draft, const std::string& name);
 /// u.x, u.y of a vector u; of other names just the name.
-std::vector<std::string> components_of(const Draft& draft, const std::string& name);
+std::vector<std::string> components_of(const Draft& draft, const std::string& written);
 /// Reports a name that means nothing, the component of something that has none, or one along an axis there is not.
 void report_unknown(Draft& draft, const ast::Identifier& name, const std::vector<std::string>& candidates);
 /// Reports that `name` was given before, at `first`.
@@ -73,6 +73,8 @@ void report_duplicate(Draft& draft, const std::string& what, SourceRange range, 
 /// The states that `name` means: itself, or the components of a vector; none, and a diagnostic, when it is something
 /// else: "only a field has `thing`".
 std::vector<State*> find_states(Draft& draft, const ast::Identifier& name, const std::string& thing);
+/// "dt(u)" of a velocity u_t; other names as they are.
+std::string written_name(const Draft& draft, const std::string& name);
 /// The fields that are not among `seen`, of a vector with no component among them the vector.
 std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen);
 

@@ -56,6 +56,7 @@ class Expressions {
   // calls.cpp
   Typed call(const ast::Call& e, SourceRange range);
   Typed unknown_call(const ast::Call& e);
+  Typed rate(const ast::Call& e, SourceRange range);
   Typed elementary(Fn fn, const ast::Call& e, SourceRange range);
   Typed choice(const ast::Call& e, SourceRange range);
   Typed along(int axis, const ast::Call& e, SourceRange range);

@@ -92,6 +92,21 @@ int axis_of(std::string_view name) {
 
 std::string axis_name(int axis) { return std::string(axis_names[axis]); }
 
+std::string rated_field(std::string_view written) {
+  const bool is_rate = written.starts_with("dt(") && written.ends_with(")");
+  return is_rate ? std::string(written.substr(3, written.size() - 4)) : "";
+}
+
+std::string velocity_name(const std::string& field) {
+  const std::string vector = vector_of(field);
+  return vector.empty() ? field + "_t" : vector + "_t" + field.substr(vector.size());
+}
+
+std::string state_name(const std::string& written) {
+  const std::string field = rated_field(written);
+  return field.empty() ? written : velocity_name(field);
+}
+
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
   const std::string near = nearest_name(name, candidates);
   if (!near.empty()) return fmt::format("did you mean {}?", near);

@@ -48,6 +48,13 @@ int axis_of(std::string_view name);
 /// "x", "y", "z"
 std::string axis_name(int axis);
 
+/// "u" of "dt(u)"; "" of other texts.
+std::string rated_field(std::string_view written);
+/// u_t of u, u_t.x of u.x.
+std::string velocity_name(const std::string& field);
+/// The state called so in a text: u of "u", u_t of "dt(u)".
+std::string state_name(const std::string& written);
+
 /// "did you mean nu?", or what there is to choose from when no name is near.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
 

@@ -58,6 +58,7 @@ constexpr Choice choices[] = {
     {"time", "rk2", {"rk2()"}, set_time<TimeScheme::rk2>},
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
     {"time", "ssp_rk3", {"ssp_rk3()"}, set_time<TimeScheme::ssp_rk3>},
+    {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
     {"real", "f64", {}, [](Scheme&) {}},
 };
 

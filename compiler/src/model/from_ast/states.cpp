@@ -107,8 +107,9 @@ void bind_states(Draft& draft) {
       });
   started.merge(started_by_task(draft));
   for (const std::string& name : states_not_in(draft, started)) {
-    draft.sink.report("missing-initial", draft.scene->name.range, {name},
-                      fmt::format("write initial {} = 0 in scene {}", name, draft.problem.scene));
+    const std::string written = written_name(draft, name);
+    draft.sink.report("missing-initial", draft.scene->name.range, {written},
+                      fmt::format("write initial {} = 0 in scene {}", written, draft.problem.scene));
   }
   for_each_target<ast::ExactItem>(
       draft, "an", "exact solution", [&](const ast::ExactItem& item, const std::vector<State*>& states) {

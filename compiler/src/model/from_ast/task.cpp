@@ -26,6 +26,9 @@ std::vector<std::string> fields_of(const Draft& draft, const ast::Scene& scene) 
         }
       }
     }
+    for (const auto& [item, range] : items_of<ast::EquationItem>(model->items)) {
+      if (!rated_field(item.field.name).empty()) fields.push_back(state_name(item.field.name));
+    }
   } else if (const auto* program = find_declaration<ast::Program>(draft.file, scene.of.name)) {
     for (const auto& [swap, range] : items_of<ast::SwapItem>(program->items)) fields.push_back(swap.state.name);
   }
@@ -158,7 +161,7 @@ void bind_unknowns(Draft& draft) {
     if (!is_new) continue;
     Unknown unknown;
     unknown.initial = item.initial;
-    unknown.name = item.name.name;
+    unknown.name = state_name(item.name.name);
     unknown.origin = {range};
     if (item.initial) bind_unknown_states(draft, item, unknown);
     if (item.initial) continue;

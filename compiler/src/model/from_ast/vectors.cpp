@@ -57,7 +57,7 @@ std::optional<std::vector<Expr>> Expressions::as_vector(const Typed& value, Sour
 }
 
 std::optional<std::vector<Expr>> Expressions::components(const ast::Expr& e, const std::string& name) {
-  const Meaning* meaning = draft_.scope.find(name);
+  const Meaning* meaning = draft_.scope.find(state_name(name));
   if (!meaning || !meaning->is_vector) {
     const auto value = number(e);
     return value ? std::optional(std::vector<Expr>{*value}) : std::nullopt;
