@@ -88,11 +88,5 @@ TEST_F(PlotCommand, WithoutGnuplotDrawsText) {
   EXPECT_NE(plot.err.find("gnuplot is not installed"), std::string::npos);
 }
 
-TEST_F(PlotCommand, SaysThatNetcdfIsNotReadYet) {
-  const Outcome plot = dpde("plot run.nc --json");
-  EXPECT_EQ(plot.status, 2);
-  EXPECT_EQ(plot.codes(), std::vector<std::string>{"E0907"});
-}
-
 }  // namespace
 }  // namespace dpde::testing

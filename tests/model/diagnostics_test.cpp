@@ -206,11 +206,11 @@ std::string in_task(const std::string& lines) {
 }
 
 TEST(Diagnostics, OfTasks) {
-  EXPECT_EQ(in_task("data v = u + 1 from scene s"), "E0703 write load(\"name.npy\"), or u from scene NAME at t = 1");
+  EXPECT_EQ(in_task("data v = u + 1 from scene s"), "E0703 write load(\"name.npy\"), load(\"name.nc\", u), or u from scene NAME at t = 1");
   EXPECT_EQ(in_task("data v = u from scene ss"), "E0318 did you mean s?");
   EXPECT_EQ(in_task("data v = u from scene s at t = 2"), "E0418 the nearest is t = 1");
   EXPECT_EQ(in_task("data u = load(\"u.npy\")"), "E0303 ");
-  EXPECT_EQ(in_task("data v = load(\"\")"), "E0710 write load(\"name.npy\")");
+  EXPECT_EQ(in_task("data v = load(\"\")"), "E0710 write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
   EXPECT_EQ(in_task("unknown kk"), "E0301 did you mean k?");
   EXPECT_EQ(in_task("unknown k from 2"), "E0303 ");
   EXPECT_EQ(in_task("unknown w"), "E0702 unknowns are parameters and initial states");

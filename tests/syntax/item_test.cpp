@@ -49,6 +49,9 @@ TEST(Items, OfScenes) {
       "  time 0 .. 2\n"
       "  step 1/32\n"
       "  observe e = mean(u^2)\n"
+      "  initial v = load(\"run.nc\", v) at t = 1/2\n"
+      "  output u, v every 0.1\n"
+      "  output w\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Scene scene = only_block<Scene>(text);

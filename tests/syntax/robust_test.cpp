@@ -19,6 +19,7 @@ const std::string sample =
     "scene wave : burgers with cheap {\n"
     "  grid x = -1 .. 1, cells 128, periodic\n"
     "  boundary u: x.low = 0, x.high = 1\n"
+    "  initial u = load(\"f.nc\", u) at t = 1/2; output u, v every 0.1\n"
     "  time 0 .. 1, step 1/32\n"
     "}\n"
     "task recover : wave { data r = u from scene fine at t = 0.5, 1; unknown initial u from 0\n"

@@ -19,6 +19,8 @@ namespace dpde::tools {
 
 using Json = nlohmann::ordered_json;
 
+inline constexpr const char* version = "dpde 0.1";
+
 enum class Exit : int { done = 0, failed = 1, wrong_input = 2, machine_failed = 3 };
 
 struct CommonOptions {

@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   using namespace dpde::tools;
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("dpde: from equations to fast simulations and certified gradients", "dpde");
-  app.set_version_flag("--version", "dpde 0.1");
+  app.set_version_flag("--version", version);
   app.require_subcommand(1);
   app.footer("First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
              "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed");

@@ -102,7 +102,13 @@ std::string labels_of(const std::string& title, const std::string& x_label, cons
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   text += panel.log_y ? "set logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
-  text += "set autoscale\nset grid lc rgb '#dddddd'\nset key top right noenhanced\nunset colorbox\nplot ";
+  text += "set autoscale\n";
+  // Room above and below; equal values have none of their own.
+  if (panel.range) {
+    const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
+    text += fmt::format("set yrange [{}:{}]\n", number(panel.range->low - room), number(panel.range->high + room));
+  }
+  text += "set grid lc rgb '#dddddd'\nset key top right noenhanced\nunset colorbox\nplot ";
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     if (c > 0) text += ", ";
     text += fmt::format("$p{}c{} using 1:2 {} title {}", index, c,
@@ -115,12 +121,8 @@ std::string plot_of(const LinePanel& panel, int index) {
 
 std::string plot_of(const MapPanel& panel, int index) {
   const double hx = (panel.x_high - panel.x_low) / panel.nx, hy = (panel.y_high - panel.y_low) / panel.ny;
-  double low = INFINITY, high = -INFINITY;
-  for (const double value : panel.values) {
-    if (!std::isfinite(value)) continue;
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
+  const std::optional<ValueRange> range = panel.range ? panel.range : range_of(panel.values);
+  double low = range ? range->low : INFINITY, high = range ? range->high : -INFINITY;
   if (!(high - low > 1e-7 * std::max(std::abs(low), std::abs(high)))) {  // one value everywhere, or none
     const double middle = std::isfinite(low) ? low : 0, half = middle == 0 ? 1 : std::abs(middle) / 10;
     low = middle - half;
@@ -161,12 +163,22 @@ std::string script_for(const std::vector<Panel>& panels, const std::string& term
 
 }  // namespace
 
+std::optional<ValueRange> range_of(const std::vector<double>& values) {
+  ValueRange range{INFINITY, -INFINITY};
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    range.low = std::min(range.low, value);
+    range.high = std::max(range.high, value);
+  }
+  return range.low <= range.high ? std::optional(range) : std::nullopt;
+}
+
 bool have_gnuplot() {
   static const bool found = run_gnuplot({"--version"}) == 0;
   return found;
 }
 
-std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink) {
+std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink, Formats formats) {
   std::vector<std::string> files;
   if (panels.empty() || !have_gnuplot()) return files;
   const TemporaryFolder folder;
@@ -178,6 +190,7 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
   const std::string svg = fmt::format("svg size {},440 dynamic font 'Helvetica,13' background rgb 'white'", width);
   const std::string png = fmt::format("pngcairo size {},440 font 'Helvetica,10' background rgb 'white'", width);
   for (const auto& [extension, terminal] : {std::pair{".svg", svg}, std::pair{".png", png}}) {
+    if (formats == Formats::png && extension != std::string_view(".png")) continue;
     const fs::path drawn = folder.path() / (std::string("picture") + extension);
     const fs::path script = folder.path() / (std::string("picture") + extension + ".gp");
     if (!driver::write_file(script, script_for(panels, terminal, drawn), sink)) return files;

@@ -17,9 +17,14 @@ struct Curve {
   std::vector<double> x, y;
   bool points = false;  // marks instead of a line
 };
+/// Of the values shown, so that pictures can be compared.
+struct ValueRange {
+  double low = 0, high = 1;
+};
 struct LinePanel {
   std::string title, x_label, y_label;
   bool log_y = false;
+  std::optional<ValueRange> range;  // none: what the values need
   std::vector<Curve> curves;
 };
 /// Values of shape (ny, nx), x fastest.
@@ -28,13 +33,19 @@ struct MapPanel {
   int nx = 0, ny = 0;
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
   std::vector<double> values;
+  std::optional<ValueRange> range;
 };
 using Panel = std::variant<LinePanel, MapPanel>;
 
 bool have_gnuplot();
 
+/// The least range that holds the finite values; nullopt when there are none.
+std::optional<ValueRange> range_of(const std::vector<double>& values);
+
+enum class Formats { svg_and_png, png };
 /// Writes `stem`.svg and `stem`.png and returns their paths. Without gnuplot there is no picture: nothing is returned
 /// and nothing reported (have_gnuplot tells); failures of gnuplot and of the disk are reported.
-std::vector<std::string> draw(const std::filesystem::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink);
+std::vector<std::string> draw(const std::filesystem::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
+                              Formats formats = Formats::svg_and_png);
 
 }  // namespace dpde::tools

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde plot: a picture of an array file.
+// dpde plot: pictures of an array file, or a picture a stored state.
 #include <fmt/format.h>
 
-#include <cstdio>
-#include <fmt/ranges.h>
-
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include "command.h"
 #include "driver/files.h"
-#include "dpde/runtime/npy.h"
+#include "interrupt.h"
 #include "picture.h"
+#include "stored_fields.h"
 #include "text_plot.h"
 #include "verbs.h"
 
@@ -21,72 +21,120 @@ namespace fs = std::filesystem;
 
 namespace {
 
+struct PlotOptions : CommonOptions {
+  std::string field;
+  bool video = false;
+};
 
-/// A line for one axis, a map for two, the plane in the middle of the first of three.
-std::optional<Panel> panel_of(const NpyArray& array, const std::string& title, Job& job) {
-  const std::vector<std::int64_t>& shape = array.shape;
-  if (shape.empty() || shape.size() > 3 || array.values.empty()) {
-    job.sink().report("bad-array-file", {}, {title, fmt::format("it has {} axes and {} values; 1 to 3 axes can be drawn",
-                                                                 shape.size(), array.values.size())});
-    return std::nullopt;
-  }
-  if (shape.size() == 1) {
+std::string title_of(const StoredField& field, std::size_t state) {
+  return field.times.empty() ? field.name : fmt::format("{} at t = {:.6g}", field.name, field.times[state]);
+}
+
+/// A line for one axis, a map for two, the plane in the middle of the slowest of three.
+Panel panel_of(const StoredField& field, std::size_t state, const std::optional<ValueRange>& range) {
+  const std::vector<double>& values = field.states[state];
+  const StoredAxis& x = field.axes[0];
+  if (field.axes.size() == 1) {
     LinePanel panel;
-    panel.title = title;
-    panel.x_label = "cell";
-    Curve curve{title, {}, array.values};
-    for (std::size_t i = 0; i < array.values.size(); ++i) curve.x.push_back(double(i));
+    panel.title = title_of(field, state);
+    panel.x_label = x.label;
+    panel.range = range;
+    Curve curve{panel.title, {}, values};
+    const double spacing = (x.high - x.low) / static_cast<double>(x.cells);
+    for (std::size_t i = 0; i < values.size(); ++i) curve.x.push_back(x.low + (static_cast<double>(i) + 0.5) * spacing);
     panel.curves.push_back(std::move(curve));
     return panel;
   }
+  const StoredAxis& y = field.axes[1];
   MapPanel panel;
-  panel.title = title;
-  panel.x_label = "cell along x";
-  panel.y_label = "cell along y";
-  panel.nx = int(shape[shape.size() - 1]);
-  panel.ny = int(shape[shape.size() - 2]);
-  panel.x_high = panel.nx;
-  panel.y_high = panel.ny;
-  const std::size_t plane = std::size_t(panel.nx) * std::size_t(panel.ny);
-  const std::size_t first = shape.size() == 3 ? plane * std::size_t(shape[0] / 2) : 0;
-  panel.values.assign(array.values.begin() + std::ptrdiff_t(first), array.values.begin() + std::ptrdiff_t(first + plane));
+  panel.title = title_of(field, state);
+  panel.x_label = x.label;
+  panel.y_label = y.label;
+  panel.nx = static_cast<int>(x.cells);
+  panel.ny = static_cast<int>(y.cells);
+  panel.x_low = x.low;
+  panel.x_high = x.high;
+  panel.y_low = y.low;
+  panel.y_high = y.high;
+  panel.range = range;
+  const std::int64_t plane = x.cells * y.cells;
+  const std::int64_t first = field.axes.size() == 3 ? plane * (field.axes[2].cells / 2) : 0;
+  panel.values.assign(values.begin() + first, values.begin() + first + plane);
   return panel;
 }
 
-void plot(Job& job, const CommonOptions& options) {
-  const fs::path path = options.file;
-  if (path.extension() == ".nc") {
-    job.sink().report("bad-array-file", {}, {path.string(), "NetCDF files are not read yet; use .npy"});
-    return;
+/// False, and an error, when nothing is left to draw.
+bool tell_of_values_left_out(Job& job, const StoredField& field) {
+  std::size_t all = 0, bad = 0;
+  for (const std::vector<double>& state : field.states) {
+    all += state.size();
+    bad += static_cast<std::size_t>(std::count_if(state.begin(), state.end(), [](double v) { return !std::isfinite(v); }));
   }
-  const std::optional<std::string> bytes = driver::read_file(path, {}, job.sink());
-  if (!bytes) return;
-  std::optional<NpyArray> array;
-  try {
-    array = parse_npy(*bytes, path.string());
-  } catch (const std::exception& error) {
-    job.sink().report("bad-array-file", {}, {path.string(), error.what()});
-    return;
+  if (bad == all) {
+    job.sink().report("bad-array-file", {}, {job.options().file, fmt::format("none of the {} values of {} is finite", all, field.name)});
+  } else if (bad > 0) {
+    job.sink().report("not-finite-in-plot", {}, {fmt::format("{}", bad), fmt::format("{}", all), field.name});
   }
-  const std::optional<Panel> panel = panel_of(*array, path.stem().string(), job);
-  if (!panel) return;
-  if (const LinePanel* line = std::get_if<LinePanel>(&*panel)) job.say(text_plot(*line, terminal_is_utf8()));
+  return bad < all;
+}
+
+/// Over all states, so that the frames of a video share it.
+std::optional<ValueRange> common_range(const StoredField& field) {
+  std::vector<double> ends;
+  for (const std::vector<double>& state : field.states) {
+    if (const std::optional<ValueRange> range = range_of(state)) ends.insert(ends.end(), {range->low, range->high});
+  }
+  return range_of(ends);
+}
+
+void draw_frames(Job& job, const fs::path& stem, const std::vector<StoredField>& fields) {
+  std::vector<std::optional<ValueRange>> ranges;
+  for (const StoredField& field : fields) ranges.push_back(common_range(field));
+  for (std::size_t state = 0; state < fields[0].states.size(); ++state) {
+    std::vector<Panel> panels;
+    for (std::size_t f = 0; f < fields.size(); ++f) panels.push_back(panel_of(fields[f], state, ranges[f]));
+    const fs::path frame = fmt::format("{}_{:04}", stem.string(), state);
+    for (const std::string& file : draw(frame, panels, job.sink(), Formats::png)) job.wrote(file);
+    if (job.failed() || interrupt_flag().load()) return;
+  }
+  job.say(fmt::format("a film of them: ffmpeg -framerate 20 -i {}_%04d.png {}.mp4\n", stem.string(), stem.string()));
+}
+
+void plot(Job& job, const PlotOptions& options) {
+  const std::optional<std::vector<StoredField>> fields = load_fields(job, options.file, options.field, options.video);
+  if (!fields) return;
+  std::vector<Panel> panels;
+  std::string name = fs::path(options.file).stem().string();
+  for (const StoredField& field : *fields) {
+    if (!tell_of_values_left_out(job, field)) return;
+    if (field.name != name) name += "_" + field.name;  // beside the picture that run made
+    panels.push_back(panel_of(field, field.states.size() - 1, std::nullopt));
+    if (const LinePanel* line = std::get_if<LinePanel>(&panels.back())) job.say(text_plot(*line, terminal_is_utf8()));
+  }
   if (!have_gnuplot()) {
     std::fputs("dpde: gnuplot is not installed: no picture is written\n", stderr);
     return;
   }
-  const fs::path folder = options.out.empty() ? path.parent_path() : fs::path(options.out);
+  const fs::path folder = options.out.empty() ? fs::path(options.file).parent_path() : fs::path(options.out);
   if (!options.out.empty() && !driver::make_folder(folder, job.sink())) return;
-  for (const std::string& file : draw(folder / path.stem(), {*panel}, job.sink())) job.wrote(file);
+  const fs::path stem = folder / name;
+  if (options.video) {
+    draw_frames(job, stem, *fields);
+  } else {
+    for (const std::string& file : draw(stem, panels, job.sink())) job.wrote(file);
+  }
 }
 
 }  // namespace
 
 void add_plot(CLI::App& app, int& status) {
-  const auto options = std::make_shared<CommonOptions>();
+  const auto options = std::make_shared<PlotOptions>();
   CLI::App* verb = app.add_subcommand("plot", "a picture (SVG and PNG) of an array file");
   add_common_options(*verb, *options, {.name = false, .compile = false, .seed = false});
-  verb->footer("Example:  dpde plot results/u.npy --out pictures");
+  verb->add_option("--field", options->field, "of a .nc file: this field only")->type_name("NAME");
+  verb->add_flag("--video", options->video, "of a .nc file: a PNG for each stored state");
+  verb->footer("Examples:\n  dpde plot results/wave.nc --field u --out pictures\n  dpde plot results/wave.nc --video\n"
+               "  dpde plot results/u.npy");
   on_call(*verb, status, [options] {
     Job job(*options);
     guarded(job, [&] { plot(job, *options); });

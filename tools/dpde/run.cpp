@@ -6,7 +6,9 @@
 
 #include "command.h"
 #include "interrupt.h"
+#include "netcdf_output.h"
 #include "progress.h"
+#include "record.h"
 #include "scene_output.h"
 #include "text_plot.h"
 #include "verbs.h"
@@ -20,14 +22,6 @@ struct RunOptions : CommonOptions {
   bool progress = false;
 };
 
-/// What was seen on the way: observables and states every so many steps.
-struct Record {
-  std::vector<int> steps;
-  std::vector<double> times;
-  std::vector<std::vector<std::pair<std::string, double>>> observables;
-  std::map<std::string, std::vector<double>> states;
-};
-
 class Run {
  public:
   Run(Job& job, const RunOptions& options) : job_(job), options_(options) {}
@@ -36,11 +30,12 @@ class Run {
 
  private:
   bool open();
-  void step();
+  bool step();
   void look(const Snapshot& snapshot, Progress& progress);
   void report(Json& result);
   void report_errors(Json& result);
   void write_files();
+  void write_series(const Series& series);
   void show_curve();
 
   Job& job_;
@@ -49,7 +44,7 @@ class Run {
   std::unique_ptr<driver::Session> session_;
   std::vector<NamedState> initial_;
   RunResult outcome_;
-  Record record_;
+  std::unique_ptr<Record> record_;
 };
 
 Json Run::operator()() {
@@ -57,7 +52,8 @@ Json Run::operator()() {
   if (!open()) return result;
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) initial_.push_back({rollout.state_name(s), session_->initial(s)});
-  step();
+  record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
+  if (!step()) return result;
   if (!outcome_.blow_up) driver::report_growth(*session_, job_.sink());
   report(result);
   show_curve();
@@ -85,35 +81,27 @@ bool Run::open() {
   return session_ != nullptr;
 }
 
-void Run::step() {
+bool Run::step() {
   Progress progress(options_.progress, options_.quiet || options_.json);
   Observer observer;
-  if (options_.every > 0) observer.every = options_.every;
-  if (observer.every == 0 && progress.active()) observer.every = std::max(1, session_->steps() / 100);
+  observer.every = record_->interval();
+  if (observer.every == 0) observer.every = progress.active() ? std::max(1, session_->steps() / 100) : std::max(1, session_->steps());
   observer.call = [&](const Snapshot& snapshot) { look(snapshot, progress); };
-  guarded(job_, [&] { outcome_ = session_->rollout().run(observer); });
+  if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer); })) return false;
+  record_->look_at_end(outcome_.steps_done, session_->rollout().final_states());
   if (outcome_.blow_up) driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink());
   if (outcome_.stopped) {
     job_.sink().report("interrupted", {},
                        {fmt::format("{}", outcome_.steps_done), fmt::format("{}", session_->steps()),
                         fmt::format("{:.6g}", session_->time_of(outcome_.steps_done))});
   }
+  return true;
 }
 
 void Run::look(const Snapshot& snapshot, Progress& progress) {
   progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
                 session_->steps());
-  if (options_.every <= 0) return;
-  record_.steps.push_back(snapshot.step);
-  record_.times.push_back(snapshot.t);
-  record_.observables.push_back(session_->observe(snapshot.t, snapshot.states));
-  if (options_.out.empty()) return;
-  std::vector<double> values(session_->workspace().cell_count());
-  for (int s = 0; s < session_->rollout().state_count(); ++s) {
-    copy_out(session_->workspace().layout(), snapshot.states[std::size_t(s)], values);
-    std::vector<double>& all = record_.states[session_->rollout().state_name(s)];
-    all.insert(all.end(), values.begin(), values.end());
-  }
+  record_->look(snapshot);
 }
 
 void Run::report(Json& result) {
@@ -137,9 +125,9 @@ void Run::report(Json& result) {
     job_.say(fmt::format("{} = {:.12g}\n", name, value));
   }
   for (auto& [name, value] : observables.items()) {
-    if (record_.steps.empty()) break;
+    if (options_.every <= 0) break;
     Json series = Json::array();
-    for (const auto& row : record_.observables) {
+    for (const auto& row : record_->series()[0].observables) {
       for (const auto& [key, number] : row) {
         if (key == name) series.push_back(json_number(number));
       }
@@ -170,21 +158,24 @@ void Run::write_files() {
     save_state(job_, workspace, initial_[s].title, values);
     states.push_back({initial_[s].title, std::move(values)});
   }
-  for (const auto& [name, values] : record_.states) save_state(job_, workspace, name + "_over_time", values);
-  if (!record_.steps.empty()) {
-    std::string table = "step,t";
-    for (const auto& [name, value] : record_.observables.front()) table += "," + name;
-    for (std::size_t k = 0; k < record_.steps.size(); ++k) {
-      table += fmt::format("\n{},{}", record_.steps[k], record_.times[k]);
-      for (const auto& [name, value] : record_.observables[k]) table += fmt::format(",{}", value);
-    }
-    save_text(job_, "observables.csv", table + "\n");
-  }
+  if (options_.every > 0) write_series(record_->series()[0]);
+  save_netcdf(job_, *session_, *record_);
   const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
   if (workspace.axes().size() == 1) {
     for (const NamedState& start : initial_) states.push_back({start.title + " at the start", start.values});
   }
   save_picture(job_, session_->problem().scene, panels_of(workspace, when, states));
+}
+
+void Run::write_series(const Series& series) {
+  for (const auto& [name, values] : series.values) save_state(job_, session_->workspace(), name + "_over_time", values);
+  std::string table = "step,t";
+  for (const auto& [name, value] : series.observables.front()) table += "," + name;
+  for (std::size_t k = 0; k < series.steps.size(); ++k) {
+    table += fmt::format("\n{},{}", series.steps[k], series.times[k]);
+    for (const auto& [name, value] : series.observables[k]) table += fmt::format(",{}", value);
+  }
+  save_text(job_, "observables.csv", table + "\n");
 }
 
 void Run::show_curve() {

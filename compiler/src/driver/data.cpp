@@ -2,40 +2,16 @@
 #include "driver/data.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <numeric>
 #include <random>
 
-#include "driver/files.h"
-#include "dpde/runtime/error.h"
-#include "dpde/runtime/npy.h"
+#include "driver/array_file.h"
 
 namespace dpde::driver {
 
 namespace {
-
-using Shape = std::vector<std::int64_t>;
-
-std::string shape_text(const Shape& shape) {
-  return shape.size() == 1 ? fmt::format("({},)", shape[0]) : fmt::format("({})", fmt::join(shape, ", "));
-}
-
-Shape shape_of(const std::vector<model::Axis>& axes) {
-  Shape shape;
-  for (const model::Axis& axis : axes) shape.insert(shape.begin(), axis.cells);
-  return shape;
-}
-
-bool all_finite(const std::string& file, const std::vector<double>& values, SourceRange where, DiagnosticSink& sink) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isfinite(values[i])) continue;
-    sink.report("data-not-finite", where, {file, fmt::format("{}", values[i]), fmt::format("{}", i)});
-    return false;
-  }
-  return true;
-}
 
 /// The step of a run nearest to `t`, or -1 when no step falls on it.
 int step_at(const Session& session, double t) {
@@ -157,14 +133,16 @@ std::vector<std::vector<double>> made_up(std::size_t cells) {
   return {std::move(state)};
 }
 
-std::optional<std::vector<std::vector<double>>> from_file(Session& session, const model::Datum& datum, std::size_t states,
-                                                          const SourceFile& source, DiagnosticSink& sink) {
+std::optional<std::vector<std::vector<double>>> from_file(Session& session, const model::Datum& datum,
+                                                          const std::vector<double>& times, const SourceFile& source, DiagnosticSink& sink) {
+  const bool last_state = datum.when.kind == model::When::Kind::end;
   const std::optional<std::vector<double>> values =
-      load_array(datum.file, source, session.problem().axes, states > 1 ? static_cast<int>(states) : 0, datum.origin.range, sink);
+      load_array({datum.file, datum.variable, last_state ? std::vector<double>{} : times}, source, session.problem().axes,
+                 datum.origin.range, sink);
   if (!values) return std::nullopt;
   const std::size_t cells = session.workspace().cell_count();
   std::vector<std::vector<double>> result;
-  for (std::size_t k = 0; k < states; ++k) {
+  for (std::size_t k = 0; k < times.size(); ++k) {
     result.emplace_back(values->begin() + static_cast<std::ptrdiff_t>(k * cells),
                         values->begin() + static_cast<std::ptrdiff_t>((k + 1) * cells));
   }
@@ -172,29 +150,6 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
 }
 
 }  // namespace
-
-std::optional<std::vector<double>> load_array(const std::string& file, const SourceFile& source,
-                                              const std::vector<model::Axis>& axes, int states, SourceRange where,
-                                              DiagnosticSink& sink) {
-  const std::filesystem::path path = find_data_file(file, source.path());
-  const std::optional<std::string> bytes = read_file(path, where, sink);
-  if (!bytes) return std::nullopt;
-  Shape wanted = shape_of(axes);
-  if (states > 0) wanted.insert(wanted.begin(), states);
-  try {
-    NpyArray array = parse_npy(*bytes, path.string());
-    if (array.shape != wanted) {
-      sink.report("wrong-shape", where,
-                  {path.string(), shape_text(array.shape), states > 0 ? "the grid and its steps" : "the grid", shape_text(wanted)});
-      return std::nullopt;
-    }
-    if (!all_finite(path.string(), array.values, where, sink)) return std::nullopt;
-    return std::move(array.values);
-  } catch (const Error& error) {
-    sink.report("bad-array-file", where, {path.string(), error.what()});
-    return std::nullopt;
-  }
-}
 
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to) {
@@ -223,7 +178,7 @@ std::optional<DataStates> load_datum(Session& session, const model::Datum& datum
   if (is_made_up) {
     states = made_up(session.workspace().cell_count());
   } else if (!datum.file.empty()) {
-    states = from_file(session, datum, times.size(), source, sink);
+    states = from_file(session, datum, times, source, sink);
   } else {
     states = run_other_scene(session, datum, times, source, sink);
   }

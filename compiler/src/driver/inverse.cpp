@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 
+#include "driver/array_file.h"
 #include "driver/data.h"
 
 namespace dpde::driver {
@@ -72,8 +73,7 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
     } else if (unknown->from.formula) {
       values = from_formula[part.name];
     } else if (!unknown->from.file.empty()) {
-      std::optional<std::vector<double>> loaded =
-          load_array(unknown->from.file, source, session_.problem().axes, 0, unknown->origin.range, sink);
+      const std::optional<std::vector<double>> loaded = load_array(unknown->from, source, session_.problem().axes, sink);
       if (!loaded) return false;
       values = session_.options().cells.empty() ? *loaded : resample(*loaded, session_.problem().axes, workspace.axes());
     } else {

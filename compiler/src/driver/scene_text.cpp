@@ -40,7 +40,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
 }
 
 std::string text_of(const model::Source& source, const Values& values) {
-  return source.formula ? print(with_values(*source.formula, values)) : fmt::format("load(\"{}\")", source.file);
+  return source.formula ? print(with_values(*source.formula, values)) : print(source);
 }
 
 bool is_input(const stencil::Interface& interface, const std::string& field) {
@@ -79,6 +79,7 @@ std::string scene_text(const Compiled& compiled) {
   for (const model::Quantity& quantity : problem.observables) {
     text += fmt::format("  observe {} = {}\n", quantity.name, print(with_values(quantity.value, values)));
   }
+  for (const model::Output& output : problem.outputs) text += fmt::format("  {}\n", print(output, problem.step));
   return text + "}\n";
 }
 

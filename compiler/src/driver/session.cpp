@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "driver/array_file.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "dpde/runtime/error.h"
@@ -82,8 +83,7 @@ bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) 
   for (const model::Coefficient& coefficient : problem().coefficients) {
     Field& field = workspace_->field(coefficient.name);
     if (coefficient.value.formula) continue;
-    std::optional<std::vector<double>> values =
-        load_array(coefficient.value.file, source, problem().axes, 0, coefficient.value.origin.range, sink);
+    std::optional<std::vector<double>> values = load_array(coefficient.value, source, problem().axes, sink);
     if (!values) return false;
     if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
     field.copy_in(*values);
@@ -96,8 +96,7 @@ bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) 
 bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   for (const model::State& state : problem().states) {
     if (state.initial.file.empty()) continue;
-    std::optional<std::vector<double>> values =
-        load_array(state.initial.file, source, problem().axes, 0, state.initial.origin.range, sink);
+    std::optional<std::vector<double>> values = load_array(state.initial, source, problem().axes, sink);
     if (!values) return false;
     if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
     state_files_[state.name] = std::move(*values);

@@ -25,6 +25,7 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
   bind_states(draft);
   bind_coefficients(draft);
   bind_observables(draft);
+  bind_outputs(draft);
   bind_task(draft);
   check_settings(draft);
   if (sink.has_errors()) return std::nullopt;

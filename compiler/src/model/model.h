@@ -107,7 +107,9 @@ struct Parameter {
 /// A formula, or the path of a file that holds the values.
 struct Source {
   std::optional<Expr> formula;
-  std::string file;  // .npy, relative to the model file's folder
+  std::string file;           // .npy or .nc, relative to the model file's folder
+  std::string variable;       // of a .nc file; "": the only field it holds
+  std::optional<double> time;  // of a .nc file; none: its last state
   Origin origin;
 };
 
@@ -160,7 +162,7 @@ struct When {
 
 struct Datum {
   std::string name;
-  std::string file;          // load("..."), or
+  std::string file, variable;  // load("...", variable), or
   std::string scene, field;  // the field of another scene's run
   When when;
   Origin origin;
@@ -169,6 +171,12 @@ struct Unknown {
   bool initial = false;  // initial state `name`, otherwise parameter `name`
   std::string name;
   Source from;           // initial: formula or file (default: the scene's own initial state); parameter: a number
+  Origin origin;
+};
+/// What a run writes down: these states every so many steps, the first and the last one in any case.
+struct Output {
+  std::vector<std::string> fields;
+  int every = 0;  // 0: only the first and the last
   Origin origin;
 };
 struct Loss {
@@ -203,6 +211,7 @@ struct Problem {
   std::vector<State> states;
   std::vector<Coefficient> coefficients;
   std::vector<Quantity> observables;
+  std::vector<Output> outputs;
   double t_begin = 0, step = 0;
   int steps = 0;
   Origin time_origin;

@@ -87,8 +87,8 @@ Piece piece(const Expr& e) {
       [](const Reduce& r) { return Piece{fmt::format("{}({})", word_for(r.reduction), bare(r.operand))}; });
 }
 
-std::string text_of(const Source& source) {
-  return source.formula ? print(*source.formula) : fmt::format("load(\"{}\")", source.file);
+std::string load_text(const std::string& file, const std::string& variable) {
+  return fmt::format("load(\"{}\"{})", file, variable.empty() ? "" : ", " + variable);
 }
 
 std::string text_of(const Side& side) {
@@ -130,7 +130,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
   for (const Parameter& param : p.params) {
     lines.push_back(fmt::format("{} = {}{}", param.name, bare(param.value), param.unknown ? "  # unknown" : ""));
   }
-  for (const Coefficient& c : p.coefficients) lines.push_back(fmt::format("{} = {}", c.name, text_of(c.value)));
+  for (const Coefficient& c : p.coefficients) lines.push_back(fmt::format("{} = {}", c.name, print(c.value)));
   for (const State& state : p.states) {
     if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
   }
@@ -139,11 +139,12 @@ std::vector<std::string> scene_lines(const Problem& p) {
     if (!boundary.empty()) lines.push_back(boundary);
   }
   for (const State& state : p.states)
-    lines.push_back(fmt::format("initial {} = {}", state.name, text_of(state.initial)));
+    lines.push_back(fmt::format("initial {} = {}", state.name, print(state.initial)));
   for (const State& state : p.states) {
     if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
   }
   for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
+  for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
@@ -151,7 +152,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
 }
 
 std::string text_of(const Datum& datum) {
-  const std::string value = datum.scene.empty() ? fmt::format("load(\"{}\")", datum.file)
+  const std::string value = datum.scene.empty() ? load_text(datum.file, datum.variable)
                                                 : fmt::format("{} from scene {}", datum.field, datum.scene);
   return fmt::format("data {} = {}{}", datum.name, value, text_of(datum.when));
 }
@@ -173,7 +174,7 @@ std::vector<std::string> task_lines(const Task& task) {
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
   for (const Unknown& unknown : task.unknowns) {
     lines.push_back(
-        fmt::format("unknown {}{} from {}", unknown.initial ? "initial " : "", unknown.name, text_of(unknown.from)));
+        fmt::format("unknown {}{} from {}", unknown.initial ? "initial " : "", unknown.name, print(unknown.from)));
   }
   for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
   if (task.optimiser) lines.push_back(text_of(*task.optimiser));
@@ -203,11 +204,6 @@ std::string time_text(TimeScheme time) {
   unreachable("time scheme");
 }
 
-std::string text_of(const Scheme& s) {
-  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {} }}\n", s.name,
-                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time));
-}
-
 std::string block(const std::string& head, const std::vector<std::string>& lines) {
   return fmt::format("{} {{\n  {}\n}}\n", head, fmt::join(lines, "\n  "));
 }
@@ -216,11 +212,26 @@ std::string block(const std::string& head, const std::vector<std::string>& lines
 
 std::string print(const Expr& expr) { return bare(expr); }
 
+std::string print(const Source& source) {
+  if (source.formula) return print(*source.formula);
+  return load_text(source.file, source.variable) + (source.time ? fmt::format(" at t = {}", *source.time) : "");
+}
+
+std::string print(const Scheme& s) {
+  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {} }}\n", s.name,
+                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time));
+}
+
+std::string print(const Output& output, double step) {
+  const std::string every = output.every > 0 ? fmt::format(" every {}", output.every * step) : "";
+  return fmt::format("output {}{}", fmt::join(output.fields, ", "), every);
+}
+
 std::string print(const Problem& problem) {
   const std::string of = problem.program.empty() ? problem.model : problem.program;
   std::string text =
       block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
-  text += "\n" + text_of(problem.scheme);
+  text += "\n" + print(problem.scheme);
   if (problem.task) {
     text += "\n" + block(fmt::format("task {} : {}", problem.task->name, problem.scene), task_lines(*problem.task));
   }

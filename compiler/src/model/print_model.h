@@ -11,5 +11,11 @@ namespace dpde::model {
 
 std::string print(const Problem& problem);
 std::string print(const Expr& expr);
+/// A formula or load(...).
+std::string print(const Source& source);
+/// A scheme block with all its keys, on a line of its own.
+std::string print(const Scheme& scheme);
+/// output u, v every 0.1, where a step takes `step`.
+std::string print(const Output& output, double step);
 
 }  // namespace dpde::model

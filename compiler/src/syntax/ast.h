@@ -122,9 +122,12 @@ struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the
   Identifier name;
   Expr value;
 };
-struct InitialItem {  // initial u = -sin(pi*x)      initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise
+// initial u = -sin(pi*x)      initial u = load("run.nc", u) at t = 0.5
+// initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise
+struct InitialItem {
   Identifier field;
   Expr value;
+  std::optional<Expr> at;
 };
 struct ExactItem {  // exact u = exp(-t)*sin(x)
   Identifier field;
@@ -144,6 +147,10 @@ struct TimeItem {  // time 0 .. 1, step 1/32
 };
 struct StepItem {  // step 1/32             (with a hand-written loop)
   Expr step;
+};
+struct OutputItem {  // output u, v every 0.1
+  std::vector<Identifier> fields;
+  std::optional<Expr> every;
 };
 struct ObserveItem {  // observe energy = 0.5*integral(u^2)
   Identifier name;
@@ -224,7 +231,7 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
 };
 
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
-                              BoundaryItem, TimeItem, StepItem, ObserveItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
+                              BoundaryItem, TimeItem, StepItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
                               AssignItem, ScatterItem, FillItem, RunItem, SwapItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;

@@ -99,9 +99,16 @@ ItemKind parse_value(Cursor& cursor) {
 }
 
 ItemKind parse_initial(Cursor& cursor) {
-  Identifier field = parse_field_or_rate(cursor, "the name of a field");
+  InitialItem item;
+  item.field = parse_field_or_rate(cursor, "the name of a field");
   cursor.expect(TokenKind::assign);
-  return InitialItem{std::move(field), parse_expression(cursor)};
+  item.value = parse_expression(cursor);
+  if (cursor.accept_word("at")) {
+    cursor.expect_word("t");
+    cursor.expect(TokenKind::assign);
+    item.at = parse_expression(cursor);
+  }
+  return item;
 }
 
 ItemKind parse_exact(Cursor& cursor) {
@@ -113,6 +120,15 @@ ItemKind parse_exact(Cursor& cursor) {
 ItemKind parse_observe(Cursor& cursor) {
   auto [name, value] = parse_definition(cursor, "a name for what is observed");
   return ObserveItem{std::move(name), std::move(value)};
+}
+
+ItemKind parse_output(Cursor& cursor) {
+  OutputItem item;
+  do {
+    item.fields.push_back(cursor.expect_component("the name of a field"));
+  } while (cursor.accept(TokenKind::comma));
+  if (cursor.accept_word("every")) item.every = parse_expression(cursor);
+  return item;
 }
 
 ItemKind parse_boundary(Cursor& cursor) {
@@ -247,7 +263,8 @@ BlockRule scene_rule() {
            {"boundary", parse_boundary},
            {"time", parse_time},
            {"step", parse_step},
-           {"observe", parse_observe}},
+           {"observe", parse_observe},
+           {"output", parse_output}},
           {begins_value, parse_value, "parameter = value"}};
 }
 

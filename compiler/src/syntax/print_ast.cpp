@@ -121,11 +121,16 @@ std::string print_item(const Item& item) {
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
       [](const GridItem& i) { return print_grid(i); },
       [](const ValueItem& i) { return print_definition("", i.name, i.value); },
-      [](const InitialItem& i) { return print_definition("initial ", i.field, i.value); },
+      [](const InitialItem& i) {
+        return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "");
+      },
       [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
       [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },
       [](const StepItem& i) { return "step " + print(i.step); },
       [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },
+      [](const OutputItem& i) {
+        return "output " + print_names(i.fields) + (i.every ? " every " + print(*i.every) : "");
+      },
       [](const DataItem& i) { return print_data(i); }, [](const UnknownItem& i) { return print_unknown(i); },
       [](const MinimiseItem& i) { return "minimise " + print(i.loss) + print_when(i.when); },
       [](const UsingItem& i) { return print_using(i); },

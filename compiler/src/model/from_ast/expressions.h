@@ -100,10 +100,13 @@ std::string describe(const Typed& value);
 std::optional<double> evaluate(Draft& draft, const ast::Expr& e, const std::string& what);
 
 bool is_load(const ast::Expr& e);
-/// load("path"): the path; nullopt when `e` is no call of load. A bad one is reported and gives "".
-std::optional<std::string> file_of(Draft& draft, const ast::Expr& e);
+struct LoadedFile {
+  std::string file, variable;
+};
+/// load("path") or load("path.nc", u); nullopt when `e` is no call of load. A bad one is reported and gives a file "".
+std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e);
 
-/// A formula, or load("path"), for each component of `subject`.
+/// A formula, or load("path") with or without a variable, for each component of `subject`.
 std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject);
 
 }  // namespace dpde::model

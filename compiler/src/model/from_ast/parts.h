@@ -60,6 +60,12 @@ void bind_time(Draft& draft);
 /// Times of `at t = ...`, each the end of a step of this run, when `on_steps`.
 When when_of(Draft& draft, const ast::When& when, bool on_steps);
 
+/// How many steps make `length`, when that is a whole number.
+std::optional<double> whole_steps(double length, double step);
+
+// outputs.cpp
+void bind_outputs(Draft& draft);
+
 // equations.cpp: lets and equations
 void bind_equations(Draft& draft);
 

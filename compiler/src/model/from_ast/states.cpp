@@ -35,6 +35,16 @@ std::map<std::string, SourceRange> for_each_target(Draft& draft, const std::stri
   return seen;
 }
 
+/// initial u = load("run.nc") at t = 1: only files of that kind hold times.
+void bind_time_of(Draft& draft, const ast::Expr& at, Source& source) {
+  if (source.file.ends_with(".nc")) {
+    source.time = evaluate(draft, at, "a time");
+  } else if (source.formula || !source.file.empty()) {
+    draft.sink.report("not-allowed-here", at.range(), {"a time", "an initial state that is not from a .nc file"},
+                      "write load(\"name.nc\", u) at t = 0.5");
+  }
+}
+
 /// The part of `e` that keeps it from being a sum of reductions with constant factors, or nullptr.
 const Expr* find_mistake(const Expr& e) {
   if (std::holds_alternative<Reduce>(e->kind)) return nullptr;
@@ -57,14 +67,20 @@ bool is_load(const ast::Expr& e) {
   return call && call->callee == "load";
 }
 
-std::optional<std::string> file_of(Draft& draft, const ast::Expr& e) {
+std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e) {
   if (!is_load(e)) return std::nullopt;
   const auto* call = std::get_if<ast::Call>(&e->kind);
-  const bool one = call->arguments.size() == 1 && call->arguments[0].name.empty();
-  const auto* text = one ? std::get_if<ast::Text>(&call->arguments[0].value->kind) : nullptr;
-  if (text && !text->value.empty()) return text->value;
-  draft.sink.report("bad-load", e.range(), {}, "write load(\"name.npy\")");
-  return "";
+  const std::vector<ast::Argument>& arguments = call->arguments;
+  const bool positional = std::all_of(arguments.begin(), arguments.end(), [](const auto& a) { return a.name.empty(); });
+  const bool fits = positional && (arguments.size() == 1 || arguments.size() == 2);
+  const auto* file = fits ? std::get_if<ast::Text>(&arguments[0].value->kind) : nullptr;
+  const auto* variable = fits && arguments.size() == 2 ? std::get_if<ast::Name>(&arguments[1].value->kind) : nullptr;
+  if (file && !file->value.empty() && (variable || arguments.size() == 1)) {
+    const bool holds_names = file->value.ends_with(".nc");
+    if (!variable || holds_names) return LoadedFile{file->value, variable ? variable->name : ""};
+  }
+  draft.sink.report("bad-load", e.range(), {}, "write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
+  return LoadedFile{};
 }
 
 std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject) {
@@ -80,7 +96,9 @@ std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose
   }
   for (Source& source : sources) source.origin = {e.range()};
   if (count == 1 && is_load(e)) {
-    sources.front().file = file_of(draft, e).value_or("");
+    const LoadedFile file = file_of(draft, e).value_or(LoadedFile{});
+    sources.front().file = file.file;
+    sources.front().variable = file.variable;
   } else if (const auto formulas = Expressions(draft, purpose, subject).components(e, subject)) {
     for (std::size_t i = 0; i < count; ++i) sources[i].formula = (*formulas)[i];
   }
@@ -104,6 +122,9 @@ void bind_states(Draft& draft) {
       draft, "an", "initial state", [&](const ast::InitialItem& item, const std::vector<State*>& states) {
         const std::vector<Source> sources = sources_of(draft, item.value, Purpose::initial, item.field.name);
         for (std::size_t i = 0; i < states.size(); ++i) states[i]->initial = sources[i];
+        for (State* state : states) {
+          if (item.at) bind_time_of(draft, *item.at, state->initial);
+        }
       });
   started.merge(started_by_task(draft));
   for (const std::string& name : states_not_in(draft, started)) {

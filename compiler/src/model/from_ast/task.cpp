@@ -13,7 +13,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr const char* data_hint = "write load(\"name.npy\"), or u from scene NAME at t = 1";
+constexpr const char* data_hint = "write load(\"name.npy\"), load(\"name.nc\", u), or u from scene NAME at t = 1";
 
 std::vector<std::string> fields_of(const Draft& draft, const ast::Scene& scene) {
   std::vector<std::string> fields;
@@ -85,7 +85,8 @@ std::vector<Datum> data_of_files(Draft& draft, const ast::DataItem& item) {
       draft.sink.report("bad-data", e.range(), {}, data_hint);
       return {};
     }
-    data.emplace_back().file = *file;
+    data.emplace_back().file = file->file;
+    data.back().variable = file->variable;
   }
   if (!tuple || data.size() == draft.problem.axes.size()) return data;
   draft.sink.report("wrong-length", item.value.range(),

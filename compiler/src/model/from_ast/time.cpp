@@ -20,13 +20,6 @@ struct Duration {
   SourceRange range;
 };
 
-/// How many steps make `length`, when that is a whole number.
-std::optional<double> whole_steps(double length, double step) {
-  const double steps = std::round(length / step);
-  const bool fits = std::abs(length - steps * step) <= step_tolerance * std::max(std::abs(length), step);
-  return fits ? std::optional(steps) : std::nullopt;
-}
-
 std::string text_of(double value) { return fmt::format("{}", value); }
 
 template <class Kind>
@@ -83,6 +76,12 @@ std::optional<Duration> duration_of(Draft& draft, const Found<ast::TimeItem>* ti
 }
 
 }  // namespace
+
+std::optional<double> whole_steps(double length, double step) {
+  const double steps = std::round(length / step);
+  const bool fits = std::abs(length - steps * step) <= step_tolerance * std::max(std::abs(length), step);
+  return fits ? std::optional(steps) : std::nullopt;
+}
 
 void bind_time(Draft& draft) {
   const auto lines = items_of<ast::TimeItem>(draft.scene->items);

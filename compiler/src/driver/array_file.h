@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fields from .npy and NetCDF files that must fit the grid.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "source/diagnostic.h"
+
+namespace dpde::driver {
+
+/// What to read. Of a .nc file: `variable` ("": its only field) at `times` (none: its last state). Of a .npy file: all of
+/// it, one state after the other along a leading axis when there are several times.
+struct ArrayFile {
+  std::string file, variable;
+  std::vector<double> times;
+};
+
+/// The states one after the other, each dense and x fastest. Reports cannot-read, bad-array-file, wrong-shape,
+/// data-without-time and data-not-finite at `where`.
+std::optional<std::vector<double>> load_array(const ArrayFile& from, const SourceFile& source,
+                                              const std::vector<model::Axis>& axes, SourceRange where, DiagnosticSink& sink);
+/// The same for a formula's place.
+std::optional<std::vector<double>> load_array(const model::Source& from, const SourceFile& source,
+                                              const std::vector<model::Axis>& axes, DiagnosticSink& sink);
+
+}  // namespace dpde::driver

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// NetCDF-4 files, as bytes in memory: whoever holds them reads and writes files the way all other files are.
+// A library of its own (dpde_netcdf): the rest of the runtime needs nothing but the compiler's standard library.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace dpde {
+
+using NetcdfAttributes = std::vector<std::pair<std::string, std::variant<std::string, double>>>;
+
+struct NetcdfDimension {
+  std::string name;
+  std::int64_t length = 0;
+};
+/// float64 values in C order: the last dimension is the fastest. Without dimensions: one number.
+struct NetcdfVariable {
+  std::string name;
+  std::vector<std::string> dimensions;
+  NetcdfAttributes attributes;
+  std::vector<double> values;
+};
+struct NetcdfContent {
+  std::vector<NetcdfDimension> dimensions;
+  std::vector<NetcdfVariable> variables;
+  NetcdfAttributes attributes;
+};
+
+/// The bytes of a file with this content; equal content gives equal bytes.
+/// @throws Error(machine) when the library fails.
+std::string compose_netcdf(const NetcdfContent& content);
+
+/// Reads NetCDF-4 and the classic formats.
+class NetcdfReader {
+ public:
+  struct Variable {
+    std::string name;
+    std::vector<std::string> dimensions;
+    std::vector<std::int64_t> shape;
+  };
+
+  /// `name` stands for the file in messages.
+  /// @throws Error(input) when the bytes are no such file.
+  NetcdfReader(std::string bytes, std::string name);
+  ~NetcdfReader();
+  NetcdfReader(const NetcdfReader&) = delete;
+  NetcdfReader& operator=(const NetcdfReader&) = delete;
+
+  /// Those that hold numbers.
+  const std::vector<Variable>& variables() const { return variables_; }
+  /// nullptr when there is none of that name.
+  const Variable* find(const std::string& name) const;
+  /// All values, or those at `index` of the first dimension. scale_factor and add_offset are applied; _FillValue becomes
+  /// NaN. @throws Error(input) when the file is damaged there.
+  std::vector<double> read(const Variable& variable, std::optional<std::int64_t> index = std::nullopt) const;
+  /// A text attribute of a variable, or of the file ("").
+  std::optional<std::string> text(const std::string& variable, const std::string& attribute) const;
+
+ private:
+  void list_variables();
+  void check(int status) const;
+  std::optional<double> number(int variable, const char* attribute) const;
+
+  std::string bytes_, name_;
+  int id_ = -1;
+  std::vector<Variable> variables_;
+};
+
+}  // namespace dpde

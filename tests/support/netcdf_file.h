@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads and makes NetCDF files with the C library alone, independently of dpde's reader and writer.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <netcdf.h>
+
+#include <string>
+#include <vector>
+
+namespace dpde::testing {
+
+class NetcdfFile {
+ public:
+  explicit NetcdfFile(const std::string& path) { EXPECT_EQ(nc_open(path.c_str(), NC_NOWRITE, &id_), NC_NOERR) << path; }
+  ~NetcdfFile() { nc_close(id_); }
+  NetcdfFile(const NetcdfFile&) = delete;
+  NetcdfFile& operator=(const NetcdfFile&) = delete;
+
+  std::vector<std::string> dimensions(const std::string& variable) const {
+    int rank = 0;
+    nc_inq_varndims(id_, number(variable), &rank);
+    std::vector<int> ids(static_cast<std::size_t>(rank));
+    nc_inq_vardimid(id_, number(variable), ids.data());
+    std::vector<std::string> names;
+    for (const int id : ids) {
+      char name[NC_MAX_NAME + 1] = "";
+      nc_inq_dimname(id_, id, name);
+      names.push_back(name);
+    }
+    return names;
+  }
+  std::vector<double> values(const std::string& variable) const {
+    int rank = 0;
+    nc_inq_varndims(id_, number(variable), &rank);
+    std::vector<int> ids(static_cast<std::size_t>(rank));
+    nc_inq_vardimid(id_, number(variable), ids.data());
+    std::size_t count = 1;
+    for (const int id : ids) {
+      std::size_t length = 0;
+      nc_inq_dimlen(id_, id, &length);
+      count *= length;
+    }
+    std::vector<double> values(count);
+    EXPECT_EQ(nc_get_var_double(id_, number(variable), values.data()), NC_NOERR);
+    return values;
+  }
+  /// Of a variable, or ("") of the file.
+  std::string text(const std::string& variable, const std::string& attribute) const {
+    const int of = variable.empty() ? NC_GLOBAL : number(variable);
+    std::size_t length = 0;
+    EXPECT_EQ(nc_inq_attlen(id_, of, attribute.c_str(), &length), NC_NOERR) << variable << ":" << attribute;
+    std::string value(length, '\0');
+    nc_get_att_text(id_, of, attribute.c_str(), value.data());
+    return value;
+  }
+
+ private:
+  int number(const std::string& variable) const {
+    int id = -1;
+    EXPECT_EQ(nc_inq_varid(id_, variable.c_str(), &id), NC_NOERR) << variable;
+    return id;
+  }
+  int id_ = -1;
+};
+
+}  // namespace dpde::testing

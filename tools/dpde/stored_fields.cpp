@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stored_fields.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "driver/files.h"
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/netcdf.h"
+#include "dpde/runtime/npy.h"
+
+namespace dpde::tools {
+
+namespace {
+
+using Fields = std::vector<StoredField>;
+
+/// The fields of a NetCDF file: variables on one to three axes, beside an axis of time.
+class NetcdfFields {
+ public:
+  NetcdfFields(const NetcdfReader& file, bool all_states) : file_(file), all_states_(all_states) {}
+
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const NetcdfReader::Variable& variable : file_.variables()) {
+      if (is_field(variable)) names.push_back(variable.name);
+    }
+    return names;
+  }
+
+  StoredField field(const std::string& name) const {
+    const NetcdfReader::Variable& variable = *file_.find(name);
+    StoredField field{name, {}, {}, {}};
+    for (std::size_t d = variable.shape.size(); d-- > (has_time(variable) ? 1u : 0u);) {
+      field.axes.push_back(axis(variable.dimensions[d], variable.shape[d]));
+    }
+    if (!has_time(variable)) {
+      field.states.push_back(file_.read(variable));
+      return field;
+    }
+    const std::int64_t count = variable.shape[0];
+    const std::vector<double> times = places(variable.dimensions[0], count);
+    for (std::int64_t k = all_states_ ? 0 : count - 1; k < count; ++k) {
+      field.states.push_back(file_.read(variable, k));
+      field.times.push_back(times[static_cast<std::size_t>(k)]);
+    }
+    return field;
+  }
+
+ private:
+  bool is_time(const std::string& dimension) const { return dimension.starts_with("time") || file_.text(dimension, "axis") == "T"; }
+  bool has_time(const NetcdfReader::Variable& variable) const { return is_time(variable.dimensions.front()); }
+  bool is_field(const NetcdfReader::Variable& variable) const {
+    if (variable.dimensions.empty() || file_.find(variable.dimensions.back()) == &variable) return false;
+    const std::size_t axes = variable.dimensions.size() - (has_time(variable) ? 1 : 0);
+    const bool is_bounds = std::any_of(file_.variables().begin(), file_.variables().end(), [&](const auto& other) {
+      return file_.text(other.name, "bounds") == variable.name;
+    });
+    const auto is_empty = [](std::int64_t length) { return length == 0; };
+    return axes >= 1 && axes <= 3 && !is_bounds && std::none_of(variable.shape.begin(), variable.shape.end(), is_empty);
+  }
+
+  /// The coordinate of a dimension, or 0, 1, 2, ... where there is none.
+  std::vector<double> places(const std::string& dimension, std::int64_t length) const {
+    const NetcdfReader::Variable* coordinate = file_.find(dimension);
+    if (coordinate != nullptr && coordinate->shape == std::vector<std::int64_t>{length}) return file_.read(*coordinate);
+    std::vector<double> numbers;
+    for (std::int64_t i = 0; i < length; ++i) numbers.push_back(static_cast<double>(i));
+    return numbers;
+  }
+  StoredAxis axis(const std::string& dimension, std::int64_t length) const {
+    const std::vector<double> centres = places(dimension, length);
+    const double half = length > 1 ? (centres.back() - centres.front()) / static_cast<double>(length - 1) / 2 : 0.5;
+    return {dimension, centres.front() - half, centres.back() + half, length};
+  }
+
+  const NetcdfReader& file_;
+  bool all_states_;
+};
+
+std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std::string& path, const std::string& field, bool all_states) {
+  const NetcdfFields reader(file, all_states);
+  const std::vector<std::string> names = reader.names();
+  const bool is_there = std::find(names.begin(), names.end(), field) != names.end();
+  if (names.empty() || (!field.empty() && !is_there)) {
+    const std::string held = names.empty() ? "it holds no field" : fmt::format("it holds the fields {}", fmt::join(names, ", "));
+    job.sink().report("bad-array-file", {}, {path, field.empty() ? held : fmt::format("it has no field {}; {}", field, held)});
+    return std::nullopt;
+  }
+  Fields fields;
+  if (!field.empty()) fields.push_back(reader.field(field));
+  for (const std::string& name : names) {
+    const NetcdfReader::Variable &variable = *file.find(name), &first = *file.find(names[0]);
+    if (field.empty() && variable.dimensions == first.dimensions) fields.push_back(reader.field(name));
+  }
+  return fields;
+}
+
+std::optional<Fields> from_npy(Job& job, const std::string& bytes, const std::string& path, const std::string& name) {
+  NpyArray array = parse_npy(bytes, path);
+  if (array.shape.empty() || array.shape.size() > 3 || array.values.empty()) {
+    job.sink().report("bad-array-file", {}, {path, fmt::format("it has {} axes and {} values; 1 to 3 axes can be drawn",
+                                                                array.shape.size(), array.values.size())});
+    return std::nullopt;
+  }
+  StoredField field{name, {}, {}, {std::move(array.values)}};
+  const std::size_t rank = array.shape.size();
+  constexpr const char* labels[] = {"cell along x", "cell along y", "cell along z"};
+  for (std::size_t a = 0; a < rank; ++a) {
+    const std::int64_t cells = array.shape[rank - 1 - a];
+    field.axes.push_back({rank == 1 ? "cell" : labels[a], 0, static_cast<double>(cells), cells});
+  }
+  return Fields{std::move(field)};
+}
+
+}  // namespace
+
+std::optional<Fields> load_fields(Job& job, const std::string& path, const std::string& field, bool all_states) {
+  std::optional<std::string> bytes = driver::read_file(path, {}, job.sink());
+  if (!bytes) return std::nullopt;
+  try {
+    if (!path.ends_with(".nc")) return from_npy(job, *bytes, path, std::filesystem::path(path).stem().string());
+    const NetcdfReader file(std::move(*bytes), path);
+    return from_netcdf(job, file, path, field, all_states);
+  } catch (const Error& error) {
+    job.sink().report("bad-array-file", {}, {path, error.what()});
+    return std::nullopt;
+  }
+}
+
+}  // namespace dpde::tools
