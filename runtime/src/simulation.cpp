@@ -245,7 +245,7 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
   const double position = (time - impl_->scene.t_begin) / impl_->scene.step;
   if (!(position < std::numeric_limits<int>::max())) throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
   const int from = impl_->has_begun ? impl_->reached : 0;
-  const int count = static_cast<int>(std::ceil(position - 1e-6)) - from;
+  const int count = static_cast<int>(std::ceil(std::max(position - 1e-6, static_cast<double>(from)))) - from;
   if (!progress) return impl_->advance(count, true);
   for (int done = 0; done < count;) {
     const int now = std::min(std::max(every, 1), count - done);

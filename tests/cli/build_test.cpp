@@ -43,6 +43,10 @@ TEST_F(BuildCommand, MistakesAreToldApart) {
   outcome = dpde("build rod.dpde rood -o made --json");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_EQ(dpde("build rod.dpde rod").status, 2) << "no folder";
+  write("kernel.dpde", "kernel k(u: field, out v: field) { v = 2*u }\nprogram p { run k\n swap u, v }\n");
+  outcome = dpde("build kernel.dpde -o made --json");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0908"}) << "a program without a scene";
 }
 
 TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {

@@ -104,6 +104,22 @@ TEST_P(AheadOfTime, RunsAndDifferentiatesAsInMemory) {
   }
 }
 
+TEST_P(AheadOfTime, RunsOnOtherGrids) {
+  const Case& c = example_case();
+  Simulation in_memory = compile_file(example(c), {.name = c.name, .set = c.set});
+  const dpde_scene* scene = build();
+  ASSERT_NE(scene, nullptr);
+  std::vector<std::int64_t> cells = in_memory.cells();
+  for (std::int64_t& n : cells) n = n < 8 ? n + 3 : n/2;
+  std::map<std::string, std::string> set = c.set;
+  set["cells"] = std::to_string(cells[0]);
+  Simulation same = compile_file(example(c), {.name = c.name, .set = set}), ahead(*scene, {.cells = cells});
+  EXPECT_EQ(ahead.cells(), cells);
+  same.step(20);
+  ahead.step(20);
+  for (const std::string& state : ahead.states()) expect_close(ahead.state(state), same.state(state), 1e-12, state);
+}
+
 TEST_P(AheadOfTime, InMemoryAgreesWithTheCommand) {
   const Case& c = example_case();
   Simulation sim = compile_file(example(c), {.name = c.name, .set = c.set});

@@ -225,6 +225,9 @@ TEST(Simulation, ProgressStopsAndTheFlagToo) {
   stop = false;
   EXPECT_TRUE(sim.run());
   EXPECT_EQ(sim.steps_done(), 8);
+  EXPECT_TRUE(sim.run_to(-1e300)) << "long past";
+  EXPECT_THROW(sim.run_to(1e300), Error);
+  EXPECT_EQ(sim.steps_done(), 8);
 }
 
 TEST(Simulation, DataOfOtherScenesAndOfTheHost) {

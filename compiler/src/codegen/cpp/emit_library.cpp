@@ -17,42 +17,51 @@ struct Member {
   std::string name, declaration, comment;
 };
 
+/// Adds a member whose name and body are made of `name` as C++ ({0}) and as the model says it ({1}).
+void add(std::vector<Member>& members, const char* member, const char* declaration, const std::string& name, const std::string& comment = "") {
+  const std::string word = cpp_identifier(name);
+  members.push_back({fmt::format(fmt::runtime(member), word), fmt::format(fmt::runtime(declaration), word, name), comment});
+}
+
+std::string states_text(const dpde_instants& at) {
+  if (at.count == 0) return "one state";
+  return at.count < 0 ? "every state, from the first to the last" : fmt::format("{} states, one after the other", at.count);
+}
+
 void add_setters(std::vector<Member>& members, const dpde_scene& scene) {
   for (const dpde_value& param : std::span(scene.params, static_cast<std::size_t>(scene.param_count))) {
-    const std::string name = param.name;
-    members.push_back({"set_" + name, fmt::format("void set_{0}(double value) {{ set(\"{0}\", value); }}", name),
-                       fmt::format("Parameter {}, {} at first.", name, param.value)});
-    members.push_back({"get_" + name, fmt::format("double get_{0}() const {{ return param(\"{0}\"); }}", name), ""});
+    add(members, "set_{}", "void set_{0}(double value) {{ set(\"{1}\", value); }}", param.name,
+        fmt::format("Parameter {}, {} at first.", param.name, param.value));
+    add(members, "get_{}", "double get_{0}() const {{ return param(\"{1}\"); }}", param.name);
   }
   for (int32_t s = 0; s < scene.program->swap_count; ++s) {
     const std::string name = scene.program->fields[scene.program->swaps[s].state];
-    members.push_back({"set_" + name, fmt::format("void set_{0}(dpde::Values values) {{ set_state(\"{0}\", values); }}", name),
-                       fmt::format("Field {} at the present time.", name)});
-    members.push_back({"get_" + name, fmt::format("void get_{0}(dpde::Target to) const {{ state(\"{0}\", to); }}", name), ""});
-    members.push_back({"set_initial_" + name, fmt::format("void set_initial_{0}(dpde::Values values) {{ set_initial(\"{0}\", values); }}", name),
-                       fmt::format("Where reset(), loss() and gradient() begin.")});
+    add(members, "set_{}", "void set_{0}(dpde::Values values) {{ set_state(\"{1}\", values); }}", name,
+        fmt::format("Field {} at the present time.", name));
+    add(members, "get_{}", "void get_{0}(dpde::Target to) const {{ state(\"{1}\", to); }}", name);
+    add(members, "set_initial_{}", "void set_initial_{0}(dpde::Values values) {{ set_initial(\"{1}\", values); }}", name,
+        "Where reset(), loss() and gradient() begin.");
   }
   for (const dpde_source& c : std::span(scene.coefficients, static_cast<std::size_t>(scene.coefficient_count))) {
-    members.push_back({fmt::format("set_{}", c.name), fmt::format("void set_{0}(dpde::Values values) {{ set_field(\"{0}\", values); }}", c.name),
-                       fmt::format("Coefficient {}{}.", c.name, c.has_formula ? "" : ", to be given")});
+    add(members, "set_{}", "void set_{0}(dpde::Values values) {{ set_field(\"{1}\", values); }}", c.name,
+        fmt::format("Coefficient {}{}.", c.name, c.has_formula ? "" : ", to be given"));
   }
   for (const dpde_datum& d : std::span(scene.data, static_cast<std::size_t>(scene.datum_count))) {
-    members.push_back({fmt::format("set_{}", d.name), fmt::format("void set_{0}(dpde::Values values) {{ set_field(\"{0}\", values); }}", d.name),
-                       fmt::format("Data of the task, to be given: {}.",
-                                   d.at.count == 0 ? "one state" : d.at.count < 0 ? "every state, from the first to the last" : fmt::format("{} states, one after the other", d.at.count))});
+    add(members, "set_{}", "void set_{0}(dpde::Values values) {{ set_field(\"{1}\", values); }}", d.name,
+        fmt::format("Data of the task, to be given: {}.", states_text(d.at)));
   }
 }
 
 void add_results(std::vector<Member>& members, const dpde_scene& scene) {
   for (int32_t s = 0; scene.observe != nullptr && s < scene.observe->sum_count; ++s) {
-    const char* name = scene.observe->sums[s];
-    members.push_back({fmt::format("observe_{}", name), fmt::format("double observe_{0}() {{ return observe(\"{0}\"); }}", name), ""});
+    add(members, "observe_{}", "double observe_{0}() {{ return observe(\"{1}\"); }}", scene.observe->sums[s]);
   }
   for (const dpde_unknown& u : std::span(scene.unknowns, static_cast<std::size_t>(scene.unknown_count))) {
-    const bool is_initial = u.kind == DPDE_UNKNOWN_INITIAL;
-    const std::string declaration = is_initial ? fmt::format("std::span<const double> {0}_bar() const {{ return gradient_of(\"{0}\"); }}", u.name)
-                                               : fmt::format("double {0}_bar() const {{ return gradient_of(\"{0}\")[0]; }}", u.name);
-    members.push_back({fmt::format("{}_bar", u.name), declaration, fmt::format("d loss / d {}{}, of the last gradient().", is_initial ? "initial " : "", u.name)});
+    const bool is_param = u.kind == DPDE_UNKNOWN_PARAM, is_initial = u.kind == DPDE_UNKNOWN_INITIAL;
+    add(members, "{}_bar",
+        is_param ? "double {0}_bar() const {{ return gradient_of(\"{1}\")[0]; }}"
+                 : "std::span<const double> {0}_bar() const {{ return gradient_of(\"{1}\"); }}",
+        u.name, fmt::format("d loss / d {}{}, of the last gradient().", is_initial ? "initial " : "", u.name));
   }
 }
 
