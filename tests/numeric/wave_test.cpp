@@ -18,7 +18,19 @@ using testing::task_gradient;
 const std::string waves = R"(
 model wave { field u; param c; dt(dt(u)) = c^2*lap(u) }
 model damped { field u, w; param c, g; dt(dt(u)) = c^2*lap(u) - 2*g*dt(u); dt(w) = -g*w + dt(u) }
+model rubbed { field u, w; param c, g; dt(dt(u)) = c^2*lap(u) - dt(u)*2*g; dt(w) = u }
 scheme s { lap = central(2); time = verlet }
+scene thread : rubbed with s {
+  grid x = 0 .. 2*pi, cells 1, periodic
+  c = 1
+  g = 0.7
+  initial u = 1
+  initial dt(u) = 1
+  initial w = 0
+  exact   u = 1 + (1 - exp(-2*g*t))/(2*g)
+  exact   w = t + (t - (1 - exp(-2*g*t))/(2*g))/(2*g)
+  time 0 .. 1, step 1/16
+}
 scene string : wave with s {
   grid x = 0 .. 2*pi, cells 32, periodic
   c = 2
@@ -79,6 +91,23 @@ TEST(Wave, VelocityVerletIsOfOrderTwo) {
   EXPECT_NEAR(order_of("square", refined({{"time", "verlet"}}, {{16, 64}, {32, 128}}), "u"), 2, 0.15);
 }
 
+TEST(Wave, LeapfrogIsOfOrderTwo) {
+  const auto levels = refined({{"time", "leapfrog"}}, {{64, 64}, {128, 128}});
+  EXPECT_NEAR(order_of("string", levels, "u"), 2, 0.15);
+  EXPECT_NEAR(order_of("square", refined({{"time", "leapfrog"}}, {{16, 64}, {32, 128}}), "u"), 2, 0.15);
+  const std::vector<Overrides> damped{{{"time", "leapfrog"}, {"step", "1/64"}}, {{"time", "leapfrog"}, {"step", "1/128"}}};
+  EXPECT_NEAR(order_of("thread", damped, "u"), 2, 0.15);
+  EXPECT_NEAR(order_of("thread", damped, "w"), 2, 0.15);
+}
+
+/// Stoermer-Verlet and velocity Verlet are one method in two forms: the same positions but for rounding.
+TEST(Wave, LeapfrogMovesAsVerletDoes) {
+  const auto leapfrog = run_scene(waves, "square", {{"time", "leapfrog"}}).state.at("u");
+  const auto verlet = run_scene(waves, "square", {{"time", "verlet"}}).state.at("u");
+  ASSERT_EQ(leapfrog.size(), verlet.size());
+  for (size_t i = 0; i < verlet.size(); ++i) EXPECT_NEAR(leapfrog[i], verlet[i], 1e-12);
+}
+
 TEST(Wave, OtherSchemesKeepTheirOrderOnTheSystemOfFirstOrder) {
   EXPECT_NEAR(order_of("string", refined({{"time", "rk4"}, {"lap", "central4"}}, {{48, 96}, {96, 192}}), "u"), 4, 0.15);
   EXPECT_NEAR(order_of("string", refined({{"time", "ssp_rk3"}, {"lap", "central8"}}, {{64, 128}, {64, 256}}), "u"), 3, 0.15);
@@ -93,12 +122,15 @@ TEST(Wave, DampingAndMixedOrdersKeepOrderTwo) {
 
 /// With dt(u) = 0 at the start the first step is the mean of the neighbours, and Verlet moves the two halves by a cell a
 /// step: exact at Courant number 1.
-TEST(Wave, VerletIsExactAtCourantNumberOneAndBreaksAboveIt) {
+TEST(Wave, BothFormsAreExactAtCourantNumberOneAndBreakAboveIt) {
   const Overrides exact{{"cells", "40"}, {"step", "2*pi/40/2"}, {"end", "2*pi/2"}};
+  Overrides leapfrog = exact;
+  leapfrog["time"] = "leapfrog";
   std::string text = waves;
   text.replace(text.find("0.5*sin(3*x)\n"), 12, "0           ");
   text.replace(text.find(" + sin(6*t)/12*sin(3*x)"), 23, "");
   EXPECT_LT(run_scene(text, "string", exact).l2.at("u"), 1e-12);
+  EXPECT_LT(run_scene(text, "string", leapfrog).l2.at("u"), 1e-12);
   // a little above the limit the highest mode, seeded by rounding, grows by exp(acosh) a step
   const auto largest = [&](const std::string& step) {
     const auto result = run_scene(text, "string", {{"cells", "40"}, {"step", step}, {"end", "1500*" + step}});
@@ -132,15 +164,17 @@ TEST(Wave, VerletKeepsItsShiftedEnergy) {
 
 /// J = int u(T)^2 is quadratic in the mode 0.5*sin(3x) of the velocity: its gradient is 2 u(T) carried back.
 TEST(Wave, GradientWithRespectToTheVelocityAtTheStart) {
-  const Overrides fine{{"cells", "128"}, {"step", "1/256"}};
-  const auto result = task_gradient(waves, "push", fine);
-  const std::vector<double>& gradient = result.gradient.at("u_t");
-  const double h = 2 * std::acos(-1.0) / 128;
-  for (int i = 0; i < 128; i += 9) {
-    const double x = (i + 0.5) * h;
-    const double exact = 2 * h * (std::cos(2.0) * std::sin(2.0) / 2 * std::sin(x) + 0.3 * std::cos(4.0) * std::sin(4.0) / 4 * std::cos(2 * x) +
-                                  std::sin(6.0) / 12 * std::sin(6.0) / 6 * std::sin(3 * x));
-    EXPECT_NEAR(gradient[i], exact, 2e-3 * h);
+  for (const char* time : {"verlet", "leapfrog", "rk4"}) {
+    const Overrides fine{{"cells", "128"}, {"step", "1/256"}, {"time", time}};
+    const auto result = task_gradient(waves, "push", fine);
+    const std::vector<double>& gradient = result.gradient.at("u_t");
+    const double h = 2 * std::acos(-1.0) / 128;
+    for (int i = 0; i < 128; i += 9) {
+      const double x = (i + 0.5) * h;
+      const double exact = 2 * h * (std::cos(2.0) * std::sin(2.0) / 2 * std::sin(x) + 0.3 * std::cos(4.0) * std::sin(4.0) / 4 * std::cos(2 * x) +
+                                    std::sin(6.0) / 12 * std::sin(6.0) / 6 * std::sin(3 * x));
+      EXPECT_NEAR(gradient[i], exact, 2e-3 * h) << time;
+    }
   }
 }
 

@@ -42,6 +42,8 @@ Order order_of(const model::Problem& problem) {
   switch (scheme.time) {
     case model::TimeScheme::euler: order.time = 1; break;
     case model::TimeScheme::verlet:
+    case model::TimeScheme::ab2:
+    case model::TimeScheme::leapfrog:
     case model::TimeScheme::rk2: order.time = 2; break;
     case model::TimeScheme::rk4: order.time = 4; break;
     case model::TimeScheme::ssp_rk3: order.time = 3; break;

@@ -162,4 +162,32 @@ int nested_order(const Expr& e) {
   return std::holds_alternative<Advect>(e->kind) ? inside + 1 : inside;
 }
 
+bool reads(const Expr& e, const std::string& field) {
+  return any_part(e, [&](const Expr& part) {
+    const auto* found = std::get_if<Field>(&part->kind);
+    return found && found->name == field;
+  });
+}
+
+std::optional<Linear> linear_in(const Expr& e, const std::string& field) {
+  if (!reads(e, field)) return Linear{e, 0.0};
+  if (std::holds_alternative<Field>(e->kind)) return Linear{0.0, 1.0};
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) {
+    const auto inner = linear_in(neg->operand, field);
+    return inner ? std::optional(Linear{negate(inner->rest), negate(inner->factor)}) : std::nullopt;
+  }
+  const auto* b = std::get_if<Binary>(&e->kind);
+  if (!b) return std::nullopt;
+  const auto left = linear_in(b->left, field), right = linear_in(b->right, field);
+  if (!left || !right) return std::nullopt;
+  const auto both = [&](const Linear& x, const Linear& y) {
+    return Linear{binary(b->op, x.rest, y.rest), binary(b->op, x.factor, y.factor)};
+  };
+  const bool is_sum = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
+  if (is_sum) return both(*left, *right);
+  if (b->op == BinaryOp::multiply && !reads(b->left, field)) return both({b->left, b->left}, *right);
+  const bool scales = b->op == BinaryOp::multiply || b->op == BinaryOp::divide;
+  return scales && !reads(b->right, field) ? std::optional(both(*left, {b->right, b->right})) : std::nullopt;
+}
+
 }  // namespace dpde::model

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,14 @@ bool is_constant(const Expr& e, double value);
 /// Neither fields nor coordinates nor reductions: the same at all points.
 bool is_uniform(const Expr& e);
 bool holds_reduction(const Expr& e);
+
+bool reads(const Expr& e, const std::string& field);
+/// rest + factor*field, neither of which reads the field.
+struct Linear {
+  Expr rest = 0.0, factor = 0.0;
+};
+/// nullopt where `e` is not linear in the field at the point itself.
+std::optional<Linear> linear_in(const Expr& e, const std::string& field);
 
 /// Calls `f` on each direct child.
 void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f);

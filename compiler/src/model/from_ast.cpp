@@ -23,11 +23,13 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
   if (draft.model) bind_boundaries(draft);
   if (draft.program) bind_fills(draft);
   bind_states(draft);
+  if (draft.model) add_histories(draft);
   bind_coefficients(draft);
   bind_observables(draft);
   bind_outputs(draft);
   bind_task(draft);
   check_settings(draft);
+  check_histories(draft);
   if (sink.has_errors()) return std::nullopt;
   drop_unused(draft);
   return std::move(draft.problem);

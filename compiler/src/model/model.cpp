@@ -22,6 +22,11 @@ const State* Problem::velocity_of(const std::string& name) const {
   return found == states.end() ? nullptr : &*found;
 }
 
+const State* Problem::history_of(const std::string& name) const {
+  const auto found = std::find_if(states.begin(), states.end(), [&](const State& s) { return s.history_of == name; });
+  return found == states.end() ? nullptr : &*found;
+}
+
 const Parameter* Problem::find_param(const std::string& name) const {
   const auto found = std::find_if(params.begin(), params.end(), [&](const Parameter& p) { return p.name == name; });
   return found == params.end() ? nullptr : &*found;

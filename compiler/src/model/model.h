@@ -124,8 +124,9 @@ struct AxisSides {
 struct State {
   std::string name;
   std::string velocity_of;          // this state is dt of that one, whose equation is of second order; "" otherwise
+  std::string history_of;           // what a time scheme keeps of that one's last step; has no equation; "" otherwise
   std::vector<AxisSides> boundary;  // one an axis
-  std::optional<Expr> rhs;          // of dt(name) = rhs; absent for the states of a hand-written program
+  std::optional<Expr> rhs;          // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
   std::optional<Expr> exact;        // of x, y, z, t, params
   Origin origin;                    // of the equation
@@ -144,7 +145,7 @@ struct Quantity {
 };
 
 enum class Advection { central, upwind, semi_lagrangian };
-enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet };
+enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog };
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
@@ -222,6 +223,8 @@ struct Problem {
   const State* find_state(const std::string& name) const;
   /// dt(name) as a state, or nullptr.
   const State* velocity_of(const std::string& name) const;
+  /// What the time scheme keeps of the last step of `name`, or nullptr.
+  const State* history_of(const std::string& name) const;
   const Parameter* find_param(const std::string& name) const;
 };
 

@@ -200,6 +200,8 @@ std::string time_text(TimeScheme time) {
     case TimeScheme::rk4: return "rk4";
     case TimeScheme::ssp_rk3: return "ssp_rk3";
     case TimeScheme::verlet: return "verlet";
+    case TimeScheme::ab2: return "ab2";
+    case TimeScheme::leapfrog: return "leapfrog";
   }
   unreachable("time scheme");
 }

@@ -90,7 +90,7 @@ class Verifier {
     demand(!problem_.states.empty(), "there is no state");
     demand(problem_.model.empty() != problem_.program.empty(), "the step is a model or a program");
     for (const State& state : problem_.states) {
-      demand(state.rhs.has_value() == problem_.program.empty(),
+      demand(state.rhs.has_value() == (problem_.program.empty() && state.history_of.empty()),
              fmt::format("state {} has {} equation", state.name, state.rhs ? "an" : "no"));
       if (state.rhs) check(*state.rhs, "equation of " + state.name, equation);
       check_source(state.initial, "initial state of " + state.name, formula);

@@ -113,6 +113,8 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0551", "advection-form", Severity::error, "semi-Lagrangian advection of {} needs one term -advect(v, {}) of its equation"},
     {"E0552", "too-many-differences", Severity::error, "the differences of this expression have more than {} parts"},
     {"E0553", "needs-second-derivative", Severity::error, "time = {} is made for equations dt(dt(u)) = ..., but model {} has none"},
+    {"E0554", "velocity-not-kept", Severity::error, "time = leapfrog knows dt({}) half a step back: it can only be a factor of a term in the equation of dt(dt({}))"},
+    {"E0555", "schemes-do-not-fit", Severity::error, "time = {} does not go with advect = semi_lagrangian"},
     {"E0701", "incomplete-task", Severity::error, "task {} has nothing to {}"},
     {"E0702", "not-an-unknown", Severity::error, "{} is a {} and cannot be an unknown"},
     {"E0703", "bad-data", Severity::error, "data come from a file or from the field of a scene, not from this"},

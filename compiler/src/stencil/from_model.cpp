@@ -9,6 +9,7 @@
 #include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/lowering.h"
+#include "stencil/multistep.h"
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
 #include "stencil/time_schemes.h"
@@ -145,7 +146,7 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
 
 void add_step(Module& module, Lowering& lowering) {
   const model::Problem& problem = lowering.problem();
-  const auto has_equation = [](const model::State& state) { return state.rhs.has_value(); };
+  const auto has_equation = [](const model::State& state) { return state.rhs || !state.history_of.empty(); };
   if (!problem.program.empty() || problem.states.empty()) return;
   if (!std::all_of(problem.states.begin(), problem.states.end(), has_equation)) return;
 
@@ -159,9 +160,10 @@ void add_step(Module& module, Lowering& lowering) {
     std::vector<Advance> advances;
     for (std::size_t i = 0; i < problem.states.size(); ++i) {
       const model::State& state = problem.states[i];
-      advances.push_back({state.name, *state.rhs, next[i], state.origin});
+      advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
     }
-    stages = time_stages(lowering, advances, name);
+    const bool remembers = is_multistep(problem.scheme.time);
+    stages = remembers ? multistep_stages(lowering, advances, name) : time_stages(lowering, advances, name);
   }
   Program& program = lowering.add_program(module, name, stages);
   for (std::size_t i = 0; i < next.size(); ++i) program.swaps.push_back({problem.states[i].name, next[i]});

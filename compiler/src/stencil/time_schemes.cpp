@@ -144,6 +144,8 @@ std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& a
     case model::TimeScheme::rk4: return runge_kutta_4(stages);
     case model::TimeScheme::ssp_rk3: return shu_osher_3(stages);
     case model::TimeScheme::verlet: return velocity_verlet(lowering, advances);
+    case model::TimeScheme::ab2:
+    case model::TimeScheme::leapfrog: break;
   }
   unreachable("time scheme");
 }

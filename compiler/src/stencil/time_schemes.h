@@ -22,7 +22,7 @@ struct Advance {
   Origin origin;
 };
 
-/// One step of the scheme's time integrator. A single kernel is called `name`, several S_stage1, S_stage2, ...
+/// One step of the scheme's time integrator, which has no memory (multistep.h has those). A single kernel is called `name`, several S_stage1, S_stage2, ...
 /// Rates have no semi-Lagrangian advect. A state whose rate is 0 has no stages of its own.
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name);
 

@@ -97,10 +97,12 @@ std::string rated_field(std::string_view written) {
   return is_rate ? std::string(written.substr(3, written.size() - 4)) : "";
 }
 
-std::string velocity_name(const std::string& field) {
+std::string name_beside(const std::string& field, const std::string& suffix) {
   const std::string vector = vector_of(field);
-  return vector.empty() ? field + "_t" : vector + "_t" + field.substr(vector.size());
+  return vector.empty() ? field + suffix : vector + suffix + field.substr(vector.size());
 }
+
+std::string velocity_name(const std::string& field) { return name_beside(field, "_t"); }
 
 std::string state_name(const std::string& written) {
   const std::string field = rated_field(written);

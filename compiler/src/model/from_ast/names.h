@@ -50,7 +50,8 @@ std::string axis_name(int axis);
 
 /// "u" of "dt(u)"; "" of other texts.
 std::string rated_field(std::string_view written);
-/// u_t of u, u_t.x of u.x.
+/// u_t of u and "_t", u_t.x of u.x.
+std::string name_beside(const std::string& field, const std::string& suffix);
 std::string velocity_name(const std::string& field);
 /// The state called so in a text: u of "u", u_t of "dt(u)".
 std::string state_name(const std::string& written);

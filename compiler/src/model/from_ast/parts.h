@@ -92,6 +92,10 @@ std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::str
 /// Whether an observable or test may have this name; `seen` are those before it.
 bool can_name_a_quantity(Draft& draft, const ast::Identifier& name, std::map<std::string, SourceRange>& seen);
 
+// histories.cpp: what time schemes that remember need, and cannot do
+void add_histories(Draft& draft);
+void check_histories(Draft& draft);
+
 // usage.cpp: drops what nobody reads, and says so
 void drop_unused(Draft& draft);
 

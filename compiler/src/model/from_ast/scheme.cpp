@@ -59,6 +59,8 @@ constexpr Choice choices[] = {
     {"time", "rk4", {"rk4()"}, set_time<TimeScheme::rk4>},
     {"time", "ssp_rk3", {"ssp_rk3()"}, set_time<TimeScheme::ssp_rk3>},
     {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
+    {"time", "ab2", {"ab2()"}, set_time<TimeScheme::ab2>},
+    {"time", "leapfrog", {"leapfrog()"}, set_time<TimeScheme::leapfrog>},
     {"real", "f64", {}, [](Scheme&) {}},
 };
 

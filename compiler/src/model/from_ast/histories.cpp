@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, leapfrog the value u_old. Both are states that
+// begin at 0: the first step does not use them. An equation of second order needs none with leapfrog, which keeps its velocity.
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+bool is_leapfrog(const Draft& draft) { return draft.problem.scheme.time == TimeScheme::leapfrog; }
+bool is_ab2(const Draft& draft) { return draft.problem.scheme.time == TimeScheme::ab2; }
+
+bool needs_history(const Draft& draft, const State& state) {
+  if (!state.rhs || is_constant(*state.rhs, 0)) return false;
+  if (is_ab2(draft)) return true;
+  return is_leapfrog(draft) && state.velocity_of.empty() && !draft.problem.velocity_of(state.name);
+}
+
+/// Leapfrog's velocity is that of half a step before: only its damping of itself is of order 2.
+void check_velocity(Draft& draft, const State& velocity) {
+  const auto check = [&](bool fine, const Origin& origin) {
+    if (fine) return;
+    draft.sink.report("velocity-not-kept", origin.range, {velocity.velocity_of, velocity.velocity_of},
+                      "take time = verlet, whose velocity is that of the same time");
+  };
+  const Problem& problem = draft.problem;
+  const auto is_free = [&](const Expr& e) { return !reads(e, velocity.name); };
+  for (const State& state : problem.states) {
+    if (!state.rhs || state.name == velocity.velocity_of) continue;
+    const bool own = state.name == velocity.name;
+    check(own ? linear_in(*state.rhs, velocity.name).has_value() : is_free(*state.rhs), state.origin);
+  }
+  for (const Quantity& observable : problem.observables) check(is_free(observable.value), observable.origin);
+  if (!problem.task) return;
+  for (const Loss& loss : problem.task->losses) check(is_free(loss.value), loss.origin);
+  for (const Test& test : problem.task->tests) check(is_free(test.quantity.value), test.quantity.origin);
+}
+
+}  // namespace
+
+void add_histories(Draft& draft) {
+  std::vector<State> histories;
+  for (const State& state : draft.problem.states) {
+    if (!needs_history(draft, state)) continue;
+    State history;
+    history.name = name_beside(state.name, is_ab2(draft) ? "_rate" : "_old");
+    history.history_of = state.name;
+    history.boundary = state.boundary;
+    history.initial.formula = 0.0;
+    if (declare(draft, {history.name, state.origin.range}, Role::state)) histories.push_back(std::move(history));
+  }
+  draft.problem.states.insert(draft.problem.states.end(), histories.begin(), histories.end());
+}
+
+void check_histories(Draft& draft) {
+  if (!draft.model || (!is_ab2(draft) && !is_leapfrog(draft))) return;
+  const Problem& problem = draft.problem;
+  if (problem.scheme.advect == Advection::semi_lagrangian) {
+    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {is_ab2(draft) ? "ab2" : "leapfrog"},
+                      "take time = rk2, or another advect");
+  }
+  if (!is_leapfrog(draft)) return;
+  for (const State& state : problem.states) {
+    if (!state.velocity_of.empty()) check_velocity(draft, state);
+  }
+}
+
+}  // namespace dpde::model

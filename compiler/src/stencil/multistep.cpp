@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/multistep.h"
+
+#include <map>
+
+#include "model/build.h"
+#include "stencil/build.h"
+#include "support/assert.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+Expr dt() { return param("dt"); }
+
+class Multistep {
+ public:
+  Multistep(const Lowering& lowering, const std::vector<Advance>& advances)
+      : problem_(lowering.problem()), advances_(advances), at_point_(lowering.discretiser()) {}
+
+  std::vector<Stage> stages(Kernel kernel);
+
+ private:
+  Expr next(const Advance& advance);
+  Expr next_position(const std::string& state, const model::State& velocity);
+  Expr next_velocity(const model::State& velocity);
+  Expr next_history(const model::State& history) const;
+  Expr rate(const Advance& advance);
+  /// A number that is different in the first step.
+  Expr at_first(const std::string& name, const Expr& first, const Expr& later);
+  bool keeps_rates() const { return problem_.scheme.time == model::TimeScheme::ab2; }
+
+  const model::Problem& problem_;
+  const std::vector<Advance>& advances_;
+  Discretiser at_point_;
+  std::map<std::string, Expr> shared_;  // by name: rates, velocities and numbers that are used twice
+};
+
+Expr Multistep::at_first(const std::string& name, const Expr& first, const Expr& later) {
+  const auto found = shared_.find(name);
+  if (found != shared_.end()) return found->second;
+  const Expr is_first = binary(BinaryOp::less, param("t"), problem_.t_begin + dt() / 2.0);
+  return shared_.emplace(name, at_point_.shared(name, select(is_first, first, later))).first->second;
+}
+
+Expr Multistep::rate(const Advance& advance) {
+  const std::string name = advance.state + "_rate_now";
+  const auto found = shared_.find(name);
+  if (found != shared_.end()) return found->second;
+  return shared_.emplace(name, at_point_.shared(name, at_point_(advance.rate))).first->second;
+}
+
+Expr Multistep::next(const Advance& advance) {
+  const Expr here = access(advance.state);
+  const model::State* velocity = problem_.velocity_of(advance.state);
+  if (velocity && !keeps_rates()) return next_position(advance.state, *velocity);
+  const model::State& own = *problem_.find_state(advance.state);
+  if (!own.velocity_of.empty() && !keeps_rates()) return next_velocity(own);
+  const model::State* history = problem_.history_of(advance.state);
+  if (!history) return here;
+  const Expr before = access(history->name);
+  if (keeps_rates()) {
+    const Expr weight = at_first("weight_before", 0.0, 0.5);
+    return here + dt() * ((1.0 + weight) * rate(advance) - weight * before);
+  }
+  const Expr euler = at_first("is_first", 1.0, 0.0);
+  return before + euler * (here - before) + (2.0 - euler) * dt() * rate(advance);
+}
+
+Expr Multistep::next_position(const std::string& state, const model::State& velocity) {
+  return access(state) + dt() * next_velocity(velocity);
+}
+
+Expr Multistep::next_velocity(const model::State& velocity) {
+  const std::string name = velocity.name + "_now";
+  const auto found = shared_.find(name);
+  if (found != shared_.end()) return found->second;
+  const model::Linear force = *model::linear_in(*velocity.rhs, velocity.name);
+  const Expr step = at_first("velocity_step", dt() / 2.0, dt());
+  const Expr push = scaled(step, at_point_(force.rest)), here = access(velocity.name);
+  Expr value = here + push;
+  if (!model::is_constant(force.factor, 0)) {
+    const Expr damping = at_point_.shared(velocity.name + "_damping", at_point_(force.factor));
+    const Expr implicit = at_first("implicit_step", 0.0, dt() / 2.0);
+    value = ((1.0 + dt() / 2.0 * damping) * here + push) / (1.0 - implicit * damping);
+  }
+  return shared_.emplace(name, at_point_.shared(name, value)).first->second;
+}
+
+Expr Multistep::next_history(const model::State& history) const {
+  return keeps_rates() ? shared_.at(history.history_of + "_rate_now") : access(history.history_of);
+}
+
+std::vector<Stage> Multistep::stages(Kernel kernel) {
+  for (const Advance& advance : advances_) {  // histories come behind the states whose rates they take
+    const model::State& state = *problem_.find_state(advance.state);
+    const Expr value = state.history_of.empty() ? next(advance) : next_history(state);
+    kernel.stores.push_back({advance.into, false, value, advance.origin});
+  }
+  kernel.lets = at_point_.lets();
+  return {Lowering::stage(kernel)};
+}
+
+}  // namespace
+
+bool is_multistep(model::TimeScheme scheme) {
+  return scheme == model::TimeScheme::ab2 || scheme == model::TimeScheme::leapfrog;
+}
+
+std::vector<Stage> multistep_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
+  return Multistep(lowering, advances).stages(lowering.kernel(name));
+}
+
+}  // namespace dpde::stencil
