@@ -160,6 +160,33 @@ task t : s {
   EXPECT_NE(dpde("emit wave.dpde s --stage stencil").out.find("swap w_old, w_old_next"), std::string::npos);
 }
 
+/// Departure points that depend on the state, cubic along one axis and along two.
+TEST_F(DerivativeCommand, CubicSemiLagrangianIsCertified) {
+  write("carry.dpde", R"(
+model line { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
+model plane { field u, v; param nu; dt(u) = -advect((u, v), u) + nu*lap(u); dt(v) = -advect((u, v), v) - u }
+scheme s { advect = semi_lagrangian(cubic); time = rk2 }
+scene one : line {
+  grid x = 0 .. 1, cells 13, periodic
+  nu = 0.01
+  initial u = 1 + 0.3*sin(2*pi*x)
+  time 0 .. 0.4, step 0.1
+}
+scene two : plane {
+  grid x = 0 .. 1, cells 6, periodic
+  grid y = 0 .. 1, cells 5, periodic
+  nu = 0.01
+  initial u = 1 + 0.3*sin(2*pi*x)
+  initial v = -0.6 + 0.2*cos(2*pi*y)
+  time 0 .. 0.3, step 0.1
+}
+)");
+  for (const char* arguments : {"one", "two", "one --backend interpreter", "two --backend cpp"}) {
+    const Outcome verified = dpde(std::string("verify carry.dpde --json ") + arguments);
+    EXPECT_EQ(verified.status, 0) << arguments << verified.out << verified.err;
+  }
+}
+
 /// Every difference and time scheme of the language, with walls, certified down to grids of one cell.
 TEST_F(DerivativeCommand, EveryDifferenceAndTimeSchemeIsCertified) {
   write("burgers.dpde", R"(
@@ -177,7 +204,7 @@ scene s : burgers {
 )");
   for (const char* set : {"--set advect=central6 --set dx=central8 --set lap=central6 --set time=ssp_rk3",
                           "--set advect=upwind3 --set dx=central6 --set lap=central8 --set time=rk2",
-                          "--set advect=central8 --set time=euler", "--set time=ab2", "--set time=leapfrog --set lap=central8"}) {
+                          "--set advect=central8 --set time=euler", "--set advect=semi_lagrangian_cubic", "--set time=ab2", "--set time=leapfrog --set lap=central8"}) {
     const Outcome verified = dpde(std::string("verify burgers.dpde --json ") + set);
     EXPECT_EQ(verified.status, 0) << set << verified.out << verified.err;
   }

@@ -43,7 +43,7 @@ stencil::Module outputs(const std::vector<Expr>& expressions, const std::vector<
 TEST(CppPrograms, Functions) {
   std::vector<Expr> all;
   for (const Fn fn : {Fn::sin, Fn::cos, Fn::tan, Fn::atan, Fn::sinh, Fn::cosh, Fn::tanh, Fn::exp, Fn::log, Fn::sqrt,
-                      Fn::abs, Fn::sign, Fn::floor}) {
+                      Fn::abs, Fn::sign, Fn::floor, Fn::fraction}) {
     all.push_back(call(fn, {u}));
     all.push_back(u * call(fn, {a}));
     if (fn != Fn::log && fn != Fn::sqrt) all.push_back(call(fn, {w - u * 2}));

@@ -142,6 +142,7 @@ class Reference {
       case Fn::abs: return std::abs(a);
       case Fn::sign: return a > 0 ? 1 : a < 0 ? -1 : 0;
       case Fn::floor: return std::floor(a);
+      case Fn::fraction: return a - std::floor(a);
       case Fn::min: return std::min(a, b);
       case Fn::max: return std::max(a, b);
     }

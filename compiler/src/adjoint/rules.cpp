@@ -61,6 +61,7 @@ Expr partial_of_call(const Call& c, int index, const Expr& x) {
     case Fn::abs: return x * call(Fn::sign, {a});
     case Fn::sign: return 0.0;
     case Fn::floor: return 0.0;
+    case Fn::fraction: return x;  // at a whole number that of the right-hand side
     case Fn::min: return partial_of_min_max(BinaryOp::less, a, c.arguments[1], index, x);
     case Fn::max: return partial_of_min_max(BinaryOp::greater_equal, a, c.arguments[1], index, x);
   }

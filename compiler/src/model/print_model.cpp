@@ -188,7 +188,7 @@ std::string advect_text(const Scheme& scheme) {
   switch (scheme.advect) {
     case Advection::central: return fmt::format("central({})", scheme.advect_order);
     case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
-    case Advection::semi_lagrangian: return "semi_lagrangian";
+    case Advection::semi_lagrangian: return scheme.advect_order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
   }
   unreachable("advection");
 }

@@ -85,6 +85,7 @@ std::optional<double> fold(Fn fn, double x) {
     case Fn::abs: return std::abs(x);
     case Fn::sign: return (x > 0) - (x < 0);
     case Fn::floor: return std::floor(x);
+    case Fn::fraction: return x - std::floor(x);
     case Fn::sin:
     case Fn::tan:
     case Fn::asin:

@@ -89,13 +89,30 @@ void check_state(const model::State& state, DiagnosticSink& sink) {
   }
 }
 
-Expr arrival_value(const model::Advect& advect, const std::string& field, Discretiser& at_point) {
+/// `value` with its interpolations along `axis` and those behind it made cubic.
+Expr cubic(const Interp& value, const std::vector<model::Axis>& axes, std::size_t axis) {
+  if (axis == axes.size()) return interp(value);
+  if (axes[axis].topology == Topology::bounded) return cubic(value, axes, axis + 1);
+  const auto slope = [&](int cells) {
+    Interp moved = value;
+    moved.offset[axis] += cells;
+    moved.slope[axis] = true;
+    return cubic(moved, axes, axis + 1);
+  };
+  const Expr f = call(Fn::fraction, {value.displacement[axis]});
+  const Expr middle = slope(0), left = middle - slope(-1), right = slope(1) - middle;
+  return cubic(value, axes, axis + 1) - f * (1.0 - f) / 6.0 * ((2.0 - f) * left + (1.0 + f) * right);
+}
+
+Expr arrival_value(const model::Advect& advect, const std::string& field, const Lowering& lowering, Discretiser& at_point) {
+  const bool is_cubic = lowering.problem().scheme.advect_order == 3;
   Interp value;
   value.field = field;
   for (int axis = 0; axis < static_cast<int>(advect.velocity.size()); ++axis) {
-    value.displacement.push_back(-(param("dt") * at_point(advect.velocity[axis]) / spacing(axis)));
+    const Expr displacement = -(param("dt") * at_point(advect.velocity[axis]) / spacing(axis));
+    value.displacement.push_back(is_cubic ? at_point.shared("departure_" + axis_letter(axis), displacement) : displacement);
   }
-  return interp(value);
+  return is_cubic ? cubic(value, lowering.problem().axes, 0) : interp(value);
 }
 
 }  // namespace
@@ -127,7 +144,7 @@ std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<
     const auto found = reading.fields.find(states[i].name);
     const std::string field = found == reading.fields.end() ? states[i].name : found->second;
     const model::Advect* transport = find_transport(states[i]);
-    const Expr value = transport ? arrival_value(*transport, field, at_point) : access(field);
+    const Expr value = transport ? arrival_value(*transport, field, lowering, at_point) : access(field);
     kernel.stores.push_back({into[i], false, value, states[i].origin});
   }
   kernel.lets = at_point.lets();

@@ -44,6 +44,7 @@ double evaluate_call(Fn fn, double a, double b) {
     case Fn::abs: return std::abs(a);
     case Fn::sign: return (a > 0) - (a < 0);
     case Fn::floor: return std::floor(a);
+    case Fn::fraction: return a - std::floor(a);
     case Fn::min: return b < a ? b : a;
     case Fn::max: return a < b ? b : a;
   }

@@ -60,6 +60,7 @@ std::string_view name_of(Fn fn) {
     case Fn::abs: return "abs";
     case Fn::sign: return "sign";
     case Fn::floor: return "floor";
+    case Fn::fraction: return "fraction";
     case Fn::min: return "min";
     case Fn::max: return "max";
   }

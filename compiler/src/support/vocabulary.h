@@ -8,7 +8,7 @@
 namespace dpde {
 
 enum class BinaryOp { add, subtract, multiply, divide, power, less, less_equal, greater, greater_equal, equal, not_equal, logical_and, logical_or };
-enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor, min, max };
+enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor, fraction, min, max };
 
 enum class Topology { periodic, bounded };
 enum class SideKind { value, zero_gradient };

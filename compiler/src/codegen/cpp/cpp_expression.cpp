@@ -28,6 +28,7 @@ std::string_view cpp_function(Fn fn) {
   switch (fn) {
     case Fn::abs: return "fabs";
     case Fn::sign: return "dpde_sign";
+    case Fn::fraction: return "dpde_fraction";
     case Fn::min: return "dpde_min";
     case Fn::max: return "dpde_max";
     case Fn::sin:

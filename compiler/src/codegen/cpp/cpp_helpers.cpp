@@ -13,7 +13,7 @@ namespace dpde::codegen {
 namespace {
 
 struct Uses {
-  bool math = false, minimum = false, maximum = false, sign = false, inside = false, periodic = false, bounded = false;
+  bool math = false, minimum = false, maximum = false, sign = false, fraction = false, inside = false, periodic = false, bounded = false;
   std::array<bool, loop::max_rank + 1> interp{}, scatter{};  // by rank
 };
 
@@ -27,6 +27,7 @@ void add_expression(Uses& uses, const loop::Row* row, const loop::Expr& e) {
       uses.minimum = uses.minimum || call->fn == Fn::min;
       uses.maximum = uses.maximum || call->fn == Fn::max;
       uses.sign = uses.sign || call->fn == Fn::sign;
+      uses.fraction = uses.fraction || call->fn == Fn::fraction;
       uses.math = uses.math || (call->fn != Fn::min && call->fn != Fn::max && call->fn != Fn::sign);
     }
     const loop::Binary* binary = std::get_if<loop::Binary>(&part->kind);
@@ -59,6 +60,10 @@ static inline double dpde_min(double a, double b) { return b < a ? b : a; }
 
 constexpr std::string_view maximum_text = R"(
 static inline double dpde_max(double a, double b) { return a < b ? b : a; }
+)";
+
+constexpr std::string_view fraction_text = R"(
+static inline double dpde_fraction(double x) { return x - floor(x); }
 )";
 
 constexpr std::string_view sign_text = R"(
@@ -181,6 +186,7 @@ std::string cpp_helpers(const loop::Module& module) {
   add(uses.minimum, minimum_text);
   add(uses.maximum, maximum_text);
   add(uses.sign, sign_text);
+  add(uses.fraction, fraction_text);
   add(uses.inside, inside_text);
   add(uses.periodic || uses.bounded, pair_text);
   add(uses.periodic, periodic_text);

@@ -8,7 +8,7 @@
 
 namespace dpde::codegen {
 
-/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_inside and of interpolation for what `module` uses; may be "".
+/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_fraction, dpde_inside and of interpolation for what `module` uses; may be "".
 std::string cpp_helpers(const loop::Module& module);
 
 /// Whether the module calls a function of <math.h>; reading that header takes the compiler longer than a small module.

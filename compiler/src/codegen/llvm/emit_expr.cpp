@@ -172,6 +172,7 @@ llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
     case Fn::sqrt: return intrinsic(llvm::Intrinsic::sqrt);
     case Fn::abs: return intrinsic(llvm::Intrinsic::fabs);
     case Fn::floor: return intrinsic(llvm::Intrinsic::floor);
+    case Fn::fraction: return builder_.CreateFSub(x, intrinsic(llvm::Intrinsic::floor));
     case Fn::tan: return libm("tan", x);
     case Fn::asin: return libm("asin", x);
     case Fn::acos: return libm("acos", x);
