@@ -60,7 +60,7 @@ class Command : public ::testing::Test {
   }
   /// Runs a shell command in the test's folder; $DPDE is the command.
   Outcome shell(const std::string& command) const {
-    const std::string line = "cd '" + folder_.string() + "' && DPDE='" DPDE_BINARY_DIR "/bin/dpde' && { " + command +
+    const std::string line = "cd '" + folder_.string() + "' && DPDE='" DPDE_BINARY_DIR "/bin/dpde' && export DPDE_CACHE=.cache && { " + command +
                              "; } >.out 2>.err </dev/null";
     const int status = std::system(("/bin/sh -c \"" + escaped(line) + "\"").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")), content(path(".err"))};

@@ -121,6 +121,7 @@ Json bench(Job& job, const BenchOptions& options) {
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!compile_options) return result;
   compile_options->adjoint = true;
+  compile_options->cache.reset();  // compile_s is measured
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
   if (!compiled->problem) {

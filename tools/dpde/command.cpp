@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <thread>
 
+#include "driver/cache_folder.h"
 #include "driver/files.h"
 #include "driver/session.h"
 #include "source/render.h"
@@ -63,7 +64,16 @@ std::optional<driver::CompileOptions> Job::compile_options() {
   } else {
     result.backend = driver::Backend::jit;
   }
-  return result;
+  result.cache = open_cache();
+  return failed() ? std::nullopt : std::optional(result);
+}
+
+/// None is no reason to fail, but for a folder that was asked for.
+std::shared_ptr<codegen::CodeCache> Job::open_cache() {
+  if (options_.no_cache) return nullptr;
+  if (!options_.cache.empty() && !driver::make_folder(options_.cache, sink_)) return nullptr;
+  const std::filesystem::path folder = options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
+  return folder.empty() ? nullptr : driver::open_cache(folder);
 }
 
 void Job::say(const std::string& text) {
@@ -102,6 +112,8 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_option("--backend", options.backend, "what makes the machine code")
         ->check(CLI::IsMember({"jit", "cpp", "interpreter"}))
         ->capture_default_str();
+    verb.add_option("--cache", options.cache, "folder of compiled code ($DPDE_CACHE, else ~/.cache/dpde)")->type_name("DIR");
+    verb.add_flag("--no-cache", options.no_cache, "compile everything anew");
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
   if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");

@@ -25,6 +25,8 @@ enum class Exit : int { done = 0, failed = 1, wrong_input = 2, machine_failed = 
 
 struct CommonOptions {
   std::string file, name, scheme, backend = "jit", out;
+  std::string cache;  // folder; "": the default one
+  bool no_cache = false;
   std::vector<std::string> set;
   int threads = 0;  // 0: all cores
   std::uint64_t seed = 0;
@@ -56,6 +58,8 @@ class Job {
   int finish(Json result);
 
  private:
+  std::shared_ptr<codegen::CodeCache> open_cache();
+
   CommonOptions options_;
   SourceFile source_;
   DiagnosticSink sink_;

@@ -3,67 +3,18 @@
 #include "picture.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <system_error>
 
 #include "driver/files.h"
 #include "support/match.h"
-
-extern char** environ;
+#include "support/process.h"
 
 namespace dpde::tools {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A folder that disappears with its scope.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (fs::temp_directory_path() / "dpde-XXXXXX").string();
-    if (mkdtemp(pattern.data()) != nullptr) path_ = pattern;
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-/// Runs gnuplot silently; its exit status, or -1 when it could not be started.
-int run_gnuplot(const std::vector<std::string>& arguments) {
-  std::vector<char*> argv;
-  std::string program = "gnuplot";
-  argv.push_back(program.data());
-  std::vector<std::string> copies = arguments;
-  for (std::string& argument : copies) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", 0, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", 1, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", 1, 0);
-  pid_t child = 0;
-  const int error = posix_spawnp(&child, "gnuplot", &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) return -1;
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return -1;
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
 
 /// A gnuplot string: single quotes take nothing but themselves specially.
 std::string quoted(const std::string& text) {
@@ -174,7 +125,7 @@ std::optional<ValueRange> range_of(const std::vector<double>& values) {
 }
 
 bool have_gnuplot() {
-  static const bool found = run_gnuplot({"--version"}) == 0;
+  static const bool found = run_process({"gnuplot", "--version"}).succeeded();
   return found;
 }
 
@@ -195,7 +146,7 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
     const fs::path script = folder.path() / (std::string("picture") + extension + ".gp");
     if (!driver::write_file(script, script_for(panels, terminal, drawn), sink)) return files;
     const fs::path target = stem.string() + extension;
-    if (run_gnuplot({script.string()}) != 0) {
+    if (!run_process({"gnuplot", script.string()}).succeeded()) {
       sink.report("cannot-write", {}, {target.string(), "gnuplot failed"});
       return files;
     }

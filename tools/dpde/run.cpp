@@ -115,6 +115,7 @@ void Run::report(Json& result) {
   result["time"] = json_number(time);
   result["wall_s"] = outcome_.seconds;
   result["compile_s"] = compiled_->seconds;
+  result["code_from_cache"] = compiled_->code_from_cache;
   result["points_per_s"] = rate;
   job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n", session_->problem().scene,
                        cells_text(workspace), outcome_.steps_done, time, human_seconds(outcome_.seconds), human_count(rate),

@@ -243,18 +243,20 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
   merge(compiled.stencil, run_passes(std::move(derivatives)));
 }
 
-void generate(Compiled& compiled, Backend backend, DiagnosticSink& sink) {
+void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, DiagnosticSink& sink) {
   std::string error;
   switch (backend) {
     case Backend::jit: {
-      codegen::JitResult result = codegen::jit(compiled.loop);
+      codegen::JitResult result = codegen::jit(compiled.loop, {}, cache);
       compiled.code = std::move(result.module);
+      compiled.code_from_cache = result.from_cache;
       error = result.error;
       break;
     }
     case Backend::cpp: {
-      codegen::CompileResult result = codegen::compile_cpp(compiled.loop);
+      codegen::CompileResult result = codegen::compile_cpp(compiled.loop, "", cache);
       compiled.code = std::move(result.module);
+      compiled.code_from_cache = result.from_cache;
       error = result.error;
       break;
     }
@@ -371,7 +373,7 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
   compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs));
   if (!stages.after("loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); })) return std::nullopt;
-  if (options.backend) generate(compiled, *options.backend, sink);
+  if (options.backend) generate(compiled, *options.backend, options.cache.get(), sink);
   if (sink.has_errors()) return std::nullopt;
   compiled.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return compiled;

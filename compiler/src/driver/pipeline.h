@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "adjoint/adjoint.h"
+#include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
 #include "loop/loop.h"
 #include "model/from_ast.h"
@@ -39,6 +40,7 @@ struct CompileOptions {
   bool certify = false;
   bool verify = false;              // check every level's invariants after each stage
   StageObserver after;              // may be empty
+  std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew
 };
 
 /// A program and the programs of its derivatives, when it depends on something active.
@@ -55,6 +57,7 @@ struct Compiled {
   adjoint::Activity activity;              // what derivatives are taken with respect to (states of the scene, params)
   loop::Module loop;
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
+  bool code_from_cache = false;
   double seconds = 0;
 
   std::string step_name() const;  // "" without a problem

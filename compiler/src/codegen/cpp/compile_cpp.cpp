@@ -4,11 +4,8 @@
 #include "codegen/cpp/compile_cpp.h"
 
 #include <dlfcn.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <fmt/ranges.h>
 
 #include <cerrno>
 #include <cstdlib>
@@ -21,34 +18,13 @@
 
 #include "codegen/cpp/abi_headers.h"
 #include "codegen/cpp/emit_cpp.h"
+#include "support/process.h"
 
 namespace dpde::codegen {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A folder that is gone at the end of its scope.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::error_code error;
-    const fs::path base = fs::temp_directory_path(error);
-    std::string name = ((error ? fs::path("/tmp") : base) / "dpde-XXXXXX").string();
-    if (mkdtemp(name.data())) path_ = name;
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  /// Empty when the folder could not be made.
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// An open shared library.
 class Library {
@@ -79,7 +55,7 @@ class CppModule : public CompiledModule {
 };
 
 std::string read_text(const fs::path& path) {
-  std::ifstream file(path);
+  std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
@@ -96,27 +72,11 @@ std::vector<std::string> compiler_words(const std::string& compiler) {
   return result;
 }
 
-/// Runs a program with both outputs in `log`; an error text when it did not start or did not succeed.
-std::optional<std::string> run(std::vector<std::string> words, const fs::path& log) {
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  pid_t child = 0;
-  const int failure = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failure != 0) return fmt::format("cannot start the C++ compiler {}: {}", words[0], std::strerror(failure));
-
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return fmt::format("cannot wait for the C++ compiler: {}", std::strerror(errno));
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return std::nullopt;
+/// Runs the compiler with both outputs in `log`; an error text when it did not start or did not succeed.
+std::optional<std::string> run(const std::vector<std::string>& words, const fs::path& log) {
+  const ProcessResult result = run_process(words, log);
+  if (result.succeeded()) return std::nullopt;
+  if (result.error != 0) return fmt::format("cannot start the C++ compiler {}: {}", words[0], std::strerror(result.error));
   return fmt::format("the C++ compiler {} failed:\n{}", words[0], read_text(log));
 }
 
@@ -124,28 +84,48 @@ std::optional<std::string> run(std::vector<std::string> words, const fs::path& l
 /// on take it for one that has not (measured with g++ 12: 1.2 to 1.6 times).
 constexpr const char* vector_flags[] = {"-mprefer-vector-width=512", "-mtune=icelake-server"};
 
-bool is_clang(std::vector<std::string> compiler, const fs::path& log) {
+/// The compiler's own description, which tells one release from another; "" when it gives none.
+std::string version_of(std::vector<std::string> compiler, const fs::path& log) {
   compiler.push_back("--version");
-  return !run(compiler, log) && read_text(log).find("clang") != std::string::npos;
+  return run(compiler, log) ? "" : read_text(log);
 }
 
-/// Builds the library and opens it; the file may go afterwards.
-/// `more` are further options.
-std::optional<std::string> build(const std::string& source, const std::string& compiler, const fs::path& folder,
-                                 const std::vector<std::string>& more = {}) {
-  const std::vector<std::string> words = compiler_words(compiler);
-  if (words.empty()) return "no C++ compiler given";
-  const fs::path file = folder / "module.cpp";
-  {
-    std::ofstream out(file);
-    out << source;
-    if (!out.flush() || !write_abi_headers(folder)) return fmt::format("cannot write {}", file.string());
+/// Where one module is compiled, and by what.
+struct Build {
+  std::vector<std::string> compiler, flags;
+  std::string version;
+  fs::path folder;
+
+  fs::path library() const { return folder / "module.so"; }
+  /// All that the library depends on.
+  std::string key(const std::string& source) const {
+    return fmt::format("library\n{}\n{}\n{}\n{}", fmt::join(compiler, " "), version, fmt::join(flags, " "), source);
   }
-  const fs::path log = folder / "log.txt";
-  std::vector<std::string> arguments = words;
-  for (const std::string& flag : cpp_flags(is_clang(words, log))) arguments.push_back(flag);
-  arguments.insert(arguments.end(), {"-I", folder.string(), "-shared", "-o", (folder / "module.so").string(), file.string()});
-  arguments.insert(arguments.end(), more.begin(), more.end());
+};
+
+std::optional<std::string> write(const fs::path& path, const std::string& content) {
+  std::ofstream out(path, std::ios::binary);
+  out << content;
+  if (out.flush()) return std::nullopt;
+  return fmt::format("cannot write {}", path.string());
+}
+
+/// `compiler` as in compile_cpp.
+Build build_with(const std::string& compiler, const fs::path& folder) {
+  Build build{compiler_words(compiler), {}, "", folder};
+  if (!build.compiler.empty()) build.version = version_of(build.compiler, folder / "log.txt");
+  build.flags = cpp_flags(build.version.find("clang") != std::string::npos);
+  return build;
+}
+
+std::optional<std::string> compile(const Build& build, const std::string& source) {
+  if (build.compiler.empty()) return "no C++ compiler given";
+  const fs::path file = build.folder / "module.cpp", log = build.folder / "log.txt";
+  if (const auto error = write(file, source)) return error;
+  if (!write_abi_headers(build.folder)) return fmt::format("cannot write {}", build.folder.string());
+  std::vector<std::string> arguments = build.compiler;
+  arguments.insert(arguments.end(), build.flags.begin(), build.flags.end());
+  arguments.insert(arguments.end(), {"-I", build.folder.string(), "-shared", "-o", build.library().string(), file.string()});
   const auto error = run(arguments, log);
   if (!error || read_text(log).find("-mprefer-vector-width") == std::string::npos) return error;
   for (const char* flag : vector_flags) std::erase(arguments, flag);  // not options on this processor
@@ -154,18 +134,18 @@ std::optional<std::string> build(const std::string& source, const std::string& c
 
 CompileResult load(const loop::Module& module, const fs::path& path) {
   Library library(path.string());
-  if (!library.is_open()) return {nullptr, fmt::format("cannot load the compiled module: {}", dlerror())};
+  if (!library.is_open()) return {nullptr, false, fmt::format("cannot load the compiled module: {}", dlerror())};
   std::string missing;
   const auto require_symbol = [&](const std::string& symbol) {
     if (!library.find<void*>(symbol)) missing += " " + symbol;
   };
   require_symbol("dpde_compute_uniforms");
   for (const loop::Row& row : module.rows) require_symbol(symbol_of(row.name));
-  if (!missing.empty()) return {nullptr, "the compiled module lacks" + missing};
+  if (!missing.empty()) return {nullptr, false, "the compiled module lacks" + missing};
 
   const RowResolver row_code = [&](const std::string& row) { return library.find<dpde_row_fn>(symbol_of(row)); };
   ProgramTables tables(module, row_code, library.find<ComputeUniforms>("dpde_compute_uniforms"));
-  return {std::make_shared<CppModule>(std::move(tables), std::move(library)), ""};
+  return {std::make_shared<CppModule>(std::move(tables), std::move(library)), false, ""};
 }
 
 }  // namespace
@@ -186,22 +166,36 @@ std::vector<std::string> cpp_flags(bool is_clang) {
   return flags;
 }
 
-CompileResult compile_cpp_source(const loop::Module& module, const std::string& source, const std::string& compiler) {
+CompileResult compile_cpp_source(const loop::Module& module, const std::string& source, const std::string& compiler,
+                                 CodeCache* cache) {
   const TemporaryFolder folder;
-  if (folder.path().empty()) return {nullptr, fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
-  if (const auto error = build(source, compiler, folder.path())) return {nullptr, *error};
-  return load(module, folder.path() / "module.so");
+  if (folder.path().empty()) return {nullptr, false, fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
+  const Build build = build_with(compiler, folder.path());
+  const bool may_keep = cache != nullptr && !build.version.empty();
+  const std::string key = may_keep ? build.key(source) : "";
+  if (const std::optional<std::string> kept = may_keep ? cache->find(key) : std::nullopt) {
+    if (write(build.library(), *kept)) return {nullptr, false, "cannot write a temporary file"};
+    CompileResult result = load(module, build.library());
+    result.from_cache = result.module != nullptr;
+    if (result.from_cache) return result;
+    fs::remove(build.library());
+  }
+  if (const auto error = compile(build, source)) return {nullptr, false, *error};
+  if (may_keep) cache->store(key, read_text(build.library()));
+  return load(module, build.library());
 }
 
 LibraryResult compile_cpp_library(const std::string& source, const std::string& soname, const std::string& march) {
   const TemporaryFolder folder;
   if (folder.path().empty()) return {"", fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
-  if (const auto error = build(source, "", folder.path(), {"-Wl,-soname," + soname, "-march=" + march})) return {"", *error};
-  return {read_text(folder.path() / "module.so"), ""};
+  Build build = build_with("", folder.path());
+  build.flags.insert(build.flags.end(), {"-Wl,-soname," + soname, "-march=" + march});
+  if (const auto error = compile(build, source)) return {"", *error};
+  return {read_text(build.library()), ""};
 }
 
-CompileResult compile_cpp(const loop::Module& module, const std::string& compiler) {
-  return compile_cpp_source(module, emit_cpp(module), compiler);
+CompileResult compile_cpp(const loop::Module& module, const std::string& compiler, CodeCache* cache) {
+  return compile_cpp_source(module, emit_cpp(module), compiler, cache);
 }
 
 }  // namespace dpde::codegen

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
 #include "loop/loop.h"
 
@@ -13,15 +14,16 @@ namespace dpde::codegen {
 
 struct CompileResult {
   std::shared_ptr<CompiledModule> module;  // null on failure
+  bool from_cache = false;
   std::string error;                       // what the compiler or the loader said
 };
 
 /// `compiler` "": $CXX, else c++. All temporary files are gone when this returns.
-CompileResult compile_cpp(const loop::Module& module, const std::string& compiler = "");
+CompileResult compile_cpp(const loop::Module& module, const std::string& compiler = "", CodeCache* cache = nullptr);
 
 /// The same for given source text (for tools that compile a file somebody edited).
 CompileResult compile_cpp_source(const loop::Module& module, const std::string& source,
-                                 const std::string& compiler = "");
+                                 const std::string& compiler = "", CodeCache* cache = nullptr);
 
 struct LibraryResult {
   std::string bytes;  // of the shared library

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codegen/llvm/jit.h"
 
+#include <llvm-c/Core.h>
+#include <llvm/Bitcode/BitcodeWriter.h>
 #include <llvm/ExecutionEngine/Orc/LLJIT.h>
 #include <llvm/IR/LLVMContext.h>
 #include <llvm/Support/MemoryBuffer.h>
 #include <llvm/Support/SmallVectorMemoryBuffer.h>
+#include <llvm/Support/raw_ostream.h>
 
 #include <chrono>
 
@@ -39,21 +42,25 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-llvm::SmallVector<char, 0> object_code(const loop::Module& module, const JitOptions& options,
-                                       llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
-  llvm::LLVMContext context;
-  context.setDiscardValueNames(true);
-  const std::unique_ptr<llvm::Module> ir = emit_module(module, context);
-  bind_to_target(*ir, target, options);
-  result.emit_s = watch.lap();
-  optimise(*ir, target);
+/// All that the optimised object depends on: the module before the passes, bound to its processor.
+std::string key_of(const llvm::Module& ir) {
+  std::string key = "object\n";
+  llvm::raw_string_ostream stream(key);
+  llvm::WriteBitcodeToFile(ir, stream);
+  return key;
+}
+
+using Object = llvm::SmallVector<char, 0>;
+
+Object compile(llvm::Module& ir, llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
+  optimise(ir, target);
   result.optimise_s = watch.lap();
-  return generate(*ir, target, llvm::CodeGenFileType::ObjectFile);
+  return generate(ir, target, llvm::CodeGenFileType::ObjectFile);
 }
 
 /// A linker for one object. The object is complete, so none of what LLJIT does for whole programs (constructors, thread
 /// locals) is set up.
-llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(llvm::SmallVector<char, 0> object,
+llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object,
                                                        const llvm::TargetMachine& target) {
   llvm::orc::JITTargetMachineBuilder machine(target.getTargetTriple());
   auto linker = llvm::orc::LLJITBuilder()
@@ -68,17 +75,12 @@ llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(llvm::SmallVector<char, 0
   return linker;
 }
 
-}  // namespace
-
-JitResult jit(const loop::Module& module, const JitOptions& options) {
-  JitResult result;
-  Stopwatch watch;
-  const std::unique_ptr<llvm::TargetMachine> target = host_target(result.error);
-  if (target == nullptr) return result;
-  auto linker = link(object_code(module, options, *target, result, watch), *target);
+/// Links and looks up all rows; the reason in result.error when that fails.
+void load(const loop::Module& module, Object object, const llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
+  auto linker = link(std::move(object), target);
   if (!linker) {
     result.error = llvm::toString(linker.takeError());
-    return result;
+    return;
   }
   const auto find = [&](const std::string& symbol) -> void* {
     auto address = (*linker)->lookup(symbol);
@@ -91,7 +93,41 @@ JitResult jit(const loop::Module& module, const JitOptions& options) {
       reinterpret_cast<ComputeUniforms>(find(uniforms_symbol())));
   result.link_s = watch.lap();
   if (result.error.empty()) result.module = std::make_shared<JitModule>(std::move(tables), std::move(*linker));
+}
+
+}  // namespace
+
+JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* cache) {
+  JitResult result;
+  Stopwatch watch;
+  const std::unique_ptr<llvm::TargetMachine> target = host_target(result.error);
+  if (target == nullptr) return result;
+  llvm::LLVMContext context;
+  context.setDiscardValueNames(true);
+  const std::unique_ptr<llvm::Module> ir = emit_module(module, context);
+  bind_to_target(*ir, *target, options);
+  const std::string key = cache == nullptr ? "" : key_of(*ir);
+  result.emit_s = watch.lap();
+  if (const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(key)) {
+    load(module, Object(kept->begin(), kept->end()), *target, result, watch);
+    result.from_cache = result.module != nullptr;
+    if (result.from_cache) return result;
+    result.error.clear();
+  }
+  Object object = compile(*ir, *target, result, watch);
+  if (cache != nullptr) cache->store(key, {object.data(), object.size()});
+  load(module, std::move(object), *target, result, watch);
   return result;
+}
+
+std::string host_description() {
+  unsigned major = 0, minor = 0, patch = 0;
+  LLVMGetVersion(&major, &minor, &patch);  // of the library that is loaded, not of its headers
+  std::string error;
+  const std::unique_ptr<llvm::TargetMachine> target = host_target(error);
+  const std::string processor = target == nullptr ? error : target->getTargetTriple().str() + ' ' + target->getTargetCPU().str() + ' ' +
+                                                                target->getTargetFeatureString().str();
+  return std::to_string(major) + '.' + std::to_string(minor) + '.' + std::to_string(patch) + ' ' + processor;
 }
 
 }  // namespace dpde::codegen

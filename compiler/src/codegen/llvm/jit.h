@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "codegen/code_cache.h"
 #include "codegen/compiled_module.h"
 #include "codegen/llvm/jit_options.h"
 #include "loop/loop.h"
@@ -15,11 +16,15 @@ namespace dpde::codegen {
 struct JitResult {
   std::shared_ptr<CompiledModule> module;  // null when `error` says why not
   std::string error;
+  bool from_cache = false;
   double emit_s = 0;      // building the IR
   double optimise_s = 0;  // passes over the IR
   double link_s = 0;      // machine code, and linking it into the process
 };
 
-JitResult jit(const loop::Module& module, const JitOptions& options = {});
+JitResult jit(const loop::Module& module, const JitOptions& options = {}, CodeCache* cache = nullptr);
+
+/// The processor code is made for, and the LLVM that makes it.
+std::string host_description();
 
 }  // namespace dpde::codegen
