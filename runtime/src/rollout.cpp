@@ -19,8 +19,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }  // namespace
 
 /// Fills the halos of all that the caller may have changed.
-void Rollout::Impl::begin() {
-  forward->program.set_time(setup.t0);
+void Rollout::Impl::begin(int first) {
+  forward->program.set_time(time(first));
   forward->program.bind_states(buffers.front());
   for (size_t i = 0; i < state_names.size(); ++i) forward->program.executor.prepare(forward->program.states[i]);
   forward->program.prepare_inputs();
@@ -94,12 +94,12 @@ BlowUp Rollout::Impl::locate_blow_up(int from, int safe, const BlowUp& found) {
   return found;
 }
 
-RunResult Rollout::Impl::run(const Observer& observer) {
+RunResult Rollout::Impl::run(const Observer& observer, int first) {
   start = std::chrono::steady_clock::now();
   RunResult done;
-  begin();
+  begin(first);
   current = 0;
-  int safe = 0, safe_step = 0, k = 0;
+  int safe = 0, safe_step = first, k = first;
   const bool observes = observer.every > 0 && observer.call;
   const auto finish = [&](int at) {
     done.steps_done = at;
@@ -108,7 +108,7 @@ RunResult Rollout::Impl::run(const Observer& observer) {
     return done;
   };
   const auto observe = [&] { observer.call({k, time(k), buffers[static_cast<size_t>(current)]}); };
-  if ((done.blow_up = find_blow_up(0, buffers.front()))) return finish(0);
+  if ((done.blow_up = find_blow_up(first, buffers.front()))) return finish(first);
   if (observes) observe();
   while (k < setup.steps) {
     const int observed = observes ? (k / observer.every + 1) * observer.every : setup.steps;

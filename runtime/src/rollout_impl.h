@@ -121,7 +121,7 @@ struct Rollout::Impl {
   // Running (rollout.cpp)
   double time(int step) const { return setup.t0 + step * setup.dt; }
   bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
-  void begin();
+  void begin(int first = 0);
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
@@ -131,7 +131,7 @@ struct Rollout::Impl {
   int free_buffer(int a, int b) const;
   std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const;
   BlowUp locate_blow_up(int from, int safe, const BlowUp& found);
-  RunResult run(const Observer& observer);
+  RunResult run(const Observer& observer, int first);
   void restart();
   RunResult advance(int count);
   double loss();

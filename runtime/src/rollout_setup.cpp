@@ -310,7 +310,7 @@ bool Rollout::set_param(std::string_view name, double value) {
   return found;
 }
 
-RunResult Rollout::run(const Observer& observer) { return impl_->run(observer); }
+RunResult Rollout::run(const Observer& observer, int first) { return impl_->run(observer, first); }
 const std::vector<double*>& Rollout::final_states() const { return impl_->final_states; }
 void Rollout::restart() { impl_->restart(); }
 RunResult Rollout::advance(int steps) { return impl_->advance(steps); }

@@ -32,9 +32,16 @@ class Record {
   /// The state where a run was stopped belongs to the record too.
   void look_at_end(int step, const std::vector<double*>& states);
 
+  /// What is recorded, for a checkpoint; and the same taken over, false when it does not fit.
+  std::string bytes() const;
+  bool restore(std::string_view bytes);
+  /// Fields and intervals, in words.
+  std::string plan() const;
+
   const std::vector<Series>& series() const { return series_; }
 
  private:
+  void drop_former_end(Series& series) const;
   void add(Series& series, const Snapshot& snapshot);
 
   driver::Session& session_;

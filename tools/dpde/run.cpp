@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <numeric>
 
 #include "command.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "progress.h"
 #include "record.h"
+#include "run_checkpoint.h"
 #include "scene_output.h"
 #include "text_plot.h"
 #include "verbs.h"
@@ -19,7 +21,8 @@ namespace {
 
 struct RunOptions : CommonOptions {
   int every = 0;
-  bool progress = false;
+  bool progress = false, resume = false;
+  std::string checkpoint_every;
 };
 
 class Run {
@@ -29,9 +32,11 @@ class Run {
   Json operator()();
 
  private:
+  bool check_options();
   bool open();
+  bool prepare_checkpoints();
+  Observer observer(Progress& progress);
   bool step();
-  void look(const Snapshot& snapshot, Progress& progress);
   void report(Json& result);
   void report_errors(Json& result);
   void write_files();
@@ -45,6 +50,9 @@ class Run {
   std::vector<NamedState> initial_;
   RunResult outcome_;
   std::unique_ptr<Record> record_;
+  CheckpointInterval interval_;
+  std::unique_ptr<RunCheckpoint> checkpoint_;  // with --out only
+  int first_step_ = 0;
 };
 
 Json Run::operator()() {
@@ -53,7 +61,7 @@ Json Run::operator()() {
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) initial_.push_back({rollout.state_name(s), session_->initial(s)});
   record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
-  if (!step()) return result;
+  if (!prepare_checkpoints() || !step()) return result;
   if (!outcome_.blow_up) driver::report_growth(*session_, job_.sink());
   report(result);
   show_curve();
@@ -62,8 +70,30 @@ Json Run::operator()() {
   return result;
 }
 
+bool Run::check_options() {
+  const bool wanted = options_.resume || !options_.checkpoint_every.empty();
+  const std::optional<CheckpointInterval> interval = parse_interval(options_.checkpoint_every);
+  if (wanted && options_.out.empty()) {
+    job_.sink().report("bad-option", {}, {"--resume and --checkpoint-every need the --out DIR of the run"});
+  } else if (!options_.checkpoint_every.empty() && !interval) {
+    job_.sink().report("bad-option", {}, {fmt::format("--checkpoint-every {} is no interval", options_.checkpoint_every)},
+                       "a number of steps such as 500, or a time such as 30s, 10min or 2h");
+  }
+  interval_ = interval.value_or(CheckpointInterval{});
+  return !job_.failed();
+}
+
+bool Run::prepare_checkpoints() {
+  if (options_.out.empty()) return true;
+  checkpoint_ = std::make_unique<RunCheckpoint>(job_, *session_, *record_, interval_);
+  if (!options_.resume) return true;
+  const std::optional<int> step = checkpoint_->resume();
+  first_step_ = step.value_or(0);
+  return step.has_value();
+}
+
 bool Run::open() {
-  if (!job_.load_source() || !prepare_out(job_)) return false;
+  if (!check_options() || !job_.load_source() || !prepare_out(job_)) return false;
   std::optional<driver::CompileOptions> options = job_.compile_options();
   if (!options) return false;
   options->without_task = true;
@@ -81,37 +111,47 @@ bool Run::open() {
   return session_ != nullptr;
 }
 
+/// The calls that the record, checkpoints and the progress line need, as one interval.
+Observer Run::observer(Progress& progress) {
+  Observer observer;
+  observer.every = std::gcd(record_->interval(), interval_.steps);
+  if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
+  if (observer.every == 0) observer.every = progress.active() ? std::max(1, session_->steps() / 100) : std::max(1, session_->steps());
+  observer.call = [this, &progress](const Snapshot& snapshot) {
+    progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
+                  session_->steps());
+    record_->look(snapshot);
+    if (checkpoint_) checkpoint_->look(snapshot);
+  };
+  return observer;
+}
+
 bool Run::step() {
   Progress progress(options_.progress, options_.quiet || options_.json);
-  Observer observer;
-  observer.every = record_->interval();
-  if (observer.every == 0) observer.every = progress.active() ? std::max(1, session_->steps() / 100) : std::max(1, session_->steps());
-  observer.call = [&](const Snapshot& snapshot) { look(snapshot, progress); };
-  if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer); })) return false;
-  record_->look_at_end(outcome_.steps_done, session_->rollout().final_states());
+  if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer(progress), first_step_); })) return false;
+  const std::vector<double*>& states = session_->rollout().final_states();
+  const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
+  if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
+  record_->look_at_end(outcome_.steps_done, states);
   if (outcome_.blow_up) driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink());
   if (outcome_.stopped) {
     job_.sink().report("interrupted", {},
                        {fmt::format("{}", outcome_.steps_done), fmt::format("{}", session_->steps()),
-                        fmt::format("{:.6g}", session_->time_of(outcome_.steps_done))});
+                        fmt::format("{:.6g}", session_->time_of(outcome_.steps_done))},
+                       checkpoint_ ? "the same command with --resume goes on from here" : "");
   }
   return true;
-}
-
-void Run::look(const Snapshot& snapshot, Progress& progress) {
-  progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
-                session_->steps());
-  record_->look(snapshot);
 }
 
 void Run::report(Json& result) {
   driver::Workspace& workspace = session_->workspace();
   const double time = session_->time_of(outcome_.steps_done);
-  const double points = double(workspace.cell_count()) * outcome_.steps_done;
+  const double points = double(workspace.cell_count()) * (outcome_.steps_done - first_step_);
   const double rate = outcome_.seconds > 0 ? points / outcome_.seconds : 0;
   result["scene"] = session_->problem().scene;
   result["cells"] = json_cells(workspace);
   result["steps"] = outcome_.steps_done;
+  result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
   result["wall_s"] = outcome_.seconds;
   result["compile_s"] = compiled_->seconds;
@@ -199,6 +239,8 @@ void add_run(CLI::App& app, int& status) {
   add_common_options(*verb, *options);
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")->check(CLI::PositiveNumber);
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
+  verb->add_option("--checkpoint-every", options->checkpoint_every, "with --out: a checkpoint every N steps, or 30s, 10min, 2h")->type_name("N");
+  verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
   verb->footer("Examples:\n  dpde run burgers.dpde\n  dpde run heat.dpde plate --set cells=256 --out results\n"
                "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json");
   on_call(*verb, status, [options] {

@@ -368,6 +368,7 @@ loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
   const auto start = std::chrono::steady_clock::now();
   Compiled compiled;
+  compiled.options = options;
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;

@@ -49,6 +49,7 @@ struct Derived {
 };
 
 struct Compiled {
+  CompileOptions options;                  // what it was made with
   ast::File ast;
   std::optional<model::Problem> problem;   // absent: a file of kernels and programs only
   stencil::Module stencil;                 // all programs, derivatives too

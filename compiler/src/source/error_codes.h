@@ -148,6 +148,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0911", "broken-program", Severity::error, "the hand-written program cannot be run: {}"},
     {"E0912", "data-without-time", Severity::error, "{} holds no state at t = {}"},
     {"E0913", "unknown-in-coefficient", Severity::error, "unknown {} appears in the formula of coefficient {}"},
+    {"E0914", "restart-differs", Severity::error, "{} cannot go on here: it was made with another {}"},
     {"E0601", "no-useful-derivative", Severity::error, "{} in kernel {} has no derivative that is of use"},
     {"E0602", "accumulates-onto-read-field", Severity::error, "kernel {} reads field {} and adds to it"},
     {"E0603", "overwritten-value", Severity::error, "the derivative of kernel {} needs field {} as it was before it is changed again"},

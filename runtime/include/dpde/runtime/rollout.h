@@ -71,7 +71,7 @@ struct RolloutSetup {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Called with state 0, every, 2 every, ... and the last one. `states` are base pointers, halos filled.
+/// Called with the first state, those whose number is a multiple of `every`, and the last one. `states` are base pointers, halos filled.
 struct Snapshot {
   int step;
   double t;
@@ -130,8 +130,9 @@ class Rollout {
   bool set_param(std::string_view name, double value);
 
   /// Forward from initial(); keeps the last state. Looks for values that are not finite at intervals and, when there are
-  /// some, runs again from the last good state to find the first. Losses are not evaluated.
-  RunResult run(const Observer& observer = {});
+  /// some, runs again from the last good state to find the first. Losses are not evaluated. initial() may hold the state
+  /// after `first` steps, to go on from there to the same end.
+  RunResult run(const Observer& observer = {}, int first = 0);
   /// Base pointers of the states where the last run() ended, halos filled; valid until the next call.
   const std::vector<double*>& final_states() const;
 

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/restart_file.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "driver/evaluation_log.h"
+#include "driver/files.h"
+#include "model/print_model.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr std::string_view magic = "dpderst1";
+
+std::uint64_t hash_of(std::string_view bytes) { return hash_bytes(bytes.data(), bytes.size()); }
+
+std::uint64_t hash_of(const std::vector<double>& values, std::uint64_t hash) {
+  return hash_bytes(values.data(), sizeof(double) * values.size(), hash);
+}
+
+std::string grid_text(const model::Problem& problem) {
+  std::string text;
+  for (const model::Axis& axis : problem.axes) {
+    text += fmt::format("{}{} = {} .. {}, {} cells{}", text.empty() ? "" : "; ", axis.name, axis.low, axis.high, axis.cells,
+                        axis.topology == Topology::periodic ? ", periodic" : "");
+  }
+  return text;
+}
+
+std::string params_text(const model::Problem& problem) {
+  std::string text;
+  for (const model::Parameter& param : problem.params) {
+    text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", param.name, param.value);
+  }
+  return text;
+}
+
+/// States at the start and coefficients, in so far as they come from files.
+std::uint64_t hash_of_fields(Session& session) {
+  std::uint64_t hash = hash_of(std::string_view());
+  for (int s = 0; s < session.rollout().state_count(); ++s) hash = hash_of(session.initial(s), hash);
+  for (const model::Coefficient& c : session.problem().coefficients) hash = hash_of(session.workspace().dense(c.name), hash);
+  return hash;
+}
+
+const char* name_of(Backend backend) {
+  switch (backend) {
+    case Backend::jit: return "jit";
+    case Backend::cpp: return "cpp";
+    case Backend::interpreter: return "interpreter";
+  }
+  return "";
+}
+
+}  // namespace
+
+RunIdentity identity_of(Session& session) {
+  const model::Problem& problem = session.problem();
+  std::string scheme = model::print(problem.scheme);
+  while (scheme.ends_with('\n')) scheme.pop_back();
+  const auto& backend = session.compiled().options.backend;
+  return {{"scene", problem.scene},
+          {"grid", grid_text(problem)},
+          {"step", fmt::format("{} from t = {}", problem.step, problem.t_begin)},
+          {"scheme", scheme},
+          {"set of parameters", params_text(problem)},
+          {"back end", backend ? name_of(*backend) : ""},
+          {"model", fmt::format("hash {:016x}", hash_of(print(session.compiled().stencil)))},
+          {"start", fmt::format("hash {:016x}", hash_of_fields(session))}};
+}
+
+void ByteWriter::number(std::int64_t value) { bytes_.append(reinterpret_cast<const char*>(&value), sizeof value); }
+
+void ByteWriter::text(std::string_view value) {
+  number(static_cast<std::int64_t>(value.size()));
+  bytes_ += value;
+}
+
+void ByteWriter::values(const std::vector<double>& values) {
+  text({reinterpret_cast<const char*>(values.data()), sizeof(double) * values.size()});
+}
+
+std::string_view ByteReader::take(std::size_t count) {
+  fine_ = fine_ && count <= rest_.size();
+  if (!fine_) return {};
+  const std::string_view taken = rest_.substr(0, count);
+  rest_.remove_prefix(count);
+  return taken;
+}
+
+std::int64_t ByteReader::number() {
+  std::int64_t value = 0;
+  const std::string_view bytes = take(sizeof value);
+  if (!bytes.empty()) std::memcpy(&value, bytes.data(), sizeof value);
+  return value;
+}
+
+std::string ByteReader::text() {
+  const std::int64_t size = number();
+  return std::string(take(static_cast<std::size_t>(size)));
+}
+
+std::vector<double> ByteReader::values() {
+  const std::string bytes = text();
+  std::vector<double> values(bytes.size() / sizeof(double));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), sizeof(double) * values.size());
+  return values;
+}
+
+bool save_restart(const std::filesystem::path& path, const Restart& restart, DiagnosticSink& sink) {
+  ByteWriter out;
+  out.number(static_cast<std::int64_t>(restart.identity.size()));
+  for (const auto& [name, value] : restart.identity) {
+    out.text(name);
+    out.text(value);
+  }
+  out.number(restart.step);
+  out.number(static_cast<std::int64_t>(restart.states.size()));
+  for (const std::vector<double>& state : restart.states) out.values(state);
+  out.text(restart.record);
+  const std::string content = std::string(magic) + out.bytes();
+  const std::uint64_t checksum = hash_of(content);
+  return write_file(path, content + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum), sink);
+}
+
+std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity, DiagnosticSink& sink) {
+  const std::optional<std::string> bytes = read_file(path, {}, sink);
+  if (!bytes) return std::nullopt;
+  const auto damaged = [&] {
+    sink.report("bad-array-file", {}, {path.string(), "it is no checkpoint of a run, or damaged"});
+    return std::nullopt;
+  };
+  std::uint64_t checksum = 0;
+  if (bytes->size() < magic.size() + sizeof checksum) return damaged();
+  const std::string_view content = std::string_view(*bytes).substr(0, bytes->size() - sizeof checksum);
+  std::memcpy(&checksum, bytes->data() + content.size(), sizeof checksum);
+  if (!content.starts_with(magic) || hash_of(content) != checksum) return damaged();
+  ByteReader in(content.substr(magic.size()));
+  Restart restart;
+  for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
+    const std::string name = in.text();
+    restart.identity.emplace_back(name, in.text());
+  }
+  restart.step = static_cast<int>(in.number());
+  for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) restart.states.push_back(in.values());
+  restart.record = in.text();
+  if (!in.is_done() || restart.identity.size() != identity.size()) return damaged();
+  for (std::size_t i = 0; i < identity.size(); ++i) {
+    const auto& [name, here] = identity[i];
+    if (restart.identity[i] == identity[i]) continue;
+    sink.report("restart-differs", {}, {path.string(), name},
+                fmt::format("it has {}; here it is {}. Without --resume the run starts anew", restart.identity[i].second, here));
+    return std::nullopt;
+  }
+  return restart;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs that are stopped, killed and resumed end bit for bit where the others end; checkpoints of other runs are refused.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// The explicit time in the equation shows when a resumed run does not know what time it is.
+constexpr const char* tide_text = R"(model tide {
+  field u, v
+  param k
+  dt(u) = k*lap(u) + sin(t) - v
+  dt(v) = u
+}
+scheme wave { time = rk4 }
+scene bay : tide with wave {
+  grid x = 0 .. 1, cells 24
+  grid y = 0 .. 1, cells 5, periodic
+  boundary u: x.low = 0.3, x.high = zero_gradient
+  boundary v: x = zero_gradient
+  k = 0.01
+  initial u = cos(7*x)*y
+  initial v = x
+  observe size = mean(u^2)
+  output u every 1
+  output v every 5/2
+  time 0 .. 10, step 1/64
+}
+)";
+
+class Restart : public Command {
+ protected:
+  void SetUp() override {
+    Command::SetUp();
+    write("tide.dpde", tide_text);
+  }
+  Outcome run(const std::string& options) const { return dpde("run tide.dpde --json " + options); }
+  void expect_same_end(const std::string& folder) const {
+    for (const char* file : {"/bay.nc", "/u.npy", "/v.npy"}) {
+      EXPECT_EQ(content(path("whole" + std::string(file))), content(path(folder + file))) << folder << file;
+    }
+  }
+  /// A run to the middle, with a checkpoint there.
+  void run_half(const std::string& folder) const {
+    ASSERT_EQ(run("--set end=5 --checkpoint-every 100 --out " + folder).status, 0);
+    ASSERT_TRUE(fs::exists(path(folder + "/bay.restart")));
+  }
+  void must_refuse(const std::string& options, const std::string& words) const {
+    const Outcome refused = run("--resume --out half " + options);
+    EXPECT_EQ(refused.status, 2) << options;
+    EXPECT_EQ(refused.codes(), std::vector<std::string>{"E0914"}) << refused.err;
+    EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
+  }
+};
+
+TEST_F(Restart, ALongerRunGoesOnToTheSameEnd) {
+  ASSERT_EQ(run("--out whole").status, 0);
+  for (const std::string threads : {"1", "2"}) {
+    run_half("half" + threads);
+    const Outcome rest = run("--resume --out half" + threads + " --threads " + threads + " --set end=10");
+    ASSERT_EQ(rest.status, 0) << rest.err;
+    EXPECT_EQ(rest.json()["resumed_steps"], 320);
+    EXPECT_EQ(rest.json()["steps"], 640);
+    EXPECT_EQ(content(path("whole/u.npy")), content(path("half" + threads + "/u.npy")));
+    EXPECT_EQ(content(path("whole/v.npy")), content(path("half" + threads + "/v.npy")));
+  }
+}
+
+TEST_F(Restart, AnInterruptedRunGoesOnToTheSameEnd) {
+  ASSERT_EQ(run("--set end=8000 --out whole").status, 0);
+  const Outcome stopped = shell(
+      "$DPDE run tide.dpde --set end=8000 --checkpoint-every 3000 --json --out part & run=$!; "
+      "while ! test -e part/bay.restart; do sleep 0.01; done; kill -INT $run; wait $run");
+  ASSERT_EQ(stopped.status, 1) << "the run was too short to be interrupted" << stopped.out;
+  EXPECT_EQ(stopped.codes(), std::vector<std::string>{"E0802"});
+  EXPECT_NE(stopped.err.find("--resume"), std::string::npos);
+  const Outcome rest = run("--set end=8000 --resume --out part");
+  ASSERT_EQ(rest.status, 0) << rest.err;
+  EXPECT_GT(rest.json()["resumed_steps"], 0);
+  expect_same_end("part");
+}
+
+TEST_F(Restart, AKilledRunGoesOnToTheSameEnd) {
+  ASSERT_EQ(run("--set end=8000 --out whole").status, 0);
+  for (const std::string wait : {"0", "0.02", "0.1"}) {
+    const std::string folder = "killed" + wait;
+    shell("$DPDE run tide.dpde --set end=8000 --quiet --checkpoint-every 5000 --out " + folder + " & run=$!; "
+          "while ! test -e " + folder + "/bay.restart; do sleep 0.01; done; sleep " + wait + "; kill -KILL $run; wait $run");
+    const Outcome rest = run("--set end=8000 --resume --out " + folder);
+    ASSERT_EQ(rest.status, 0) << rest.err;
+    EXPECT_EQ(rest.json()["resumed_steps"].get<int>() % 5000, 0);
+    expect_same_end(folder);
+  }
+}
+
+TEST_F(Restart, CheckpointsByTheClock) {
+  ASSERT_EQ(run("--set end=200 --out whole").status, 0);
+  ASSERT_EQ(run("--set end=200 --checkpoint-every 0.001s --out timed").status, 0);
+  expect_same_end("timed");
+  EXPECT_TRUE(fs::exists(path("timed/bay.restart")));
+}
+
+TEST_F(Restart, WithoutACheckpointItStartsAtTheBeginning) {
+  ASSERT_EQ(run("--out whole").status, 0);
+  const Outcome first = run("--resume --out new");
+  EXPECT_EQ(first.status, 0);
+  EXPECT_EQ(first.json()["resumed_steps"], 0);
+  expect_same_end("new");
+  const Outcome again = run("--resume --out new");  // nothing is left to do
+  EXPECT_EQ(again.status, 0);
+  EXPECT_EQ(again.json()["resumed_steps"], 640);
+  expect_same_end("new");
+}
+
+TEST_F(Restart, RefusesCheckpointsOfOtherRuns) {
+  run_half("half");
+  must_refuse("--set cells.x=48", "another grid");
+  must_refuse("--set time=rk2", "another scheme");
+  must_refuse("--set step=1/32", "another step");
+  must_refuse("--set k=0.02", "another set of parameters");
+  must_refuse("--backend interpreter", "another back end");
+  must_refuse("--every 3", "another output");
+  must_refuse("--set end=4", "another end");
+  std::string text = tide_text;
+  text.replace(text.find("sin(t) - v"), 10, "cos(t) - v");
+  write("tide.dpde", text);
+  must_refuse("", "another model");
+  text = tide_text;
+  text.replace(text.find("x.low = 0.3"), 11, "x.low = 0.4");
+  write("tide.dpde", text);
+  must_refuse("", "another model");
+}
+
+TEST_F(Restart, RefusesDamagedCheckpoints) {
+  run_half("half");
+  const std::string whole = content(path("half/bay.restart"));
+  for (const std::size_t place : {std::size_t{0}, std::size_t{40}, whole.size() / 2, whole.size() - 1}) {
+    std::string bytes = whole;
+    bytes[place] = static_cast<char>(bytes[place] ^ 1);
+    write("half/bay.restart", bytes);
+    EXPECT_EQ(run("--resume --out half").codes(), std::vector<std::string>{"E0907"}) << place;
+  }
+  write("half/bay.restart", whole.substr(0, whole.size() - 10));
+  EXPECT_EQ(run("--resume --out half").codes(), std::vector<std::string>{"E0907"});
+  write("half/bay.restart", "");
+  EXPECT_EQ(run("--resume --out half").codes(), std::vector<std::string>{"E0907"});
+}
+
+TEST_F(Restart, OptionsThatMakeNoSense) {
+  EXPECT_EQ(run("--resume").codes(), std::vector<std::string>{"E0904"});
+  EXPECT_EQ(run("--checkpoint-every 10").codes(), std::vector<std::string>{"E0904"});
+  for (const char* interval : {"0", "-3", "often", "1.5", "10min5", "nan"}) {
+    EXPECT_EQ(run(std::string("--out o --checkpoint-every=") + interval).codes(), std::vector<std::string>{"E0904"}) << interval;
+  }
+}
+
+TEST_F(Restart, AFullDiskStopsNoRun) {
+  const Outcome outcome = shell("mkdir o; trap '' XFSZ; ulimit -f 2; $DPDE run tide.dpde --json --checkpoint-every 10 --out o");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_FALSE(fs::exists(path("o/bay.restart")));
+}
+
+}  // namespace
+}  // namespace dpde::testing

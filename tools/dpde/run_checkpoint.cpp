@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+
+namespace dpde::tools {
+
+std::optional<CheckpointInterval> parse_interval(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || !(value > 0) || value > 1e9) return std::nullopt;
+  const std::string unit(end, text.data() + text.size());
+  if (unit.empty() && value == static_cast<int>(value)) return CheckpointInterval{static_cast<int>(value), 0};
+  const double seconds = unit == "s" ? 1 : unit == "min" ? 60 : unit == "h" ? 3600 : 0;
+  return seconds > 0 ? std::optional(CheckpointInterval{0, value * seconds}) : std::nullopt;
+}
+
+RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval)
+    : job_(job), session_(session), record_(record), interval_(interval),
+      path_(std::filesystem::path(job.options().out) / (session.problem().scene + ".restart")), identity_(driver::identity_of(session)) {
+  identity_.emplace_back("output", record.plan());
+}
+
+std::optional<int> RunCheckpoint::resume() {
+  std::error_code error;
+  if (!std::filesystem::exists(path_, error)) {
+    std::fputs(fmt::format("dpde: there is no {} yet: the run starts at its beginning\n", path_.string()).c_str(), stderr);
+    return 0;
+  }
+  const std::optional<driver::Restart> restart = driver::load_restart(path_, identity_, job_.sink());
+  if (!restart) return std::nullopt;
+  const std::size_t cells = session_.workspace().cell_count();
+  bool fits = restart->states.size() == static_cast<std::size_t>(session_.rollout().state_count()) && record_.restore(restart->record);
+  for (const std::vector<double>& state : restart->states) fits = fits && state.size() == cells;
+  if (!fits || restart->step < 0) {
+    job_.sink().report("bad-array-file", {}, {path_.string(), "it is damaged"});
+    return std::nullopt;
+  }
+  if (restart->step > session_.steps()) {
+    job_.sink().report("restart-differs", {}, {path_.string(), "end"},
+                       fmt::format("it has reached step {}, this run ends at step {}", restart->step, session_.steps()));
+    return std::nullopt;
+  }
+  for (std::size_t s = 0; s < restart->states.size(); ++s) session_.rollout().initial(static_cast<int>(s)).copy_in(restart->states[s]);
+  last_step_ = restart->step;
+  job_.say(fmt::format("goes on from step {} of {}\n", restart->step, session_.steps()));
+  return restart->step;
+}
+
+void RunCheckpoint::look(const Snapshot& snapshot) {
+  if (snapshot.step == last_step_) return;
+  const bool step_is_due = interval_.steps > 0 && snapshot.step % interval_.steps == 0;
+  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_time_;
+  if (step_is_due || (interval_.seconds > 0 && since.count() >= interval_.seconds)) save(snapshot.step, snapshot.states);
+}
+
+void RunCheckpoint::save(int step, const std::vector<double*>& states) {
+  driver::Restart restart{identity_, step, {}, record_.bytes()};
+  for (double* state : states) {
+    copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
+  }
+  if (!driver::save_restart(path_, restart, job_.sink())) interval_ = {};  // one message is enough
+  last_step_ = step;
+  last_time_ = std::chrono::steady_clock::now();
+}
+
+}  // namespace dpde::tools

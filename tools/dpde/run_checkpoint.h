@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checkpoints of a run: SCENE.restart in the folder of --out, every so many steps or seconds and when the run is stopped.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "command.h"
+#include "driver/restart_file.h"
+#include "record.h"
+
+namespace dpde::tools {
+
+/// "500" (steps), "30s", "10min", "2h".
+struct CheckpointInterval {
+  int steps = 0;
+  double seconds = 0;
+};
+std::optional<CheckpointInterval> parse_interval(const std::string& text);
+
+class RunCheckpoint {
+ public:
+  RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval);
+
+  /// Puts the run where the checkpoint was made; the number of that state. 0 when there is none; nullopt after a diagnostic.
+  std::optional<int> resume();
+  /// Writes a checkpoint when it is time for one.
+  void look(const Snapshot& snapshot);
+  void save(int step, const std::vector<double*>& states);
+
+ private:
+  Job& job_;
+  driver::Session& session_;
+  Record& record_;
+  CheckpointInterval interval_;
+  std::filesystem::path path_;
+  driver::RunIdentity identity_;
+  int last_step_ = 0;
+  std::chrono::steady_clock::time_point last_time_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace dpde::tools
