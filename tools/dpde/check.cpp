@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "command.h"
+#include "driver/data.h"
 #include "driver/cost.h"
 #include "model/build.h"
 #include "verbs.h"
@@ -133,6 +134,7 @@ int check(const CommonOptions& options) {
     compile_options->adjoint = true;
     const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
     if (!compiled) return;
+    if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
     if (compiled->problem) {
       check_scene(job, *compiled, result);
     } else {

@@ -11,6 +11,7 @@
 #include "driver/cache_folder.h"
 #include "driver/files.h"
 #include "driver/session.h"
+#include "interrupt.h"
 #include "source/render.h"
 
 namespace dpde::tools {
@@ -64,6 +65,7 @@ std::optional<driver::CompileOptions> Job::compile_options() {
   } else {
     result.backend = driver::Backend::jit;
   }
+  interrupt_flag();  // before compilers make temporary folders: from now on Ctrl-C ends the process in order
   result.cache = open_cache();
   return failed() ? std::nullopt : std::optional(result);
 }

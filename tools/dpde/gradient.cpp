@@ -8,6 +8,7 @@
 
 #include "interrupt.h"
 #include "scene_output.h"
+#include "support/evaluate.h"
 #include "task_run.h"
 #include "verbs.h"
 
@@ -40,10 +41,10 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     entry["max"] = json_number(largest);
     save_state(job, run.session->workspace(), "gradient_" + part.name, values);
     save_picture(job, "gradient_" + part.name, panels_of(run.session->workspace(), "d loss / d initial " + part.name, {{part.name, values}}));
-    job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, norm, largest));
+    job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
   } else {
     entry["value"] = json_number(gradient[part.offset]);
-    job.say(fmt::format("d loss / d {} = {:.12g}\n", name, gradient[part.offset]));
+    job.say(fmt::format("d loss / d {} = {:.12g}\n", name, shown(gradient[part.offset])));
   }
   json[part.name] = std::move(entry);
 }
@@ -60,14 +61,14 @@ Json gradient(Job& job, const TaskOptions& options) {
     return result;
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
-    job.sink().report("loss-not-finite", {}, {fmt::format("{}", std::isfinite(loss) ? NAN : loss), "0"},
+    job.sink().report("loss-not-finite", {}, {fmt::format("{}", std::isfinite(loss) ? NAN : shown(loss)), "0"},
                       "dpde run shows where the scene blows up");
   }
   Eigen::VectorXd again(inverse.size());
   const double wall = median_seconds([&] { inverse.value_and_gradient(inverse.start(), again); });
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
-  job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, loss));
+  job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);
   job.say(fmt::format("loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",

@@ -12,6 +12,7 @@
 #include "optimize_output.h"
 #include "progress.h"
 #include "stencil/print_stencil.h"
+#include "support/evaluate.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -87,7 +88,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   const auto start = std::chrono::steady_clock::now();
   const IterationObserver observer = [&](const Iteration& iteration) {
     if (is_shown(iteration.iteration, method.iterations)) {
-      lines += fmt::format("iteration {:>5}  loss {:<14.8g} gradient {:.4g}\n", iteration.iteration, iteration.loss, iteration.gradient_norm);
+      lines += fmt::format("iteration {:>5}  loss {:<14.8g} gradient {:.4g}\n", iteration.iteration, shown(iteration.loss), shown(iteration.gradient_norm));
     }
     if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > 0.2) {
       job.say(lines);
@@ -110,7 +111,7 @@ void report_stop(Job& job, const OptimiseResult& result, int iterations) {
                       "with --out, the same command with --resume goes on from here");
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
-    job.sink().report("loss-not-finite", {}, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", last), fmt::format("{}", result.iterations)},
+    job.sink().report("loss-not-finite", {}, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)), fmt::format("{}", result.iterations)},
                       "a smaller rate may help, or lbfgs, which shortens its steps");
   }
 }
@@ -122,7 +123,7 @@ Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
     } else {
       unknowns[part.name] = {{"value", json_number(result.x[part.offset])}};
-      job.say(fmt::format("{} = {:.12g}\n", part.name, result.x[part.offset]));
+      job.say(fmt::format("{} = {:.12g}\n", part.name, shown(result.x[part.offset])));
     }
   }
   return unknowns;
@@ -149,7 +150,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   const Outcome outcome = optimise(job, options, run, method, log.get());
   const OptimiseResult& result = outcome.result;
   report_stop(job, result, method.iterations);
-  job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name, result.loss,
+  job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name, shown(result.loss),
                       result.iterations, human_seconds(outcome.seconds), describe(result.reason), human_seconds(run.compiled->seconds)));
   json["iterations"] = result.iterations;
   json["loss"] = json_numbers(result.losses);
@@ -163,7 +164,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (!interrupt_flag().load()) {
     for (const auto& [name, value] : run.inverse->tests(result.x)) {
       tests[name] = json_number(value);
-      job.say(fmt::format("test {} = {:.10g}\n", name, value));
+      job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
     }
   }
   json["test"] = std::move(tests);

@@ -101,6 +101,7 @@ void draw_frames(Job& job, const fs::path& stem, const std::vector<StoredField>&
 }
 
 void plot(Job& job, const PlotOptions& options) {
+  interrupt_flag();  // before there are temporary folders
   const std::optional<std::vector<StoredField>> fields = load_fields(job, options.file, options.field, options.video);
   if (!fields) return;
   std::vector<Panel> panels;

@@ -12,6 +12,7 @@
 #include "record.h"
 #include "run_checkpoint.h"
 #include "scene_output.h"
+#include "support/evaluate.h"
 #include "text_plot.h"
 #include "verbs.h"
 
@@ -163,7 +164,7 @@ void Run::report(Json& result) {
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);
-    job_.say(fmt::format("{} = {:.12g}\n", name, value));
+    job_.say(fmt::format("{} = {:.12g}\n", name, shown(value)));
   }
   for (auto& [name, value] : observables.items()) {
     if (options_.every <= 0) break;
@@ -214,7 +215,7 @@ void Run::write_series(const Series& series) {
   for (const auto& [name, value] : series.observables.front()) table += "," + name;
   for (std::size_t k = 0; k < series.steps.size(); ++k) {
     table += fmt::format("\n{},{}", series.steps[k], series.times[k]);
-    for (const auto& [name, value] : series.observables[k]) table += fmt::format(",{}", value);
+    for (const auto& [name, value] : series.observables[k]) table += fmt::format(",{}", shown(value));
   }
   save_text(job_, "observables.csv", table + "\n");
 }

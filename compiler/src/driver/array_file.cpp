@@ -11,6 +11,7 @@
 #include "dpde/runtime/netcdf.h"
 #include "dpde/runtime/npy.h"
 #include "driver/files.h"
+#include "support/evaluate.h"
 
 namespace dpde::driver {
 
@@ -33,7 +34,7 @@ bool all_finite(const std::string& file, const std::vector<double>& values, Sour
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(values[i])) continue;
     sink.report("data-not-finite", where,
-                {file, std::isnan(values[i]) ? std::string("nan") : fmt::format("{}", values[i]), fmt::format("{}", i)});
+                {file, fmt::format("{}", shown(values[i])), fmt::format("{}", i)});
     return false;
   }
   return true;

@@ -70,6 +70,28 @@ std::vector<double> times_of(const Session& session, const model::When& when) {
   return times;
 }
 
+/// Settings for the scene that makes the data, so that the task's --set cells and end reach it: along an axis where it
+/// would no longer fit it keeps its ratio to the task's scene, or takes the same cells.
+std::map<std::string, std::string> followed_settings(const Session& session, const model::Datum& datum) {
+  const model::Selection& selection = session.compiled().options.selection;
+  std::map<std::string, std::string> settings;
+  if (selection.overrides.contains("end")) settings["end"] = selection.overrides.at("end");
+  const auto axes_as_written = [&](const std::string& name) {
+    DiagnosticSink ignored;
+    const std::optional<model::Problem> problem = model::from_ast(session.compiled().ast, {name, {}, ""}, ignored);
+    return problem ? problem->axes : std::vector<model::Axis>{};
+  };
+  const std::vector<model::Axis> other = axes_as_written(datum.scene), own = axes_as_written(session.problem().scene);
+  const std::vector<model::Axis>& now = session.problem().axes;
+  if (other.size() != now.size() || own.size() != now.size()) return settings;
+  for (std::size_t a = 0; a < now.size(); ++a) {
+    if (other[a].cells % now[a].cells == 0) continue;
+    const int ratio = other[a].cells % own[a].cells == 0 ? other[a].cells / own[a].cells : 1;
+    if (now[a].cells != own[a].cells) settings["cells." + now[a].name] = fmt::format("{}", std::int64_t{ratio} * now[a].cells);
+  }
+  return settings;
+}
+
 /// Runs the other scene and keeps a field at the wanted times.
 std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session, const model::Datum& datum,
                                                                 const std::vector<double>& times, const SourceFile& source,
@@ -81,7 +103,9 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
   };
   CompileOptions options;
   options.selection.name = datum.scene;
+  options.selection.overrides = followed_settings(session, datum);
   options.backend = Backend::jit;
+  options.cache = session.compiled().options.cache;
   std::optional<Compiled> compiled = compile(source, options, sink);
   if (!compiled) return std::nullopt;
   SessionOptions session_options;
@@ -150,6 +174,28 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
 }
 
 }  // namespace
+
+void check_files(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
+  const auto check = [&](const model::Source& from) {
+    if (!from.file.empty()) load_array(from, source, problem.axes, sink);
+  };
+  for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.value);
+  for (const model::State& state : problem.states) check(state.initial);
+  if (!problem.task) return;
+  for (const model::Unknown& unknown : problem.task->unknowns) {
+    const model::State* state = problem.find_state(unknown.name);
+    const bool is_the_scenes = state != nullptr && state->initial.origin.range == unknown.from.origin.range;
+    if (!is_the_scenes) check(unknown.from);
+  }
+  for (const model::Datum& datum : problem.task->data) {
+    if (datum.file.empty()) continue;
+    std::vector<double> times = datum.when.times;
+    for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
+      times.push_back(problem.t_begin + k * problem.step);
+    }
+    load_array({datum.file, datum.variable, times}, source, problem.axes, datum.origin.range, sink);
+  }
+}
 
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to) {

@@ -10,6 +10,9 @@
 
 namespace dpde::driver {
 
+/// Reads every file that the problem names and reports those that are missing or do not fit.
+void check_files(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink);
+
 /// Field values sampled at the nearest cells of another grid.
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to);

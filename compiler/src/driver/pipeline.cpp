@@ -10,6 +10,7 @@
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
 #include "driver/interpreter_backend.h"
+#include "driver/lone_models.h"
 #include "driver/over_time.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
@@ -302,6 +303,8 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   stencil::from_ast(compiled.ast, sink);  // a broken kernel is reported as such before a scene misses what it lacks
   if (sink.has_errors()) return false;
   if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
+  if (!has_scene(compiled.ast)) check_lone_models(compiled.ast, source, sink);
+  if (sink.has_errors()) return false;
   if (selects_program(compiled.ast, options.selection.name)) return true;
   model::Selection selection = options.selection;
   const std::vector<std::string> scenes = model::scene_names(compiled.ast);

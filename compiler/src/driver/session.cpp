@@ -11,6 +11,7 @@
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "dpde/runtime/error.h"
+#include "support/evaluate.h"
 
 namespace dpde::driver {
 
@@ -315,7 +316,7 @@ void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sin
   sink.report("blow-up", where,
               {name, fmt::format("{}", blow_up.step), fmt::format("{}", session.steps()), fmt::format("{:.6g}", blow_up.t),
                session.workspace().cell_text(blow_up.cell), session.workspace().place_text(blow_up.cell)},
-              fmt::format("the value is {}; a smaller step than {} may help (--set step=...)", blow_up.value,
+              fmt::format("the value is {}; a smaller step than {} may help (--set step=...)", shown(blow_up.value),
                           session.problem().step));
 }
 

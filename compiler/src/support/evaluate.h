@@ -2,6 +2,9 @@
 // Operators and functions applied to numbers: constants of a scene and the reference interpreter mean the same by them.
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include "support/vocabulary.h"
 
 namespace dpde {
@@ -10,5 +13,8 @@ namespace dpde {
 double evaluate_binary(BinaryOp op, double a, double b);
 /// `b` is not looked at by functions of one argument.
 double evaluate_call(Fn fn, double a, double b);
+
+/// The value as messages show it: not a number has no sign.
+inline double shown(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
 
 }  // namespace dpde
