@@ -70,25 +70,27 @@ std::vector<double> times_of(const Session& session, const model::When& when) {
   return times;
 }
 
-/// Settings for the scene that makes the data, so that the task's --set cells and end reach it: along an axis where it
-/// would no longer fit it keeps its ratio to the task's scene, or takes the same cells.
+/// Settings for the scene that makes the data, so that the task's --set cells, step and end reach it: along an axis where
+/// it would no longer fit it keeps its ratio to the task's scene, or takes the same cells; a finer grid needs its steps too.
 std::map<std::string, std::string> followed_settings(const Session& session, const model::Datum& datum) {
   const model::Selection& selection = session.compiled().options.selection;
   std::map<std::string, std::string> settings;
   if (selection.overrides.contains("end")) settings["end"] = selection.overrides.at("end");
-  const auto axes_as_written = [&](const std::string& name) {
-    DiagnosticSink ignored;
-    const std::optional<model::Problem> problem = model::from_ast(session.compiled().ast, {name, {}, ""}, ignored);
-    return problem ? problem->axes : std::vector<model::Axis>{};
+  DiagnosticSink ignored;
+  const auto as_written = [&](const std::string& name) {
+    return model::from_ast(session.compiled().ast, {name, {}, ""}, ignored).value_or(model::Problem{});
   };
-  const std::vector<model::Axis> other = axes_as_written(datum.scene), own = axes_as_written(session.problem().scene);
-  const std::vector<model::Axis>& now = session.problem().axes;
-  if (other.size() != now.size() || own.size() != now.size()) return settings;
-  for (std::size_t a = 0; a < now.size(); ++a) {
-    if (other[a].cells % now[a].cells == 0) continue;
-    const int ratio = other[a].cells % own[a].cells == 0 ? other[a].cells / own[a].cells : 1;
-    if (now[a].cells != own[a].cells) settings["cells." + now[a].name] = fmt::format("{}", std::int64_t{ratio} * now[a].cells);
+  const model::Problem other = as_written(datum.scene), own = as_written(session.problem().scene), &now = session.problem();
+  if (other.axes.size() != now.axes.size() || own.axes.size() != now.axes.size()) return settings;
+  bool follows = false;
+  for (std::size_t a = 0; a < now.axes.size(); ++a) {
+    const int cells = now.axes[a].cells, own_cells = own.axes[a].cells, other_cells = other.axes[a].cells;
+    if (other_cells % cells == 0 || cells == own_cells) continue;
+    const int ratio = other_cells % own_cells == 0 ? other_cells / own_cells : 1;
+    settings["cells." + now.axes[a].name] = fmt::format("{}", std::int64_t{ratio} * cells);
+    follows = true;
   }
+  if (follows && now.step != own.step) settings["step"] = fmt::format("{}", other.step * (now.step / own.step));
   return settings;
 }
 

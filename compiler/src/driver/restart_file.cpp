@@ -63,13 +63,15 @@ RunIdentity identity_of(Session& session) {
   std::string scheme = model::print(problem.scheme);
   while (scheme.ends_with('\n')) scheme.pop_back();
   const auto& backend = session.compiled().options.backend;
+  stencil::Module programs = session.compiled().stencil;
+  programs.loops.clear();  // they hold the number of steps, which may grow
   return {{"scene", problem.scene},
           {"grid", grid_text(problem)},
           {"step", fmt::format("{} from t = {}", problem.step, problem.t_begin)},
           {"scheme", scheme},
           {"set of parameters", params_text(problem)},
           {"back end", backend ? name_of(*backend) : ""},
-          {"model", fmt::format("hash {:016x}", hash_of(print(session.compiled().stencil)))},
+          {"model", fmt::format("hash {:016x}", hash_of(print(programs)))},
           {"start", fmt::format("hash {:016x}", hash_of_fields(session))}};
 }
 
