@@ -61,7 +61,7 @@ TEST(Robust, RandomMutations) {
   int wrong = 0;
   for (int round = 0; round < 2000; ++round) {
     std::string text = sample;
-    for (std::size_t edits = 1 + below(4); edits > 0; --edits) {
+    for (std::size_t edits = 1 + below(4); edits > 0 && !text.empty(); --edits) {
       const std::size_t at = below(text.size());
       const std::size_t kind = below(5);
       if (kind == 0) text.erase(at, 1 + below(20));
