@@ -11,6 +11,8 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <string_view>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 
@@ -32,6 +34,24 @@ std::size_t used_bytes(const char* bytes, std::size_t size) {
   std::uint64_t end = 0;
   std::memcpy(&end, bytes + end_at[version], sizeof end);
   return end > 64 && end < size ? end : size;
+}
+
+/// Behind the end of a file that dpde wrote, where NetCDF does not look: mark and checksum. The library takes damage inside
+/// a file for anything from wrong numbers to a loop without end, so that it must not see any.
+constexpr std::string_view checksum_mark = "dpdesum1";
+
+std::string checksum_of(std::string_view bytes) {
+  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+  return std::string(checksum_mark) + std::string(reinterpret_cast<const char*>(&hash), sizeof hash);
+}
+
+/// False when the file has a checksum and it is that of other bytes.
+bool is_as_written(std::string_view bytes) {
+  const std::size_t size = checksum_mark.size() + sizeof(std::uint64_t);
+  if (bytes.size() < size) return true;
+  const std::string_view content = bytes.substr(0, bytes.size() - size), end = bytes.substr(content.size());
+  return !end.starts_with(checksum_mark) || end == checksum_of(content);
 }
 
 /// A file that is being made in memory; thrown away unless it is finished.
@@ -100,10 +120,14 @@ std::string compose_netcdf(const NetcdfContent& content) {
   for (const NetcdfVariable& variable : content.variables) numbers.push_back(file.declare(variable));
   file.begin_data();
   for (std::size_t i = 0; i < numbers.size(); ++i) file.put(numbers[i], content.variables[i].values);
-  return file.finish();
+  const std::string bytes = file.finish();
+  return bytes + checksum_of(bytes);
 }
 
 NetcdfReader::NetcdfReader(std::string bytes, std::string name) : bytes_(std::move(bytes)), name_(std::move(name)) {
+  if (!is_as_written(bytes_)) {
+    throw Error(ErrorKind::input, fmt::format("{} is damaged: its checksum is that of other content", name_));
+  }
   check(nc_open_mem(name_.c_str(), NC_NOWRITE, bytes_.size(), bytes_.data(), &id_));
   try {
     list_variables();

@@ -101,6 +101,15 @@ TEST_F(NetcdfTest, ReadsPackedClassicFiles) {
   EXPECT_EQ(p[2], 12);
 }
 
+TEST_F(NetcdfTest, FindsEveryChangedByte) {
+  const std::string whole = compose_netcdf(sample());
+  for (std::size_t place = 0; place + 16 < whole.size(); place += 13) {
+    std::string bytes = whole;
+    bytes[place] = static_cast<char>(bytes[place] ^ 1);
+    EXPECT_THROW(NetcdfReader(bytes, "bad.nc"), Error) << place;
+  }
+}
+
 TEST_F(NetcdfTest, NamesDamagedFiles) {
   const std::string whole = compose_netcdf(sample());
   for (const std::string& bytes : {std::string(), std::string("CDF"), std::string(100, 'x'), whole.substr(0, whole.size() / 2)}) {

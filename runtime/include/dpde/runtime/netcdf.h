@@ -31,7 +31,8 @@ struct NetcdfContent {
   NetcdfAttributes attributes;
 };
 
-/// The bytes of a file with this content; equal content gives equal bytes.
+/// The bytes of a file with this content; equal content gives equal bytes. A checksum stands behind the end of the file
+/// proper, where other programs do not look.
 /// @throws Error(machine) when the library fails.
 std::string compose_netcdf(const NetcdfContent& content);
 
@@ -45,7 +46,8 @@ class NetcdfReader {
   };
 
   /// `name` stands for the file in messages.
-  /// @throws Error(input) when the bytes are no such file.
+  /// @throws Error(input) when the bytes are no such file, or one of dpde that was changed since. Damage in files of others
+  /// is found by the NetCDF library, as far as it does.
   NetcdfReader(std::string bytes, std::string name);
   ~NetcdfReader();
   NetcdfReader(const NetcdfReader&) = delete;
