@@ -123,11 +123,56 @@ void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eige
   pairs.push_back({std::move(step), std::move(change), 1 / product});
 }
 
+/// A step along the projection of x + t*direction, t = first, first/2, ...; false when the loss does not fall enough.
+bool search_within(Minimiser& minimiser, Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient,
+                   const Eigen::VectorXd& direction, double first, std::deque<Pair>& pairs, size_t memory) {
+  Eigen::VectorXd trial_gradient(x.size());
+  double step = first;
+  for (int k = 0; k < most_trials; ++k, step /= 2) {
+    Eigen::VectorXd trial = x + step * direction;
+    minimiser.bounds.project(trial);
+    const double expected = gradient.dot(trial - x);
+    if (!(expected < 0)) return false;
+    double trial_loss = 0;
+    if (!minimiser.evaluate(trial, trial_loss, trial_gradient) || trial_loss > loss + sufficient_decrease * expected) continue;
+    remember(pairs, memory, trial - x, trial_gradient - gradient);
+    x = trial;
+    gradient = trial_gradient;
+    loss = trial_loss;
+    ++minimiser.result.iterations;
+    return true;
+  }
+  return false;
+}
+
+OptimiseResult minimise_within(const Lbfgs& method, Minimiser& minimiser, Eigen::VectorXd x) {
+  Eigen::VectorXd gradient;
+  double loss = 0;
+  minimiser.bounds.project(x);
+  const bool finite = minimiser.start(x, loss, gradient);
+  std::deque<Pair> pairs;
+  const auto memory = static_cast<size_t>(std::max(method.memory, 1));
+  while (minimiser.visit(x, loss, gradient, finite)) {
+    Eigen::VectorXd free = gradient;
+    minimiser.bounds.keep_free(x, gradient, free);
+    Eigen::VectorXd direction = direction_of(pairs, free);
+    minimiser.bounds.keep_free(x, gradient, direction);
+    const double careful = std::min(1.0, 1 / free.lpNorm<1>());
+    if (search_within(minimiser, x, loss, gradient, direction, pairs.empty() ? careful : 1.0, pairs, memory)) continue;
+    pairs.clear();
+    if (search_within(minimiser, x, loss, gradient, -free, careful, pairs, memory)) continue;
+    minimiser.stop(StopReason::no_progress);
+    break;
+  }
+  return std::move(minimiser.result);
+}
+
 }  // namespace
 
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer, double gradient_tolerance) {
-  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, {}, {}, 0};
+                        const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
+  if (!bounds.empty()) return minimise_within(method, minimiser, std::move(x));
   Eigen::VectorXd gradient;
   double loss = 0;
   const bool finite = minimiser.start(x, loss, gradient);

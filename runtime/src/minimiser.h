@@ -11,6 +11,7 @@ struct Minimiser {
   const IterationObserver& observer;
   int iterations;
   double gradient_tolerance;
+  const Bounds& bounds;
   OptimiseResult result;
   Eigen::VectorXd best_x;
   double best_loss;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradient descent and Adam. L-BFGS is in lbfgs.cpp.
+// Gradient descent and Adam. L-BFGS is in lbfgs.cpp, Newton's method in newton_cg.cpp.
 #include "dpde/runtime/optimise.h"
 
 #include <cmath>
@@ -17,6 +17,16 @@ std::string describe(StopReason reason) {
     case StopReason::observer: return "stopped";
   }
   return "";
+}
+
+void Bounds::project(Eigen::VectorXd& x) const {
+  if (!empty()) x = x.cwiseMax(low).cwiseMin(high);
+}
+
+void Bounds::keep_free(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient, Eigen::VectorXd& v) const {
+  for (Eigen::Index i = 0; i < low.size(); ++i) {
+    if ((x[i] <= low[i] && gradient[i] > 0) || (x[i] >= high[i] && gradient[i] < 0)) v[i] = 0;
+  }
 }
 
 bool Minimiser::evaluate(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient) {
@@ -46,7 +56,9 @@ bool Minimiser::visit(const Eigen::VectorXd& x, double loss, const Eigen::Vector
     best_loss = loss;
     best_x = x;
   }
-  const double norm = gradient.norm();
+  Eigen::VectorXd free = gradient;
+  bounds.keep_free(x, gradient, free);
+  const double norm = free.norm();
   if (observer && !observer({result.iterations, loss, norm, x})) return stop(StopReason::observer);
   if (norm <= gradient_tolerance) return stop(StopReason::gradient_zero);
   if (result.iterations >= iterations) return stop(StopReason::iterations);
@@ -65,9 +77,11 @@ template <class Update>
 OptimiseResult descend(Minimiser& minimiser, Eigen::VectorXd x, const Update& update) {
   Eigen::VectorXd gradient;
   double loss = 0;
+  minimiser.bounds.project(x);
   bool finite = minimiser.start(x, loss, gradient);
   while (minimiser.visit(x, loss, gradient, finite)) {
     update(x, gradient, ++minimiser.result.iterations);
+    minimiser.bounds.project(x);
     finite = minimiser.evaluate(x, loss, gradient);
   }
   return std::move(minimiser.result);
@@ -76,14 +90,14 @@ OptimiseResult descend(Minimiser& minimiser, Eigen::VectorXd x, const Update& up
 }  // namespace
 
 OptimiseResult minimise(const GradientDescent& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer, double gradient_tolerance) {
-  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, {}, {}, 0};
+                        const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
   return descend(minimiser, std::move(x), [&](Eigen::VectorXd& at, const Eigen::VectorXd& gradient, int) { at -= method.rate * gradient; });
 }
 
 OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer, double gradient_tolerance) {
-  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, {}, {}, 0};
+                        const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(x.size()), square = Eigen::VectorXd::Zero(x.size());
   return descend(minimiser, std::move(x), [&](Eigen::VectorXd& at, const Eigen::VectorXd& gradient, int k) {
     mean = method.beta1 * mean + (1 - method.beta1) * gradient;

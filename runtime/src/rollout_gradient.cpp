@@ -42,6 +42,9 @@ const GradientResult& Rollout::Impl::gradient() {
   begin();
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
+  for (size_t i = 0; i < setup.sought.size(); ++i) {
+    std::fill_n(field_bar_pool.base(static_cast<int64_t>(i)) - setup.layout.origin, setup.layout.size, 0.0);
+  }
   loss_value = 0;
   current = front = 0;
   bar = 0;
@@ -186,6 +189,13 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
     is_seeded[i] = 1;
   }
   for (const ParamBar& param : adjoint.params) result.param_bars[param.param] += program.executor.sums()[param.sum];
+  add_field_bars(program.executor, adjoint.fields);
+}
+
+void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields) {
+  for (const FieldBar& bar_of : fields) {
+    add_interior(setup.layout, field_bar_pool.base(static_cast<int64_t>(bar_of.number)), executor.bound(bar_of.field));
+  }
 }
 
 /// bars[seeds] are the seeds, the other one the result.
@@ -215,6 +225,7 @@ void Rollout::Impl::after_reverse(int n, const StateBuffer& state) {
   bar = 1 - bar;
   const std::span<const double> sums = backward->program.executor.sums();
   for (const ParamBar& param : backward->params) result.param_bars[param.param] += sums[param.sum];
+  add_field_bars(backward->program.executor, backward->fields);
   if (has_losses(n)) add_seeds(n, state);
 }
 

@@ -63,6 +63,12 @@ struct ParamBar {
   size_t sum, param;
 };
 
+/// The field x_bar of an adjoint and the number of x among the sought fields.
+struct FieldBar {
+  int field;
+  size_t number;
+};
+
 struct BoundStep {
   BoundProgram program;
   std::vector<int> next;  // field of each state's next value
@@ -72,6 +78,7 @@ struct BoundAdjoint {
   BoundProgram program;
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
   std::vector<ParamBar> params;
+  std::vector<FieldBar> fields;
 };
 /// Data of a loss: a field and its memory at each entry of at_steps (or the same for all).
 struct BoundData {
@@ -87,6 +94,7 @@ struct BoundLossAdjoint {
   BoundProgram program;
   std::vector<int> results;  // field u_bar of each state; -1 when the loss does not depend on it
   std::vector<ParamBar> params;
+  std::vector<FieldBar> fields;
   std::vector<BoundData> data;
 };
 struct BoundTerm {
@@ -112,6 +120,7 @@ struct Rollout::Impl {
   void bind_term(const LossTerm& term);
   std::vector<BoundData> bind_data(const LossTerm& term, BoundProgram& bound);
   std::vector<ParamBar> bind_param_bars(const dpde_program& program);
+  std::vector<FieldBar> bind_field_bars(const Executor& executor) const;
   void schedule_losses();
   bool adjoint_reads_states() const;
   void plan_memory();
@@ -153,6 +162,7 @@ struct Rollout::Impl {
   void reverse(int n, const StateBuffer& state);
   void bind_reverse(const StateBuffer& state, size_t seeds);
   void prepare_seeds();
+  void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields);
   void after_reverse(int n, const StateBuffer& state);
 
   RolloutSetup setup;
@@ -184,6 +194,7 @@ struct Rollout::Impl {
   int current = 0;              // buffer of the current state
   int front = 0;                // the last state whose losses are counted
   FieldPool bar_pool;
+  FieldPool field_bar_pool;       // one a sought field
   std::vector<StateBuffer> bars;  // two, and one for seeds to be added
   std::vector<char> is_seeded;    // of each state
   size_t bar = 0;                 // bars[bar] holds the seeds

@@ -159,7 +159,18 @@ void Rollout::Impl::bind_adjoint() {
     own.push_back(seed);
     own.emplace_back(program.fields[found->next]);
   }
-  backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program)});
+  backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}});
+  backward->fields = bind_field_bars(backward->program.executor);
+}
+
+/// Bars are results, which bind_inputs gave memory among the temporaries.
+std::vector<FieldBar> Rollout::Impl::bind_field_bars(const Executor& executor) const {
+  std::vector<FieldBar> found;
+  for (size_t i = 0; i < setup.sought.size(); ++i) {
+    const int field = executor.field_index(setup.sought[i] + "_bar");
+    if (field >= executor.program().input_count) found.push_back({field, i});
+  }
+  return found;
 }
 
 std::vector<ParamBar> Rollout::Impl::bind_param_bars(const dpde_program& program) {
@@ -197,18 +208,19 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   std::vector<std::string> own;
   for (const LossData& data : term.data) own.push_back(data.name);
   BoundLoss loss{bind_program(*term.loss, own, false), 0, {}};
-  loss.sum = loss.program.executor.sum_index("loss");
-  if (loss.sum < 0) throw Error(ErrorKind::run, fmt::format("program {}: no sum named loss", term.loss->name));
+  loss.sum = loss.program.executor.sum_index(term.sum);
+  if (loss.sum < 0) throw Error(ErrorKind::run, fmt::format("program {}: no sum named {}", term.loss->name, term.sum));
   loss.data = bind_data(term, loss.program);
   terms.push_back({term.weight, std::move(loss), std::nullopt});
   if (term.adjoint == nullptr) return;
   std::vector<int> results;
   for (const std::string& name : state_names) own.push_back(name + "_bar");
-  BoundLossAdjoint adjoint{bind_program(*term.adjoint, own, false), {}, bind_param_bars(*term.adjoint), {}};
+  BoundLossAdjoint adjoint{bind_program(*term.adjoint, own, false), {}, bind_param_bars(*term.adjoint), {}, {}};
   const Executor& executor = adjoint.program.executor;
   for (const std::string& name : state_names) adjoint.results.push_back(executor.field_index(name + "_bar"));
-  const int seed = executor.param_index("loss_bar");
+  const int seed = executor.param_index(term.sum + "_bar");
   if (seed >= 0) adjoint.program.executor.set_param(seed, term.weight);
+  adjoint.fields = bind_field_bars(executor);
   adjoint.data = bind_data(term, adjoint.program);
   terms.back().adjoint.emplace(std::move(adjoint));
 }
@@ -270,6 +282,9 @@ void Rollout::Impl::plan_memory() {
     StateBuffer& buffer = bars.emplace_back();
     for (int64_t s = 0; s < states; ++s) buffer.push_back(bar_pool.base(b * states + s));
   }
+  const auto sought = static_cast<int64_t>(setup.sought.size());
+  field_bar_pool = FieldPool(setup.layout, sought);
+  for (int64_t i = 0; i < sought; ++i) result.field_bars.push_back(field_bar_pool.base(i));
   is_seeded.assign(state_names.size(), 0);
   result.state_bars.assign(state_names.size(), nullptr);
 }
@@ -318,5 +333,7 @@ const std::vector<double*>& Rollout::present() const { return impl_->final_state
 double Rollout::loss() { return impl_->loss(); }
 const GradientResult& Rollout::gradient() { return impl_->gradient(); }
 const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->param_bar_names; }
+
+const std::vector<std::string>& Rollout::sought() const { return impl_->setup.sought; }
 
 }  // namespace dpde

@@ -278,6 +278,20 @@ scheme plain { time = euler }
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*0.5, 1e-15);
 }
 
+TEST(Simulation, RefusesToSeekACoefficient) {
+  const std::string text =
+      "model heated { field u; coefficient q; dt(u) = q }\nscene s : heated { grid x = 0 .. 1, cells 4, periodic\n q = x\n"
+      " initial u = 0\n time 0 .. 1, step 0.5 }\ntask t : s { unknown q\n minimise mean(u^2) }\n";
+  try {
+    compile_text(text, {.name = "t"});
+    FAIL();
+  } catch (const Error& error) {
+    ASSERT_EQ(error.messages().size(), 1u);
+    EXPECT_EQ(error.messages()[0].code, "E0732");
+    EXPECT_EQ(error.messages()[0].line, 3);
+  }
+}
+
 TEST(Simulation, MistakesAreErrorsThatSayWhere) {
   try {
     compile_text("model heat {\n  field u\n  dt(u) = lapp(u)\n}\nscene s : heat { grid x = 0 .. 1, cells 4, periodic\n initial u = 0\n time 0 .. 1, step 1 }\n", {}, "typo.dpde");

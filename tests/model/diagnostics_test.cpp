@@ -22,7 +22,7 @@ const fs::path folder = fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics";
 bool is_of_model(const DiagnosticKind& kind) {
   const std::string code(kind.code);
   if (code.starts_with("E03") || code.starts_with("E05")) return code.substr(3) < "50";
-  if (kind.name == "unknown-in-boundary" || kind.name == "unknown-in-coefficient") return true;
+  if (kind.name == "unknown-in-boundary") return true;
   return code.starts_with("E04") || code.starts_with("E07") || code.starts_with("W03");
 }
 
@@ -213,7 +213,7 @@ TEST(Diagnostics, OfTasks) {
   EXPECT_EQ(in_task("data v = load(\"\")"), "E0710 write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
   EXPECT_EQ(in_task("unknown kk"), "E0301 did you mean k?");
   EXPECT_EQ(in_task("unknown k from 2"), "E0303 ");
-  EXPECT_EQ(in_task("unknown w"), "E0702 unknowns are parameters and initial states");
+  EXPECT_EQ(in_task("unknown pi"), "E0702 unknowns are parameters, coefficients and initial states");
   EXPECT_EQ(in_task("unknown initial k"), "E0313 ");
   EXPECT_EQ(in_task("unknown c from k"),
             "E0709 write the formula in the model with let, so that it can be differentiated");

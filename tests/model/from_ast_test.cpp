@@ -61,7 +61,7 @@ TEST(Sketch, BurgersRecover) {
   EXPECT_EQ(task.data[0].file, "burgers_t05.npy");
   EXPECT_TRUE(task.data[0].scene.empty());
   ASSERT_EQ(task.unknowns.size(), 1u);
-  EXPECT_TRUE(task.unknowns[0].initial);
+  EXPECT_EQ(task.unknowns[0].kind, Unknown::Kind::initial);
   EXPECT_EQ(*task.unknowns[0].from.formula, Expr(0.0));
   ASSERT_EQ(task.losses.size(), 1u);
   EXPECT_EQ(print(task.losses[0].value), "mean((u - u_ref)^2)");

@@ -68,7 +68,6 @@ TEST(VerifyModel, FindsEachBreakage) {
        [](Problem& p) { p.states[0].initial.file = "u.npy"; }},
       {"boundary of u: t cannot stand here", [](Problem& p) { p.states[0].boundary[0].low.value = param("t"); }},
       {"the boundary of u depends on an unknown", [](Problem& p) { p.states[0].boundary[0].low.value = param("k"); }},
-      {"coefficient w depends on an unknown", [](Problem& p) { p.coefficients[0].value.formula = param("k"); }},
       {"exact solution of u: a derivative cannot stand here",
        [](Problem& p) { p.states[0].exact = derivative(coordinate(0), 0, 1); }},
       {"observable e: a reduction cannot stand here",

@@ -150,5 +150,35 @@ TEST(Optimise, ZeroIterationsEvaluateOnce) {
   EXPECT_EQ(result.reason, StopReason::iterations);
 }
 
+/// 0.5*|x - (k - 2)|^2 scaled by k + 1, within 0 .. 1: the nearest point.
+TEST(Bounds, EveryMethodEndsAtTheNearestPointWithin) {
+  const Objective stretched = [](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    double loss = 0;
+    for (Eigen::Index k = 0; k < x.size(); ++k) {
+      const double d = x[k] - (0.75 * static_cast<double>(k) - 0.9), weight = static_cast<double>(k) + 1;
+      loss += 0.5 * weight * d * d;
+      gradient[k] = weight * d;
+    }
+    return loss;
+  };
+  const HessianProduct product = [](const Eigen::VectorXd&, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+    for (Eigen::Index k = 0; k < v.size(); ++k) result[k] = (static_cast<double>(k) + 1) * v[k];
+  };
+  const Bounds bounds{Eigen::VectorXd::Zero(5), Eigen::VectorXd::Ones(5)};
+  const Eigen::VectorXd start = Eigen::VectorXd::Constant(5, 3.0);
+  const std::vector<OptimiseResult> results = {
+      minimise(GradientDescent{0.2}, stretched, start, 500, {}, 1e-12, bounds),
+      minimise(Lbfgs{}, stretched, start, 100, {}, 1e-12, bounds),
+      minimise(NewtonCg{}, stretched, product, start, 100, {}, 1e-12, bounds),
+      minimise(Adam{0.01}, stretched, start, 3000, {}, 1e-12, bounds)};
+  for (std::size_t m = 0; m < results.size(); ++m) {
+    for (int k = 0; k < 5; ++k) {
+      const double nearest = std::min(1.0, std::max(0.0, 0.75 * k - 0.9));
+      EXPECT_NEAR(results[m].x[k], nearest, m == 3 ? 1e-4 : 1e-10) << "method " << m << ", component " << k;
+    }
+    if (m < 3) EXPECT_EQ(results[m].reason, StopReason::gradient_zero) << m;
+  }
+}
+
 }  // namespace
 }  // namespace dpde

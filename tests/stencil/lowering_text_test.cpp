@@ -281,7 +281,8 @@ TEST(LoweringText, InitialExactAndStart) {
   p.states[0].exact = call(Fn::exp, -param("t"));
   p.task.emplace();
   p.task->name = "k";
-  p.task->unknowns = {{true, "u", {}, {}}, {true, "v", {}, {}}, {false, "nu", {}, {}}};
+  using Kind = model::Unknown::Kind;
+  p.task->unknowns = {{Kind::initial, "u", {}, {}}, {Kind::initial, "v", {}, {}}, {Kind::parameter, "nu", {}, {}}};
   p.task->unknowns[0].from.formula = 0.0;
   p.task->unknowns[1].from.file = "guess.npy";
   p.task->unknowns[2].from.formula = 1.0;

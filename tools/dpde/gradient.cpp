@@ -31,16 +31,16 @@ double median_seconds(const std::function<void()>& body) {
 }
 
 void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& part, const Eigen::VectorXd& gradient, Json& json) {
-  const std::string name = part.initial ? "initial " + part.name : part.name;
+  const std::string name = part.is_initial() ? "initial " + part.name : part.name;
   const double norm = norm_of(gradient, part);
   Json entry = {{"norm", json_number(norm)}};
-  if (part.initial) {
+  if (part.is_field()) {
     const std::vector<double> values = part_of(gradient, part);
     double largest = 0;
     for (const double value : values) largest = std::max(largest, std::abs(value));
     entry["max"] = json_number(largest);
     save_state(job, run.session->workspace(), "gradient_" + part.name, values);
-    save_picture(job, "gradient_" + part.name, panels_of(run.session->workspace(), "d loss / d initial " + part.name, {{part.name, values}}));
+    save_picture(job, "gradient_" + part.name, panels_of(run.session->workspace(), "d loss / d " + name, {{part.name, values}}));
     job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
   } else {
     entry["value"] = json_number(gradient[part.offset]);

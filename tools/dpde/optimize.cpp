@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "driver/evaluation_log.h"
+#include "driver/second_order.h"
+#include "dpde/runtime/error.h"
 #include "dpde/runtime/optimise.h"
 #include "interrupt.h"
 #include "model/print_model.h"
@@ -31,9 +33,14 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const auto add = [&](const auto& value) { key = driver::hash_bytes(&value, sizeof value, key); };
   add(method.kind);
   add(method.rate);
+  add(method.gauss_newton);
   const Eigen::VectorXd& start = run.inverse->start();
+  const Bounds bounds = run.inverse->bounds();
   key = driver::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
   for (const auto& [name, value] : run.session->workspace().params()) add(value);
+  for (const Eigen::VectorXd* bound : {&bounds.low, &bounds.high}) {
+    key = driver::hash_bytes(bound->data(), sizeof(double) * std::size_t(bound->size()), key);
+  }
   add(run.session->steps());
   add(run.session->problem().t_begin);
   for (const model::Loss& loss : run.session->problem().task->losses) {
@@ -52,15 +59,26 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   return key;
 }
 
-OptimiseResult minimise_with(const model::Optimiser& method, const Objective& objective, const Eigen::VectorXd& start,
+OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& method, const Objective& objective,
                              const IterationObserver& observer) {
+  const Eigen::VectorXd& start = run.inverse->start();
+  const Bounds bounds = run.inverse->bounds();
   switch (method.kind) {
     case model::Optimiser::Kind::gradient_descent:
-      return minimise(GradientDescent{method.rate}, objective, start, method.iterations, observer);
-    case model::Optimiser::Kind::adam: return minimise(Adam{method.rate}, objective, start, method.iterations, observer);
+      return minimise(GradientDescent{method.rate}, objective, start, method.iterations, observer, 0, bounds);
+    case model::Optimiser::Kind::adam: return minimise(Adam{method.rate}, objective, start, method.iterations, observer, 0, bounds);
     case model::Optimiser::Kind::lbfgs: break;
+    case model::Optimiser::Kind::newton_cg: {
+      const auto curvature = method.gauss_newton ? driver::Curvature::gauss_newton : driver::Curvature::full;
+      const auto second = driver::SecondOrder::open(*run.session, *run.inverse, curvature);
+      if (!second) throw Error(ErrorKind::run, "the programs of this task have no second derivatives");
+      const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+        second->product(x, v, result);
+      };
+      return minimise(NewtonCg{}, objective, product, start, method.iterations, observer, 0, bounds);
+    }
   }
-  return minimise(Lbfgs{}, objective, start, method.iterations, observer);
+  return minimise(Lbfgs{}, objective, start, method.iterations, observer, 0, bounds);
 }
 
 /// Iterations worth a line: the first ones, then about forty.
@@ -99,7 +117,7 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
     return !interrupt_flag().load();
   };
   Outcome outcome;
-  outcome.result = minimise_with(method, objective, run.inverse->start(), observer);
+  outcome.result = minimise_with(run, method, objective, observer);
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   job.say(lines);
   return outcome;
@@ -119,7 +137,7 @@ void report_stop(Job& job, const OptimiseResult& result, int iterations) {
 Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
   Json unknowns = Json::object();
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
-    if (part.initial) {
+    if (part.is_field()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
     } else {
       unknowns[part.name] = {{"value", json_number(result.x[part.offset])}};
@@ -157,6 +175,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["wall_s"] = outcome.seconds;
   json["compile_s"] = run.compiled->seconds;
   json["evaluations"] = result.evaluations;
+  json["hessian_products"] = result.hessian_products;
   json["resumed_evaluations"] = recorded;
   json["reason"] = describe(result.reason);
   json["unknowns"] = unknowns_json(job, run, result);

@@ -85,11 +85,10 @@ void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pan
 }
 
 void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& panels) {
-  run.session->reset_initial();
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
-    if (!part.initial) continue;
-    const auto both = panels_of(run.session->workspace(), part.name + " at the start",
-                                {{"the scene's own", run.session->initial(part.index)}, {"recovered", part_of(x, part)}});
+    if (!part.is_field()) continue;
+    const auto both = panels_of(run.session->workspace(), part.name + (part.is_initial() ? " at the start" : ""),
+                                {{"the scene's own", run.inverse->own(part)}, {"recovered", part_of(x, part)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }
@@ -103,7 +102,8 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
   for (std::size_t k = 0; k < result.losses.size(); ++k) table += fmt::format("{},{}\n", k, result.losses[k]);
   save_text(job, "loss.csv", table);
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
-    if (part.initial) save_state(job, run.session->workspace(), part.name + "_initial", part_of(result.x, part));
+    if (!part.is_field()) continue;
+    save_state(job, run.session->workspace(), part.is_initial() ? part.name + "_initial" : part.name, part_of(result.x, part));
   }
   const bool has_curve = std::ranges::any_of(result.losses, [](double loss) { return std::isfinite(loss) && loss > 0; });
   if (has_curve) save_picture(job, "loss", {loss_panel(result)});

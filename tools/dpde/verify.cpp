@@ -23,8 +23,21 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
 
 std::string reason_of(const driver::Certificate& certificate) {
   std::string reason = fmt::format("largest dot-product error {:.2e}", certificate.worst());
+  if (certificate.second && !certificate.second->passed()) {
+    const std::optional<double>& slope = certificate.second->slope;
+    reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(), slope ? fmt::format("{:.3f}", *slope) : "missing");
+  }
   if (certificate.slope) return reason + fmt::format(", Taylor slope {:.3f}", *certificate.slope);
   return reason + (certificate.note.empty() ? "" : ", " + certificate.note);
+}
+
+std::string second_order_text(const driver::Certificate& certificate) {
+  if (!certificate.second) return "no second derivatives\n";
+  const driver::SecondOrderCheck& second = *certificate.second;
+  std::string text = fmt::format("Hessian: v.Hw against w.Hv on {} grids, at most {:.2e}; ", second.cases.size(), second.worst());
+  text += second.slope ? fmt::format("slope of the remainder {:.4f}", *second.slope)
+                       : "no slope of the remainder: " + std::string(second.only_rounding ? "it is rounding" : "it shows none");
+  return text + (second.has_kinks ? " (the programs have kinks: any slope from 2 to 3 is right)\n" : "\n");
 }
 
 void show(Job& job, const std::string& target, const driver::Certificate& certificate) {
@@ -39,6 +52,7 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   }
   text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
                             : fmt::format("  no slope: {}\n", certificate.note);
+  text += second_order_text(certificate);
   text += fmt::format("{}: {}\n", certificate.passed() ? "certified" : "NOT certified", reason_of(certificate));
   job.say(text);
 }
@@ -49,14 +63,20 @@ Json to_json(const driver::Certificate& certificate) {
     cases.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", json_number(one.relative_error)}});
   }
   for (const driver::Remainder& r : certificate.remainders) remainders.push_back({json_number(r.step), json_number(r.value)});
-  return {{"dot_product",
+  const driver::SecondOrderCheck* second = certificate.second ? &*certificate.second : nullptr;
+  Json hessian = nullptr;
+  if (second != nullptr) {
+    hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"has_kinks", second->has_kinks}};
+  }
+  return {{"hessian", hessian},
+          {"dot_product",
            {{"max_relative_error", json_number(certificate.worst())},
             {"cases", certificate.cases.size()},
             {"details", cases},
             {"skipped", certificate.skipped}}},
           {"taylor",
            {{"slope", certificate.slope ? json_number(*certificate.slope) : Json(nullptr)},
-            {"slope_second", nullptr},
+            {"slope_second", second && second->slope ? json_number(*second->slope) : Json(nullptr)},
             {"remainders", remainders},
             {"note", certificate.note}}},
           {"passed", certificate.passed()}};
@@ -67,7 +87,7 @@ Json verify(Job& job) {
   if (!job.load_source()) return result;
   std::optional<driver::CompileOptions> options = job.compile_options();
   if (!options) return result;
-  options->certify = options->tangent = options->adjoint = options->verify = true;
+  options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
   const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));

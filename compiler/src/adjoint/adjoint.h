@@ -5,6 +5,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -39,5 +40,11 @@ Derivative tangent(const stencil::Module& module, const std::string& program, co
 /// Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the kernel runs on
 /// the region grown by the stencil, terms of points outside are masked, and `fold` transposes the halo fill.
 Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink);
+
+/// NAME_squares, for a program whose sums are sums of squares c*r^2 (c of what does not vary): the tangent of NAME, but with
+/// s_dot = the sum of c*r_dot^2. The gradient of s_dot by the directions is the Gauss-Newton Hessian of s times them.
+/// nullopt where a sum is anything else.
+std::optional<Derivative> squares_of_tangent(const stencil::Module& module, const std::string& program, const Activity& wrt,
+                                             DiagnosticSink& sink);
 
 }  // namespace dpde::adjoint

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forward mode: beside every value its directional derivative, statement by statement, in the order of the primal.
+#include <algorithm>
+
 #include "adjoint/adjoint.h"
 #include "adjoint/plan.h"
 #include "stencil/passes/passes.h"
@@ -12,11 +14,28 @@ using namespace stencil;
 
 namespace {
 
+/// What stands for the derivative of a sum: the derivative, or the squares of those of its residuals.
+enum class SumForm { derivative, squares };
+
+/// Factors of a product, negations as factors -1.
+void collect_factors(const Expr& e, std::vector<Expr>& factors) {
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (b && b->op == BinaryOp::multiply) {
+    collect_factors(b->left, factors);
+    collect_factors(b->right, factors);
+  } else if (const Neg* neg = std::get_if<Neg>(&e->kind)) {
+    factors.push_back(-1.0);
+    collect_factors(neg->operand, factors);
+  } else {
+    factors.push_back(e);
+  }
+}
+
 /// Writes the kernel of dots for one kernel.
 class KernelTangent {
  public:
-  KernelTangent(const Kernel& kernel, const Varied& varied, DerivedNames& names)
-      : kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {}
+  KernelTangent(const Kernel& kernel, const Varied& varied, DerivedNames& names, SumForm form)
+      : form_(form), kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {}
 
   Kernel build() {
     Kernel result{names_.fresh_kernel(kernel_.name + "_tangent"), kernel_.rank, {}, {}, {}, {}};
@@ -32,11 +51,15 @@ class KernelTangent {
       result.stores.push_back({names_.of(store.field), store.accumulate, dot(store.value), store.origin});
     }
     for (const Sum& sum : kernel_.sums) {
-      if (is_varied(sum.value, varied_)) result.sums.push_back({names_.of(sum.name), dot(sum.value)});
+      if (!is_varied(sum.value, varied_)) continue;
+      const Expr value = form_ == SumForm::derivative ? dot(sum.value) : squares(sum.value);
+      result.sums.push_back({names_.of(sum.name), value});
     }
     for (const Scatter& scatter : kernel_.scatters) add_scatter(scatter, result);
     return with_lets_inlined(result);
   }
+  /// Whether squares were asked for and a sum is something else.
+  bool failed() const { return failed_; }
 
  private:
   /// d/de of  target.field(at d) += value  is  (dot of value at d) + sum_a (value * dot d_a, with the weights' slopes).
@@ -92,9 +115,48 @@ class KernelTangent {
         [&](const Select& s) { return select(s.condition, dot(s.yes), dot(s.no)); });
   }
 
+  /// The sum of c*r_dot^2 for e, a sum of c*r^2.
+  Expr squares(const Expr& e) {
+    if (!is_varied(e, varied_)) return 0.0;
+    if (const Local* l = std::get_if<Local>(&e->kind)) {
+      const auto let = std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
+      return squares(let->value);
+    }
+    if (const Select* s = std::get_if<Select>(&e->kind)) return select(s->condition, squares(s->yes), squares(s->no));
+    const Binary* b = std::get_if<Binary>(&e->kind);
+    const bool right_is_fixed = b && !is_varied(b->right, varied_);
+    if (b && (b->op == BinaryOp::add || (b->op == BinaryOp::subtract && right_is_fixed))) return squares(b->left) + squares(b->right);
+    if (b && b->op == BinaryOp::divide && right_is_fixed) return squares(b->left) / b->right;
+    if (b && b->op == BinaryOp::power && is_literal(b->right, 2)) return power(dot(b->left), 2.0);
+    if (b && b->op == BinaryOp::multiply) return squares_of_product(e);
+    failed_ = true;
+    return 0.0;
+  }
+
+  Expr squares_of_product(const Expr& e) {
+    std::vector<Expr> factors, varied;
+    collect_factors(e, factors);
+    Expr fixed = 1.0;
+    for (const Expr& factor : factors) {
+      if (is_varied(factor, varied_)) {
+        varied.push_back(factor);
+      } else {
+        fixed = fixed * factor;
+      }
+    }
+    const Literal* number = std::get_if<Literal>(&fixed->kind);
+    if (number && number->value < 0) failed_ = true;
+    if (varied.size() == 1) return fixed * squares(varied[0]);
+    if (varied.size() == 2 && varied[0] == varied[1]) return fixed * power(dot(varied[0]), 2.0);
+    failed_ = true;
+    return 0.0;
+  }
+
+  const SumForm form_;
   const Kernel& kernel_;
   const Varied varied_;
   DerivedNames& names_;
+  bool failed_ = false;
   std::map<std::string, std::string> dots_;  // local -> its dot
 };
 
@@ -112,17 +174,17 @@ bool writes_varied(const Kernel& kernel, const Varied& varied) {
   return false;
 }
 
-}  // namespace
-
-Derivative tangent(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+/// nullopt when sums of squares were asked for and there are others.
+std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form, DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
   require(program != nullptr, "tangent of a program that is not in the module");
   const Varied varied = find_varied(module, *program, wrt);
-  if (!check_differentiable(module, *program, varied, sink)) return {};
+  if (!check_differentiable(module, *program, varied, sink)) return Derivative{};
 
   DerivedNames names(module, "_dot");
+  bool failed = false;
   Derivative result;
-  result.program = names.fresh_program(name + "_tangent");
+  result.program = names.fresh_program(name + (form == SumForm::derivative ? "_tangent" : "_squares"));
   Program derived{result.program, program->axes, {}, program->swaps, program->keeps};
   for (const Statement& statement : program->body) {
     derived.body.push_back(statement);
@@ -138,7 +200,9 @@ Derivative tangent(const Module& module, const std::string& name, const Activity
           const Kernel& kernel = *module.find_kernel(run.kernel);
           if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(kernel);
           if (!writes_varied(kernel, varied)) return;
-          Kernel dots = KernelTangent(kernel, varied, names).build();
+          KernelTangent derived_kernel(kernel, varied, names, form);
+          Kernel dots = derived_kernel.build();
+          failed = failed || derived_kernel.failed();
           // before the primal kernel: that one may accumulate onto what the dots still have to read
           derived.body.insert(derived.body.end() - 1, Run{dots.name, run.grow});
           result.module.kernels.push_back(std::move(dots));
@@ -154,7 +218,19 @@ Derivative tangent(const Module& module, const std::string& name, const Activity
   for (const std::string& p : wrt.params) names.of(p);
   result.module.programs.push_back(std::move(derived));
   result.names = names.all();
+  if (failed) return std::nullopt;
   return result;
+}
+
+}  // namespace
+
+Derivative tangent(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+  return *derive(module, name, wrt, SumForm::derivative, sink);
+}
+
+std::optional<Derivative> squares_of_tangent(const Module& module, const std::string& name, const Activity& wrt,
+                                             DiagnosticSink& sink) {
+  return derive(module, name, wrt, SumForm::squares, sink);
 }
 
 }  // namespace dpde::adjoint

@@ -8,7 +8,9 @@
 #include <numeric>
 #include <random>
 
-#include "driver/inverse.h"
+#include "driver/directions.h"
+#include "driver/second_order.h"
+#include "stencil/build.h"
 
 namespace dpde::driver {
 
@@ -18,6 +20,8 @@ constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
 constexpr double largest_error = 1e-11;
 constexpr double largest_slope_error = 0.05;
+constexpr double largest_asymmetry = 1e-10;
+constexpr double largest_second_slope_error = 0.1;
 
 using Random = std::mt19937_64;
 
@@ -34,8 +38,8 @@ Point generic_point(Session& session, const Inverse& inverse, Random& random) {
   for (const Inverse::Part& part : inverse.parts()) {
     auto x = point.x.segment(part.offset, part.size);
     auto d = point.direction.segment(part.offset, part.size);
-    if (part.initial) {
-      const std::vector<double> own = session.initial(part.index);
+    if (part.is_field()) {
+      const std::vector<double> own = part.is_initial() ? session.initial(part.index) : session.workspace().dense(part.name);
       x = Eigen::Map<const Eigen::VectorXd>(own.data(), part.size);
     }
     const double magnitude = largest(x);
@@ -45,7 +49,7 @@ Point generic_point(Session& session, const Inverse& inverse, Random& random) {
       d[i] = scale * normal(random);
     }
     // Parameters without a derivative (of boundary values) stay as they are.
-    if (!part.initial && !session.compiled().activity.params.contains(part.name)) d.setZero();
+    if (!part.is_field() && !session.compiled().activity.params.contains(part.name)) d.setZero();
   }
   return point;
 }
@@ -53,51 +57,18 @@ Point generic_point(Session& session, const Inverse& inverse, Random& random) {
 /// Directional derivative of the loss, forward through the tangent programs.
 class Tangent {
  public:
-  Tangent(Session& session, Inverse& inverse) : session_(session), inverse_(inverse), compiled_(session.compiled()) {}
+  Tangent(Session& session, Inverse& inverse) : session_(session), compiled_(session.compiled()), directions_(session, inverse) {}
 
   double operator()(const Point& point);
 
  private:
-  void set_directions(const Point& point);
   double loss_rate(const Snapshot& snapshot);
-  std::string dot_of(const std::string& primal, const std::string& name) const;
 
   Session& session_;
-  Inverse& inverse_;
   const Compiled& compiled_;
-  std::map<std::string, std::vector<double>> state_rates_;
+  Directions directions_;
   std::vector<std::string> names_;
 };
-
-/// What the tangent of a program calls the rate of `name`; "" when it has none.
-std::string Tangent::dot_of(const std::string& primal, const std::string& name) const {
-  const auto derived = compiled_.derived.find(primal);
-  if (derived == compiled_.derived.end() || !derived->second.tangent) return "";
-  const auto found = derived->second.tangent->names.find(name);
-  return found == derived->second.tangent->names.end() ? "" : found->second;
-}
-
-void Tangent::set_directions(const Point& point) {
-  const std::string initial = session_.problem().scene + "_initial";
-  Workspace& workspace = session_.workspace();
-  for (const auto& [primal, derived] : compiled_.derived) {
-    for (const Inverse::Part& part : inverse_.parts()) {
-      const std::string dot = part.initial ? "" : dot_of(primal, part.name);
-      if (!dot.empty()) workspace.set_param(dot, point.direction[part.offset]);
-    }
-  }
-  const dpde_program* program = compiled_.tangent_of(initial);
-  if (program != nullptr) workspace.run(*program, session_.problem().t_begin);
-  for (int s = 0; s < session_.rollout().state_count(); ++s) {
-    const std::string& state = session_.rollout().state_name(s);
-    const std::string dot = dot_of(initial, state);
-    state_rates_[state] = dot.empty() ? std::vector<double>(workspace.cell_count()) : workspace.dense(dot);
-  }
-  for (const Inverse::Part& part : inverse_.parts()) {
-    const double* from = point.direction.data() + part.offset;
-    if (part.initial) state_rates_[part.name].assign(from, from + part.size);
-  }
-}
 
 double Tangent::loss_rate(const Snapshot& snapshot) {
   const model::Task& task = *session_.problem().task;
@@ -112,34 +83,26 @@ double Tangent::loss_rate(const Snapshot& snapshot) {
     for (std::size_t s = 0; s < names_.size(); ++s) {
       // The loss's tangent may call the rates otherwise than the step's.
       const std::string& step_name = names_[s];
-      for (const auto& [state, rates] : state_rates_) {
+      for (const auto& [state, rates] : directions_.state_rates()) {
         if (step_name == state) bound[state] = snapshot.states[s];
-        if (step_name != dot_of(compiled_.step_name(), state)) continue;
-        const std::string dot = dot_of(name, state);
+        if (step_name != directions_.dot_of(compiled_.step_name(), state)) continue;
+        const std::string dot = directions_.dot_of(name, state);
         if (!dot.empty()) bound[dot] = snapshot.states[s];
       }
     }
-    rate += session_.evaluate(*program, dot_of(name, "loss"), snapshot.t, bound);
+    rate += session_.evaluate(*program, directions_.dot_of(name, "loss"), snapshot.t, bound);
   }
   return rate;
 }
 
 double Tangent::operator()(const Point& point) {
-  inverse_.assign(point.x);
-  set_directions(point);
+  directions_.assign(point.x, point.direction);
   RolloutSetup setup = session_.setup();
   setup.step = compiled_.tangent_of(compiled_.step_name());
   Rollout rollout(std::move(setup));
+  directions_.start(rollout);
   names_.clear();
-  for (int s = 0; s < rollout.state_count(); ++s) {
-    const std::string& name = rollout.state_name(s);
-    names_.push_back(name);
-    const int own = session_.rollout().state_index(name);
-    if (own >= 0) rollout.initial(s).copy_in(session_.initial(own));
-    for (const auto& [state, rates] : state_rates_) {
-      if (name == dot_of(compiled_.step_name(), state)) rollout.initial(s).copy_in(rates);
-    }
-  }
+  for (int s = 0; s < rollout.state_count(); ++s) names_.push_back(rollout.state_name(s));
   double rate = 0;
   const RunResult result = rollout.run({1, [&](const Snapshot& snapshot) { rate += loss_rate(snapshot); }});
   return result.stopped || result.blow_up ? NAN : rate;
@@ -173,6 +136,53 @@ bool add_dot_case(const SourceFile& source, const std::shared_ptr<const Compiled
   return true;
 }
 
+/// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
+bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
+                       Random& random, SecondOrderCheck& check, DiagnosticSink& sink) {
+  const auto session = Session::open(source, compiled, options, sink);
+  if (!session) return false;
+  const auto inverse = Inverse::open(*session, source, sink);
+  if (!inverse) return false;
+  const Point point = generic_point(*session, *inverse, random);
+  const Eigen::VectorXd& v = point.direction;
+  const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
+  for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
+    const auto second = SecondOrder::open(*session, *inverse, curvature);
+    if (!second) continue;
+    Eigen::VectorXd hv(v.size()), hw(v.size());
+    second->product(point.x, v, hv);
+    second->product(point.x, w, hw);
+    if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
+    const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
+    check.cases.push_back({grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
+                           relative_difference(w.dot(hv), v.dot(hw), w.cwiseAbs().dot(hv.cwiseAbs()))});
+  }
+  return true;
+}
+
+bool is_kink(const stencil::Expr& e) {
+  const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
+  const bool bends = call != nullptr && (call->fn == Fn::abs || call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::sign);
+  return bends || std::holds_alternative<stencil::Select>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
+}
+
+/// Whether the programs that were differentiated bend anywhere.
+bool has_kinks(const Compiled& compiled) {
+  bool found = false;
+  const auto look = [&](const stencil::Expr& value) {
+    stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e); });
+  };
+  for (const auto& [name, derived] : compiled.derived) {
+    for (const stencil::Kernel& kernel : extract(compiled.stencil, {name}).kernels) {
+      found = found || !kernel.scatters.empty();
+      for (const stencil::Let& let : kernel.lets) look(let.value);
+      for (const stencil::Store& store : kernel.stores) look(store.value);
+      for (const stencil::Sum& sum : kernel.sums) look(sum.value);
+    }
+  }
+  return found;
+}
+
 /// The scene's grid, or one of at most most_cells cells.
 std::vector<int> affordable_grid(const model::Problem& problem) {
   std::vector<int> cells;
@@ -196,10 +206,19 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   Eigen::VectorXd gradient(inverse->size());
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction);
+  const auto hessian = SecondOrder::open(*session, *inverse, Curvature::full);
+  double bend = 0;
+  if (hessian) {
+    Eigen::VectorXd product(inverse->size());
+    hessian->product(point.x, point.direction, product);
+    bend = point.direction.dot(product);
+  }
+  std::vector<Remainder> with_hessian;
   for (int k = 0; k < 16; ++k) {
     const double step = 1e-2 * std::exp2(-k);
-    const double value = inverse->value(point.x + step * point.direction);
-    certificate.remainders.push_back({step, std::abs(value - loss - step * slope)});
+    const double rest = inverse->value(point.x + step * point.direction) - loss - step * slope;
+    certificate.remainders.push_back({step, std::abs(rest)});
+    with_hessian.push_back({step, std::abs(rest - 0.5 * step * step * bend)});
   }
   const double rounding = 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps());
   certificate.slope = remainder_slope(certificate.remainders, 10 * rounding);
@@ -208,6 +227,11 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   // in the others: its remainder is of first order.
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 2, certificate.remainders.end(),
                                                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  if (hessian && certificate.second) {
+    certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
+    certificate.second->only_rounding =
+        finite && std::all_of(with_hessian.begin() + 2, with_hessian.end(), [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  }
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
     certificate.only_rounding = false;
@@ -222,6 +246,23 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   return true;
 }
 
+/// Symmetry on the scene's grid and on small ones; the slope comes with the gradient's.
+bool add_second_order(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
+                      Random& random, Certificate& certificate, DiagnosticSink& sink) {
+  const auto step = compiled->derived.find(compiled->step_name());
+  if (step == compiled->derived.end() || !step->second.second) return true;
+  certificate.second.emplace().has_kinks = has_kinks(*compiled);
+  if (!add_symmetry_case(source, compiled, options, random, *certificate.second, sink)) return false;
+  for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size())) {
+    SessionOptions small = options;
+    small.cells = cells;
+    small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
+    if (!add_symmetry_case(source, compiled, small, random, *certificate.second, sink)) return false;
+  }
+  if (certificate.second->cases.empty()) certificate.second.reset();
+  return true;
+}
+
 }  // namespace
 
 double Certificate::worst() const {
@@ -232,7 +273,18 @@ double Certificate::worst() const {
 
 bool Certificate::passed() const {
   const bool taylor = slope ? std::abs(*slope - 2) <= largest_slope_error : only_rounding;
-  return worst() <= largest_error && taylor;
+  return worst() <= largest_error && taylor && (!second || second->passed());
+}
+
+double SecondOrderCheck::worst() const {
+  double result = 0;
+  for (const DotCase& one : cases) result = std::max(result, one.relative_error);
+  return result;
+}
+
+bool SecondOrderCheck::passed() const {
+  const bool taylor = has_kinks || (slope ? std::abs(*slope - 3) <= largest_second_slope_error : only_rounding);
+  return worst() <= largest_asymmetry && taylor;
 }
 
 std::vector<std::vector<int>> small_grids(std::size_t rank) {
@@ -283,6 +335,7 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
     small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
     if (!add_dot_case(source, compiled, small, random, certificate, sink)) return std::nullopt;
   }
+  if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
   if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
   return certificate;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certification of derivatives on the compiled kernels: the tangent and the adjoint of a whole run must agree to rounding
 // (dot product), on the scene's grid and on small odd ones, and the gradient must leave a remainder of second order (Taylor).
+// The Hessian must be symmetric and, where the programs have no kinks, leave a remainder of third order.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +23,14 @@ struct DotCase {
 struct Remainder {
   double step, value;
 };
+struct SecondOrderCheck {
+  std::vector<DotCase> cases;      // v.Hw against w.Hv
+  std::optional<double> slope;     // of the remainder with the Hessian; absent when it is all rounding
+  bool only_rounding = false;
+  bool has_kinks = false;          // abs, max, if, interpolation: the slope may be anything from 2 to 3
+  double worst() const;            // largest relative error
+  bool passed() const;
+};
 struct Certificate {
   std::vector<DotCase> cases;
   std::vector<std::string> skipped;      // grids on which nothing could be compared, and why
@@ -29,6 +38,7 @@ struct Certificate {
   std::optional<double> slope;           // of the remainder; absent when it is all rounding
   std::string note;                      // why the slope is absent, or where it was measured
   std::vector<Remainder> remainders;
+  std::optional<SecondOrderCheck> second;  // absent: there are no second derivatives
   /// Every case at most 1e-11, and a slope within 0.05 of 2 or a remainder of rounding only.
   bool passed() const;
   bool only_rounding = false;

@@ -10,6 +10,7 @@
 
 #include "driver/array_file.h"
 #include "driver/data.h"
+#include "support/assert.h"
 
 namespace dpde::driver {
 
@@ -27,22 +28,34 @@ std::unique_ptr<Inverse> Inverse::open(Session& session, const SourceFile& sourc
   return inverse;
 }
 
+int Inverse::index_of(const model::Unknown& unknown) const {
+  const auto position = [&](const std::vector<std::string>& names) {
+    const auto found = std::find(names.begin(), names.end(), unknown.name);
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+  };
+  switch (unknown.kind) {
+    case model::Unknown::Kind::initial: return session_.rollout().state_index(unknown.name);
+    case model::Unknown::Kind::coefficient: return position(session_.rollout().sought());
+    case model::Unknown::Kind::parameter: return position(session_.rollout().param_bar_names());
+  }
+  unreachable("kind of unknown");
+}
+
 bool Inverse::make_parts(DiagnosticSink& sink) {
   const model::Task& task = *session_.problem().task;
   if (task.unknowns.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has no unknown", task.name)});
   if (task.losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task.name)});
-  const std::vector<std::string>& bars = session_.rollout().param_bar_names();
-  const auto& derived = session_.compiled().derived;
-  const auto initial = derived.find(session_.problem().scene + "_initial");
-  initial_depends_ = initial != derived.end() && initial->second.adjoint.has_value();
+  for (const std::string& name : session_.compiled().formula_programs()) {
+    const auto derived = session_.compiled().derived.find(name);
+    if (derived != session_.compiled().derived.end() && derived->second.adjoint) formulas_.push_back(name);
+  }
+  using Kind = model::Unknown::Kind;
   Eigen::Index offset = 0;
-  for (const bool want_initial : {true, false}) {
+  for (const Kind kind : {Kind::initial, Kind::coefficient, Kind::parameter}) {
     for (const model::Unknown& unknown : task.unknowns) {
-      if (unknown.initial != want_initial) continue;
-      const auto bar = std::find(bars.begin(), bars.end(), unknown.name);
-      const int param = bar == bars.end() ? -1 : static_cast<int>(bar - bars.begin());
-      const Eigen::Index size = want_initial ? static_cast<Eigen::Index>(session_.workspace().cell_count()) : 1;
-      parts_.push_back({unknown.name, want_initial, want_initial ? session_.rollout().state_index(unknown.name) : param, offset, size});
+      if (unknown.kind != kind) continue;
+      const Eigen::Index size = unknown.is_field() ? static_cast<Eigen::Index>(session_.workspace().cell_count()) : 1;
+      parts_.push_back({unknown.name, kind, index_of(unknown), offset, size});
       offset += size;
     }
   }
@@ -50,51 +63,73 @@ bool Inverse::make_parts(DiagnosticSink& sink) {
   return !sink.has_errors();
 }
 
+const model::Unknown& Inverse::unknown_of(const Part& part) const {
+  const std::vector<model::Unknown>& unknowns = session_.problem().task->unknowns;
+  return *std::ranges::find_if(unknowns, [&](const model::Unknown& u) { return u.kind == part.kind && u.name == part.name; });
+}
+
 bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
-  const model::Task& task = *session_.problem().task;
   Workspace& workspace = session_.workspace();
-  // The program keeps the formulas' values under the states' names; put the scene's own values back afterwards.
+  // The program keeps the formulas' values under the fields' names; put the scene's own values back afterwards.
   std::map<std::string, std::vector<double>> from_formula;
-  const dpde_program* program = session_.compiled().program(task.name + "_start");
+  for (const Part& part : parts_) {
+    if (part.is_field()) own_[part.name] = part.is_initial() ? session_.initial(part.index) : workspace.dense(part.name);
+  }
+  const dpde_program* program = session_.compiled().program(session_.problem().task->name + "_start");
   if (program != nullptr) {
     workspace.run(*program, session_.problem().t_begin);
-    for (const model::Unknown& unknown : task.unknowns) {
-      if (unknown.initial && unknown.from.formula) from_formula[unknown.name] = workspace.dense(unknown.name);
+    for (const Part& part : parts_) {
+      if (part.is_field() && unknown_of(part).from.formula) from_formula[part.name] = workspace.dense(part.name);
     }
+  }
+  for (const Part& part : parts_) {
+    if (part.is_field()) workspace.field(part.name).copy_in(own_.at(part.name));
   }
   session_.reset_initial();
   for (const Part& part : parts_) {
-    const auto unknown = std::find_if(task.unknowns.begin(), task.unknowns.end(),
-                                      [&](const model::Unknown& u) { return u.initial == part.initial && u.name == part.name; });
+    const model::Source& from = unknown_of(part).from;
     std::vector<double> values;
-    if (!part.initial) {
-      const model::Number* from = unknown->from.formula ? std::get_if<model::Number>(&(*unknown->from.formula)->kind) : nullptr;
-      values = {from != nullptr ? from->value : workspace.params().at(part.name)};
-    } else if (unknown->from.formula) {
+    if (!part.is_field()) {
+      const model::Number* number = from.formula ? std::get_if<model::Number>(&(*from.formula)->kind) : nullptr;
+      values = {number != nullptr ? number->value : workspace.params().at(part.name)};
+    } else if (from.formula) {
       values = from_formula[part.name];
-    } else if (!unknown->from.file.empty()) {
-      const std::optional<std::vector<double>> loaded = load_array(unknown->from, source, session_.problem().axes, sink);
+    } else if (!from.file.empty()) {
+      const std::optional<std::vector<double>> loaded = load_array(from, source, session_.problem().axes, sink);
       if (!loaded) return false;
       values = session_.options().cells.empty() ? *loaded : resample(*loaded, session_.problem().axes, workspace.axes());
     } else {
-      values = session_.initial(part.index);
+      values = own_.at(part.name);
     }
     std::copy(values.begin(), values.end(), start_.data() + part.offset);
   }
   return true;
 }
 
-void Inverse::assign(const Eigen::VectorXd& x) {
-  bool params_changed = false;
+Bounds Inverse::bounds() const {
+  const std::vector<model::Unknown>& unknowns = session_.problem().task->unknowns;
+  if (std::ranges::none_of(unknowns, &model::Unknown::is_bounded)) return {};
+  Bounds bounds{Eigen::VectorXd(size()), Eigen::VectorXd(size())};
   for (const Part& part : parts_) {
-    if (part.initial) continue;
+    bounds.low.segment(part.offset, part.size).setConstant(unknown_of(part).low);
+    bounds.high.segment(part.offset, part.size).setConstant(unknown_of(part).high);
+  }
+  return bounds;
+}
+
+void Inverse::assign(const Eigen::VectorXd& x) {
+  for (const Part& part : parts_) {
+    if (part.is_field()) continue;
     session_.workspace().set_param(part.name, x[part.offset]);
     session_.rollout().set_param(part.name, x[part.offset]);
-    params_changed = true;
   }
-  if (initial_depends_ && params_changed) session_.reset_initial();
+  if (!formulas_.empty()) {
+    session_.reset_coefficients();
+    session_.reset_initial();
+  }
   for (const Part& part : parts_) {
-    if (part.initial) session_.rollout().initial(part.index).copy_in(dense_part(x, part));
+    if (part.is_initial()) session_.rollout().initial(part.index).copy_in(dense_part(x, part));
+    if (part.is_field() && !part.is_initial()) session_.workspace().field(part.name).copy_in(dense_part(x, part));
   }
 }
 
@@ -103,46 +138,53 @@ double Inverse::value(const Eigen::VectorXd& x) {
   return session_.rollout().loss();
 }
 
+const double* Inverse::bar_of(const std::string& field) const {
+  const int state = session_.rollout().state_index(field);
+  if (state >= 0) return last_->state_bars[static_cast<std::size_t>(state)];
+  const std::vector<std::string>& sought = session_.rollout().sought();
+  const auto found = std::find(sought.begin(), sought.end(), field);
+  return found == sought.end() ? nullptr : last_->field_bars[static_cast<std::size_t>(found - sought.begin())];
+}
+
 double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
   assign(x);
   last_ = &session_.rollout().gradient();
   if (last_->stopped) return NAN;
   for (const Part& part : parts_) {
-    if (part.initial) {
-      copy_out(session_.workspace().layout(), last_->state_bars[static_cast<std::size_t>(part.index)],
+    if (part.is_field()) {
+      copy_out(session_.workspace().layout(), bar_of(part.name),
                {gradient.data() + part.offset, static_cast<std::size_t>(part.size)});
     } else {
       gradient[part.offset] = part.index < 0 ? 0.0 : last_->param_bars[static_cast<std::size_t>(part.index)];
     }
   }
-  if (initial_depends_) add_gradient_through_initial(gradient);
+  add_gradient_through_formulas(gradient);
   return last_->loss;
 }
 
-void Inverse::add_gradient_through_initial(Eigen::VectorXd& gradient) {
-  const std::string initial = session_.problem().scene + "_initial";
-  const adjoint::Derivative& derivative = *session_.compiled().derived.at(initial).adjoint;
-  std::map<std::string, double*> bound;
-  std::vector<double> seed(session_.workspace().cell_count());
-  for (const std::string& state : session_.compiled().stencil.find_program(initial)->keeps) {
-    const auto name = derivative.names.find(state);
-    if (name == derivative.names.end()) continue;
-    const bool is_unknown = std::any_of(parts_.begin(), parts_.end(), [&](const Part& p) { return p.initial && p.name == state; });
-    Field& field = session_.workspace().field(name->second);
-    if (is_unknown) {
-      field.fill(0);  // the formula is not used
-    } else {
-      copy_out(session_.workspace().layout(), last_->state_bars[static_cast<std::size_t>(session_.rollout().state_index(state))], seed);
+void Inverse::add_gradient_through_formulas(Eigen::VectorXd& gradient) {
+  Workspace& workspace = session_.workspace();
+  std::vector<double> seed(workspace.cell_count());
+  for (const std::string& program : formulas_) {
+    const adjoint::Derivative& derivative = *session_.compiled().derived.at(program).adjoint;
+    for (const std::string& kept : session_.compiled().stencil.find_program(program)->keeps) {
+      const auto name = derivative.names.find(kept);
+      if (name == derivative.names.end()) continue;
+      const bool is_unknown = std::ranges::any_of(parts_, [&](const Part& p) { return p.is_field() && p.name == kept; });
+      const double* bar = bar_of(kept);
+      Field& field = workspace.field(name->second);
+      field.fill(0);
+      if (is_unknown || bar == nullptr) continue;  // the formula is not used
+      copy_out(workspace.layout(), bar, seed);
       field.copy_in(seed);
     }
-  }
-  const std::map<std::string, double> sums =
-      session_.workspace().run(*session_.compiled().program(derivative.program), session_.problem().t_begin);
-  for (const Part& part : parts_) {
-    const auto name = derivative.names.find(part.name);
-    if (part.initial || name == derivative.names.end()) continue;
-    const auto sum = sums.find(name->second);
-    if (sum != sums.end()) gradient[part.offset] += sum->second;
+    const auto sums = workspace.run(*session_.compiled().program(derivative.program), session_.problem().t_begin);
+    for (const Part& part : parts_) {
+      const auto name = derivative.names.find(part.name);
+      if (part.is_field() || name == derivative.names.end()) continue;
+      const auto sum = sums.find(name->second);
+      if (sum != sums.end()) gradient[part.offset] += sum->second;
+    }
   }
 }
 

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task as a function of one flat vector of unknowns: initial states (interior, x fastest), then parameters. An unknown
-// parameter also acts through the formulas of the initial states.
+// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest), then
+// parameters. An unknown parameter also acts through the formulas of initial states and coefficients.
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "driver/session.h"
+#include "dpde/runtime/optimise.h"
 
 namespace dpde::driver {
 
@@ -16,17 +18,23 @@ class Inverse {
  public:
   struct Part {
     std::string name;
-    bool initial;  // an initial state, otherwise a parameter
-    int index;     // of the state or of the rollout's parameter gradient (-1: none)
+    model::Unknown::Kind kind;
+    int index;  // of the state, the sought field or the parameter gradient of the rollout (-1: none)
     Eigen::Index offset, size;
+    bool is_field() const { return kind != model::Unknown::Kind::parameter; }
+    bool is_initial() const { return kind == model::Unknown::Kind::initial; }
   };
 
   /// The session's problem has a task. null when `sink` has errors afterwards. The session must outlive the result.
   static std::unique_ptr<Inverse> open(Session& session, const SourceFile& source, DiagnosticSink& sink);
 
   const std::vector<Part>& parts() const { return parts_; }
+  /// The scene's own values of a field that is sought.
+  const std::vector<double>& own(const Part& part) const { return own_.at(part.name); }
   /// Where the task starts: `from`, or else the scene's own values.
   const Eigen::VectorXd& start() const { return start_; }
+  /// Of the unknowns; empty when none has bounds.
+  Bounds bounds() const;
   Eigen::Index size() const { return start_.size(); }
 
   double value(const Eigen::VectorXd& x);
@@ -43,12 +51,17 @@ class Inverse {
   explicit Inverse(Session& session) : session_(session) {}
   bool make_parts(DiagnosticSink& sink);
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
-  void add_gradient_through_initial(Eigen::VectorXd& gradient);
+  void add_gradient_through_formulas(Eigen::VectorXd& gradient);
+  const model::Unknown& unknown_of(const Part& part) const;
+  int index_of(const model::Unknown& unknown) const;
+  /// Of a state or sought coefficient, in the last gradient; null when there is none.
+  const double* bar_of(const std::string& field) const;
 
   Session& session_;
   std::vector<Part> parts_;
+  std::map<std::string, std::vector<double>> own_;
   Eigen::VectorXd start_;
-  bool initial_depends_ = false;  // a formula of an initial state holds an unknown parameter
+  std::vector<std::string> formulas_;  // programs of formulas that hold an unknown parameter
   const GradientResult* last_ = nullptr;
 };
 

@@ -170,6 +170,21 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
   return params;
 }
 
+/// Whether the coefficient is an unknown or a formula of one.
+bool is_sought(const model::Problem& problem, const model::Coefficient& coefficient) {
+  if (!problem.task) return false;
+  const auto is_unknown = [&](const model::Unknown& unknown) {
+    return unknown.kind == model::Unknown::Kind::coefficient && unknown.name == coefficient.name;
+  };
+  const auto reads_unknown = [&](const model::Expr& e) {
+    const model::Param* param = std::get_if<model::Param>(&e->kind);
+    const model::Parameter* known = param == nullptr ? nullptr : problem.find_param(param->name);
+    return known != nullptr && known->unknown;
+  };
+  return std::any_of(problem.task->unknowns.begin(), problem.task->unknowns.end(), is_unknown) ||
+         (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
+}
+
 /// What derivatives are taken with respect to.
 adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& options) {
   adjoint::Activity wrt;
@@ -188,6 +203,9 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
     return wrt;
   }
   for (const model::State& state : compiled.problem->states) wrt.fields.insert(state.name);
+  for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
+    if (is_sought(*compiled.problem, coefficient)) wrt.fields.insert(coefficient.name);
+  }
   for (const model::Parameter& param : compiled.problem->params) {
     if (!param.unknown) continue;
     if (options.certify) {
@@ -212,17 +230,54 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
   return wrt;
 }
 
-/// Programs a gradient goes through: the step, the initial state, the losses; all of a file without a scene.
+/// Programs a gradient goes through: the step, formulas of fields, the losses; all of a file without a scene.
 std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   if (!compiled.problem) return compiled.primal_programs;
   std::vector<std::string> names;
-  const std::string step = compiled.step_name(), initial = compiled.problem->scene + "_initial";
+  const std::string step = compiled.step_name();
+  const std::vector<std::string> formulas = compiled.formula_programs();
   const std::string loss = compiled.problem->task ? compiled.problem->task->name + "_loss_" : "";
   for (const std::string& name : compiled.primal_programs) {
     const bool is_loss = !loss.empty() && name.starts_with(loss);
-    if (name == step || name == initial || is_loss) names.push_back(name);
+    if (name == step || contains(formulas, name) || is_loss) names.push_back(name);
   }
   return names;
+}
+
+/// The directions of `wrt`, and those beside what they belong to.
+adjoint::Activity directions_of(const adjoint::Activity& wrt, const std::map<std::string, std::string>& dots, bool with_values) {
+  adjoint::Activity result;
+  if (with_values) result = wrt;
+  for (const std::string& field : wrt.fields) result.fields.insert(dots.at(field));
+  for (const std::string& param : wrt.params) result.params.insert(dots.at(param));
+  return result;
+}
+
+/// The adjoint of a derivative of `name`. Its names avoid those of all primal programs, as first adjoints do.
+std::optional<adjoint::Derivative> adjoint_of_derivative(const Compiled& compiled, const adjoint::Derivative& derivative,
+                                                         const adjoint::Activity& wrt) {
+  stencil::Module base = compiled.stencil;
+  merge(base, derivative.module);
+  DiagnosticSink sink;
+  adjoint::Derivative result = adjoint::adjoint(base, derivative.program, wrt, sink);
+  if (sink.has_errors()) return std::nullopt;
+  return result;
+}
+
+/// What has no second derivative is left without: gradients do not need it.
+void differentiate_twice(Compiled& compiled, const std::string& name, const adjoint::Activity& wrt, stencil::Module& derivatives) {
+  Derived& derived = compiled.derived.at(name);
+  const auto add = [&](const adjoint::Derivative& derivative) { merge(derivatives, with_own_kernels(derivative.module, derivatives)); };
+  derived.second = adjoint_of_derivative(compiled, *derived.tangent, directions_of(wrt, derived.tangent->names, true));
+  if (derived.second) add(*derived.second);
+  if (!compiled.problem || !compiled.problem->task || !name.starts_with(compiled.problem->task->name + "_loss_")) return;
+  DiagnosticSink sink;
+  derived.squares = adjoint::squares_of_tangent(compiled.stencil, name, wrt, sink);
+  if (!derived.squares || sink.has_errors()) return;
+  derived.squares_adjoint = adjoint_of_derivative(compiled, *derived.squares, directions_of(wrt, derived.squares->names, false));
+  if (!derived.squares_adjoint) return;
+  add(*derived.squares);
+  add(*derived.squares_adjoint);
 }
 
 void differentiate(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
@@ -239,6 +294,7 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
       derived.adjoint = adjoint::adjoint(compiled.stencil, name, wrt, sink);
       merge(derivatives, with_own_kernels(derived.adjoint->module, derivatives));
     }
+    if (options.second && !sink.has_errors()) differentiate_twice(compiled, name, wrt, derivatives);
   }
   if (sink.has_errors()) return;
   merge(compiled.stencil, run_passes(std::move(derivatives)));
@@ -279,7 +335,7 @@ void add_certifying_task(model::Problem& problem) {
     const model::Expr value = model::binary(BinaryOp::add, u, square);
     total = model::binary(BinaryOp::add, total, model::binary(BinaryOp::multiply, model::field(probe), value));
     task.data.push_back({probe, "", "", "", {}, {}});
-    task.unknowns.push_back({true, state.name, state.initial, {}});
+    task.unknowns.push_back({model::Unknown::Kind::initial, state.name, state.initial, {}});
   }
   task.losses.push_back({model::reduce(model::Reduce::Kind::sum, total), {}, {}});
   for (model::Parameter& param : problem.params) {
@@ -290,7 +346,7 @@ void add_certifying_task(model::Problem& problem) {
     param.unknown = std::none_of(problem.coefficients.begin(), problem.coefficients.end(), [&](const model::Coefficient& c) {
       return c.value.formula && model::any_part(*c.value.formula, holds);
     });
-    if (param.unknown) task.unknowns.push_back({false, param.name, {model::number(param.value), "", {}}, {}});
+    if (param.unknown) task.unknowns.push_back({model::Unknown::Kind::parameter, param.name, {model::number(param.value), "", {}}, {}});
   }
   problem.task = std::move(task);
 }
@@ -318,7 +374,26 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   return true;
 }
 
-bool lower_and_differentiate(Compiled& compiled, const CompileOptions& options, Stages& stages, DiagnosticSink& sink) {
+const model::Optimiser* newton_of(const Compiled& compiled) {
+  const bool has_task = compiled.problem && compiled.problem->task && compiled.problem->task->optimiser;
+  const model::Optimiser* optimiser = has_task ? &*compiled.problem->task->optimiser : nullptr;
+  return optimiser != nullptr && optimiser->kind == model::Optimiser::Kind::newton_cg ? optimiser : nullptr;
+}
+
+/// Losses without the squares that the task's optimiser asks for.
+void check_squares(const Compiled& compiled, DiagnosticSink& sink) {
+  const model::Task& task = *compiled.problem->task;
+  for (std::size_t i = 0; i < task.losses.size(); ++i) {
+    const auto loss = compiled.derived.find(fmt::format("{}_loss_{}", task.name, i + 1));
+    if (loss == compiled.derived.end() || loss->second.squares_adjoint) continue;
+    sink.report("not-squares", task.losses[i].origin.range, {},
+                "write sums of squares, as in mean((u - v)^2) + 1e-3*mean(dx(k)^2), or newton_cg(hessian = full)");
+  }
+}
+
+bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages& stages, DiagnosticSink& sink) {
+  const model::Optimiser* newton = options.adjoint ? newton_of(compiled) : nullptr;
+  if (newton != nullptr) options.tangent = options.second = true;
   compiled.stencil = run_passes(lower(compiled, options, sink));
   if (sink.has_errors()) return false;
   compiled.primal_programs = names_of(compiled.stencil.programs);
@@ -327,6 +402,7 @@ bool lower_and_differentiate(Compiled& compiled, const CompileOptions& options, 
   if (!stages.after("stencil", [&] { return print(compiled.stencil); }, verified)) return false;
   if (!options.tangent && !options.adjoint) return true;
   differentiate(compiled, options, sink);
+  if (newton != nullptr && newton->gauss_newton && !sink.has_errors()) check_squares(compiled, sink);
   if (sink.has_errors()) return false;
   const auto derivatives_text = [&](bool adjoint) {
     return print(extract(compiled.stencil, compiled.derivative_programs(adjoint)));
@@ -340,6 +416,10 @@ bool lower_and_differentiate(Compiled& compiled, const CompileOptions& options, 
 std::string Compiled::step_name() const {
   if (!problem) return "";
   return problem->program.empty() ? problem->scene + "_step" : problem->program;
+}
+
+std::vector<std::string> Compiled::formula_programs() const {
+  return {problem->scene + "_coefficients", problem->scene + "_initial"};
 }
 
 const dpde_program* Compiled::tangent_of(const std::string& name) const {

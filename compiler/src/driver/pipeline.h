@@ -35,6 +35,7 @@ struct CompileOptions {
   model::Selection selection;       // the scene or task; in a file without scenes a program, or "" for all
   std::optional<Backend> backend;   // nullopt: stop at the loop level
   bool tangent = false, adjoint = false;
+  bool second = false;              // second derivatives, with tangent and adjoint; what has none is left without
   bool without_task = false;        // of a task only its scene and scheme; "" is the only scene, if there is just one
   /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up functional.
   bool certify = false;
@@ -46,6 +47,8 @@ struct CompileOptions {
 /// A program and the programs of its derivatives, when it depends on something active.
 struct Derived {
   std::optional<adjoint::Derivative> tangent, adjoint;  // names; their kernels are in Compiled::stencil
+  std::optional<adjoint::Derivative> second;            // the adjoint of the tangent, by inputs and directions alike
+  std::optional<adjoint::Derivative> squares, squares_adjoint;  // of a loss that is a sum of squares, by the directions
 };
 
 struct Compiled {
@@ -62,6 +65,8 @@ struct Compiled {
   double seconds = 0;
 
   std::string step_name() const;  // "" without a problem
+  /// Those that turn parameters into fields before the first step; each may be missing.
+  std::vector<std::string> formula_programs() const;
   std::vector<std::string> derivative_programs(bool adjoint) const;
   /// nullptr when there is no such program.
   const dpde_program* program(const std::string& name) const { return code ? code->find(name) : nullptr; }

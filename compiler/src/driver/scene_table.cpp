@@ -65,11 +65,12 @@ dpde_instants SceneTable::Storage::instants(const model::When& when) {
 
 void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unknown& unknown) {
   int32_t start = DPDE_START_SCENE;
-  if (unknown.initial && unknown.from.formula) start = DPDE_START_FORMULA;
-  if (unknown.initial && !unknown.from.file.empty()) start = DPDE_START_HOST;
+  const bool initial = unknown.kind == model::Unknown::Kind::initial;
+  if (initial && unknown.from.formula) start = DPDE_START_FORMULA;
+  if (initial && !unknown.from.file.empty()) start = DPDE_START_HOST;
   if (start == DPDE_START_FORMULA && compiled->program(task.name + "_start") == nullptr) start = DPDE_START_SCENE;
-  unknowns.push_back({text(unknown.name), unknown.initial ? DPDE_UNKNOWN_INITIAL : DPDE_UNKNOWN_PARAM, start});
-  if (unknown.initial || !unknown.from.formula) return;
+  unknowns.push_back({text(unknown.name), initial ? DPDE_UNKNOWN_INITIAL : DPDE_UNKNOWN_PARAM, start});
+  if (initial || !unknown.from.formula) return;
   const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
   for (dpde_value& param : params) {
     if (from != nullptr && param.name == unknown.name) param.value = from->value;
@@ -142,6 +143,11 @@ const dpde_scene& SceneTable::scene() const { return storage_->scene; }
 std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
   const std::optional<model::Task>& task = compiled->problem->task;
   if (task && task->losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
+  for (const model::Coefficient& coefficient : compiled->problem->coefficients) {
+    if (!compiled->activity.fields.contains(coefficient.name)) continue;
+    sink.report("not-for-hosts", coefficient.value.origin.range, {coefficient.name},
+                "seek a parameter or an initial state, or use dpde gradient and dpde optimize");
+  }
   if (sink.has_errors()) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);
   table->storage_ = std::make_unique<Storage>(std::move(compiled));

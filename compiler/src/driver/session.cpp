@@ -89,9 +89,13 @@ bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) 
     if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
     field.copy_in(*values);
   }
+  reset_coefficients();
+  return true;
+}
+
+void Session::reset_coefficients() {
   const dpde_program* program = compiled_->program(problem().scene + "_coefficients");
   if (program != nullptr) workspace_->run(*program, problem().t_begin);
-  return true;
 }
 
 bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
@@ -146,19 +150,50 @@ RolloutSetup Session::setup() {
 bool Session::make_rollout(DiagnosticSink& sink) {
   RolloutSetup full = setup();
   full.adjoint = compiled_->adjoint_of(compiled_->step_name());
-  if (!add_losses(full, sink)) return false;
+  for (const model::Coefficient& coefficient : problem().coefficients) {
+    if (compiled_->activity.fields.contains(coefficient.name)) full.sought.push_back(coefficient.name);
+  }
+  const auto pick = [&](const std::string& name) {
+    return LossPrograms{compiled_->program(name), compiled_->adjoint_of(name), "loss"};
+  };
+  if (!add_losses(full, pick, sink)) return false;
   rollout_ = std::make_unique<Rollout>(std::move(full));
   return true;
 }
 
-bool Session::add_losses(RolloutSetup& setup, DiagnosticSink& sink) {
+std::unique_ptr<Rollout> Session::second_order_rollout(bool gauss_newton) {
+  const auto step = compiled_->derived.find(compiled_->step_name());
+  if (step == compiled_->derived.end() || !step->second.second) return nullptr;
+  for (const std::string& name : rollout_->sought()) workspace_->field(name + "_dot");
+  RolloutSetup both = setup();
+  both.step = compiled_->program(step->second.tangent->program);
+  both.adjoint = compiled_->program(step->second.second->program);
+  for (const std::string& name : rollout_->sought()) both.sought.insert(both.sought.end(), {name, name + "_dot"});
+  const auto pick = [&](const std::string& name) -> LossPrograms {
+    const auto found = compiled_->derived.find(name);
+    if (found == compiled_->derived.end()) return {};
+    const Derived& loss = found->second;
+    const std::optional<adjoint::Derivative>& value = gauss_newton ? loss.squares : loss.tangent;
+    const std::optional<adjoint::Derivative>& adjoint = gauss_newton ? loss.squares_adjoint : loss.second;
+    if (!value || !adjoint) return {};
+    return {compiled_->program(value->program), compiled_->program(adjoint->program), value->names.at("loss")};
+  };
+  DiagnosticSink silent;  // the first rollout has reported what data are missing
+  if (!add_losses(both, pick, silent)) return nullptr;
+  return std::make_unique<Rollout>(std::move(both));
+}
+
+bool Session::add_losses(RolloutSetup& setup, const PickLoss& pick, DiagnosticSink& sink) {
   if (!problem().task) return true;
   const model::Task& task = *problem().task;
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    const LossPrograms programs = pick(name);
+    if (programs.value == nullptr) return false;
     LossTerm term;
-    term.loss = compiled_->program(name);
-    term.adjoint = compiled_->adjoint_of(name);
+    term.loss = programs.value;
+    term.adjoint = programs.adjoint;
+    term.sum = programs.sum;
     term.at_steps = steps_of(task.losses[i].when);
     for (const DataStates& datum : data_) {
       if (!is_field(*term.loss, datum.name)) continue;

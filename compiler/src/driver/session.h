@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -56,6 +57,8 @@ class Session {
 
   /// Copies the scene's initial state into the rollout again, recomputed from the formulas with the present parameters.
   void reset_initial();
+  /// Coefficients that are formulas, from the present parameters.
+  void reset_coefficients();
   std::vector<double> initial(int state);
   /// The state where the last run ended.
   std::vector<double> final_state(int state);
@@ -70,6 +73,8 @@ class Session {
   std::vector<int> steps_of(const model::When& when) const;
   /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
   RolloutSetup setup();
+  /// States and rates together, and their adjoint (see SecondOrder); null when the programs for it are not there.
+  std::unique_ptr<Rollout> second_order_rollout(bool gauss_newton);
   /// A quantity of the task (a loss or test) at one state.
   double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states);
   /// The same with all fields given by name, data excepted.
@@ -81,7 +86,13 @@ class Session {
   bool load_states(const SourceFile& source, DiagnosticSink& sink);
   bool load_coefficients(const SourceFile& source, DiagnosticSink& sink);
   bool make_rollout(DiagnosticSink& sink);
-  bool add_losses(RolloutSetup& setup, DiagnosticSink& sink);
+  /// The programs of one loss in a rollout.
+  struct LossPrograms {
+    const dpde_program *value, *adjoint;
+    std::string sum;
+  };
+  using PickLoss = std::function<LossPrograms(const std::string& name)>;
+  bool add_losses(RolloutSetup& setup, const PickLoss& pick, DiagnosticSink& sink);
   std::map<std::string, double*> bind_states(const std::vector<double*>& states);
 
   std::shared_ptr<const Compiled> compiled_;

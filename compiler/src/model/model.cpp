@@ -32,4 +32,9 @@ const Parameter* Problem::find_param(const std::string& name) const {
   return found == params.end() ? nullptr : &*found;
 }
 
+const Coefficient* Problem::find_coefficient(const std::string& name) const {
+  const auto found = std::ranges::find(coefficients, name, &Coefficient::name);
+  return found == coefficients.end() ? nullptr : &*found;
+}
+
 }  // namespace dpde::model

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -169,10 +170,13 @@ struct Datum {
   Origin origin;
 };
 struct Unknown {
-  bool initial = false;  // initial state `name`, otherwise parameter `name`
-  std::string name;
-  Source from;           // initial: formula or file (default: the scene's own initial state); parameter: a number
+  enum class Kind { parameter, initial, coefficient } kind = Kind::parameter;
+  std::string name;  // of the parameter, the state whose initial values are sought, or the coefficient
+  Source from;       // a field: formula or file (default: the scene's own values); parameter: a number
   Origin origin;
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+  bool is_bounded() const { return low > -std::numeric_limits<double>::infinity(); }
+  bool is_field() const { return kind != Kind::parameter; }
 };
 /// What a run writes down: these states every so many steps, the first and the last one in any case.
 struct Output {
@@ -190,8 +194,9 @@ struct Test {
   When when;
 };
 struct Optimiser {
-  enum class Kind { gradient_descent, adam, lbfgs } kind = Kind::lbfgs;
+  enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
   double rate = 0;  // gradient_descent, adam
+  bool gauss_newton = false;  // newton_cg: in place of the full Hessian
   int iterations = 50;
 };
 struct Task {
@@ -226,6 +231,7 @@ struct Problem {
   /// What the time scheme keeps of the last step of `name`, or nullptr.
   const State* history_of(const std::string& name) const;
   const Parameter* find_param(const std::string& name) const;
+  const Coefficient* find_coefficient(const std::string& name) const;
 };
 
 }  // namespace dpde::model

@@ -163,6 +163,8 @@ std::string text_of(const Optimiser& optimiser) {
       case Optimiser::Kind::gradient_descent: return fmt::format("gradient_descent(rate = {})", optimiser.rate);
       case Optimiser::Kind::adam: return fmt::format("adam(rate = {})", optimiser.rate);
       case Optimiser::Kind::lbfgs: return "lbfgs()";
+      case Optimiser::Kind::newton_cg:
+        return fmt::format("newton_cg(hessian = {})", optimiser.gauss_newton ? "gauss_newton" : "full");
     }
     unreachable("optimiser");
   };
@@ -173,8 +175,9 @@ std::vector<std::string> task_lines(const Task& task) {
   std::vector<std::string> lines;
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
   for (const Unknown& unknown : task.unknowns) {
-    lines.push_back(
-        fmt::format("unknown {}{} from {}", unknown.initial ? "initial " : "", unknown.name, print(unknown.from)));
+    const std::string bounds = unknown.is_bounded() ? fmt::format(" in {} .. {}", unknown.low, unknown.high) : "";
+    const char* initial = unknown.kind == Unknown::Kind::initial ? "initial " : "";
+    lines.push_back(fmt::format("unknown {}{} from {}{}", initial, unknown.name, print(unknown.from), bounds));
   }
   for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
   if (task.optimiser) lines.push_back(text_of(*task.optimiser));

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "model/build.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -104,10 +105,6 @@ class Verifier {
         }
       }
     }
-    for (const Coefficient& coefficient : problem_.coefficients) {
-      demand(!coefficient.value.formula || !reads_unknown(*coefficient.value.formula),
-             fmt::format("coefficient {} depends on an unknown", coefficient.name));
-    }
   }
 
   bool reads_unknown(const Expr& e) const {
@@ -130,10 +127,8 @@ class Verifier {
     }
     demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
-      const bool exists =
-          unknown.initial ? problem_.find_state(unknown.name) != nullptr : unknowns_.contains(unknown.name);
-      demand(exists, fmt::format("unknown {} is nothing", unknown.name));
-      check_source(unknown.from, "start of " + unknown.name, unknown.initial ? formula : boundary);
+      demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
+      check_source(unknown.from, "start of " + unknown.name, unknown.is_field() ? formula : boundary);
     }
     for (const Loss& loss : task.losses) {
       check(loss.value, "loss", quantity);
@@ -145,7 +140,18 @@ class Verifier {
     }
     if (!task.optimiser) return;
     demand(task.optimiser->iterations >= 1, "the optimiser has no iterations");
-    demand(task.optimiser->kind == Optimiser::Kind::lbfgs || task.optimiser->rate > 0, "the optimiser has no rate");
+    const bool needs_rate =
+        task.optimiser->kind == Optimiser::Kind::gradient_descent || task.optimiser->kind == Optimiser::Kind::adam;
+    demand(!needs_rate || task.optimiser->rate > 0, "the optimiser has no rate");
+  }
+
+  bool exists(const Unknown& unknown) const {
+    switch (unknown.kind) {
+      case Unknown::Kind::parameter: return unknowns_.contains(unknown.name);
+      case Unknown::Kind::initial: return problem_.find_state(unknown.name) != nullptr;
+      case Unknown::Kind::coefficient: return problem_.find_coefficient(unknown.name) != nullptr;
+    }
+    unreachable("kind of unknown");
   }
 
   void check_when(const When& when, const std::string& where) {

@@ -131,7 +131,7 @@ std::vector<Formula> initial_formulas(const model::Problem& problem) {
 std::vector<Formula> start_formulas(const model::Task& task) {
   std::vector<Formula> formulas;
   for (const model::Unknown& u : task.unknowns) {
-    if (u.initial && u.from.formula) formulas.push_back({u.name, *u.from.formula, u.origin});
+    if (u.is_field() && u.from.formula) formulas.push_back({u.name, *u.from.formula, u.origin});
   }
   return formulas;
 }

@@ -171,10 +171,10 @@ struct DataItem {  // data u_ref = load("u.npy")  |  data u_ref = u from scene f
   std::optional<Identifier> scene;   // after `from scene`
   When when;
 };
-struct UnknownItem {  // unknown initial u from 0      unknown nu from 0.01
+struct UnknownItem {  // unknown initial u from 0      unknown nu from 0.01 in 0 .. 1
   bool initial = false;
   Identifier name;
-  std::optional<Expr> from;
+  std::optional<Expr> from, low, high;
 };
 struct MinimiseItem {  // minimise mean((u - u_ref)^2) at t = 0.5
   Expr loss;

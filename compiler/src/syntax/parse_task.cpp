@@ -45,6 +45,11 @@ ItemKind parse_unknown(Cursor& cursor) {
   constexpr const char* what = "the name of a parameter, or 'initial' and the name of a field";
   item.name = item.initial ? parse_field_or_rate(cursor, what) : cursor.expect_component(what);
   if (cursor.accept_word("from")) item.from = parse_expression(cursor);
+  if (cursor.accept_word("in")) {
+    item.low = parse_expression(cursor);
+    cursor.expect(TokenKind::dot_dot);
+    item.high = parse_expression(cursor);
+  }
   return item;
 }
 

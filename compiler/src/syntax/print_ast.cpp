@@ -90,6 +90,7 @@ std::string print_data(const DataItem& data) {
 std::string print_unknown(const UnknownItem& unknown) {
   std::string text = fmt::format("unknown {}{}", unknown.initial ? "initial " : "", unknown.name.name);
   if (unknown.from) text += " from " + print(*unknown.from);
+  if (unknown.low && unknown.high) text += fmt::format(" in {} .. {}", print(*unknown.low), print(*unknown.high));
   return text;
 }
 

@@ -44,8 +44,8 @@ Rules rules_of(Purpose purpose) {
               "an initial state",
               "an initial state is made of numbers, parameters and coordinates"};
     case Purpose::coefficient:
-      return {false, true,  false,           false,
-              false, false, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
+      return {false, true, false,           false,
+              false, true, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
     case Purpose::exact:
       return {false,
               true,
@@ -270,9 +270,6 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
     if (purpose_ == Purpose::boundary) {
       draft_.sink.report("unknown-in-boundary", range, {name, subject_},
                          "give the boundary a number, and let the unknown act in the equation or the initial state");
-    } else if (purpose_ == Purpose::coefficient) {
-      draft_.sink.report("unknown-in-coefficient", range, {name, subject_},
-                         fmt::format("write the formula in the model: let {} = ...", subject_));
     } else {
       draft_.sink.report("unknown-in-number", range, {name, subject_},
                          "write the formula in the model with let, so that it can be differentiated");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// using gradient_descent(rate = 5), iterations 50
+// using gradient_descent(rate = 5), iterations 50; using newton_cg(hessian = gauss_newton)
 #include <fmt/format.h>
 
 #include <cmath>
@@ -20,7 +20,8 @@ struct OptimiserKind {
 };
 constexpr OptimiserKind kinds[] = {{"gradient_descent", Optimiser::Kind::gradient_descent, true},
                                    {"adam", Optimiser::Kind::adam, true},
-                                   {"lbfgs", Optimiser::Kind::lbfgs, false}};
+                                   {"lbfgs", Optimiser::Kind::lbfgs, false},
+                                   {"newton_cg", Optimiser::Kind::newton_cg, false}};
 
 const OptimiserKind* find_kind_of(Draft& draft, const std::string& name, SourceRange range) {
   std::vector<std::string> names;
@@ -40,14 +41,29 @@ std::optional<double> rate_of(Draft& draft, const ast::Call& call, const ast::Ar
   return std::nullopt;
 }
 
+/// hessian = full or gauss_newton; false where the argument is another one.
+bool bind_hessian(Draft& draft, const ast::Call& call, const ast::Argument& argument, Optimiser& optimiser) {
+  if (optimiser.kind != Optimiser::Kind::newton_cg || argument.name != "hessian") return false;
+  const auto* word = std::get_if<ast::Name>(&argument.value->kind);
+  optimiser.gauss_newton = word && word->name == "gauss_newton";
+  if (word && (optimiser.gauss_newton || word->name == "full")) return true;
+  draft.sink.report("bad-optimiser-option", argument.value.range(), {"hessian", call.callee, "is full or gauss_newton"});
+  return true;
+}
+
+std::string example_of(const OptimiserKind& kind) {
+  if (kind.kind == Optimiser::Kind::newton_cg) return "write newton_cg(hessian = gauss_newton)";
+  return fmt::format("write {}({})", kind.name, kind.takes_rate ? "rate = 0.1" : "");
+}
+
 void bind_options(Draft& draft, const ast::Call& call, const OptimiserKind& kind, Optimiser& optimiser) {
   bool has_rate = false;
   for (const ast::Argument& argument : call.arguments) {
+    if (bind_hessian(draft, call, argument, optimiser)) continue;
     if (!kind.takes_rate || argument.name != "rate") {
       const std::string name = argument.name.empty() ? "a number without name" : argument.name;
       draft.sink.report(
-          "bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"},
-          kind.takes_rate ? fmt::format("write {}(rate = 0.1)", call.callee) : fmt::format("write {}()", call.callee));
+          "bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"}, example_of(kind));
       return;
     }
     if (has_rate) report_duplicate(draft, "the rate", argument.value.range(), {});

@@ -12,12 +12,12 @@ namespace dpde::model {
 
 namespace {
 
-/// States that the task gives a start.
-std::map<std::string, SourceRange> started_by_task(Draft& draft) {
+/// States, or coefficients, that the task gives a start.
+std::map<std::string, SourceRange> started_by_task(Draft& draft, bool initial) {
   std::map<std::string, SourceRange> started;
   if (!draft.task) return started;
   for (const auto& [unknown, range] : items_of<ast::UnknownItem>(draft.task->items)) {
-    if (!unknown.initial || !unknown.from) continue;
+    if (unknown.initial != initial || !unknown.from) continue;
     for (const std::string& name : components_of(draft, unknown.name.name)) started.emplace(name, unknown.name.range);
   }
   return started;
@@ -126,7 +126,7 @@ void bind_states(Draft& draft) {
           if (item.at) bind_time_of(draft, *item.at, state->initial);
         }
       });
-  started.merge(started_by_task(draft));
+  started.merge(started_by_task(draft, true));
   for (const std::string& name : states_not_in(draft, started)) {
     const std::string written = written_name(draft, name);
     draft.sink.report("missing-initial", draft.scene->name.range, {written},
@@ -168,6 +168,7 @@ void bind_coefficients(Draft& draft) {
     }
     bind_coefficient(draft, item, seen);
   }
+  seen.merge(started_by_task(draft, false));
   for (const Coefficient& coefficient : draft.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;
     Diagnostic& diagnostic = draft.sink.report(

@@ -120,6 +120,7 @@ void bind_unknown_states(Draft& draft, const ast::UnknownItem& item, const Unkno
   if (item.from && !states.empty()) from = sources_of(draft, *item.from, Purpose::initial, item.name.name);
   for (std::size_t i = 0; i < states.size(); ++i) {
     Unknown unknown = common;
+    unknown.kind = Unknown::Kind::initial;
     unknown.name = states[i]->name;
     unknown.from = item.from ? from[i] : states[i]->initial;
     const bool has_initial = states[i]->initial.formula || !states[i]->initial.file.empty();
@@ -128,17 +129,38 @@ void bind_unknown_states(Draft& draft, const ast::UnknownItem& item, const Unkno
   }
 }
 
-void bind_unknown_param(Draft& draft, const ast::UnknownItem& item, Unknown& unknown) {
+void bind_unknown_coefficients(Draft& draft, const ast::UnknownItem& item, const Unknown& common) {
+  const std::vector<std::string> names = components_of(draft, item.name.name);
+  std::vector<Source> from;
+  if (item.from) from = sources_of(draft, *item.from, Purpose::coefficient, item.name.name);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    for (Coefficient& coefficient : draft.problem.coefficients) {
+      if (coefficient.name != names[i]) continue;
+      Unknown unknown = common;
+      unknown.kind = Unknown::Kind::coefficient;
+      unknown.name = coefficient.name;
+      unknown.from = item.from ? from[i] : coefficient.value;
+      const bool has_value = coefficient.value.formula || !coefficient.value.file.empty();
+      if (!has_value) coefficient.value = unknown.from;
+      draft.problem.task->unknowns.push_back(std::move(unknown));
+    }
+  }
+}
+
+/// `unknown NAME`: a parameter or a coefficient.
+void bind_unknown_values(Draft& draft, const ast::UnknownItem& item, Unknown unknown) {
   const Meaning* meaning = draft.scope.find(item.name.name);
   if (!meaning) {
-    draft.sink.report("unknown-name", item.name.range, {item.name.name},
-                      did_you_mean(item.name.name, draft.scope.names(Role::parameter)));
+    std::vector<std::string> known = draft.scope.names(Role::parameter);
+    for (const std::string& coefficient : draft.scope.names(Role::coefficient)) known.push_back(coefficient);
+    draft.sink.report("unknown-name", item.name.range, {item.name.name}, did_you_mean(item.name.name, known));
     return;
   }
+  if (meaning->role == Role::coefficient) return bind_unknown_coefficients(draft, item, unknown);
   if (meaning->role != Role::parameter) {
     draft.sink.report("not-an-unknown", item.name.range, {item.name.name, std::string(word_for(meaning->role))},
                       meaning->role == Role::state ? fmt::format("write unknown initial {}", item.name.name)
-                                                   : "unknowns are parameters and initial states");
+                                                   : "unknowns are parameters, coefficients and initial states");
     return;
   }
   for (Parameter& parameter : draft.problem.params) {
@@ -148,6 +170,18 @@ void bind_unknown_param(Draft& draft, const ast::UnknownItem& item, Unknown& unk
     unknown.from.origin = (*unknown.from.formula)->origin;
     if (!draft.values.contains(parameter.name)) parameter.value = start.value_or(0);
   }
+  draft.problem.task->unknowns.push_back(std::move(unknown));
+}
+
+void bind_bounds(Draft& draft, const ast::UnknownItem& item, Unknown& unknown) {
+  if (!item.low || !item.high) return;
+  const auto low = evaluate(draft, *item.low, "a bound"), high = evaluate(draft, *item.high, "a bound");
+  if (!low || !high) return;
+  unknown.low = *low;
+  unknown.high = *high;
+  if (*low < *high) return;
+  draft.sink.report("bad-bounds", item.low->range(), {fmt::format("{}", *low), fmt::format("{}", *high)},
+                    "write the smaller number first: unknown nu from 0.01 in 0 .. 1");
 }
 
 void bind_unknowns(Draft& draft) {
@@ -161,13 +195,14 @@ void bind_unknowns(Draft& draft) {
     }
     if (!is_new) continue;
     Unknown unknown;
-    unknown.initial = item.initial;
     unknown.name = state_name(item.name.name);
     unknown.origin = {range};
-    if (item.initial) bind_unknown_states(draft, item, unknown);
-    if (item.initial) continue;
-    bind_unknown_param(draft, item, unknown);
-    draft.problem.task->unknowns.push_back(std::move(unknown));
+    bind_bounds(draft, item, unknown);
+    if (item.initial) {
+      bind_unknown_states(draft, item, unknown);
+    } else {
+      bind_unknown_values(draft, item, unknown);
+    }
   }
   if (!seen.empty()) return;
   draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "find"},

@@ -21,8 +21,11 @@ void for_each_reader(const Problem& problem, const F& f) {
   for (const Test& test : problem.task->tests) f(test.quantity.value);
 }
 
-bool is_read(const Problem& problem, const std::string& coefficient) {
-  bool found = false;
+/// Whether anything reads the coefficient or the task seeks it.
+bool is_needed(const Problem& problem, const std::string& coefficient) {
+  bool found = problem.task && std::ranges::any_of(problem.task->unknowns, [&](const Unknown& unknown) {
+                 return unknown.kind == Unknown::Kind::coefficient && unknown.name == coefficient;
+               });
   for_each_reader(problem, [&](const Expr& e) {
     found = found || any_part(e, [&](const Expr& part) {
               const auto* field = std::get_if<Field>(&part->kind);
@@ -39,7 +42,7 @@ void drop_unused(Draft& draft) {
   Problem& problem = draft.problem;
   std::vector<Coefficient> kept;
   for (const Coefficient& coefficient : problem.coefficients) {
-    if (is_read(problem, coefficient.name)) {
+    if (is_needed(problem, coefficient.name)) {
       kept.push_back(coefficient);
     } else {
       problem.dropped.push_back("coefficient " + coefficient.name + ": nothing reads it");

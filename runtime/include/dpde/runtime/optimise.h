@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// First-order minimisers over a flat vector of unknowns. Deterministic: equal inputs give equal iterates.
+// Minimisers over a flat vector of unknowns. Deterministic: equal inputs give equal iterates.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,11 +12,24 @@ namespace dpde {
 /// Returns the loss at x and sets gradient (already of the size of x).
 using Objective = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd& gradient)>;
 
+/// Sets product (already of the size of x) to the Hessian at x, or what stands for it, times v.
+using HessianProduct = std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& product)>;
+
+/// low <= x <= high in every component; empty vectors: no bounds.
+struct Bounds {
+  Eigen::VectorXd low, high;
+  bool empty() const { return low.size() == 0; }
+  /// The nearest point within.
+  void project(Eigen::VectorXd& x) const;
+  /// Sets to 0 the components of `v` at whose bounds x lies while `gradient` falls outwards: they stay where they are.
+  void keep_free(const Eigen::VectorXd& x, const Eigen::VectorXd& gradient, Eigen::VectorXd& v) const;
+};
+
 /// What an observer sees: before update `iteration` (0, 1, ...), and once more after the last update.
 struct Iteration {
   int iteration;
   double loss;
-  double gradient_norm;
+  double gradient_norm;  // of the components that are free to move
   const Eigen::VectorXd& x;
 };
 /// Returns false to stop. May be empty.
@@ -25,7 +38,7 @@ using IterationObserver = std::function<bool(const Iteration&)>;
 enum class StopReason {
   iterations,       // all wanted updates were made
   gradient_zero,    // the gradient's norm is below the tolerance
-  no_progress,      // L-BFGS: no step along the direction lowers the loss any more
+  no_progress,      // L-BFGS, Newton: no step along the direction lowers the loss any more
   not_finite,       // the loss or the gradient is not a finite number
   observer,         // the observer said so
 };
@@ -38,6 +51,7 @@ struct OptimiseResult {
   StopReason reason = StopReason::iterations;
   int iterations = 0;         // updates made
   int evaluations = 0;        // calls of the objective
+  int hessian_products = 0;   // calls of the Hessian's product (Newton)
 };
 
 struct GradientDescent {
@@ -49,14 +63,23 @@ struct Adam {
 struct Lbfgs {
   int memory = 10;
 };
+struct NewtonCg {
+  double first_radius = 0;     // of the trust region; 0: ten times the size of x, at least 10
+  int inner_iterations = 100;  // at most so many products an iteration
+};
 
-/// Makes up to `iterations` updates from x. Stops when the gradient's norm is <= gradient_tolerance.
+/// Makes up to `iterations` updates from x, each projected onto the bounds. Stops when the gradient's norm is <= gradient_tolerance.
 OptimiseResult minimise(const GradientDescent& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer = {}, double gradient_tolerance = 0);
+                        const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
 OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer = {}, double gradient_tolerance = 0);
+                        const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
 /// Limited-memory BFGS with a strong-Wolfe line search; a loss that is not finite during the search shortens the step.
+/// With bounds: on the components that are free, and along the projected path until the loss has fallen enough (Armijo).
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer = {}, double gradient_tolerance = 0);
+                        const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+
+/// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The Hessian need not be positive.
+OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
+                        int iterations, const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
 
 }  // namespace dpde

@@ -7,9 +7,10 @@
 //  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field.
 //
 // Names: the step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds u_next_bar and swaps
-// (u_next_bar, u_bar); a loss adjoint reads the parameter loss_bar and keeps u_bar. Sums <param>_bar of both are the
+// (u_next_bar, u_bar); a loss adjoint reads the parameter loss_bar (see LossTerm::sum) and keeps u_bar. Sums <param>_bar of both are the
 // gradient with respect to parameters. Parameters `t` (time at the start of the step, or of the loss's state) are set by
-// the rollout; all others by the caller.
+// the rollout; all others by the caller. A field x of the caller that is `sought` has its gradient in x_bar, kept by those
+// adjoints that depend on it; the rollout adds up what all steps and losses contribute.
 #pragma once
 
 #include <atomic>
@@ -49,6 +50,7 @@ struct LossTerm {
   std::vector<int> at_steps;              // strictly increasing, 0 .. steps
   double weight = 1;
   std::vector<LossData> data;
+  std::string sum = "loss";               // the sum that counts; its seed is the parameter <sum>_bar
 };
 
 struct RolloutSetup {
@@ -60,6 +62,7 @@ struct RolloutSetup {
   int threads = 1;
   std::vector<BoundField> fields;
   std::vector<BoundParam> params;
+  std::vector<std::string> sought;  // names among `fields`: gradient() computes d loss / d field for them
   std::vector<LossTerm> losses;
   /// Memory for the states of gradient(), working states included; slots > 0 overrides it.
   int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
@@ -100,6 +103,7 @@ struct GradientResult {
   double loss = 0;
   bool stopped = false;                    // nothing else is valid then
   std::vector<const double*> state_bars;   // d loss / d initial(i): base pointers, valid until the next call
+  std::vector<const double*> field_bars;   // d loss / d sought field, in the order of RolloutSetup::sought; as state_bars
   std::vector<double> param_bars;          // in the order of param_bar_names()
   int stored_states = 0;                   // checkpoints held beside the initial state
   int64_t recomputed_steps = 0;            // forward steps beyond the first pass
@@ -149,6 +153,8 @@ class Rollout {
   const GradientResult& gradient();
   /// Parameters whose gradient the adjoint programs compute (without `_bar`).
   const std::vector<std::string>& param_bar_names() const;
+  /// As in the setup.
+  const std::vector<std::string>& sought() const;
 
  private:
   struct Impl;

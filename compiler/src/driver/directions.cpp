@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/directions.h"
+
+#include <span>
+
+namespace dpde::driver {
+
+std::string Directions::dot_of(const std::string& primal, const std::string& name) const {
+  const auto& all = session_.compiled().derived;
+  const auto derived = all.find(primal);
+  if (derived == all.end() || !derived->second.tangent) return "";
+  const auto found = derived->second.tangent->names.find(name);
+  return found == derived->second.tangent->names.end() ? "" : found->second;
+}
+
+void Directions::assign(const Eigen::VectorXd& x, const Eigen::VectorXd& d) {
+  inverse_.assign(x);
+  for (const auto& [primal, derived] : session_.compiled().derived) {
+    for (const Inverse::Part& part : inverse_.parts()) {
+      const std::string dot = part.is_field() ? "" : dot_of(primal, part.name);
+      if (!dot.empty()) session_.workspace().set_param(dot, d[part.offset]);
+    }
+  }
+  run_formulas(x, d);
+}
+
+/// The rates of fields that formulas give; then those of fields that are unknowns themselves.
+void Directions::run_formulas(const Eigen::VectorXd& x, const Eigen::VectorXd& d) {
+  Workspace& workspace = session_.workspace();
+  for (const std::string& formula : session_.compiled().formula_programs()) {
+    const dpde_program* program = session_.compiled().tangent_of(formula);
+    if (program != nullptr) workspace.run(*program, session_.problem().t_begin);
+  }
+  const std::string initial = session_.problem().scene + "_initial";
+  for (int s = 0; s < session_.rollout().state_count(); ++s) {
+    const std::string& state = session_.rollout().state_name(s);
+    const std::string dot = dot_of(initial, state);
+    state_rates_[state] = dot.empty() ? std::vector<double>(workspace.cell_count()) : workspace.dense(dot);
+  }
+  for (const Inverse::Part& part : inverse_.parts()) {
+    if (!part.is_field()) continue;
+    const std::span<const double> rates(d.data() + part.offset, static_cast<std::size_t>(part.size));
+    if (part.is_initial()) {
+      state_rates_[part.name].assign(rates.begin(), rates.end());
+      continue;
+    }
+    workspace.field(part.name).copy_in({x.data() + part.offset, rates.size()});  // a formula has written it
+    for (const auto& [primal, derived] : session_.compiled().derived) {
+      const std::string dot = dot_of(primal, part.name);
+      if (!dot.empty()) workspace.field(dot).copy_in(rates);
+    }
+  }
+}
+
+void Directions::start(Rollout& rollout) const {
+  for (const auto& [name, value] : session_.workspace().params()) rollout.set_param(name, value);
+  const std::string step = session_.compiled().step_name();
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    const std::string& name = rollout.state_name(s);
+    const int own = session_.rollout().state_index(name);
+    if (own >= 0) rollout.initial(s).copy_in(session_.initial(own));
+    for (const auto& [state, rates] : state_rates_) {
+      if (name == dot_of(step, state)) rollout.initial(s).copy_in(rates);
+    }
+  }
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Newton's method with a trust region (Nocedal and Wright, Numerical Optimization, algorithms 4.1 and 7.2): each step
+// minimises the quadratic model by conjugate gradients, which stop at the region's edge, at negative curvature (and go on
+// to the edge along it), or when the model's gradient is small enough. At bounds the step is projected.
+#include <algorithm>
+#include <cmath>
+
+#include "minimiser.h"
+
+namespace dpde {
+namespace {
+
+constexpr double least_agreement = 1e-4;  // of actual to predicted decrease: below, the step is not taken
+constexpr int most_rejections = 40;
+
+/// A step and how much the quadratic model falls along it.
+struct ModelStep {
+  Eigen::VectorXd step;
+  double decrease = 0;
+  bool at_edge = false;
+};
+
+/// tau >= 0 with |p + tau d| = radius.
+double distance_to_edge(const Eigen::VectorXd& p, const Eigen::VectorXd& d, double radius) {
+  const double a = d.squaredNorm(), b = p.dot(d), c = p.squaredNorm() - radius * radius;
+  const double root = std::sqrt(std::max(0.0, b * b - a * c));
+  return b > 0 ? -c / (b + root) : (root - b) / a;
+}
+
+/// Steihaug's method. `product` is that of the Hessian at the current point; false when it is not finite.
+template <class Product>
+bool solve(const Eigen::VectorXd& gradient, double radius, int iterations, const Product& product, ModelStep& model) {
+  const double norm = gradient.norm(), tolerance = std::min(0.5, std::sqrt(norm)) * norm;
+  model = {Eigen::VectorXd::Zero(gradient.size()), 0, false};
+  Eigen::VectorXd residual = gradient, direction = -gradient, image(gradient.size()), step_image = model.step;
+  const auto move = [&](double length) {
+    model.step += length * direction;
+    step_image += length * image;
+    model.decrease = -gradient.dot(model.step) - 0.5 * model.step.dot(step_image);
+  };
+  for (int k = 0; k < iterations; ++k) {
+    product(direction, image);
+    if (!image.allFinite()) return false;
+    const double curvature = direction.dot(image), square = residual.squaredNorm();
+    const double length = square / curvature;
+    if (!(curvature > 0) || (model.step + length * direction).norm() >= radius) {
+      move(distance_to_edge(model.step, direction, radius));
+      model.at_edge = true;
+      return true;
+    }
+    move(length);
+    residual += length * image;
+    if (residual.norm() <= tolerance) return true;
+    direction = -residual + (residual.squaredNorm() / square) * direction;
+  }
+  return true;
+}
+
+}  // namespace
+
+OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
+                        int iterations, const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+  Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
+  Eigen::VectorXd gradient, trial_gradient(x.size());
+  double loss = 0, radius = 0;  // 0: not known before the first step, which is the Newton step where there is one
+  bounds.project(x);
+  const bool finite = minimiser.start(x, loss, gradient);
+  while (minimiser.visit(x, loss, gradient, finite)) {
+    const auto product = [&](const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+      ++minimiser.result.hessian_products;
+      hessian(x, v, result);
+      bounds.keep_free(x, gradient, result);
+    };
+    Eigen::VectorXd free = gradient;
+    bounds.keep_free(x, gradient, free);
+    bool moved = false;
+    for (int rejections = 0; !moved && rejections < most_rejections; ++rejections) {
+      ModelStep model;
+      const double edge = radius > 0 ? radius : method.first_radius > 0 ? method.first_radius : 10 * std::max(1.0, x.norm());
+      if (!solve(free, edge, method.inner_iterations, product, model) || !(model.decrease > 0)) break;
+      Eigen::VectorXd trial = x + model.step;
+      bounds.project(trial);
+      double trial_loss = 0;
+      const bool good = minimiser.evaluate(trial, trial_loss, trial_gradient);
+      const double agreement = good ? (loss - trial_loss) / model.decrease : -1;
+      // Where both decreases are rounding the ratio says nothing: a step that lowers the gradient is a good one.
+      const bool rounding = good && model.decrease <= 1e-14 * std::abs(loss) && trial_gradient.norm() < gradient.norm();
+      if (agreement < 0.25 && !rounding) {
+        radius = 0.25 * model.step.norm();
+      } else if (agreement > 0.75 && model.at_edge) {
+        radius = 2 * edge;
+      } else {
+        radius = edge;
+      }
+      if (agreement <= least_agreement && !rounding) continue;
+      x = trial;
+      loss = trial_loss;
+      gradient = trial_gradient;
+      ++minimiser.result.iterations;
+      moved = true;
+    }
+    if (moved) continue;
+    minimiser.stop(StopReason::no_progress);
+    break;
+  }
+  return std::move(minimiser.result);
+}
+
+}  // namespace dpde
