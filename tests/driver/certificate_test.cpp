@@ -84,6 +84,27 @@ scene pond : drift with plain {
   EXPECT_NEAR(*certificate.slope, 2, 0.01);
 }
 
+TEST(Certificate, PassesOperatorsOfTheFile) {
+  const SourceFile source("skew.dpde", R"(
+operator skew(f, g) order 1 = f[+1, 0]*g[0, -2]/hx - f[-1, +1]*g/hy + max(f[0, +1], g[+1, 0])
+model m { field u; vector v; param k; dt(u) = k*skew(u, u*u) + 0.1*lap(u); dt(v) = skew(u, v.x)*v }
+scheme plain { time = rk2 }
+scene pond : m with plain {
+  grid x = 0 .. 1, cells 5, periodic
+  grid y = 0 .. 1, cells 4
+  k = 0.1
+  boundary u: y.low = 1, y.high = zero_gradient
+  boundary v = 0
+  initial u = 2 + sin(6*x) + 0.3*y
+  initial v = (x, 1 + y)
+  time 0 .. 0.002, step 0.001
+}
+)");
+  const auto scene = compiled(source, for_certification());
+  ASSERT_NE(scene, nullptr);
+  EXPECT_TRUE(certificate_of(source, scene).passed());
+}
+
 /// The scene compiled again after `change` to every store of the step's adjoint kernels.
 std::shared_ptr<driver::Compiled> with_changed_adjoint(const SourceFile& source,
                                                        const std::function<stencil::Expr(const stencil::Expr&)>& change) {

@@ -205,6 +205,29 @@ TEST(Order, OfAVectorOnOneTwoAndThreeAxes) {
   expect_order(burgers, "space", with({{"step", "1/256"}}, coarse), 2, 1e-2, "u.z");
 }
 
+/// Operators of the file have the order they state.
+TEST(Order, OfOperatorsOfTheFile) {
+  const std::string text = R"(
+operator lap9(u) order 2 = (4*(u[+1, 0] + u[-1, 0] + u[0, +1] + u[0, -1]) + u[+1, +1] + u[+1, -1] + u[-1, +1] + u[-1, -1] - 20*u[0, 0])/(6*hx*hy)
+operator slope4(u) order 4 = (u[-2, 0] - 8*u[-1, 0] + 8*u[+1, 0] - u[+2, 0])/(12*hx)
+function mode(x, y) = sin(x)*cos(y)
+model m { field u, v; dt(u) = 0.25*lap9(u); dt(v) = -slope4(v) }
+scheme s { time = rk4 }
+scene plate : m with s {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  grid y = 0 .. 2*pi, cells 8, periodic
+  initial u = mode(x, y)
+  initial v = mode(x, y)
+  exact u = exp(-0.5*t)*mode(x, y)
+  exact v = mode(x - t, y)
+  time 0 .. 0.5, step 1/128
+}
+)";
+  const std::vector<Overrides> cells{{{"cells", "16"}}, {{"cells", "32"}}, {{"cells", "64"}}};
+  expect_order(text, "plate", with({}, cells), 2, 1e-2, "u");
+  expect_order(text, "plate", with({}, cells), 4, 1e-4, "v");
+}
+
 TEST(Order, OfTheTimeSchemes) {
   const std::vector<Overrides> steps{{{"step", "1/16"}}, {{"step", "1/32"}}, {{"step", "1/64"}}};
   expect_order(decay, "one", with({{"time", "euler"}}, steps), 1, 1e-2);

@@ -36,6 +36,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       },
       [&](const model::Derivative& d) { return model::derivative(with_values(d.operand, values), d.axis, d.order); },
       [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
+      [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
       [&](const model::Reduce& r) { return model::reduce(r.reduction, with_values(r.operand, values)); });
 }
 

@@ -97,6 +97,12 @@ Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin) {
   return make(Advect{std::move(velocity), operand}, origin);
 }
 
+Expr shift(const Expr& operand, std::vector<int> offset, Origin origin) {
+  const bool stays = std::all_of(offset.begin(), offset.end(), [](int cells) { return cells == 0; });
+  if (is_uniform(operand) || stays) return operand;
+  return make(Shift{operand, std::move(offset)}, origin);
+}
+
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
   return make(Reduce{reduction, operand}, origin);
 }
@@ -133,7 +139,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
         std::for_each(a.velocity.begin(), a.velocity.end(), f);
         f(a.operand);
       },
-      [&](const Reduce& r) { f(r.operand); });
+      [&](const Shift& s) { f(s.operand); }, [&](const Reduce& r) { f(r.operand); });
 }
 
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {

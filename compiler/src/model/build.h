@@ -23,6 +23,8 @@ Expr select(const Expr& condition, const Expr& yes, const Expr& no, Origin origi
 /// Orders 3 and 4 are nested: the second derivative inside.
 Expr derivative(const Expr& operand, int axis, int order, Origin origin = {});
 Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin = {});
+/// Of what is the same everywhere, itself.
+Expr shift(const Expr& operand, std::vector<int> offset, Origin origin = {});
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
 
 bool is_constant(const Expr& e, double value);

@@ -77,6 +77,12 @@ struct Advect {
   Expr operand;
   bool operator==(const Advect&) const = default;
 };
+/// The operand at the point displaced by whole cells
+struct Shift {
+  Expr operand;
+  std::vector<int> offset;  // one an axis
+  bool operator==(const Shift&) const = default;
+};
 /// mean, sum or integral over space; only in losses, tests and observables
 struct Reduce {
   enum class Kind { mean, sum, integral } reduction;
@@ -84,7 +90,7 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Reduce>;
+using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Reduce>;
 struct Node {
   Kind kind;
   Origin origin;

@@ -64,6 +64,13 @@ Piece advect_piece(const Advect& a) {
   return {fmt::format("advect({}, {})", velocity, bare(a.operand))};
 }
 
+/// u[+1, 0], (u*v)[0, -1]
+Piece shift_piece(const Shift& s) {
+  std::vector<std::string> offsets;
+  for (const int cells : s.offset) offsets.push_back(cells > 0 ? fmt::format("+{}", cells) : fmt::format("{}", cells));
+  return {fmt::format("{}[{}]", wrapped(s.operand, atom), fmt::join(offsets, ", "))};
+}
+
 const char* word_for(Reduce::Kind kind) {
   switch (kind) {
     case Reduce::Kind::mean: return "mean";
@@ -84,6 +91,7 @@ Piece piece(const Expr& e) {
       [](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
       [](const Select& s) { return Piece{fmt::format("if({}, {}, {})", bare(s.condition), bare(s.yes), bare(s.no))}; },
       [](const Derivative& d) { return derivative_piece(d); }, [](const Advect& a) { return advect_piece(a); },
+      [](const Shift& s) { return shift_piece(s); },
       [](const Reduce& r) { return Piece{fmt::format("{}({})", word_for(r.reduction), bare(r.operand))}; });
 }
 

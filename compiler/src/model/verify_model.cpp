@@ -190,6 +190,7 @@ class Verifier {
         e->kind, [&](const Number& n) { demand(std::isfinite(n.value), where + ": a number is not finite"); },
         [&](const Param& p) {
           if (p.name == "t") need(allowed.time, "t");
+          if (p.name == "hx" || p.name == "hy" || p.name == "hz") return need(allowed.derivatives, "a spacing");
           demand(p.name == "t" || params_.contains(p.name), fmt::format("{}: there is no parameter {}", where, p.name));
         },
         [&](const Field& f) {
@@ -215,6 +216,10 @@ class Verifier {
           need(allowed.derivatives, "advection");
           demand(a.velocity.size() == problem_.axes.size(),
                  fmt::format("{}: velocity of {} components", where, a.velocity.size()));
+        },
+        [&](const Shift& s) {
+          need(allowed.derivatives, "a neighbour");
+          demand(s.offset.size() == problem_.axes.size(), fmt::format("{}: {} offsets", where, s.offset.size()));
         },
         [&](const Reduce&) {
           need(allowed.reductions, "a reduction");

@@ -62,6 +62,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0326", "no-field", Severity::error, "model {} has no field"},
     {"E0327", "derivatives-too-deep", Severity::error, "derivatives of order {} inside one another, more than 12 in all"},
     {"E0328", "no-components", Severity::error, "{} is a {} and has no components"},
+    {"E0329", "recursive-function", Severity::error, "function {} is defined by itself: {}"},
     {"E0350", "kernel-unknown-name", Severity::error, "{} is not a parameter or let of kernel {}"},
     {"E0351", "kernel-unknown-function", Severity::error, "{} is not a function that kernels can call"},
     {"E0352", "kernel-argument-count", Severity::error, "{} takes {} arguments, not {}"},

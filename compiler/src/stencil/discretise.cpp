@@ -162,6 +162,11 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
         return derivative_at(d, place, d.order % 2 == 0 ? scheme_.laplacian_order : scheme_.derivative_order);
       },
       [&](const model::Advect& a) { return advect_at(a, place); },
+      [&](const model::Shift& s) {
+        Place there = place;
+        for (std::size_t axis = 0; axis < s.offset.size(); ++axis) there[axis] += 2 * s.offset[axis];
+        return inside_difference(s.operand, there);
+      },
       [](const model::Reduce&) -> Quotient { unreachable("reduction inside an expression at a point"); });
 }
 

@@ -274,7 +274,14 @@ struct Loop {  // loop t in 0 .. 32 { wave_step }
   std::vector<Identifier> body;
 };
 
-using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop>;
+struct Function {  // function f(a, b) = expr       operator lap9(u) order 2 = (u[+1, 0] + ...)/hx^2
+  Identifier name;
+  std::vector<Identifier> parameters;
+  std::optional<int> order;  // of operators, whose parameters are read at neighbours
+  Expr body;
+};
+
+using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function>;
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;

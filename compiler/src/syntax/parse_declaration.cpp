@@ -189,6 +189,36 @@ void parse_loop(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(loop);
 }
 
+/// name(a, b), order 2 where it has one, = expr
+void parse_definition(Cursor& cursor, Declaration& declaration, const char* what, bool has_order) {
+  Function function;
+  function.name = cursor.expect_name(what);
+  const Token open = cursor.peek();
+  cursor.expect(TokenKind::left_paren);
+  cursor.begin_group(open);
+  function.parameters = parse_names(cursor, "the name of a parameter");
+  cursor.end_group(TokenKind::right_paren);
+  if (has_order) {
+    cursor.expect_word("order");
+    function.order = cursor.expect_whole_number();
+  }
+  cursor.expect(TokenKind::assign);
+  function.body = parse_expression(cursor);
+  cursor.expect_end_of_item();
+  if (cursor.failed()) return;
+  cursor.collect_inner_comments(declaration.trivia);
+  declaration.trivia.after = cursor.take_comment_behind();
+  declaration.kind = std::move(function);
+}
+
+void parse_function(Cursor& cursor, Declaration& declaration) {
+  parse_definition(cursor, declaration, "the name of the function", false);
+}
+
+void parse_operator(Cursor& cursor, Declaration& declaration) {
+  parse_definition(cursor, declaration, "the name of the operator", true);
+}
+
 struct DeclarationRule {
   std::string_view word;
   void (*parse)(Cursor&, Declaration&);
@@ -196,6 +226,7 @@ struct DeclarationRule {
 constexpr DeclarationRule declaration_rules[] = {
     {"model", parse_model},   {"scene", parse_scene},     {"scheme", parse_scheme}, {"task", parse_task},
     {"kernel", parse_kernel}, {"program", parse_program}, {"loop", parse_loop},
+    {"function", parse_function}, {"operator", parse_operator},
 };
 
 void refuse_declaration(Cursor& cursor) {

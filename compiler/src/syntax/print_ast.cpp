@@ -196,7 +196,12 @@ std::string print_header(const DeclarationKind& kind) {
       [](const Scheme& d) { return "scheme " + d.name.name; },
       [](const Task& d) { return print_of("task", d.name, d.of, d.scheme); },
       [](const Kernel& d) { return print_kernel_header(d); }, [](const Program& d) { return "program " + d.name.name; },
-      [](const Loop& d) { return fmt::format("loop {} in {} .. {}", d.counter.name, d.from, d.to); });
+      [](const Loop& d) { return fmt::format("loop {} in {} .. {}", d.counter.name, d.from, d.to); },
+      [](const Function& d) {
+        const std::string order = d.order ? fmt::format(" order {}", *d.order) : "";
+        return fmt::format("{} {}({}){} = {}", d.order ? "operator" : "function", d.name.name,
+                           print_names(d.parameters), order, print(d.body));
+      });
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
@@ -219,7 +224,8 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
       [](const Task& d) -> const std::vector<Item>* { return &d.items; },
       [](const Kernel& d) -> const std::vector<Item>* { return &d.items; },
       [](const Program& d) -> const std::vector<Item>* { return &d.items; },
-      [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); });
+      [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); },
+      [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); });
   for (const Item& item : *items) rows.push_back({print_item(item), item.trivia});
   return rows;
 }
@@ -246,6 +252,7 @@ std::string print_on_one_line(const Declaration& declaration, const std::vector<
 
 std::string print_declaration(const Declaration& declaration) {
   const std::string header = print_header(declaration.kind);
+  if (std::holds_alternative<Function>(declaration.kind)) return header + behind(declaration.trivia.after) + "\n";
   const std::vector<Row> rows = rows_of(declaration.kind);
   const std::string line = print_on_one_line(declaration, rows, header.size());
   if (!line.empty()) return fmt::format("{} {}\n", header, line);

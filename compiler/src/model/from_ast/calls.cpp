@@ -34,8 +34,14 @@ std::vector<std::string> Expressions::function_names() {
   return names;
 }
 
+bool Expressions::is_built_in(const std::string& function) {
+  const std::vector<std::string> names = function_names();
+  return function == "dt" || function == "load" || std::find(names.begin(), names.end(), function) != names.end();
+}
+
 Typed Expressions::call(const ast::Call& e, SourceRange range) {
   const std::string& name = e.callee;
+  if (const auto* function = find_declaration<ast::Function>(draft_.file, name)) return user_call(*function, e, range);
   const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
                              name == "grad" || name == "div" || name == "advect" || name == "curl";
   const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
@@ -82,7 +88,9 @@ Typed Expressions::unknown_call(const ast::Call& e) {
                        fmt::format("write {}*(...) to multiply", e.callee));
     return {};
   }
-  draft_.sink.report("unknown-function", e.callee_range, {e.callee}, did_you_mean(e.callee, function_names()));
+  std::vector<std::string> known = function_names();
+  for (const std::string& name : names_of<ast::Function>(draft_.file)) known.push_back(name);
+  draft_.sink.report("unknown-function", e.callee_range, {e.callee}, did_you_mean(e.callee, known));
   return {};
 }
 

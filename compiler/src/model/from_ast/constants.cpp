@@ -42,6 +42,7 @@ class Evaluation {
         [&](const Select& s) { return (*this)((*this)(s.condition) != 0 ? s.yes : s.no); },
         [](const Derivative&) -> double { unreachable("a derivative in a number"); },
         [](const Advect&) -> double { unreachable("advection in a number"); },
+        [](const Shift&) -> double { unreachable("a neighbour in a number"); },
         [](const Reduce&) -> double { unreachable("a reduction in a number"); });
   }
 

@@ -38,6 +38,13 @@ class Settings {
   std::vector<std::string> known_;
 };
 
+/// The arguments of the function of the file that is being put in, and of which functions it is part.
+struct FunctionScope {
+  const ast::Function& function;
+  std::map<std::string, Typed> arguments;
+  const FunctionScope* outer;
+};
+
 struct Draft {
   Draft(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
       : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
@@ -55,6 +62,7 @@ struct Draft {
   Problem problem;
   Scope scope;
   std::map<std::string, Typed> lets;
+  int expansions = 0;  // of functions and operators of the file
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
   std::set<std::string> used;                           // parameters and coefficients that were read anywhere

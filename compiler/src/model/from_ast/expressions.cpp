@@ -226,6 +226,7 @@ std::optional<Expr> Expressions::as_number(const Typed& value, SourceRange range
 }
 
 Typed Expressions::name(const ast::Name& e, SourceRange range) {
+  if (function_) return name_in_function(e.name, range);
   const Meaning* meaning = draft_.scope.find(e.name);
   if (!meaning && !vector_of(e.name).empty()) return component({e.name, range});
   if (!meaning) {
@@ -375,12 +376,6 @@ Typed Expressions::scalar_operation(BinaryOp op, const Operand& left, const Oper
   const auto a = as_number(left.value, left.source.range());
   const auto b = as_number(right.value, right.source.range());
   return a && b ? number_of(binary(op, *a, *b, {range})) : Typed{};
-}
-
-Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {
-  draft_.sink.report("not-allowed-here", range, {fmt::format("the neighbour {}[...]", e.name), "a formula"},
-                     "neighbours are read in kernels; formulas have dx, lap and the like");
-  return {};
 }
 
 bool Expressions::has_axis(int axis, SourceRange range) {

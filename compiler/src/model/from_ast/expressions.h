@@ -34,6 +34,7 @@ class Expressions {
 
   /// Names and functions that are known here.
   static std::vector<std::string> function_names();
+  static bool is_built_in(const std::string& function);
 
  private:
   struct Operand {
@@ -49,6 +50,9 @@ class Expressions {
   Typed arithmetic(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
   Typed scalar_operation(BinaryOp op, const Operand& left, const Operand& right, SourceRange range);
   Typed tuple(const ast::Tuple& e);
+  // functions.cpp: those of the file
+  Typed user_call(const ast::Function& function, const ast::Call& e, SourceRange range);
+  Typed name_in_function(const std::string& name, SourceRange range);
   Typed offsets(const ast::Offsets& e, SourceRange range);
   Typed vector(const std::string& name, SourceRange range);
   Typed component(const ast::Identifier& name);
@@ -90,6 +94,7 @@ class Expressions {
   Draft& draft_;
   Purpose purpose_;
   std::string subject_;
+  const FunctionScope* function_ = nullptr;  // whose body this is
 };
 
 /// "vector of 2 components", "condition", ...

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 #include "support/match.h"
 
@@ -10,9 +11,24 @@ namespace dpde::model {
 
 namespace {
 
+/// Coordinates and t may name parameters: f(x) means its own x.
+void check_function(Draft& draft, const ast::Function& function) {
+  const auto refuse = [&](const ast::Identifier& name, const char* what) {
+    draft.sink.report("reserved-name", name.range, {name.name, what}, "choose another name");
+  };
+  if (Expressions::is_built_in(function.name.name)) refuse(function.name, "function");
+  std::map<std::string, SourceRange> seen;
+  for (const ast::Identifier& parameter : function.parameters) {
+    const auto [first, is_new] = seen.emplace(parameter.name, parameter.range);
+    if (!is_new) report_duplicate(draft, "parameter " + parameter.name, parameter.range, first->second);
+    const bool is_place = axis_of(parameter.name) >= 0 || parameter.name == "t";
+    if (!is_place && is_reserved(parameter.name)) refuse(parameter, "parameter");
+  }
+}
+
 /// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
 void check_block_names(Draft& draft) {
-  std::map<std::string, SourceRange> chosen, models, schemes;
+  std::map<std::string, SourceRange> chosen, models, schemes, functions;
   const auto add = [&](std::map<std::string, SourceRange>& names, const ast::Identifier& name) {
     const auto [first, is_new] = names.emplace(name.name, name.range);
     if (!is_new) report_duplicate(draft, name.name, name.range, first->second);
@@ -26,7 +42,11 @@ void check_block_names(Draft& draft) {
         [&](const ast::Program& p) {
           if (add(chosen, p.name)) add(models, p.name);
         },
-        [](const ast::Kernel&) {}, [](const ast::Loop&) {});
+        [](const ast::Kernel&) {}, [](const ast::Loop&) {},
+        [&](const ast::Function& f) {
+          add(functions, f.name);
+          check_function(draft, f);
+        });
   }
 }
 
