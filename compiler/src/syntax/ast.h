@@ -244,8 +244,9 @@ struct Model {  // model NAME { ... }
   Identifier name;
   std::vector<Item> items;
 };
-struct Scene {  // scene NAME : MODEL [with SCHEME] { ... }      MODEL may be a hand-written program
+struct Scene {  // scene NAME : MODEL [, MODEL] [with SCHEME] { ... }      MODEL may be a hand-written program
   Identifier name, of;
+  std::vector<Identifier> also;  // the models behind the first
   std::optional<Identifier> scheme;
   std::vector<Item> items;
 };

@@ -184,17 +184,18 @@ std::string print_kernel_header(const Kernel& kernel) {
   return text;
 }
 
-std::string print_of(const char* keyword, const Identifier& name, const Identifier& of,
-                     const std::optional<Identifier>& scheme) {
-  return fmt::format("{} {} : {}{}", keyword, name.name, of.name, scheme ? " with " + scheme->name : "");
+std::string print_of(const char* keyword, const Identifier& name, std::vector<Identifier> of,
+                     const std::vector<Identifier>& also, const std::optional<Identifier>& scheme) {
+  of.insert(of.end(), also.begin(), also.end());
+  return fmt::format("{} {} : {}{}", keyword, name.name, print_names(of), scheme ? " with " + scheme->name : "");
 }
 
 std::string print_header(const DeclarationKind& kind) {
   return match(
       kind, [](const Model& d) { return "model " + d.name.name; },
-      [](const Scene& d) { return print_of("scene", d.name, d.of, d.scheme); },
+      [](const Scene& d) { return print_of("scene", d.name, {d.of}, d.also, d.scheme); },
       [](const Scheme& d) { return "scheme " + d.name.name; },
-      [](const Task& d) { return print_of("task", d.name, d.of, d.scheme); },
+      [](const Task& d) { return print_of("task", d.name, {d.of}, {}, d.scheme); },
       [](const Kernel& d) { return print_kernel_header(d); }, [](const Program& d) { return "program " + d.name.name; },
       [](const Loop& d) { return fmt::format("loop {} in {} .. {}", d.counter.name, d.from, d.to); },
       [](const Function& d) {

@@ -56,6 +56,7 @@ struct Draft {
 
   const ast::Task* task = nullptr;  // none when a scene is selected
   const ast::Scene* scene = nullptr;
+  std::optional<ast::Model> coupled;      // of a scene of several models: their items together
   const ast::Model* model = nullptr;      // this, or
   const ast::Program* program = nullptr;  // this
 

@@ -15,6 +15,8 @@ namespace dpde::model {
 
 // select.cpp: which blocks are meant; false when there is nothing to go on with
 bool select(Draft& draft);
+/// The models of a scene as one, in which fields of one model stand for coefficients of the same name in the others.
+std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene& scene);
 
 // declarations.cpp: the names of the model; with the grid its fields and coefficients, of a vector the components
 void declare_model(Draft& draft);

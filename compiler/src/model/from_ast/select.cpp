@@ -90,7 +90,27 @@ bool select_scene_of_task(Draft& draft) {
   return draft.scene != nullptr;
 }
 
+/// false after a diagnostic.
+bool select_models(Draft& draft) {
+  std::map<std::string, SourceRange> seen{{draft.scene->of.name, draft.scene->of.range}};
+  std::vector<ast::Identifier> all{draft.scene->of};
+  all.insert(all.end(), draft.scene->also.begin(), draft.scene->also.end());
+  bool fine = true;
+  for (const ast::Identifier& name : all) {
+    const auto [first, is_new] = seen.emplace(name.name, name.range);
+    if (!(first->second == name.range)) report_duplicate(draft, "model " + name.name, name.range, first->second);
+    const bool exists = find_declaration<ast::Model>(draft.file, name.name) != nullptr;
+    if (!exists) report_unknown_block(draft, "model", name.name, name.range, names_of<ast::Model>(draft.file));
+    fine = fine && exists && first->second == name.range;
+  }
+  if (!fine) return false;
+  draft.coupled = coupled_model(draft.file, *draft.scene);
+  draft.model = &*draft.coupled;
+  return true;
+}
+
 bool select_model(Draft& draft) {
+  if (!draft.scene->also.empty()) return select_models(draft);
   const ast::Identifier& of = draft.scene->of;
   draft.model = find_declaration<ast::Model>(draft.file, of.name);
   if (!draft.model) draft.program = find_declaration<ast::Program>(draft.file, of.name);
@@ -100,7 +120,33 @@ bool select_model(Draft& draft) {
   return false;
 }
 
+/// `item` without the coefficients among `provided`.
+ast::Item without(ast::Item item, const std::set<std::pair<std::string, bool>>& provided) {
+  auto* given = std::get_if<ast::CoefficientItem>(&item.kind);
+  if (!given) return item;
+  std::erase_if(given->names, [&](const ast::Identifier& name) { return provided.contains({name.name, given->vector}); });
+  return item;
+}
+
 }  // namespace
+
+std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene& scene) {
+  std::vector<const ast::Model*> models{find_declaration<ast::Model>(file, scene.of.name)};
+  for (const ast::Identifier& name : scene.also) models.push_back(find_declaration<ast::Model>(file, name.name));
+  std::set<std::pair<std::string, bool>> provided;  // name and whether it is a vector
+  for (const ast::Model* model : models) {
+    if (!model) return std::nullopt;
+    for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
+      for (const ast::Identifier& name : item.names) provided.emplace(name.name, item.vector);
+    }
+  }
+  ast::Model all{scene.of, {}};
+  for (const ast::Identifier& name : scene.also) all.name.name += ", " + name.name;
+  for (const ast::Model* model : models) {
+    for (const ast::Item& item : model->items) all.items.push_back(models.size() > 1 ? without(item, provided) : item);
+  }
+  return all;
+}
 
 bool select(Draft& draft) {
   check_block_names(draft);

@@ -17,7 +17,7 @@ constexpr const char* data_hint = "write load(\"name.npy\"), load(\"name.nc\", u
 
 std::vector<std::string> fields_of(const Draft& draft, const ast::Scene& scene) {
   std::vector<std::string> fields;
-  if (const auto* model = find_declaration<ast::Model>(draft.file, scene.of.name)) {
+  if (const auto model = coupled_model(draft.file, scene)) {
     for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
       for (const ast::Identifier& name : item.names) {
         if (!item.vector) fields.push_back(name.name);

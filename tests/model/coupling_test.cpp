@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Several models in one scene.
+#include "model/model_support.h"
+
+namespace dpde::model {
+namespace {
+
+const std::string models = R"(model flow { vector u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
+model tracer { field c; coefficient vector u; coefficient w; dt(c) = -advect(u, c) + w }
+model heat { field c; param k; dt(c) = k*lap(c) }
+model numbers { field q; coefficient u; dt(q) = u }
+)";
+
+std::string scene_of(const std::string& of, const std::string& lines) {
+  return models + "scene s : " + of + " {\n  grid x = 0 .. 1, cells 4, periodic\n  grid y = 0 .. 1, cells 4, periodic\n" +
+         lines + "\n  time 0 .. 1, step 1/8\n}\n";
+}
+
+std::string message(const std::string& text) {
+  const Outcome outcome = outcome_of(text);
+  if (outcome.diagnostics.size() != 1) return outcome.code_and_hint();
+  return outcome.diagnostics[0].message + " | " + outcome.diagnostics[0].hint;
+}
+
+TEST(Coupling, GivesTheFieldOfOneModelToTheOther) {
+  const Problem p = problem_of(scene_of("flow, tracer", "nu = 2; w = x; initial u = 0; initial c = 1"));
+  EXPECT_EQ(p.model, "flow, tracer");
+  ASSERT_EQ(p.states.size(), 3u);
+  EXPECT_EQ(print(*p.states[2].rhs), "-advect((u.x, u.y), c) + w");
+  ASSERT_EQ(p.coefficients.size(), 1u);
+  EXPECT_EQ(p.coefficients[0].name, "w");
+  const Problem other_order = problem_of(scene_of("tracer, flow", "nu = 2; w = x; initial u = 0; initial c = 1"));
+  EXPECT_EQ(print(*other_order.states[0].rhs), "-advect((u.x, u.y), c) + w");
+}
+
+TEST(Coupling, InDataOfATask) {
+  const Problem p = problem_of(scene_of("flow, tracer", "nu = 2; w = x; initial u = 0; initial c = 1") +
+                               "task t : s {\n  data v = u from scene s\n  unknown initial u\n  minimise mean(dot(u - v, u))\n}\n");
+  EXPECT_EQ(p.task->data.size(), 2u);
+}
+
+TEST(Coupling, OfWhatDoesNotFitIsRefused) {
+  EXPECT_EQ(message(scene_of("tracer, heat", "k = 1; u = 0; w = 0; initial c = 1")), "2 diagnostics: E0303 c is given twice; "
+            "E0303 the equation of c is given twice;");
+  EXPECT_EQ(message(scene_of("flow, tracr", "nu = 1")), "there is no model called tracr | did you mean tracer?");
+  EXPECT_EQ(message(scene_of("flow, flow", "nu = 1")), "model flow is given twice | ");
+  EXPECT_EQ(message(scene_of("flow, numbers", "nu = 1; initial u = 0; initial q = 0")),
+            "2 diagnostics: E0303 u is given twice; E0307 expected a number but this is a vector of 2 components;");
+}
+
+}  // namespace
+}  // namespace dpde::model
