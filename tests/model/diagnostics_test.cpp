@@ -112,7 +112,7 @@ TEST(Diagnostics, OfExpressions) {
             "E0323 a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers");
   EXPECT_EQ(in_equation("mean(u)"), "E0311 mean, sum and integral stand in losses, tests and observables");
   EXPECT_EQ(in_equation("dt(u)"), "E0311 dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
-  EXPECT_EQ(in_equation("u[+1]"), "E0311 neighbours are read in kernels; formulas have dx, lap and the like");
+  EXPECT_EQ(in_equation("u[+1]"), "E0311 neighbours are read in kernels and operators; formulas have dx, lap and the like");
   EXPECT_EQ(in_equation("load(\"u.npy\")"),
             "E0311 load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");
   EXPECT_EQ(in_equation("d(u, r, 2)"), "E0402 write d(u, x, 2)");
