@@ -234,12 +234,12 @@ void Executor::prepare() {
   for (size_t i = 0; i < fields_.size(); ++i) {
     if (fields_[i] == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program_->name, program_->fields[i]));
   }
-  for (const HaloFill& fill : plan_->prepare) fill.run(bound(fill.field()), uniforms_.data());
+  for (const HaloFill& fill : plan_->prepare) fill.run(fields_.data(), uniforms_.data());
 }
 
 void Executor::prepare(int field) {
   for (const HaloFill& fill : plan_->prepare) {
-    if (fill.field() == field) fill.run(bound(field), uniforms_.data());
+    if (fill.field() == field) fill.run(fields_.data(), uniforms_.data());
   }
 }
 
@@ -261,9 +261,9 @@ void Executor::run() {
     if (operation.kind == DPDE_SWEEP) {
       plan_->run_sweep(operation.sweep, *this, sums_);
     } else if (operation.kind == DPDE_FILL) {
-      operation.fill.run(bound(operation.fill.field()), uniforms_.data());
+      operation.fill.run(fields_.data(), uniforms_.data());
     } else {
-      operation.fold.run(bound(operation.fold.field()));
+      operation.fold.run(fields_.data(), uniforms_.data());
     }
   }
 }

@@ -18,8 +18,8 @@ class HaloFill {
   HaloFill(const dpde_fill& fill, const dpde_layout& layout);
 
   int field() const { return field_; }
-  /// Sets the whole halo. `base` points at cell (0,0,0).
-  void run(double* base, const double* uniforms) const;
+  /// Sets the whole halo. `fields` point at their cells (0,0,0).
+  void run(double* const* fields, const double* uniforms) const;
   /// Only the ends of one row; `row` points at its cell x = 0.
   void run_row(double* row, const double* uniforms) const {
     const Axis& x = axes_[0];
@@ -43,20 +43,18 @@ class HaloFill {
   void run_z(double* base, const double* uniforms) const;
 
  private:
-  struct Side {
-    bool is_value = false;
-    int uniform = -1;
-  };
   struct Axis {
     bool periodic = true;
-    Side low, high;
+    dpde_side low{}, high{};
     int64_t cells = 1, halo = 0;
   };
+  void run_walls(double* const* fields, const double* uniforms) const;
   void run_bounded_row(double* row, const double* uniforms) const;
   void set_images(double* row, int64_t y, const double* uniforms) const;
   void fill_plane_y(double* plane, const double* uniforms) const;
 
   int field_ = 0;
+  bool has_walls_ = false;  // values that vary along a wall, from a field: one cell after the other
   std::array<Axis, 3> axes_;
   std::array<int64_t, 3> stride_{};
 };
@@ -66,16 +64,16 @@ class HaloFold {
   HaloFold() = default;
   HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout);
 
-  int field() const { return field_; }
-  void run(double* base) const;
+  /// `fields` point at their cells (0,0,0).
+  void run(double* const* fields, const double* uniforms) const;
 
  private:
   struct Axis {
-    int64_t cells = 1, grow = 0;      // grow 0: nothing to fold
-    double low = 1, high = 1;         // weights with which the fill read
+    int64_t cells = 1, grow = 0;  // grow 0: nothing to fold
+    dpde_side low{}, high{};
   };
-  void fold_rows(double* base, int axis) const;
-  void fold_x(double* row) const;
+  void fold_rows(double* const* fields, const double* uniforms, int axis) const;
+  void fold_x(double* const* fields, const double* uniforms, int64_t place) const;
 
   int field_ = 0;
   std::array<Axis, 3> axes_;

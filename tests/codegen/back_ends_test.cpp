@@ -38,6 +38,7 @@ Outcome by_interpreter(const stencil::Module& module, const stencil::Program& pr
   }
   stencil::State state(grid, halo);
   for (const auto& [field, values] : inputs) state.set(field, values);
+  for (int axis = 0; axis < grid.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, 0.3);
   Outcome outcome;
   for (int n = 0; n < steps; ++n) outcome.sums = stencil::interpret(module, program, state, params);
   for (const stencil::Swap& swap : program.swaps) outcome.fields[swap.state] = state.get(swap.state);
@@ -59,6 +60,11 @@ Outcome by_executor(const dpde_program& program, const stencil::Program& text, c
   }
   for (const auto& [field, values] : inputs) {
     if (index.contains(field)) memory[index.at(field)].copy_in(values);
+  }
+  for (int axis = 0; axis < grid.rank; ++axis) {
+    const auto coordinate = index.find(std::string(1, "xyz"[axis]));
+    const bool periodic = text.axes[axis] == Topology::periodic;
+    if (coordinate != index.end()) fill_coordinate(memory[coordinate->second], axis, 0, 0.3, periodic);
   }
   for (int i = 0; i < program.field_count; ++i) executor.bind(i, memory[i].base());
   for (const auto& [name, value] : params) {

@@ -45,13 +45,13 @@ TEST(ProgramTable, Heat) {
   ASSERT_EQ(p->prepare_count, 1);
   const dpde_fill& fill = p->prepare[0];
   EXPECT_EQ(fill.field, 0);
-  EXPECT_EQ(fill.axes[0].low, DPDE_VALUE);
-  EXPECT_EQ(fill.axes[0].value_low, 0);  // uniform `hot`
-  EXPECT_EQ(fill.axes[0].high, DPDE_VALUE);
-  EXPECT_EQ(fill.axes[0].value_high, -1);  // the number 0
-  EXPECT_EQ(fill.axes[1].low, DPDE_ZERO_GRADIENT);
-  EXPECT_EQ(fill.axes[1].high, DPDE_ZERO_GRADIENT);
-  EXPECT_EQ(fill.axes[2].low, DPDE_PERIODIC);
+  EXPECT_EQ(fill.axes[0].low.kind, DPDE_VALUE);
+  EXPECT_EQ(fill.axes[0].low.value, 0);  // uniform `hot`
+  EXPECT_EQ(fill.axes[0].high.kind, DPDE_VALUE);
+  EXPECT_EQ(fill.axes[0].high.value, -1);  // the number 0
+  EXPECT_EQ(fill.axes[1].low.kind, DPDE_ZERO_GRADIENT);
+  EXPECT_EQ(fill.axes[1].high.kind, DPDE_ZERO_GRADIENT);
+  EXPECT_EQ(fill.axes[2].low.kind, DPDE_PERIODIC);
 
   ASSERT_EQ(p->operation_count, 1);
   const dpde_operation& sweep = p->operations[0];

@@ -186,11 +186,14 @@ TEST(Diagnostics, OfBoundaries) {
                sides + "\n initial u = 0\n time 0 .. 1, step 1\n}")
         .code_and_hint();
   };
-  const std::string rule =
-      "E0311 a boundary value is made of numbers and parameters; one that varies in space or time cannot be written "
-      "yet";
-  EXPECT_EQ(boundary("x.low = t, x.high = 0"), rule);
-  EXPECT_EQ(boundary("all = y"), rule);
+  EXPECT_EQ(boundary("x.low = t, x.high = 0"), "0 diagnostics:");
+  EXPECT_EQ(boundary("all = sin(y)*x"), "0 diagnostics:");
+  EXPECT_EQ(boundary("x = u"), "E0311 a boundary value is made of numbers, parameters, coordinates and t");
+  EXPECT_EQ(boundary("x.low = gradient(y*t), x.high = mixed(a, t, y)"), "0 diagnostics:");
+  EXPECT_EQ(boundary("x = gradient(1, 2)"), "E0305 write gradient(g), the derivative along the outward normal");
+  EXPECT_EQ(boundary("x = mixed(y, 1, 0)"),
+            "E0311 in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, "
+            "parameters and t");
   EXPECT_EQ(boundary("x = 0, x.high = 1"), "E0303 ");
   EXPECT_EQ(boundary("x = a, y.low = 0"), "E0409 leave this out, or periodic in the grid line");
   EXPECT_EQ(boundary("x.low = 0"),

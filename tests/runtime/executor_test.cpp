@@ -15,6 +15,7 @@
 namespace dpde {
 namespace {
 
+using test::side;
 using test::StreamOf;
 using test::TestProgram;
 using Place = std::array<int64_t, 3>;
@@ -29,9 +30,11 @@ void two_uniforms(const double* params, double* uniforms) {
 
 const std::vector<dpde_boundary>& kinds_of_axes() {
   static const std::vector<dpde_boundary> kinds{
-      {DPDE_PERIODIC, DPDE_PERIODIC, -1, -1},        {DPDE_VALUE, DPDE_VALUE, 0, 1},
-      {DPDE_ZERO_GRADIENT, DPDE_ZERO_GRADIENT, -1, -1}, {DPDE_VALUE, DPDE_ZERO_GRADIENT, -1, -1},
-      {DPDE_ZERO_GRADIENT, DPDE_VALUE, -1, 0}};
+      test::periodic,
+      {side(DPDE_VALUE, 0), side(DPDE_VALUE, 1)},
+      {side(DPDE_ZERO_GRADIENT), side(DPDE_ZERO_GRADIENT)},
+      {side(DPDE_VALUE), side(DPDE_ZERO_GRADIENT)},
+      {side(DPDE_ZERO_GRADIENT), side(DPDE_VALUE, 0)}};
   return kinds;
 }
 
@@ -49,15 +52,16 @@ Mirror mirror_of(Place place, const dpde_layout& layout, const std::array<dpde_b
   for (size_t a = 3; a-- > 0;) {
     const int64_t n = layout.cells[a];
     int64_t& p = result.cell[a];
-    if (axes[a].low == DPDE_PERIODIC) {
+    if (axes[a].low.kind == DPDE_PERIODIC) {
       p = ((p % n) + n) % n;
       continue;
     }
     while (p < 0 || p >= n) {
       const bool is_low = p < 0;
       p = is_low ? -1 - p : 2 * n - 1 - p;
-      if ((is_low ? axes[a].low : axes[a].high) != DPDE_VALUE) continue;
-      result.shift += result.weight * 2 * uniform_value(is_low ? axes[a].value_low : axes[a].value_high);
+      const dpde_side& wall = is_low ? axes[a].low : axes[a].high;
+      if (wall.kind != DPDE_VALUE) continue;
+      result.shift += result.weight * 2 * uniform_value(wall.value);
       result.weight = -result.weight;
     }
   }
@@ -178,7 +182,7 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
     for_all_grids(rank, rank == 3 ? 5 : 7, [&](const std::vector<int64_t>& cells, const std::array<dpde_boundary, 3>& axes) {
       TestProgram program("fold", rank, {"w"});
       Place grow{};
-      for (size_t a = 0; a < static_cast<size_t>(rank); ++a) grow[a] = axes[a].low == DPDE_PERIODIC ? 0 : width;
+      for (size_t a = 0; a < static_cast<size_t>(rank); ++a) grow[a] = axes[a].low.kind == DPDE_PERIODIC ? 0 : width;
       program.fold(program.fill_of("w", axes), grow);
       const dpde_layout layout = make_layout(cells, halo_of(rank, 3));
       Field w(layout), expected(layout), beyond(layout);

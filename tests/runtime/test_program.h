@@ -21,7 +21,8 @@ struct StreamOf {
   int x = 0, y = 0, z = 0;
 };
 
-constexpr dpde_boundary periodic{DPDE_PERIODIC, DPDE_PERIODIC, -1, -1};
+constexpr dpde_side side(int kind, int value = -1) { return {kind, value, -1, -1, -1}; }
+constexpr dpde_boundary periodic{side(DPDE_PERIODIC), side(DPDE_PERIODIC)};
 
 class TestProgram {
  public:

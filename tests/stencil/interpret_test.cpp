@@ -19,7 +19,9 @@ const std::vector<AxisBoundary> sorts = {
     {Topology::bounded, zero_value, zero_gradient},
     {Topology::bounded, zero_gradient, zero_value},
     {Topology::bounded, zero_gradient, zero_gradient},
+    {Topology::bounded, {SideKind::gradient, 0.0}, {SideKind::mixed, 0.0, 1.5, param("b")}},
 };
+const Params spacings{{"hx", 0.5}, {"hy", 0.3}, {"hz", 0.7}, {"b", 0.2}};
 
 template <class F>
 void for_each_boundary(int rank, const F& f) {
@@ -52,6 +54,30 @@ TEST(Interpret, FillsByRepeatedReflection) {
   EXPECT_EQ(along_x(state, "u"), (std::vector<double>{-1, -19, -18, 18, 19, 1, 2, 38, 39, 21, 22, 58}));
 }
 
+/// A straight line u = 3 + 2x on cells of 1/2 has u' = -2 outwards at x = 0 and value 5 at x = 1: each kind continues it.
+TEST(Interpret, GradientAndMixedContinueAStraightLine) {
+  const Side slope{SideKind::gradient, param("g")}, robin{SideKind::mixed, 3 * 5.0 + 4 * 2.0, 3.0, 4.0};
+  State state({1, {2, 1, 1}}, 2);
+  state.set("u", {3.5, 4.5});
+  apply(state, Fill{"u", {{Topology::bounded, slope, robin}}}, {{"g", -2}, {"hx", 0.5}});
+  const std::vector<double> line{1.5, 2.5, 3.5, 4.5, 5.5, 6.5};
+  for (std::size_t i = 0; i < line.size(); ++i) EXPECT_NEAR(along_x(state, "u")[i], line[i], 1e-14);
+  // mixed(1, 0, c) is a value and mixed(0, 1, g) a gradient
+  const Side value{SideKind::mixed, 5.0, 1.0, 0.0}, gradient{SideKind::mixed, -2.0, 0.0, 1.0};
+  apply(state, Fill{"u", {{Topology::bounded, gradient, value}}}, {{"hx", 0.5}});
+  for (std::size_t i = 0; i < line.size(); ++i) EXPECT_NEAR(along_x(state, "u")[i], line[i], 1e-14);
+}
+
+/// The values of a wall in a field: read at the place that is filled, along periodic axes where it wraps to.
+TEST(Interpret, ValuesThatVaryAlongAWall) {
+  State state({2, {3, 2, 1}}, 1);
+  state.set("u", {1, 2, 3, 4, 5, 6});
+  for (int i = 0; i < 3; ++i) state.at("c", i, -1) = 10 * i;
+  const Side wall{SideKind::value, access("c")};
+  apply(state, Fill{"u", {{Topology::periodic, {}, {}}, {Topology::bounded, wall, zero_gradient}}}, {});
+  for (int i = -1; i < 4; ++i) EXPECT_EQ(state.at("u", i, -1), 20 * ((i + 3) % 3) - state.at("u", i, 0)) << i;
+}
+
 TEST(Interpret, FillOfOneCell) {
   State state({1, {1, 1, 1}}, 3);
   state.set("u", {7});
@@ -73,7 +99,7 @@ void check_transpose(const Grid& grid, const std::vector<AxisBoundary>& axes, in
   random.fill_interior(state, "u");
   state.poison("w");
   double left = 0, right = 0, size = 0;
-  apply(state, Fill{"u", axes}, {});
+  apply(state, Fill{"u", axes}, spacings);
   for_each_cell(grid, width, [&](int i, int j, int k) {
     const int cell[] = {i, j, k};
     for (std::size_t axis = 0; axis < axes.size(); ++axis) {
@@ -84,7 +110,7 @@ void check_transpose(const Grid& grid, const std::vector<AxisBoundary>& axes, in
     left += state.at("w", i, j, k) * state.at("u", i, j, k);
     size += std::abs(state.at("w", i, j, k));
   });
-  apply(state, Fold{"w", width, axes});
+  apply(state, Fold{"w", width, axes}, spacings);
   for_each_cell(grid, 0, [&](int i, int j, int k) { right += state.at("w", i, j, k) * state.at("u", i, j, k); });
   EXPECT_NEAR(left, right, 1e-14 * size) << "rank " << grid.rank << " width " << width << " cells " << grid.cells[0];
 }
@@ -103,9 +129,9 @@ TEST(Interpret, FoldIsTheTransposeOfFill) {
 TEST(Interpret, FoldClearsTheHaloItFolds) {
   State state({1, {2, 1, 1}}, 2);
   for (int i = -2; i < 4; ++i) state.at("w", i) = i + 3;  // 1 2 | 3 4 | 5 6
-  apply(state, Fold{"w", 1, {{Topology::bounded, zero_value, zero_gradient}}});
+  apply(state, Fold{"w", 1, {{Topology::bounded, zero_value, zero_gradient}}}, {});
   EXPECT_EQ(along_x(state, "w"), (std::vector<double>{1, 0, 1, 9, 0, 6}));
-  apply(state, Fold{"w", 2, {{Topology::periodic, {}, {}}}});
+  apply(state, Fold{"w", 2, {{Topology::periodic, {}, {}}}}, {});
   EXPECT_EQ(along_x(state, "w"), (std::vector<double>{1, 0, 1, 9, 0, 6}));
 }
 

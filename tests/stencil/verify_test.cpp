@@ -118,8 +118,13 @@ TEST(Verify, FillsAndFolds) {
             one("program p runs step, which reads neighbours of u, without a fill"));
   EXPECT_EQ(with([](Module& m) { std::get<Fill>(m.programs[0].body[0]).axes[0].topology = Topology::periodic; }),
             one("program p has other axes than the boundaries of u"));
+  EXPECT_EQ(with([](Module& m) { std::get<Fill>(m.programs[0].body[0]).axes[0].low.value = access("d") + 1.0; }),
+            one("program p has a boundary value of u that is neither a field nor made of params and numbers"));
+  EXPECT_EQ(with([](Module& m) { std::get<Fill>(m.programs[0].body[0]).axes[0].low.value = access("u"); }).front(),
+            "program p has a boundary value of u that is u itself");
   EXPECT_EQ(with([](Module& m) { std::get<Fill>(m.programs[0].body[0]).axes[0].low.value = access("d"); }),
-            one("program p has a boundary value of u that is not made of params and numbers"));
+            (std::vector<std::string>{"program p fills u from d before that is written",
+                                      "program p runs step, which reads u farther out than d was computed"}));
   EXPECT_EQ(with([](Module& m) { std::swap(m.programs[0].body[1], m.programs[0].body[4]); }).front(),
             "program p folds w before it is written");
 }

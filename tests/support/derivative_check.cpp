@@ -47,6 +47,7 @@ Results run_program(const Module& module, const std::string& name, const Grid& g
   const Program& program = *module.find_program(name);
   State state(grid, halo_of(module, program));
   for (const auto& [field, values] : run.fields) state.set(field, values);
+  for (int axis = 0; axis < grid.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, 0.3);
   Results results;
   results.sums = interpret(module, program, state, run.params);
   for (const Swap& swap : program.swaps) results.fields[swap.next] = state.get(swap.state);  // swapped by the interpreter

@@ -77,6 +77,19 @@ kernel k(u: field halo 1, out v: field, c: param) {
 }
 )";
 
+const std::string walls_kernel = R"(
+kernel wall(out wc: field, g, dt: param) { wc = g^2 + dt }
+)";
+
+const std::string walls_2d_kernel = R"(
+kernel wall(x: field, y: field, out wc: field, g, c0: param) { wc = if(x < 0, g^2*y, sin(g*x)*c0 + y) }
+)";
+
+/// Reads the corners.
+const std::string cross_kernel = R"(
+kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }
+)";
+
 }  // namespace
 
 std::vector<ProgramCase> program_cases() {
@@ -125,6 +138,28 @@ std::vector<ProgramCase> program_cases() {
        {{"p", "u"}, {"c"}}},
       {"symplectic periodic", 2, symplectic + "program p { fill u periodic; run a; fill pn periodic; run b; swap p, pn; swap u, un }",
        {{"p", "u"}, {"c"}}},
+      {"gradient and mixed", 1, two_stages + "program p { fill u x.low = gradient(g), x.high = mixed(a, 2*g, dt); fill kappa x = 1; run s1; "
+                                "fill w x.low = mixed(1, 0.3, 0.1), x.high = gradient(0.4); run s2; swap u, v }",
+       {{"u", "kappa"}, {}}},
+      {"gradient and mixed 2-D", 2,
+       burgers_2d_kernel + "program p { fill u x periodic, y.low = gradient(1), y.high = mixed(1, 2, 0.2); fill v x periodic, "
+                           "y.low = mixed(2, 1, nu0), y.high = gradient(-1); run k; swap u, un; swap v, vn }",
+       {{"u", "v"}, {"nu"}}},
+      {"values along a wall", 1, walls_kernel + two_stages +
+           "program p { run wall grow 2; fill u x.low = wc, x.high = mixed(1, 2, wc); fill kappa x = gradient(wc); run s1; "
+           "fill w x.low = gradient(wc), x.high = 0.7; run s2; swap u, v }",
+       {{"u", "kappa"}, {"a", "g"}}},
+      {"a wall alone", 1, walls_kernel + "kernel k(u: field halo 3, out v: field) { v = u[-3]*u[+2] + sin(u) }\n"
+                          "program p { run wall grow 3; fill u x = wc; run k; keep v }", {{}, {"g"}}},
+      {"values along walls 2-D", 2, walls_2d_kernel + symplectic +
+           "program p { run wall grow 2; fill u x.low = gradient(wc), x.high = mixed(1, 0.5, wc), y = wc; run a; "
+           "fill pn x = 0.3, y.low = wc, y.high = gradient(0.2); run b; swap p, pn; swap u, un }",
+       {{"p", "u"}, {"c0", "g"}}},
+      {"values along walls, mixed axes", 2, walls_2d_kernel + cross_kernel +
+           "program p { run wall grow 1; fill u x periodic, y = wc; run k; swap u, v }", {{"u"}, {"g"}}},
+      {"values along walls, interpolated", 2, walls_2d_kernel + interp_2d_kernels +
+           "program p { run wall grow 1; fill w x.low = wc, x.high = gradient(wc), y periodic; fill q x = zero_gradient, y periodic; "
+           "run s2; keep v }", {{"w", "q"}, {"c0", "g"}}},
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };

@@ -117,6 +117,8 @@ class Reversal {
   bool is_read(const std::string& field) const {
     return std::any_of(program_.body.begin(), program_.body.end(), [&](const Statement& statement) {
       const Run* run = std::get_if<Run>(&statement);
+      const Fill* fill = std::get_if<Fill>(&statement);
+      if (fill && wall_fields(fill->axes).contains(field)) return true;
       return run && signature(*module_.find_kernel(run->kernel)).find_read(field);
     });
   }
@@ -124,14 +126,35 @@ class Reversal {
   void reverse_fill(const Fill& fill) {
     const auto bar = bars_.find(fill.field);
     if (bar == bars_.end() || reach_ == 0) return;
-    body.push_back(Fold{names_.of(fill.field), reach_, homogeneous(fill.axes)});
-    bar->second = {};
+    begin_bars(wall_fields(fill.axes));
+    body.push_back(Fold{names_.of(fill.field), reach_, derived_sides(fill.axes, bar_of_wall(reach_))});
+    bars_[fill.field] = {};
+  }
+
+  /// Bars of varied fields that nothing contributed to yet: 0, so that a fold can add to them or a fill continue them.
+  void begin_bars(const std::set<std::string>& fields) {
+    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_begin"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    for (const std::string& field : fields) {
+      if (!varied_.fields.contains(field) || !bars_.emplace(field, Bar{reach_, false}).second) continue;
+      zero.stores.push_back({names_.of(field), false, 0.0, {}});
+    }
+    if (!zero.stores.empty()) run(std::move(zero), reach_);
+  }
+
+  DerivedField bar_of_wall(int grow) {
+    return [this, grow](const std::string& wall) {
+      const auto bar = bars_.find(wall);
+      return bar != bars_.end() && bar->second.grow >= grow ? std::optional(names_.of(wall)) : std::nullopt;
+    };
   }
 
   void reverse_fold(const Fold& fold) {
+    for (const std::string& wall : wall_fields(fold.axes)) {
+      if (bars_.contains(wall)) begin_bars({fold.field});
+    }
     const auto bar = bars_.find(fold.field);
     if (bar == bars_.end()) return;
-    body.push_back(Fill{names_.of(fold.field), homogeneous(fold.axes)});
+    body.push_back(Fill{names_.of(fold.field), derived_sides(fold.axes, bar_of_wall(fold.grow))});
     bar->second = {fold.grow, true};
   }
 
@@ -213,8 +236,19 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
   std::vector<Statement> kept;
   for (auto statement = program.body.rbegin(); statement != program.body.rend(); ++statement) {
     const bool keep = match(
-        *statement, [&](const Fill& fill) { return needed.contains(fill.field); },
-        [&](const Fold& fold) { return needed.contains(fold.field); },
+        *statement,
+        [&](const Fill& fill) {
+          if (!needed.contains(fill.field)) return false;
+          needed.merge(wall_fields(fill.axes));
+          return true;
+        },
+        [&](const Fold& fold) {
+          const std::set<std::string> walls = wall_fields(fold.axes);
+          const bool into_needed =
+              std::any_of(walls.begin(), walls.end(), [&](const std::string& wall) { return needed.contains(wall); });
+          if (into_needed) needed.insert(fold.field);
+          return needed.contains(fold.field);
+        },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           const Signature s = signature(kernel);
@@ -235,7 +269,8 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
 
 bool changes(const Module& module, const Statement& statement, const std::string& field) {
   return match(
-      statement, [&](const Fill&) { return false; }, [&](const Fold& fold) { return fold.field == field; },
+      statement, [&](const Fill&) { return false; },
+      [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [&](const Run& run) {
         const Signature s = signature(*module.find_kernel(run.kernel));
         return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();

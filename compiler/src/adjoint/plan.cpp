@@ -33,6 +33,14 @@ void reserve_values(const Module& module, NameSupply& supply) {
 /// One pass over the statements: adds the fields they make vary.
 void grow_varied(const Module& module, const Program& program, Varied& varied) {
   for (const Statement& statement : program.body) {
+    if (const Fill* fill = std::get_if<Fill>(&statement)) {
+      for (const std::string& wall : wall_fields(fill->axes)) {
+        if (varied.fields.contains(wall)) varied.fields.insert(fill->field);
+      }
+    }
+    if (const Fold* fold = std::get_if<Fold>(&statement)) {
+      if (varied.fields.contains(fold->field)) varied.fields.merge(wall_fields(fold->axes));
+    }
     const Run* run = std::get_if<Run>(&statement);
     if (!run) continue;
     const Kernel& kernel = *module.find_kernel(run->kernel);
@@ -83,17 +91,16 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
   return good;
 }
 
-bool check_sides(const Fill& fill, const Varied& varied, DiagnosticSink& sink) {
+bool check_sides(const std::string& field, const std::vector<AxisBoundary>& axes, const Varied& varied,
+                 DiagnosticSink& sink) {
   bool good = true;
-  for (const AxisBoundary& axis : fill.axes) {
-    if (axis.topology == Topology::periodic) continue;
-    for (const Side* side : {&axis.low, &axis.high}) {
-      if (side->kind != SideKind::value || !is_varied(side->value, varied)) continue;
-      sink.report("varied-boundary-value", {}, {fill.field},
-                  "boundary values cannot be unknowns yet: make the value a number or a parameter that is not sought");
-      good = false;
-    }
-  }
+  for_each_side_value(axes, [&](const Expr& value) {
+    if (std::holds_alternative<Access>(value->kind) || !is_varied(value, varied)) return;
+    sink.report("varied-boundary-value", {}, {field},
+                "let a kernel that runs on the grown region store the value in a field, and fill from that; the weights a "
+                "and b of mixed(a, b, c) cannot be unknowns yet");
+    good = false;
+  });
   return good;
 }
 
@@ -131,14 +138,21 @@ bool check_differentiable(const Module& module, const Program& program, const Va
   for (const Statement& statement : program.body) {
     good &= match(
         statement,  //
-        [&](const Fill& fill) { return check_sides(fill, varied, sink); }, [&](const Fold&) { return true; },
+        [&](const Fill& fill) { return check_sides(fill.field, fill.axes, varied, sink); },
+        [&](const Fold& fold) { return check_sides(fold.field, fold.axes, varied, sink); },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
   }
   return good;
 }
 
-std::vector<AxisBoundary> homogeneous(std::vector<AxisBoundary> axes) {
-  for (AxisBoundary& axis : axes) axis.low.value = axis.high.value = 0.0;
+std::vector<AxisBoundary> derived_sides(std::vector<AxisBoundary> axes, const DerivedField& derived) {
+  for (AxisBoundary& axis : axes) {
+    for (Side* side : {&axis.low, &axis.high}) {
+      const std::string* wall = wall_field(*side);
+      const std::optional<std::string> field = wall ? derived(*wall) : std::nullopt;
+      side->value = field ? access(*field) : Expr(0.0);
+    }
+  }
   return axes;
 }
 

@@ -3,7 +3,9 @@
 // what cannot be differentiated.
 #pragma once
 
+#include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -40,12 +42,14 @@ class DerivedNames {
 /// The two fields of a swap vary together, so that the derivative of a step can be looped over like the step.
 Varied find_varied(const stencil::Module& module, const stencil::Program& program, const Activity& wrt);
 
-/// Reports what has no derivative: floor of something varied, a varied boundary value, `+=` to a field read in the same
+/// Reports what has no derivative: floor of something varied, a boundary that varies by a param, `+=` to a field read in the same
 /// kernel. True when nothing was found.
 bool check_differentiable(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
                           DiagnosticSink& sink);
 
-/// The boundary of the linear part of a fill: values become 0.
-std::vector<stencil::AxisBoundary> homogeneous(std::vector<stencil::AxisBoundary> axes);
+/// The derived field of a field that holds values of a wall; nothing where it does not vary.
+using DerivedField = std::function<std::optional<std::string>(const std::string&)>;
+/// The boundary of the derivative of a fill or fold: values that are the same along the wall become 0, fields derived.
+std::vector<stencil::AxisBoundary> derived_sides(std::vector<stencil::AxisBoundary> axes, const DerivedField& derived);
 
 }  // namespace dpde::adjoint

@@ -174,6 +174,21 @@ bool writes_varied(const Kernel& kernel, const Varied& varied) {
   return false;
 }
 
+/// Dots of inputs that are not active themselves but vary by the values at their walls: 0 in the interior.
+void add_still_inputs(const Module& module, const Program& program, const Varied& varied, const Activity& wrt,
+                      DerivedNames& names, Program& derived, Module& kernels) {
+  Kernel still{names.fresh_kernel(program.name + "_tangent_still"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
+  for (const std::string& input : interface_of(module, program).inputs) {
+    const bool state = std::any_of(program.swaps.begin(), program.swaps.end(),
+                                   [&](const Swap& swap) { return swap.state == input; });
+    if (state || wrt.fields.contains(input) || !varied.fields.contains(input)) continue;
+    still.stores.push_back({names.of(input), false, 0.0, {}});
+  }
+  if (still.stores.empty()) return;
+  derived.body.push_back(Run{still.name});
+  kernels.kernels.push_back(std::move(still));
+}
+
 /// nullopt when sums of squares were asked for and there are others.
 std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form, DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
@@ -186,15 +201,21 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
   Derivative result;
   result.program = names.fresh_program(name + (form == SumForm::derivative ? "_tangent" : "_squares"));
   Program derived{result.program, program->axes, {}, program->swaps, program->keeps};
+  const DerivedField dot_of_wall = [&](const std::string& wall) {
+    return varied.fields.contains(wall) ? std::optional(names.of(wall)) : std::nullopt;
+  };
+  add_still_inputs(module, *program, varied, wrt, names, derived, result.module);
   for (const Statement& statement : program->body) {
     derived.body.push_back(statement);
     match(
         statement,
         [&](const Fill& fill) {
-          if (varied.fields.contains(fill.field)) derived.body.push_back(Fill{names.of(fill.field), homogeneous(fill.axes)});
+          if (!varied.fields.contains(fill.field)) return;
+          derived.body.push_back(Fill{names.of(fill.field), derived_sides(fill.axes, dot_of_wall)});
         },
         [&](const Fold& fold) {
-          if (varied.fields.contains(fold.field)) derived.body.push_back(Fold{names.of(fold.field), fold.grow, fold.axes});
+          if (!varied.fields.contains(fold.field)) return;
+          derived.body.push_back(Fold{names.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});
         },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);

@@ -39,6 +39,8 @@ int32_t kind_of(SideKind kind) {
   switch (kind) {
     case SideKind::value: return DPDE_VALUE;
     case SideKind::zero_gradient: return DPDE_ZERO_GRADIENT;
+    case SideKind::mixed: return DPDE_MIXED;
+    case SideKind::gradient: break;  // not at the loop level
   }
   unreachable("kind of boundary");
 }
@@ -52,7 +54,7 @@ int32_t mode_of(loop::Stream::Mode mode) {
   unreachable("mode of stream");
 }
 
-constexpr dpde_boundary no_boundary{DPDE_PERIODIC, DPDE_PERIODIC, -1, -1};
+constexpr dpde_side periodic{DPDE_PERIODIC, -1, -1, -1, -1};
 
 }  // namespace
 
@@ -84,10 +86,14 @@ struct ProgramTables::Table {
 };
 
 dpde_fill ProgramTables::Table::fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes) const {
-  dpde_fill result{fields.index_of(field), {no_boundary, no_boundary, no_boundary}};
+  dpde_fill result{fields.index_of(field), {{periodic, periodic}, {periodic, periodic}, {periodic, periodic}}};
+  const auto side = [&](const loop::Side& s) {
+    const int32_t field = s.field.empty() ? -1 : fields.index_of(s.field);
+    return dpde_side{kind_of(s.kind), s.uniform, s.a, s.b, field};
+  };
   for (std::size_t a = 0; a < axes.size(); ++a) {
     if (axes[a].topology == Topology::periodic) continue;
-    result.axes[a] = {kind_of(axes[a].low.kind), kind_of(axes[a].high.kind), axes[a].low.uniform, axes[a].high.uniform};
+    result.axes[a] = {side(axes[a].low), side(axes[a].high)};
   }
   return result;
 }

@@ -161,10 +161,7 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
     for (const stencil::Statement& statement : program.body) {
       const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
       if (fill == nullptr) continue;
-      for (const stencil::AxisBoundary& axis : fill->axes) {
-        collect(axis.low.value);
-        collect(axis.high.value);
-      }
+      stencil::for_each_side_value(fill->axes, collect);
     }
   }
   return params;

@@ -68,7 +68,8 @@ class ModuleBuilder {
 
   const std::vector<std::string>& rows_for(const stencil::Run& run, const std::vector<Topology>& axes);
   std::vector<AxisBoundary> boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values);
-  Side side(const stencil::Side& side, bool with_value);
+  Side side(const stencil::Side& side, int axis, bool with_value);
+  int uniform_of(const stencil::Expr& value);
   std::vector<ScheduleItem> items_of(const stencil::Program& program);
   void add_sweeps(std::vector<ScheduleItem>& items, const stencil::Run& run, const stencil::Program& program);
 
@@ -100,20 +101,36 @@ const std::vector<std::string>& ModuleBuilder::rows_for(const stencil::Run& run,
   return rows_.emplace(key, std::move(names)).first->second;
 }
 
-Side ModuleBuilder::side(const stencil::Side& side, bool with_value) {
-  if (!with_value || side.kind != SideKind::value) return {side.kind, -1};
-  const Expr definition = uniform_definition(side.value, uniforms_);
-  return {side.kind, is_literal(definition, 0) ? -1 : uniforms_.index_of(definition)};
+int ModuleBuilder::uniform_of(const stencil::Expr& value) {
+  const Expr definition = uniform_definition(value, uniforms_);
+  return is_literal(definition, 0) ? -1 : uniforms_.index_of(definition);
+}
+
+Side ModuleBuilder::side(const stencil::Side& side, int axis, bool with_value) {
+  Side result{side.kind};
+  if (side.kind == SideKind::zero_gradient) return result;
+  const std::string* wall = stencil::wall_field(side);
+  if (wall) result.field = *wall;
+  if (!wall && with_value) result.uniform = uniform_of(side.value);
+  if (side.kind == SideKind::value) return result;
+  const stencil::Expr h = stencil::param(std::string("h") + "xyz"[axis]);
+  const bool mixed = side.kind == SideKind::mixed;
+  result.kind = SideKind::mixed;
+  if (mixed) result.a = uniform_of(side.a);
+  result.b = uniform_of((mixed ? side.b : stencil::Expr(1.0)) / h);
+  return result;
 }
 
 /// `with_values` false: the linear part, which is all a fold needs.
 std::vector<AxisBoundary> ModuleBuilder::boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values) {
   std::vector<AxisBoundary> result;
-  for (const stencil::AxisBoundary& axis : axes) {
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const stencil::AxisBoundary& axis = axes[a];
     if (axis.topology == Topology::periodic) {
-      result.push_back({axis.topology, {SideKind::value, -1}, {SideKind::value, -1}});
+      result.push_back({axis.topology, {SideKind::value}, {SideKind::value}});
     } else {
-      result.push_back({axis.topology, side(axis.low, with_values), side(axis.high, with_values)});
+      const int number = static_cast<int>(a);
+      result.push_back({axis.topology, side(axis.low, number, with_values), side(axis.high, number, with_values)});
     }
   }
   return result;
@@ -140,33 +157,33 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
     match(
         statement,
         [&](const stencil::Fill& f) {
-          items.push_back({Fill{f.field, boundaries(f.axes, true)}, {}, {f.field}});
+          std::set<std::string> touched = stencil::wall_fields(f.axes);
+          touched.insert(f.field);
+          items.push_back({Fill{f.field, boundaries(f.axes, true)}, {}, std::move(touched)});
         },
         [&](const stencil::Fold& f) {
-          items.push_back({Fold{f.field, f.grow, boundaries(f.axes, false)}, {f.field}, {f.field}});
+          std::set<std::string> modified = stencil::wall_fields(f.axes);
+          modified.insert(f.field);
+          items.push_back({Fold{f.field, f.grow, boundaries(f.axes, false)}, modified, modified});
         },
         [&](const stencil::Run& run) { add_sweeps(items, run, program); });
   }
   return items;
 }
 
-/// Fields with a boundary value that depends on the time: it is another one in the next step.
+/// Fields with a boundary that depends on the time, or on fields of its own: it is another one in the next step.
 std::set<std::string> time_dependent_fields(const stencil::Program& program) {
   std::set<std::string> fields;
-  const auto look = [&](const stencil::Fill& fill, const stencil::Side& side) {
-    stencil::visit(side.value, [&](const stencil::Expr& e) {
-      const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
-      if (param && param->name == "t" && side.kind == SideKind::value) fields.insert(fill.field);
-    });
-  };
   for (const stencil::Statement& statement : program.body) {
     const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
     if (!fill) continue;
-    for (const stencil::AxisBoundary& axis : fill->axes) {
-      if (axis.topology == Topology::periodic) continue;
-      look(*fill, axis.low);
-      look(*fill, axis.high);
-    }
+    stencil::for_each_side_value(fill->axes, [&](const stencil::Expr& value) {
+      stencil::visit(value, [&](const stencil::Expr& e) {
+        const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
+        const bool is_time = param && param->name == "t";
+        if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill->field);
+      });
+    });
   }
   return fields;
 }

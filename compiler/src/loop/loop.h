@@ -145,9 +145,12 @@ struct Swap {
   bool operator==(const Swap&) const = default;
 };
 
+/// Uniforms by index, -1 for 0. A given gradient c is mixed(0, 1/hx, c): kinds are value, zero_gradient and mixed.
 struct Side {
   SideKind kind;
-  int uniform;  // of the value; -1 when none
+  int uniform = -1;        // of the value
+  int a = -1, b = -1;      // of mixed, b per cell
+  std::string field = "";  // holds the values, in place of `uniform`
   bool operator==(const Side&) const = default;
 };
 struct AxisBoundary {

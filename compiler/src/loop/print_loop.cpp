@@ -125,7 +125,10 @@ std::string axes_text(const std::vector<Topology>& axes) {
 
 std::string side_text(const Module& module, const Side& side) {
   if (side.kind == SideKind::zero_gradient) return "zero_gradient";
-  return side.uniform < 0 ? "0" : module.uniforms[side.uniform].name;
+  const auto uniform = [&](int index) { return index < 0 ? "0" : module.uniforms[index].name; };
+  const std::string value = side.field.empty() ? uniform(side.uniform) : side.field;
+  if (side.kind == SideKind::value) return value;
+  return fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
 }
 
 std::string boundary_text(const Module& module, const std::vector<AxisBoundary>& axes) {

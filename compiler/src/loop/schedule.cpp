@@ -113,11 +113,17 @@ bool Scheduler::can_take_fills(const ScheduleItem& item) const {
   return sweep->grow == 0 || !has_ends;
 }
 
+/// Whether the values of a side are a field: such a fill is done as a whole, when that field has been computed.
+bool has_walls(const Fill& fill) {
+  return std::any_of(fill.axes.begin(), fill.axes.end(),
+                     [](const AxisBoundary& axis) { return !axis.low.field.empty() || !axis.high.field.empty(); });
+}
+
 /// Moves the fill at `at` into the sweep that wrote its field, or drops it where the halo is filled already.
 bool Scheduler::attach(std::size_t at) {
   const Fill fill = *as_fill(items()[at]);
   const std::optional<std::size_t> writer = last_modifier(items(), fill.field, at);
-  if (!writer || !agrees(items(), fill.field, fill.axes)) return false;
+  if (!writer || has_walls(fill) || !agrees(items(), fill.field, fill.axes)) return false;
   if (Sweep* sweep = std::get_if<Sweep>(&input_.items[*writer].operation)) {
     if (std::find(sweep->then.begin(), sweep->then.end(), fill) != sweep->then.end()) return true;
     const bool touched = std::any_of(items().begin() + static_cast<std::ptrdiff_t>(*writer) + 1,

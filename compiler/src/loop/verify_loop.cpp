@@ -157,7 +157,11 @@ void Verifier::check_boundaries(const Program& program, const std::string& field
     check(axes[a].topology == program.axes[a], program.name,
           fmt::format("boundary of {} on another kind of axis", field));
     for (const Side* side : {&axes[a].low, &axes[a].high}) {
-      check(side->uniform == -1 || is_index(side->uniform, module_.uniforms.size()), program.name, "no such uniform");
+      for (const int uniform : {side->uniform, side->a, side->b}) {
+        check(uniform == -1 || is_index(uniform, module_.uniforms.size()), program.name, "no such uniform");
+      }
+      check(side->field.empty() || has(program.fields, side->field), program.name,
+            fmt::format("no field {}", side->field));
     }
   }
 }

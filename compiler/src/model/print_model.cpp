@@ -103,6 +103,8 @@ std::string text_of(const Side& side) {
   switch (side.kind) {
     case SideKind::value: return " = " + print(side.value);
     case SideKind::zero_gradient: return " zero_gradient";
+    case SideKind::gradient: return fmt::format(" = gradient({})", bare(side.value));
+    case SideKind::mixed: return fmt::format(" = mixed({}, {}, {})", bare(side.a), bare(side.b), bare(side.value));
   }
   unreachable("side");
 }

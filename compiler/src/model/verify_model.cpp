@@ -31,7 +31,8 @@ struct Allowed {
 constexpr Allowed equation{true, true, true, true, false};
 constexpr Allowed formula{false, true, false, false, false};
 constexpr Allowed exact{false, true, true, false, false};
-constexpr Allowed boundary{false, false, false, false, false};
+constexpr Allowed start{false, false, false, false, false};
+constexpr Allowed weight{false, false, true, false, false};
 constexpr Allowed quantity{true, true, true, true, true};
 
 class Verifier {
@@ -100,8 +101,11 @@ class Verifier {
              fmt::format("state {} has boundaries on {} axes", state.name, state.boundary.size()));
       for (const AxisSides& sides : state.boundary) {
         for (const Side* side : {&sides.low, &sides.high}) {
-          check(side->value, "boundary of " + state.name, boundary);
-          demand(!reads_unknown(side->value), fmt::format("the boundary of {} depends on an unknown", state.name));
+          check(side->value, "boundary of " + state.name, exact);
+          for (const Expr* part : {&side->a, &side->b}) {
+            check(*part, "boundary of " + state.name, weight);
+            demand(!reads_unknown(*part), fmt::format("a weight at the boundary of {} depends on an unknown", state.name));
+          }
         }
       }
     }
@@ -128,7 +132,7 @@ class Verifier {
     demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
-      check_source(unknown.from, "start of " + unknown.name, unknown.is_field() ? formula : boundary);
+      check_source(unknown.from, "start of " + unknown.name, unknown.is_field() ? formula : start);
     }
     for (const Loss& loss : task.losses) {
       check(loss.value, "loss", quantity);

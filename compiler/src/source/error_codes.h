@@ -80,7 +80,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0364", "program-result-not-written", Severity::error, "program {} does not write {}"},
     {"E0365", "program-axes", Severity::error, "program {} has {}, but {} has {}"},
     {"E0366", "fill-incomplete", Severity::error, "the {} of {} says nothing about {}"},
-    {"E0367", "boundary-value-varies", Severity::error, "{} is a field, but the values of a {} are made of params and numbers"},
+    {"E0367", "boundary-value-varies", Severity::error, "{} is a field inside a value of a {}: that is made of params and numbers, or one field alone"},
     {"E0368", "bad-program", Severity::error, "{}"},
     {"E0369", "program-without-result", Severity::error, "program {} has no result"},
     {"E0370", "distance-out-of-range", Severity::error, "{} cells is not a distance between {} and {}"},
@@ -106,6 +106,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0420", "boundary-of-program", Severity::error, "the boundaries of {} are those of the fills of program {}"},
     {"E0421", "rank-differs", Severity::error, "kernel {} works on {} but the scene has {}"},
     {"E0422", "output-off-step", Severity::error, "an output every {} does not fall on steps of {}"},
+    {"E0424", "empty-condition", Severity::error, "mixed(0, 0, ...) says nothing about {}"},
     {"E0501", "unknown-scheme-key", Severity::error, "{} is not a key of a scheme"},
     {"E0502", "bad-scheme-value", Severity::error, "{} cannot be {}"},
     {"E0503", "precision-not-available", Severity::error, "real = {} is not available"},
@@ -156,7 +157,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0602", "accumulates-onto-read-field", Severity::error, "kernel {} reads field {} and adds to it"},
     {"E0603", "overwritten-value", Severity::error, "the derivative of kernel {} needs field {} as it was before it is changed again"},
     {"E0604", "varied-boundary-value", Severity::error, "a boundary value of field {} depends on an unknown"},
-    {"E0605", "unknown-in-boundary", Severity::error, "unknown {} appears in a boundary value of {}"},
+    {"E0605", "unknown-in-boundary", Severity::error, "unknown {} appears in a weight at the boundary of {}"},
 };
 
 /// The row called `name`; a name that is not in the table does not compile.

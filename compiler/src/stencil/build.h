@@ -69,6 +69,15 @@ struct Interface {
 };
 Interface interface_of(const Module& module, const Program& program);
 
+/// The field that holds the values of a side; nullptr where they are the same along the wall.
+const std::string* wall_field(const Side& side);
+std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes);
+void for_each_side(const std::vector<AxisBoundary>& axes, const std::function<void(const Side&)>& f);
+/// Everything a boundary is made of: its expressions, and the spacings along axes with a derivative at the wall.
+void for_each_side_value(const std::vector<AxisBoundary>& axes, const std::function<void(const Expr&)>& f);
+/// The boundary with `f` applied to the expressions of its sides.
+std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::function<Expr(const Expr&)>& f);
+
 /// Halo each field of the program needs, an axis: reads at offsets plus the grown regions of the runs.
 std::map<std::string, std::array<int, max_rank>> required_halo(const Module& module, const Program& program);
 

@@ -45,7 +45,8 @@ class BoundaryValueReader : public ExprReader {
   Expr read_interp(const ast::Call& call, SourceRange range) override { return refuse(call.callee, range); }
 
   Expr refuse(const std::string& name, SourceRange range) {
-    sink().report("boundary-value-varies", range, {name, statement_});
+    sink().report("boundary-value-varies", range, {name, statement_},
+                  "store the values in a field by a kernel, and let the field stand alone");
     return 0.0;
   }
 
@@ -262,12 +263,32 @@ class ModuleReader {
       return boundary;
     }
     boundary.topology = Topology::bounded;
-    Side value{SideKind::zero_gradient, 0.0};
-    if (!is_name(side.value, "zero_gradient")) {
-      value = {SideKind::value, BoundaryValueReader(fields_, statement, sink_).read(side.value)};
-    }
-    boundary.low = boundary.high = value;
+    boundary.low = boundary.high = read_condition(side.value, statement);
     return boundary;
+  }
+
+  /// zero_gradient, gradient(c), mixed(a, b, c) or a value.
+  Side read_condition(const ast::Expr& e, const char* statement) {
+    if (is_name(e, "zero_gradient")) return {SideKind::zero_gradient, 0.0};
+    BoundaryValueReader reader(fields_, statement, sink_);
+    const ast::Call* call = std::get_if<ast::Call>(&e->kind);
+    const bool gradient = call && call->callee == "gradient", mixed = call && call->callee == "mixed";
+    if (!gradient && !mixed) return {SideKind::value, read_wall(e, reader)};
+    if (call->arguments.size() != (gradient ? 1u : 3u)) {
+      sink_.report("kernel-argument-count", e.range(),
+                   {call->callee, gradient ? "1" : "3", std::to_string(call->arguments.size())});
+      return {};
+    }
+    const Expr value = read_wall(call->arguments.back().value, reader);
+    if (gradient) return {SideKind::gradient, value};
+    return {SideKind::mixed, value, reader.read(call->arguments[0].value), reader.read(call->arguments[1].value)};
+  }
+
+  /// A field alone, which is read along the wall, or what is the same all along it.
+  Expr read_wall(const ast::Expr& e, BoundaryValueReader& reader) {
+    const ast::Name* name = std::get_if<ast::Name>(&e->kind);
+    if (name && std::find(fields_.begin(), fields_.end(), name->name) != fields_.end()) return access(name->name);
+    return reader.read(e);
   }
 
   void check_fill(const ast::FillItem& fill, const char* statement, const std::vector<AxisBoundary>& axes,

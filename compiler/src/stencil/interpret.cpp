@@ -230,49 +230,75 @@ void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axe
 
 // ---- halos ---------------------------------------------------------------------------------------------------------
 
-/// What a fill puts into place p of an axis: weight*u[cell] + constant.
-struct Source {
-  int cell;
-  double weight = 1;
-  double constant = 0;
+/// What a fill puts into a place: weight*u[image] + rate*c.
+struct Mirror {
+  double weight, rate;
 };
 
-Source source_of(const AxisBoundary& boundary, int n, int p, double low_value, double high_value) {
-  if (boundary.topology == Topology::periodic) return {modulo(p, n)};
-  if (p >= 0 && p < n) return {p};
-  const Side& side = p < 0 ? boundary.low : boundary.high;
-  const double value = p < 0 ? low_value : high_value;
-  const int mirrored = p < 0 ? -1 - p : 2 * n - 1 - p;
-  Source source = source_of(boundary, n, mirrored, low_value, high_value);
-  if (side.kind == SideKind::value) source = {source.cell, -source.weight, 2 * value - source.constant};
-  return source;
-}
-
-/// Calls f(place, cell of its source, source) for the halo along `axis`, `width` cells wide, over the halo of the axes
-/// before.
-void for_each_halo_cell(const Grid& grid, const AxisBoundary& boundary, int axis, const Cell& width, double low_value,
-                        double high_value, const std::function<void(const Cell&, const Cell&, const Source&)>& f) {
-  Cell low{}, high = grid.cells;
-  for (int before = 0; before < axis; ++before) {
-    low[before] -= width[before];
-    high[before] += width[before];
+Mirror mirror(const Side& side, double a, double b, double way) {
+  switch (side.kind) {
+    case SideKind::value: return {-1, 2};
+    case SideKind::zero_gradient: return {1, 0};
+    case SideKind::gradient: return {1, way};
+    case SideKind::mixed: return {(2 * b - a * way) / (2 * b + a * way), 2 * way / (2 * b + a * way)};
   }
-  low[axis] = -width[axis];
-  high[axis] = grid.cells[axis] + width[axis];
-  for_each_cell(low, high, [&](const Cell& place) {
-    if (place[axis] >= 0 && place[axis] < grid.cells[axis]) return;
-    const Source source = source_of(boundary, grid.cells[axis], place[axis], low_value, high_value);
-    Cell cell = place;
-    cell[axis] = source.cell;
-    f(place, cell, source);
-  });
+  unreachable("kind of side");
 }
 
-/// The number of a boundary value, which holds params and numbers only.
-double side_value(const Side& side, const State& state, const Params& params) {
-  if (side.kind != SideKind::value) return 0;
+/// A halo cell, the cell it is filled from, and how; `side` is nullptr along periodic axes.
+struct HaloCell {
+  Cell place, image;
+  const Side* side;
+  Mirror mirror;
+};
+
+double uniform_value(const Expr& e, const State& state, const Params& params) {
   const std::vector<Topology> no_axes;
-  return Point{state, no_axes, params, {}, {}}.value(side.value);
+  return Point{state, no_axes, params, {}, {}}.value(e);
+}
+
+/// The halo cells of both sides of an axis in layer k, over the halo of the axes before.
+std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boundary, int axis, int k,
+                                    const Cell& width, const Params& params) {
+  const int n = state.grid().cells[axis];
+  const bool periodic = boundary.topology == Topology::periodic;
+  std::vector<HaloCell> cells;
+  for (const bool low_side : {true, false}) {
+    const Side& side = low_side ? boundary.low : boundary.high;
+    Mirror how{1, 0};
+    if (!periodic) {
+      const bool mixed = side.kind == SideKind::mixed, slope = mixed || side.kind == SideKind::gradient;
+      const double h = slope ? params.at(std::string("h") + "xyz"[axis]) : 0;
+      const double a = mixed ? uniform_value(side.a, state, params) : 0;
+      const double b = mixed ? uniform_value(side.b, state, params) : 0;
+      how = mirror(side, a, b, (2 * k + 1) * h);
+    }
+    const int place = low_side ? -1 - k : n + k;
+    const int image = periodic ? modulo(place, n) : low_side ? k : n - 1 - k;
+    Cell low{}, high = state.grid().cells;
+    for (int before = 0; before < axis; ++before) {
+      low[before] -= width[before];
+      high[before] += width[before];
+    }
+    low[axis] = place;
+    high[axis] = place + 1;
+    for_each_cell(low, high, [&](const Cell& cell) {
+      cells.push_back({cell, cell, periodic ? nullptr : &side, how});
+      cells.back().image[axis] = image;
+    });
+  }
+  return cells;
+}
+
+double wall_value(const HaloCell& cell, const std::vector<AxisBoundary>& axes, const State& state,
+                  const Params& params) {
+  if (!cell.side || cell.side->kind == SideKind::zero_gradient) return 0;
+  Cell place = cell.place;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis].topology == Topology::periodic) place[axis] = modulo(place[axis], state.grid().cells[axis]);
+  }
+  if (const std::string* field = wall_field(*cell.side)) return state.at(*field, place);
+  return uniform_value(cell.side->value, state, params);
 }
 
 }  // namespace
@@ -280,28 +306,31 @@ double side_value(const Side& side, const State& state, const Params& params) {
 void apply(State& state, const Fill& fill, const Params& params) {
   const Cell width{state.halo(0), state.halo(1), state.halo(2)};
   for (int axis = 0; axis < state.grid().rank; ++axis) {
-    const AxisBoundary& boundary = fill.axes[axis];
-    const bool bounded = boundary.topology == Topology::bounded;
-    const double low = bounded ? side_value(boundary.low, state, params) : 0;
-    const double high = bounded ? side_value(boundary.high, state, params) : 0;
-    for_each_halo_cell(state.grid(), boundary, axis, width, low, high,
-                       [&](const Cell& place, const Cell& cell, const Source& source) {
-                         state.at(fill.field, place) = source.weight * state.at(fill.field, cell) + source.constant;
-                       });
+    for (int k = 0; k < width[axis]; ++k) {
+      for (const HaloCell& cell : layer_of_halo(state, fill.axes[axis], axis, k, width, params)) {
+        const double constant = cell.mirror.rate * wall_value(cell, fill.axes, state, params);
+        state.at(fill.field, cell.place) = cell.mirror.weight * state.at(fill.field, cell.image) + constant;
+      }
+    }
   }
 }
 
-void apply(State& state, const Fold& fold) {
+void apply(State& state, const Fold& fold, const Params& params) {
   Cell width{};
   for (int axis = 0; axis < state.grid().rank; ++axis) {
     if (fold.axes[axis].topology == Topology::bounded) width[axis] = fold.grow;
   }
   for (int axis = state.grid().rank - 1; axis >= 0; --axis) {
-    for_each_halo_cell(state.grid(), fold.axes[axis], axis, width, 0, 0,
-                       [&](const Cell& place, const Cell& cell, const Source& source) {
-                         state.at(fold.field, cell) += source.weight * state.at(fold.field, place);
-                         state.at(fold.field, place) = 0;
-                       });
+    for (int k = width[axis] - 1; k >= 0; --k) {
+      for (const HaloCell& cell : layer_of_halo(state, fold.axes[axis], axis, k, width, params)) {
+        const double value = state.at(fold.field, cell.place);
+        if (const std::string* field = wall_field(*cell.side)) {
+          state.at(*field, cell.place) += cell.mirror.rate * value;
+        }
+        state.at(fold.field, cell.image) += cell.mirror.weight * value;
+        state.at(fold.field, cell.place) = 0;
+      }
+    }
   }
 }
 
@@ -312,7 +341,7 @@ std::map<std::string, double> interpret(const Module& module, const Program& pro
   for (const std::string& name : interface_of(module, program).sums) sums[name] = 0;
   for (const Statement& statement : program.body) {
     match(
-        statement, [&](const Fill& fill) { apply(state, fill, params); }, [&](const Fold& fold) { apply(state, fold); },
+        statement, [&](const Fill& fill) { apply(state, fill, params); }, [&](const Fold& fold) { apply(state, fold, params); },
         [&](const Run& run) {
           run_kernel(*module.find_kernel(run.kernel), run.grow, program.axes, state, params, sums);
         });

@@ -55,7 +55,7 @@ class State {
 /// Fills the whole halo of a field.
 void apply(State& state, const Fill& fill, const Params& params);
 /// Adds `grow` halo cells of a field on each side of bounded axes onto its interior, and clears them.
-void apply(State& state, const Fold& fold);
+void apply(State& state, const Fold& fold, const Params& params);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or

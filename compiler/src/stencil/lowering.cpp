@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/lowering.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/walls.h"
 
 namespace dpde::stencil {
 
@@ -25,10 +27,14 @@ bool is_read_beyond_the_cell(const Signature::Read& read) {
   return false;
 }
 
-Side side(const model::Side& from, const Expr& time) {
-  Reading reading;
-  reading.time = time;
-  return {from.kind, Discretiser(model::Scheme{}, NameSupply(), reading)(from.value)};
+int widest_read(const std::vector<Stage>& stages) {
+  int width = 0;
+  for (const Stage& stage : stages) {
+    for (const Signature::Read& read : signature(stage.kernel).reads) {
+      width = std::max(width, *std::max_element(read.halo.begin(), read.halo.end()));
+    }
+  }
+  return width;
 }
 
 }  // namespace
@@ -69,19 +75,13 @@ Kernel Lowering::kernel(const std::string& name) const {
   return kernel;
 }
 
-std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field, const Expr& time) const {
-  const auto state = state_of_.find(field);
+/// Of a field without a boundary of its own.
+std::vector<AxisBoundary> Lowering::plain_boundary() const {
   std::vector<AxisBoundary> boundary;
-  for (int axis = 0; axis < rank(); ++axis) {
-    AxisBoundary sides{problem_.axes[axis].topology, {SideKind::zero_gradient}, {SideKind::zero_gradient}};
-    if (sides.topology == Topology::periodic) {
-      sides = AxisBoundary{};
-    } else if (state != state_of_.end()) {
-      const model::AxisSides& given = problem_.find_state(state->second)->boundary[axis];
-      sides.low = side(given.low, time);
-      sides.high = side(given.high, time);
-    }
-    boundary.push_back(sides);
+  for (const model::Axis& axis : problem_.axes) {
+    const bool periodic = axis.topology == Topology::periodic;
+    const Side side = periodic ? Side{} : Side{SideKind::zero_gradient};
+    boundary.push_back({axis.topology, side, side});
   }
   return boundary;
 }
@@ -91,11 +91,17 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
   std::set<std::string> filled;
+  Walls walls(problem_, names_, widest_read(stages));
   for (const Stage& stage : stages) {
     const Signature signature = stencil::signature(stage.kernel);
     for (const Signature::Read& read : signature.reads) {
       if (!is_read_beyond_the_cell(read) || is_coordinate(read.field) || !filled.insert(read.field).second) continue;
-      program.body.push_back(Fill{read.field, boundary_of(read.field, stage.time)});
+      const auto state = state_of_.find(read.field);
+      std::vector<AxisBoundary> boundary = plain_boundary();
+      if (state != state_of_.end()) {
+        boundary = walls.boundary(*problem_.find_state(state->second), stage.time, module, program);
+      }
+      program.body.push_back(Fill{read.field, std::move(boundary)});
     }
     program.body.push_back(Run{stage.kernel.name});
     for (const std::string& field : signature.writes) filled.erase(field);

@@ -42,7 +42,7 @@ class Lowering {
   Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages) const;
 
  private:
-  std::vector<AxisBoundary> boundary_of(const std::string& field, const Expr& time) const;
+  std::vector<AxisBoundary> plain_boundary() const;
 
   const model::Problem& problem_;
   NameSupply names_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "stencil/build.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -154,7 +155,14 @@ std::string parameters_text(const Kernel& kernel) {
 }
 
 std::string side_text(const Side& side) {
-  return side.kind == SideKind::zero_gradient ? "zero_gradient" : print(side.value, 1);
+  switch (side.kind) {
+    case SideKind::value: return print(side.value, 1);
+    case SideKind::zero_gradient: return "zero_gradient";
+    case SideKind::gradient: return fmt::format("gradient({})", print(side.value, 1));
+    case SideKind::mixed:
+      return fmt::format("mixed({}, {}, {})", print(side.a, 1), print(side.b, 1), print(side.value, 1));
+  }
+  unreachable("kind of side");
 }
 
 std::string boundary_text(const std::vector<AxisBoundary>& axes) {

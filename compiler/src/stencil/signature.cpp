@@ -42,15 +42,11 @@ void add_leaf(Signature& s, const Expr& e, int rank) {
 }
 
 void add_boundary_params(Names& params, const std::vector<AxisBoundary>& axes) {
-  for (const AxisBoundary& axis : axes) {
-    if (axis.topology == Topology::periodic) continue;
-    for (const Side* side : {&axis.low, &axis.high}) {
-      if (side->kind != SideKind::value) continue;
-      visit(side->value, [&](const Expr& e) {
-        if (const Param* p = std::get_if<Param>(&e->kind)) add_once(params, p->name);
-      });
-    }
-  }
+  for_each_side_value(axes, [&](const Expr& value) {
+    visit(value, [&](const Expr& e) {
+      if (const Param* p = std::get_if<Param>(&e->kind)) add_once(params, p->name);
+    });
+  });
 }
 
 void add_input(Interface& result, const std::string& field) {
@@ -118,6 +114,49 @@ const Signature::Read* Signature::find_read(const std::string& field) const {
   return found == reads.end() ? nullptr : &*found;
 }
 
+const std::string* wall_field(const Side& side) {
+  const Access* access = side.kind == SideKind::zero_gradient ? nullptr : std::get_if<Access>(&side.value->kind);
+  return access ? &access->field : nullptr;
+}
+
+std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes) {
+  std::set<std::string> fields;
+  for_each_side(axes, [&](const Side& side) {
+    if (const std::string* wall = wall_field(side)) fields.insert(*wall);
+  });
+  return fields;
+}
+
+void for_each_side(const std::vector<AxisBoundary>& axes, const std::function<void(const Side&)>& f) {
+  for (const AxisBoundary& axis : axes) {
+    if (axis.topology == Topology::periodic) continue;
+    f(axis.low);
+    f(axis.high);
+  }
+}
+
+void for_each_side_value(const std::vector<AxisBoundary>& axes, const std::function<void(const Expr&)>& f) {
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis].topology == Topology::periodic) continue;
+    for (const Side* side : {&axes[axis].low, &axes[axis].high}) {
+      if (side->kind == SideKind::zero_gradient) continue;
+      f(side->value);
+      if (side->kind == SideKind::mixed) f(side->a);
+      if (side->kind == SideKind::mixed) f(side->b);
+      if (side->kind != SideKind::value) f(param(std::string("h") + "xyz"[axis]));
+    }
+  }
+}
+
+std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::function<Expr(const Expr&)>& f) {
+  for (AxisBoundary& axis : axes) {
+    for (Side* side : {&axis.low, &axis.high}) {
+      for (Expr* part : {&side->value, &side->a, &side->b}) *part = f(*part);
+    }
+  }
+  return axes;
+}
+
 Signature signature(const Kernel& kernel) {
   Signature s;
   const auto add = [&](const Expr& e) { visit(e, [&](const Expr& part) { add_leaf(s, part, kernel.rank); }); };
@@ -145,11 +184,15 @@ Interface interface_of(const Module& module, const Program& program) {
         statement,
         [&](const Fill& fill) {
           add_input(result, fill.field);
+          for (const std::string& field : wall_fields(fill.axes)) add_input(result, field);
           add_boundary_params(result.params, fill.axes);
         },
         [&](const Fold& fold) {
-          add_input(result, fold.field);
-          add_once(result.written, fold.field);
+          std::set<std::string> folded = wall_fields(fold.axes);
+          folded.insert(fold.field);
+          for (const std::string& field : folded) add_input(result, field);
+          for (const std::string& field : folded) add_once(result.written, field);
+          add_boundary_params(result.params, fold.axes);
         },
         [&](const Run& run) { add_run(result, kernel_of(module, run)); });
   }

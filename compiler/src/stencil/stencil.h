@@ -10,11 +10,16 @@
 //  - A program is a straight line of fills, folds and kernel runs. Every field is written by one kernel with `=`
 //    before any `+=` to it; inputs are the fields that are read before they are written.
 //  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.
-//    periodic: u[p] = u[p mod n]. value a: u[-1-k] = 2a - u[k]. zero_gradient: u[-1-k] = u[k]; both repeated until the
-//    place lies inside, so that any n >= 1 and any width is defined.
+//    periodic: u[p] = u[p mod n]. Bounded: the place -1-k (or n+k) from its mirror image k (or n-1-k), outwards from k = 0,
+//    so that the image is set and any n >= 1 and any width is defined. With u, v at the image and the place and
+//    s = (2k+1)*hx the way between them, (u+v)/2 is the value at the wall and (v-u)/s the derivative outwards:
+//    value c: (u+v)/2 = c. zero_gradient: v = u. gradient c: (v-u)/s = c. mixed(a, b, c): a*(u+v)/2 + b*(v-u)/s = c.
+//    c is the same along the wall, or a field that is read at the place -1-k itself,
+//    along periodic axes where the place wraps to.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
-//    times its weight, onto the interior cell it was filled from and then sets that halo value to 0. Along the other
+//    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it first
+//    adds the halo value, times the weight of c, onto that field at the same place. Along the other
 //    axes it acts on the interior grown by g likewise (axes not yet folded) or the interior (axes folded already).
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
@@ -154,10 +159,12 @@ struct Kernel {
   bool operator==(const Kernel&) const = default;
 };
 
-/// One side of a bounded axis; `value` (of params and numbers only) is meant for SideKind::value.
+/// One side of a bounded axis. `value` is made of params and numbers, or is one field at offset 0 (for a fold: the field
+/// that the transpose goes to); zero_gradient has none. `a` and `b`, of params and numbers, are meant for SideKind::mixed.
 struct Side {
   SideKind kind = SideKind::value;
   Expr value = 0.0;
+  Expr a = 0.0, b = 0.0;
   bool operator==(const Side&) const = default;
 };
 struct AxisBoundary {

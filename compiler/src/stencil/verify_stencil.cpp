@@ -190,28 +190,44 @@ class ProgramCheck {
     if (topologies != program_.axes) problem("has other axes than the boundaries of {}", field);
   }
 
-  void check_side(const std::string& field, const Side& side) {
-    if (side.kind != SideKind::value) return;
-    bool constant = true;
-    visit(side.value, [&](const Expr& e) {
+  bool is_uniform(const Expr& value) {
+    bool uniform = true;
+    visit(value, [&](const Expr& e) {
       const Param* p = std::get_if<Param>(&e->kind);
       if (p) params_.insert(p->name);
       const bool varies = std::holds_alternative<Access>(e->kind) || std::holds_alternative<Interp>(e->kind) ||
                           std::holds_alternative<Local>(e->kind) || std::holds_alternative<Inside>(e->kind);
-      constant = constant && !varies;
+      uniform = uniform && !varies;
     });
-    if (!constant) problem("has a boundary value of {} that is not made of params and numbers", field);
+    return uniform;
+  }
+
+  void check_side(const std::string& field, const Side& side) {
+    const std::string* wall = wall_field(side);
+    if (wall) fields_.insert(*wall);
+    if (wall && *wall == field) problem("has a boundary value of {} that is {} itself", field, field);
+    const bool plain = wall && std::get<Access>(side.value->kind).offset == Offset{};
+    if ((!plain && !is_uniform(side.value)) || !is_uniform(side.a) || !is_uniform(side.b)) {
+      problem("has a boundary value of {} that is neither a field nor made of params and numbers", field);
+    }
   }
 
   void check_fill(const Fill& fill) {
     check_axes(fill.field, fill.axes);
     filled_.insert(fill.field);
+    walls_of_[fill.field] = wall_fields(fill.axes);
+    for (const std::string& wall : walls_of_[fill.field]) {
+      if (!written_.contains(wall)) problem("fills {} from {} before that is written", fill.field, wall);
+    }
   }
 
   void check_fold(const Fold& fold) {
     check_axes(fold.field, fold.axes);
     if (fold.grow < 0) problem("folds {} grown by {}", fold.field, fold.grow);
     if (!written_.contains(fold.field)) problem("folds {} before it is written", fold.field);
+    for (const std::string& wall : wall_fields(fold.axes)) {
+      if (!written_.contains(wall)) problem("folds {} into {} before that is written", fold.field, wall);
+    }
     filled_.erase(fold.field);
   }
 
@@ -262,6 +278,7 @@ class ProgramCheck {
     const bool masked = looks_inside(kernel);
     for (const Signature::Read& read : s.reads) {
       const bool coordinate = read.field == "x" || read.field == "y" || read.field == "z";
+      check_walls(kernel, read, masked);
       if (coordinate || filled_.contains(read.field)) continue;
       bool needed = false;
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
@@ -272,6 +289,18 @@ class ProgramCheck {
         }
       }
       if (needed) problem("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);
+    }
+  }
+
+  /// Where the values of the walls are fields, a halo is filled as far as these were computed.
+  void check_walls(const Kernel& kernel, const Signature::Read& read, bool masked) {
+    if (masked || !filled_.contains(read.field)) return;
+    for (const std::string& wall : walls_of_[read.field]) {
+      for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
+        if (program_.axes[axis] == Topology::periodic || read.halo[axis] <= grown_of(wall)) continue;
+        problem("runs {}, which reads {} farther out than {} was computed", kernel.name, read.field, wall);
+        return;
+      }
     }
   }
 
@@ -312,6 +341,7 @@ class ProgramCheck {
   Problems& problems_;
   int statement_ = -1;
   std::set<std::string> written_, updated_, filled_, fields_, params_;
+  std::map<std::string, std::set<std::string>> walls_of_;  // fields with the walls' values, by the field filled from them
   std::map<std::string, int> grown_;  // region on which a field's values were computed
 };
 

@@ -11,7 +11,7 @@ enum class BinaryOp { add, subtract, multiply, divide, power, less, less_equal, 
 enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor, fraction, min, max };
 
 enum class Topology { periodic, bounded };
-enum class SideKind { value, zero_gradient };
+enum class SideKind { value, zero_gradient, gradient, mixed };
 
 /// As written: "+", "<=", "and", ...
 std::string_view spelling(BinaryOp op);

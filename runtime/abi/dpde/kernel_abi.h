@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 1
+#define DPDE_ABI_VERSION 2
 #define DPDE_MAX_RANK 3
 
 typedef struct dpde_layout {
@@ -57,11 +57,18 @@ typedef struct dpde_kernel {
   const int32_t* sums; /* indices into dpde_program.sums */
 } dpde_kernel;
 
-enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2 };
-/* Both sides of one axis. value_*: index of the uniform that holds the value, -1 for the value 0. */
+enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3 };
+/* One side of an axis, what a fill puts into cell -1-k from cell k, with m = 2k+1:
+ *   DPDE_VALUE: 2c - u. DPDE_ZERO_GRADIENT: u. DPDE_MIXED: the v with a*(u+v)/2 + b*(v-u)/m = c.
+ * value, a, b: index of the uniform that holds c, a, b; -1 for 0. field: index of the field that holds c at the place that
+ * is filled (along periodic axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
+typedef struct dpde_side {
+  int32_t kind;
+  int32_t value, a, b;
+  int32_t field;
+} dpde_side;
 typedef struct dpde_boundary {
-  int32_t low, high;
-  int32_t value_low, value_high;
+  dpde_side low, high;
 } dpde_boundary;
 
 typedef struct dpde_fill {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -33,6 +34,44 @@ std::optional<Place> find_place(Draft& draft, const ast::Identifier& place) {
   return std::nullopt;
 }
 
+/// A number or a parameter whose value is 0.
+bool is_zero(const Draft& draft, const Expr& e) {
+  const auto* param = std::get_if<Param>(&e->kind);
+  const auto found = param ? draft.values.find(param->name) : draft.values.end();
+  return is_constant(e, 0) || (found != draft.values.end() && found->second && *found->second == 0);
+}
+
+/// Whether the call has `count` arguments without names.
+bool takes(Draft& draft, const ast::Call& call, std::size_t count, const char* example) {
+  bool plain = call.arguments.size() == count;
+  for (const ast::Argument& argument : call.arguments) plain = plain && argument.name.empty();
+  if (plain) return true;
+  draft.sink.report("wrong-argument-count", call.callee_range,
+                    {call.callee, counted(static_cast<int>(count), "argument"), std::to_string(call.arguments.size())},
+                    example);
+  return false;
+}
+
+std::optional<Side> gradient_side(Draft& draft, const ast::Call& call, const std::string& field) {
+  if (!takes(draft, call, 1, "write gradient(g), the derivative along the outward normal")) return std::nullopt;
+  const auto value = Expressions(draft, Purpose::boundary, field).number(call.arguments[0].value);
+  return value ? std::optional(Side{SideKind::gradient, *value}) : std::nullopt;
+}
+
+std::optional<Side> mixed_side(Draft& draft, const ast::Call& call, const std::string& field) {
+  const char* example = "write mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal";
+  if (!takes(draft, call, 3, example)) return std::nullopt;
+  const auto a = Expressions(draft, Purpose::boundary_weight, field).number(call.arguments[0].value);
+  const auto b = Expressions(draft, Purpose::boundary_weight, field).number(call.arguments[1].value);
+  const auto c = Expressions(draft, Purpose::boundary, field).number(call.arguments[2].value);
+  if (!a || !b || !c) return std::nullopt;
+  if (is_zero(draft, *a) && is_zero(draft, *b)) {
+    draft.sink.report("empty-condition", call.callee_range, {field}, example);
+    return std::nullopt;
+  }
+  return Side{SideKind::mixed, *c, *a, *b};
+}
+
 std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
   const auto* word = std::get_if<ast::Name>(&value->kind);
   if (word && word->name == "zero_gradient") return Side{SideKind::zero_gradient, 0.0};
@@ -41,6 +80,9 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
                       "write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
     return std::nullopt;
   }
+  const auto* call = std::get_if<ast::Call>(&value->kind);
+  if (call && call->callee == "gradient") return gradient_side(draft, *call, field);
+  if (call && call->callee == "mixed") return mixed_side(draft, *call, field);
   const auto number = Expressions(draft, Purpose::boundary, field).number(value);
   return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
 }

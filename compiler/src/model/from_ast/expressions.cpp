@@ -56,15 +56,23 @@ Rules rules_of(Purpose purpose) {
               "an exact solution",
               "an exact solution is made of numbers, parameters, coordinates and t"};
     case Purpose::boundary:
-      return {
-          false,
-          false,
-          false,
-          false,
-          false,
-          false,
-          "a boundary value",
-          "a boundary value is made of numbers and parameters; one that varies in space or time cannot be written yet"};
+      return {false,
+              true,
+              true,
+              false,
+              false,
+              true,
+              "a boundary value",
+              "a boundary value is made of numbers, parameters, coordinates and t"};
+    case Purpose::boundary_weight:
+      return {false,
+              false,
+              true,
+              false,
+              false,
+              false,
+              "a weight of mixed",
+              "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, parameters and t"};
     case Purpose::number:
       return {false,
               false,
@@ -268,9 +276,9 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
 Typed Expressions::parameter(const std::string& name, SourceRange range) {
   draft_.used.insert(name);
   if (draft_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
-    if (purpose_ == Purpose::boundary) {
+    if (purpose_ == Purpose::boundary_weight) {
       draft_.sink.report("unknown-in-boundary", range, {name, subject_},
-                         "give the boundary a number, and let the unknown act in the equation or the initial state");
+                         "in mixed(a, b, c) c may hold unknowns; give a and b numbers");
     } else {
       draft_.sink.report("unknown-in-number", range, {name, subject_},
                          "write the formula in the model with let, so that it can be differentiated");

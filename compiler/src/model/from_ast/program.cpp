@@ -60,19 +60,19 @@ void declare_kernel(Draft& draft, const ast::Kernel& kernel, std::set<std::strin
   }
 }
 
-void declare_names_of(Draft& draft, const ast::Expr& e) {
+void declare_names_of(Draft& draft, const ast::Expr& e, const std::set<std::string>& written) {
   match(
       e->kind, [](const ast::Number&) {}, [](const ast::Text&) {},
       [&](const ast::Name& n) {
-        if (!is_word_of_fill(n.name)) declare_param(draft, n.name, e.range());
+        if (!is_word_of_fill(n.name) && !written.contains(n.name)) declare_param(draft, n.name, e.range());
       },
-      [&](const ast::Unary& u) { declare_names_of(draft, u.operand); },
+      [&](const ast::Unary& u) { declare_names_of(draft, u.operand, written); },
       [&](const ast::Binary& b) {
-        declare_names_of(draft, b.left);
-        declare_names_of(draft, b.right);
+        declare_names_of(draft, b.left, written);
+        declare_names_of(draft, b.right, written);
       },
       [&](const ast::Call& c) {
-        for (const ast::Argument& argument : c.arguments) declare_names_of(draft, argument.value);
+        for (const ast::Argument& argument : c.arguments) declare_names_of(draft, argument.value, written);
       },
       [](const ast::Tuple&) {}, [](const ast::Offsets&) {}, [](const ast::Error&) {});
 }
@@ -168,7 +168,7 @@ void declare_program(Draft& draft) {
   std::set<std::string> written;
   for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
   for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
-    for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value);
+    for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value, written);
   }
 }
 

@@ -58,7 +58,7 @@ class Liveness {
     for (auto statement = program_.body.rbegin(); statement != program_.body.rend(); ++statement) {
       const bool has_effect = match(
           *statement, [&](const Fill& fill) { return pass_fill(fill); },
-          [&](const Fold& fold) { return live_.contains(fold.field); }, [&](const Run& run) { return pass_run(run); });
+          [&](const Fold& fold) { return pass_fold(fold); }, [&](const Run& run) { return pass_run(run); });
       if (has_effect) kept.push_back(*statement);
     }
     std::reverse(kept.begin(), kept.end());
@@ -69,7 +69,15 @@ class Liveness {
   bool pass_fill(const Fill& fill) {
     if (live_halos_.erase(fill.field) == 0) return false;
     live_.insert(fill.field);
+    live_.merge(wall_fields(fill.axes));
     return true;
+  }
+
+  bool pass_fold(const Fold& fold) {
+    bool has_effect = live_.contains(fold.field);
+    for (const std::string& wall : wall_fields(fold.axes)) has_effect = has_effect || live_.contains(wall);
+    if (has_effect) live_.insert(fold.field);
+    return has_effect;
   }
 
   bool pass_run(const Run& run) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
+#include <utility>
 
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
@@ -42,10 +43,7 @@ Kernel simplify_kernel(const Kernel& kernel) {
 }
 
 void simplify_sides(std::vector<AxisBoundary>& axes) {
-  for (AxisBoundary& axis : axes) {
-    axis.low.value = rebuild(axis.low.value, {});
-    axis.high.value = rebuild(axis.high.value, {});
-  }
+  axes = map_sides(std::move(axes), [](const Expr& e) { return rebuild(e, {}); });
 }
 
 }  // namespace

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Boundaries of the states of one program. Values that are the same along a wall stand in the fill. Those that vary along
+// it, or by unknowns, are stored in a field by a kernel of their own before the fill, so that the derivative of a kernel
+// is all they need.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/model.h"
+#include "stencil/stencil.h"
+#include "support/name_supply.h"
+
+namespace dpde::stencil {
+
+class Walls {
+ public:
+  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know.
+  Walls(const model::Problem& problem, NameSupply names, int width)
+      : problem_(problem), names_(std::move(names)), width_(width) {}
+
+  /// What a fill of `state` at `time` needs; what it reads is added to the module and the program.
+  std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program);
+
+ private:
+  std::string stored(const std::string& state, const Expr& value, Module& module, Program& program);
+  bool varies(const model::Expr& value) const;
+
+  const model::Problem& problem_;
+  NameSupply names_;
+  const int width_;
+  std::vector<std::pair<Expr, std::string>> stored_;  // values, and the fields that hold them
+};
+
+}  // namespace dpde::stencil
