@@ -31,6 +31,8 @@ class Examples : public Command {};
 TEST_F(Examples, AllTasksAndScenesAreCertified) {
   const std::pair<const char*, std::vector<const char*>> examples[] = {
       {"heat/heat.dpde", {"rod", "slab", "plate", "block", "conductivity", "recover"}},
+      {"heat/soil.dpde", {"year", "find"}},
+      {"advection_diffusion/leak.dpde", {"valley", "find"}},
       {"advection/advection.dpde", {"ring", "speed"}},
       {"burgers_1d/burgers.dpde", {"wave", "recover", "ends", "viscosity"}},
       {"burgers_2d/burgers_2d.dpde", {"swirl", "recover"}}};

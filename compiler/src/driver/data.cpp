@@ -8,6 +8,7 @@
 #include <random>
 
 #include "driver/array_file.h"
+#include "support/assert.h"
 
 namespace dpde::driver {
 
@@ -94,7 +95,14 @@ std::map<std::string, std::string> followed_settings(const Session& session, con
   return settings;
 }
 
-/// Runs the other scene and keeps a field at the wanted times.
+double observed(Session& session, const std::string& name, const Snapshot& snapshot) {
+  for (const auto& [observable, value] : session.observe(snapshot.t, snapshot.states)) {
+    if (observable == name) return value;
+  }
+  unreachable("the model level knows the observables of a scene");
+}
+
+/// Runs the other scene and keeps a field, or the value of an observable, at the wanted times.
 std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session, const model::Datum& datum,
                                                                 const std::vector<double>& times, const SourceFile& source,
                                                                 DiagnosticSink& sink) {
@@ -116,9 +124,9 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
   const auto other = Session::open(source, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
   if (!other) return std::nullopt;
   const std::string difference = mismatch(other->workspace().axes(), session.workspace().axes());
-  if (!difference.empty()) return fail(difference);
+  if (!difference.empty() && !datum.series) return fail(difference);
   const int state = other->rollout().state_index(datum.field);
-  if (state < 0) return fail("it has no state " + datum.field);
+  if (state < 0 && !datum.series) return fail("it has no state " + datum.field);
   std::map<int, std::vector<double>> wanted;  // by step of the other run
   int every = 0;
   for (const double t : times) {
@@ -130,6 +138,11 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
   const auto keep = [&](const Snapshot& snapshot) {
     const auto slot = wanted.find(snapshot.step);
     if (slot == wanted.end()) return;
+    if (datum.series) {
+      const double value = observed(*other, datum.field, snapshot);
+      slot->second.assign(session.workspace().cell_count(), value);
+      return;
+    }
     std::vector<double> values(other->workspace().cell_count());
     copy_out(other->workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
     slot->second = average_down(values, other->workspace().axes(), session.workspace().axes());
@@ -163,11 +176,15 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
                                                           const std::vector<double>& times, const SourceFile& source, DiagnosticSink& sink) {
   const bool last_state = datum.when.kind == model::When::Kind::end;
   const std::optional<std::vector<double>> values =
-      load_array({datum.file, datum.variable, last_state ? std::vector<double>{} : times}, source, session.problem().axes,
-                 datum.origin.range, sink);
+      load_array({datum.file, datum.variable, last_state ? std::vector<double>{} : times}, source,
+                 datum.series ? std::vector<model::Axis>{} : session.problem().axes, datum.origin.range, sink);
   if (!values) return std::nullopt;
   const std::size_t cells = session.workspace().cell_count();
   std::vector<std::vector<double>> result;
+  if (datum.series) {
+    for (const double value : *values) result.emplace_back(cells, value);
+    return result;
+  }
   for (std::size_t k = 0; k < times.size(); ++k) {
     result.emplace_back(values->begin() + static_cast<std::ptrdiff_t>(k * cells),
                         values->begin() + static_cast<std::ptrdiff_t>((k + 1) * cells));

@@ -37,6 +37,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Derivative& d) { return model::derivative(with_values(d.operand, values), d.axis, d.order); },
       [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
       [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
+      [&](const model::Sample& s) { return model::sample(s.field, all(s.place)); },
       [&](const model::Reduce& r) { return model::reduce(r.reduction, with_values(r.operand, values)); });
 }
 
@@ -67,6 +68,7 @@ std::string scene_text(const Compiled& compiled) {
     const std::vector<std::string>& used = interface.params;
     if (std::find(used.begin(), used.end(), param.name) == used.end()) values[param.name] = param.value;
   }
+  for (const model::Axis& axis : problem.axes) values["h" + axis.name] = axis.spacing();
   for (const model::Coefficient& coefficient : problem.coefficients) {
     if (is_input(interface, coefficient.name)) text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value, values));
   }

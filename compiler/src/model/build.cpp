@@ -103,6 +103,10 @@ Expr shift(const Expr& operand, std::vector<int> offset, Origin origin) {
   return make(Shift{operand, std::move(offset)}, origin);
 }
 
+Expr sample(std::string field, std::vector<Expr> place, Origin origin) {
+  return make(Sample{std::move(field), std::move(place)}, origin);
+}
+
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
   return make(Reduce{reduction, operand}, origin);
 }
@@ -139,7 +143,9 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
         std::for_each(a.velocity.begin(), a.velocity.end(), f);
         f(a.operand);
       },
-      [&](const Shift& s) { f(s.operand); }, [&](const Reduce& r) { f(r.operand); });
+      [&](const Shift& s) { f(s.operand); },
+      [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
+      [&](const Reduce& r) { f(r.operand); });
 }
 
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {

@@ -83,6 +83,12 @@ struct Shift {
   std::vector<int> offset;  // one an axis
   bool operator==(const Shift&) const = default;
 };
+/// The value of a field at a place between cells, multilinear; the same at all points. One coordinate an axis, uniform.
+struct Sample {
+  std::string field;
+  std::vector<Expr> place;
+  bool operator==(const Sample&) const = default;
+};
 /// mean, sum or integral over space; only in losses, tests and observables
 struct Reduce {
   enum class Kind { mean, sum, integral } reduction;
@@ -90,7 +96,7 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Reduce>;
+using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Sample, Reduce>;
 struct Node {
   Kind kind;
   Origin origin;
@@ -172,7 +178,8 @@ struct When {
 struct Datum {
   std::string name;
   std::string file, variable;  // load("...", variable), or
-  std::string scene, field;  // the field of another scene's run
+  std::string scene, field;    // the field of another scene's run, or its observable
+  bool series = false;         // one number a state of the run, the same at all points
   When when;
   Origin origin;
 };

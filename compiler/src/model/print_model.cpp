@@ -71,6 +71,11 @@ Piece shift_piece(const Shift& s) {
   return {fmt::format("{}[{}]", wrapped(s.operand, atom), fmt::join(offsets, ", "))};
 }
 
+Piece sample_piece(const Sample& s) {
+  const std::string place = s.place.size() == 1 ? bare(s.place.front()) : "(" + list(s.place) + ")";
+  return {fmt::format("sample({}, at = {})", s.field, place)};
+}
+
 const char* word_for(Reduce::Kind kind) {
   switch (kind) {
     case Reduce::Kind::mean: return "mean";
@@ -92,6 +97,7 @@ Piece piece(const Expr& e) {
       [](const Select& s) { return Piece{fmt::format("if({}, {}, {})", bare(s.condition), bare(s.yes), bare(s.no))}; },
       [](const Derivative& d) { return derivative_piece(d); }, [](const Advect& a) { return advect_piece(a); },
       [](const Shift& s) { return shift_piece(s); },
+      [](const Sample& s) { return sample_piece(s); },
       [](const Reduce& r) { return Piece{fmt::format("{}({})", word_for(r.reduction), bare(r.operand))}; });
 }
 

@@ -225,6 +225,13 @@ class Verifier {
           need(allowed.derivatives, "a neighbour");
           demand(s.offset.size() == problem_.axes.size(), fmt::format("{}: {} offsets", where, s.offset.size()));
         },
+        [&](const Sample& s) {
+          need(allowed.fields, "a field");
+          demand(fields_.contains(s.field), fmt::format("{}: there is no field {}", where, s.field));
+          demand(s.place.size() == problem_.axes.size(),
+                 fmt::format("{}: sampled at {} coordinates", where, s.place.size()));
+          for (const Expr& part : s.place) demand(is_uniform(part), where + ": sampled at a place that varies");
+        },
         [&](const Reduce&) {
           need(allowed.reductions, "a reduction");
           inside.reductions = false;

@@ -106,6 +106,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0420", "boundary-of-program", Severity::error, "the boundaries of {} are those of the fills of program {}"},
     {"E0421", "rank-differs", Severity::error, "kernel {} works on {} but the scene has {}"},
     {"E0422", "output-off-step", Severity::error, "an output every {} does not fall on steps of {}"},
+    {"E0423", "outside-the-grid", Severity::error, "the place of {} is outside the grid: {}"},
     {"E0424", "empty-condition", Severity::error, "mixed(0, 0, ...) says nothing about {}"},
     {"E0501", "unknown-scheme-key", Severity::error, "{} is not a key of a scheme"},
     {"E0502", "bad-scheme-value", Severity::error, "{} cannot be {}"},

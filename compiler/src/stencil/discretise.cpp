@@ -167,7 +167,19 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
         for (std::size_t axis = 0; axis < s.offset.size(); ++axis) there[axis] += 2 * s.offset[axis];
         return inside_difference(s.operand, there);
       },
+      [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [](const model::Reduce&) -> Quotient { unreachable("reduction inside an expression at a point"); });
+}
+
+/// Interpolation at the way from the current cell to the place: the same value wherever it is taken.
+Expr Discretiser::sample(const model::Sample& e, const Place& place) {
+  const auto found = reading_.fields.find(e.field);
+  Interp result{found == reading_.fields.end() ? e.field : found->second, {}, {}, {}};
+  for (int axis = 0; axis < static_cast<int>(e.place.size()); ++axis) {
+    const Expr way = at(e.place[axis], place).value() - access(axis_letter(axis));
+    result.displacement.push_back(way / spacing(axis));
+  }
+  return interp(std::move(result));
 }
 
 Discretiser::Quotient Discretiser::binary_at(const model::Binary& e, const Place& place) {

@@ -69,6 +69,7 @@ class Discretiser {
   Quotient inside_difference(const model::Expr& e, const Place& place);
   Quotient at_halfway(const model::Expr& e, const Place& place, int axis);
   Quotient at_place(const model::Expr& e, const Place& place);
+  Expr sample(const model::Sample& e, const Place& place);
   Quotient binary_at(const model::Binary& e, const Place& place);
   Quotient coordinate_at(const model::Coordinate& e, const Place& place);
   Quotient derivative_at(const model::Derivative& e, const Place& place, int accuracy);

@@ -15,7 +15,8 @@ namespace dpde::model {
 namespace {
 
 constexpr const char* operator_names[] = {"dx",  "dy",   "dz",   "d",  "lap",  "grad", "div",
-                                          "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral"};
+                                          "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral",
+                                          "inject", "sample"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -62,6 +63,8 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "mean") return reduction(Reduce::Kind::mean, e, range);
   if (name == "sum") return reduction(Reduce::Kind::sum, e, range);
   if (name == "integral") return reduction(Reduce::Kind::integral, e, range);
+  if (name == "sample") return sampling(e, range);
+  if (name == "inject") return injection(e, range);
   if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
   return unknown_call(e);
 }

@@ -74,6 +74,13 @@ class Expressions {
   Typed curl(const ast::Call& e, SourceRange range);
   Typed norm(const ast::Call& e, SourceRange range);
   Typed reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
+
+  // points.cpp
+  Typed sampling(const ast::Call& e, SourceRange range);
+  Typed injection(const ast::Call& e, SourceRange range);
+  /// The place of a call f(..., at = place): one number an axis, the same at all points, within the grid where it is known.
+  std::optional<std::vector<Expr>> point(const ast::Call& e);
+
   /// Whether the call has `count` arguments, all without names.
   bool takes(const ast::Call& e, int count);
   bool has_axis(int axis, SourceRange range);
@@ -110,6 +117,9 @@ struct LoadedFile {
 };
 /// load("path") or load("path.nc", u); nullopt when `e` is no call of load. A bad one is reported and gives a file "".
 std::optional<LoadedFile> file_of(Draft& draft, const ast::Expr& e);
+
+/// Terms that hold samples outside of mean, sum and integral, taken once: in the first cell of the grid.
+Expr over_one_cell(Draft& draft, const Expr& e);
 
 /// A formula, or load("path") with or without a variable, for each component of `subject`.
 std::vector<Source> sources_of(Draft& draft, const ast::Expr& e, Purpose purpose, const std::string& subject);

@@ -179,8 +179,9 @@ void bind_coefficients(Draft& draft) {
 }
 
 std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what) {
-  const auto value = Expressions(draft, Purpose::quantity, what).number(e);
+  auto value = Expressions(draft, Purpose::quantity, what).number(e);
   if (!value) return std::nullopt;
+  value = over_one_cell(draft, *value);
   const Expr* mistake = find_mistake(*value);
   if (!mistake) return value;
   const SourceRange range = (*mistake)->origin.range;

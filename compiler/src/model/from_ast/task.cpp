@@ -55,7 +55,12 @@ std::vector<std::string> fields_called(Draft& draft, const ast::Scene& scene, co
   return {};
 }
 
-/// Data that are the field of a scene's run.
+bool is_observable(const ast::Scene& scene, const std::string& name) {
+  const auto lines = items_of<ast::ObserveItem>(scene.items);
+  return std::any_of(lines.begin(), lines.end(), [&](const auto& line) { return line.kind.name.name == name; });
+}
+
+/// Data that are the field of a scene's run, or its observable.
 std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
   const auto* field = std::get_if<ast::Name>(&item.value->kind);
   const auto* scene = find_declaration<ast::Scene>(draft.file, item.scene->name);
@@ -67,6 +72,13 @@ std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
   }
   std::vector<Datum> data;
   if (!field || !scene) return data;
+  if (is_observable(*scene, field->name)) {
+    Datum& datum = data.emplace_back();
+    datum.scene = scene->name.name;
+    datum.field = field->name;
+    datum.series = true;
+    return data;
+  }
   for (const std::string& name : fields_called(draft, *scene, field->name, item.value.range())) {
     Datum& datum = data.emplace_back();
     datum.scene = scene->name.name;
