@@ -22,17 +22,6 @@ Mirror mirror(const dpde_side& side, int64_t k, const double* uniforms) {
   return {(b - a) / (b + a), 2 * way / (b + a)};
 }
 
-/// Layer k of one side, where c is the same all along it.
-void set_row(double* to, const double* from, int64_t count, const dpde_side& side, int64_t k, const double* uniforms) {
-  if (side.kind != DPDE_VALUE && side.kind != DPDE_MIXED) {
-    std::copy_n(from, count, to);
-    return;
-  }
-  const Mirror how = mirror(side, k, uniforms);
-  const double constant = how.rate * value_of(side.value, uniforms);
-  for (int64_t x = 0; x < count; ++x) to[x] = constant + how.weight * from[x];
-}
-
 /// Adds weight * halo onto `to`, rate * halo onto `wall` if there is one, and clears the halo.
 void fold_row(double* to, double* halo, double* wall, int64_t count, Mirror how) {
   for (int64_t x = 0; wall != nullptr && x < count; ++x) wall[x] += how.rate * halo[x];
@@ -43,6 +32,16 @@ void fold_row(double* to, double* halo, double* wall, int64_t count, Mirror how)
 }
 
 }  // namespace
+
+void set_image(double* to, const double* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms) {
+  if (side.kind != DPDE_VALUE && side.kind != DPDE_MIXED) {
+    std::copy_n(from, count, to);
+    return;
+  }
+  const Mirror how = mirror(side, layer, uniforms);
+  const double constant = how.rate * value_of(side.value, uniforms);
+  for (int64_t x = 0; x < count; ++x) to[x] = constant + how.weight * from[x];
+}
 
 HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fill.field) {
   for (size_t a = 0; a < 3; ++a) {
@@ -60,8 +59,8 @@ HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fi
 void HaloFill::run_bounded_row(double* row, const double* uniforms) const {
   const Axis& x = axes_[0];
   for (int64_t k = 0; k < x.halo; ++k) {
-    set_row(row - 1 - k, row + k, 1, x.low, k, uniforms);
-    set_row(row + x.cells + k, row + x.cells - 1 - k, 1, x.high, k, uniforms);
+    set_image(row - 1 - k, row + k, 1, x.low, k, uniforms);
+    set_image(row + x.cells + k, row + x.cells - 1 - k, 1, x.high, k, uniforms);
   }
 }
 
@@ -107,8 +106,8 @@ void HaloFill::fill_plane_y(double* plane, const double* uniforms) const {
   for (int64_t k = 0; k < y.halo; ++k) {
     const int64_t mirror_low = y.periodic ? y.cells - 1 - k : k;
     const int64_t mirror_high = y.periodic ? k : y.cells - 1 - k;
-    set_row(row(-1 - k), row(mirror_low), count, y.low, k, uniforms);
-    set_row(row(y.cells + k), row(mirror_high), count, y.high, k, uniforms);
+    set_image(row(-1 - k), row(mirror_low), count, y.low, k, uniforms);
+    set_image(row(y.cells + k), row(mirror_high), count, y.high, k, uniforms);
   }
 }
 
@@ -120,8 +119,8 @@ void HaloFill::run_z(double* base, const double* uniforms) const {
     const int64_t mirror_high = z.periodic ? k : z.cells - 1 - k;
     for (int64_t y = -axes_[1].halo; y < axes_[1].cells + axes_[1].halo; ++y) {
       const auto row = [&](int64_t place) { return base + place * stride_[2] + y * stride_[1] + first; };
-      set_row(row(-1 - k), row(mirror_low), count, z.low, k, uniforms);
-      set_row(row(z.cells + k), row(mirror_high), count, z.high, k, uniforms);
+      set_image(row(-1 - k), row(mirror_low), count, z.low, k, uniforms);
+      set_image(row(z.cells + k), row(mirror_high), count, z.high, k, uniforms);
     }
   }
 }
@@ -135,7 +134,7 @@ void HaloFill::set_images(double* row, int64_t y, const double* uniforms) const 
   const Axis& axis = axes_[1];
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
   const auto set = [&](int64_t place, const dpde_side& side, int64_t k) {
-    set_row(row + (place - y) * stride_[1] + first, row + first, count, side, k, uniforms);
+    set_image(row + (place - y) * stride_[1] + first, row + first, count, side, k, uniforms);
   };
   for (int64_t k = 0; k < axis.halo; ++k) {
     if (y == (axis.periodic ? axis.cells - 1 - k : k)) set(-1 - k, axis.low, k);
@@ -145,7 +144,10 @@ void HaloFill::set_images(double* row, int64_t y, const double* uniforms) const 
 
 void HaloFill::run(double* const* fields, const double* uniforms) const {
   if (has_walls_) return run_walls(fields, uniforms);
-  double* base = fields[field_];
+  run_plain(fields[field_], uniforms);
+}
+
+void HaloFill::run_plain(double* base, const double* uniforms) const {
   for (int64_t z = 0; z < axes_[2].cells; ++z) {
     for (int64_t y = 0; y < axes_[1].cells; ++y) run_row(base + z * stride_[2] + y * stride_[1], uniforms);
   }

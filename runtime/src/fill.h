@@ -12,6 +12,9 @@
 
 namespace dpde {
 
+/// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it.
+void set_image(double* to, const double* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms);
+
 class HaloFill {
  public:
   HaloFill() = default;
@@ -20,6 +23,8 @@ class HaloFill {
   int field() const { return field_; }
   /// Sets the whole halo. `fields` point at their cells (0,0,0).
   void run(double* const* fields, const double* uniforms) const;
+  /// The same for one field, where no values come from fields.
+  void run_plain(double* base, const double* uniforms) const;
   /// Only the ends of one row; `row` points at its cell x = 0.
   void run_row(double* row, const double* uniforms) const {
     const Axis& x = axes_[0];

@@ -247,10 +247,9 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
   if (!splits_x) return fills[number][output].run_row(row, values);
   const dpde_boundary& sides = level.outputs[output].fill->axes[0];
   const int64_t n = layout.cells[0];
-  const auto twice = [&](int32_t uniform) { return uniform >= 0 ? 2 * values[uniform] : 0.0; };
   for (int64_t k = 0; k < layout.halo[0]; ++k) {
-    if (x.from == 0) row[-1 - k] = sides.low == DPDE_VALUE ? twice(sides.value_low) - row[k] : row[k];
-    if (x.to == n) row[n + k] = sides.high == DPDE_VALUE ? twice(sides.value_high) - row[n - 1 - k] : row[n - 1 - k];
+    if (x.from == 0) set_image(row - 1 - k, row + k, 1, sides.low, k, values);
+    if (x.to == n) set_image(row + n + k, row + n - 1 - k, 1, sides.high, k, values);
   }
 }
 
@@ -264,16 +263,10 @@ void Wavefront::Impl::image_row(size_t number, Rings& rings, Range x, size_t axi
   for (const WavefrontLevel::Output& output : level.outputs) {
     if (!output.fill) continue;
     const dpde_boundary& sides = output.fill->axes[axis];
-    const int32_t kind = to < 0 ? sides.low : sides.high;
-    const int32_t uniform = to < 0 ? sides.value_low : sides.value_high;
-    const double twice = kind == DPDE_VALUE && uniform >= 0 ? 2 * values[uniform] : 0;
+    const int64_t layer = to < 0 ? -1 - to : to - layout.cells[axis];
     const double* source = row_of(output.stream, rings, from);
     double* image = row_of(output.stream, rings, target);
-    if (kind == DPDE_VALUE) {
-      for (int64_t i = first; i < end; ++i) image[i] = twice - source[i];
-    } else {
-      std::copy(source + first, source + end, image + first);
-    }
+    set_image(image + first, source + first, end - first, to < 0 ? sides.low : sides.high, layer, values);
   }
 }
 
@@ -371,7 +364,7 @@ void Wavefront::Impl::finish() const {
       if (output.stream.kind != Kind::result || !output.fill) continue;
       double* base = results[static_cast<size_t>(output.stream.index)];
       if (splits_x) {
-        fills[number][o].run(base, values);
+        fills[number][o].run_plain(base, values);
       } else {
         fills[number][o].run_y(base, values);
         fills[number][o].run_z(base, values);

@@ -11,14 +11,15 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-bool is_known_side(int32_t kind) { return kind == DPDE_PERIODIC || kind == DPDE_VALUE || kind == DPDE_ZERO_GRADIENT; }
+/// Values that vary along a wall come from a field, for which there is no ring.
+bool is_known_side(const dpde_side& side) { return side.kind == DPDE_PERIODIC || side.field < 0; }
 
 /// Takes note of the axes' kinds; false when two fills disagree or a kind is not one that rows can be imaged for.
 bool note_axes(const dpde_fill& fill, int rank, std::array<int, 3>& kinds) {
   for (int axis = 0; axis < rank; ++axis) {
     const dpde_boundary& side = fill.axes[axis];
     if (!is_known_side(side.low) || !is_known_side(side.high)) return false;
-    const int kind = side.low == DPDE_PERIODIC ? 1 : 2;
+    const int kind = side.low.kind == DPDE_PERIODIC ? 1 : 2;
     if (kinds[static_cast<size_t>(axis)] != 0 && kinds[static_cast<size_t>(axis)] != kind) return false;
     kinds[static_cast<size_t>(axis)] = kind;
   }

@@ -22,7 +22,8 @@ std::vector<std::string> texts(const Item* items, int32_t count, const Text& tex
 
 std::string quoted(const char* text) { return text ? fmt::format("\"{}\"", text) : "nullptr"; }
 
-std::string boundary(const dpde_boundary& b) { return fmt::format("{{{}, {}, {}, {}}}", b.low, b.high, b.value_low, b.value_high); }
+std::string side(const dpde_side& s) { return fmt::format("{{{}, {}, {}, {}, {}}}", s.kind, s.value, s.a, s.b, s.field); }
+std::string boundary(const dpde_boundary& b) { return fmt::format("{{{}, {}}}", side(b.low), side(b.high)); }
 
 std::string fill(const dpde_fill& f) {
   return fmt::format("{{{}, {{{}, {}, {}}}}}", f.field, boundary(f.axes[0]), boundary(f.axes[1]), boundary(f.axes[2]));

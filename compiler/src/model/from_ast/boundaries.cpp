@@ -138,11 +138,44 @@ void check_complete(Draft& draft, const State& state, const std::vector<std::arr
                                 state.name, fmt::join(missing, " = 0, ")));
 }
 
-/// dt(u) stays 0 where u keeps a value, and has no slope where u has none.
-void derive_velocity_boundaries(Problem& problem) {
+bool holds_time(const std::vector<AxisSides>& boundary) {
+  const auto is_time = [](const Expr& part) {
+    const auto* param = std::get_if<Param>(&part->kind);
+    return param && param->name == "t";
+  };
+  return std::any_of(boundary.begin(), boundary.end(), [&](const AxisSides& sides) {
+    for (const Expr* e : {&sides.low.value, &sides.low.a, &sides.low.b, &sides.high.value, &sides.high.a, &sides.high.b}) {
+      if (any_part(*e, is_time)) return true;
+    }
+    return false;
+  });
+}
+
+/// Whether an equation takes a derivative in space of something that holds the field.
+bool reads_around(const Problem& problem, const std::string& field) {
+  const auto is_field = [&](const Expr& part) {
+    const auto* read = std::get_if<Field>(&part->kind);
+    return read && read->name == field;
+  };
+  return std::any_of(problem.states.begin(), problem.states.end(), [&](const State& state) {
+    return state.rhs && any_part(*state.rhs, [&](const Expr& part) {
+      const bool reads = std::holds_alternative<Derivative>(part->kind) || std::holds_alternative<Advect>(part->kind);
+      return reads && any_part(part, is_field);
+    });
+  });
+}
+
+/// dt(u) stays 0 where u keeps a value, and has no slope where u has none. Where the walls of u move, nothing may ask.
+void derive_velocity_boundaries(Draft& draft) {
+  Problem& problem = draft.problem;
   for (State& state : problem.states) {
     const State* moved = problem.find_state(state.velocity_of);
     if (!moved) continue;
+    if (holds_time(moved->boundary) && reads_around(problem, state.name)) {
+      draft.sink.report("not-allowed-here", state.origin.range,
+                        {"a boundary with t", fmt::format("a scene that differentiates dt({}) in space", moved->name)},
+                        "boundary values of dt(u) are not derived from those of u that vary in time");
+    }
     state.boundary = moved->boundary;
     for (AxisSides& sides : state.boundary) sides.low.value = sides.high.value = 0.0;
   }
@@ -218,7 +251,7 @@ void bind_boundaries(Draft& draft) {
   for (const State& state : draft.problem.states) {
     if (state.velocity_of.empty()) check_complete(draft, state, seen[state.name]);
   }
-  derive_velocity_boundaries(draft.problem);
+  derive_velocity_boundaries(draft);
 }
 
 }  // namespace dpde::model
