@@ -88,7 +88,7 @@ TEST_F(SecondOrderCommand, GaussNewtonOfSomethingElseIsAnError) {
   write("rod.dpde", text);
   const Outcome run = dpde("optimize rod.dpde find --json");
   EXPECT_EQ(run.status, 2);
-  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0730"});
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0608"});
   write("rod.dpde", text.replace(text.find("= gauss_newton"), 14, "= some"));
   EXPECT_EQ(dpde("optimize rod.dpde find --json").codes(), std::vector<std::string>{"E0707"});
 }

@@ -287,7 +287,7 @@ TEST(Simulation, RefusesToSeekACoefficient) {
     FAIL();
   } catch (const Error& error) {
     ASSERT_EQ(error.messages().size(), 1u);
-    EXPECT_EQ(error.messages()[0].code, "E0732");
+    EXPECT_EQ(error.messages()[0].code, "E0609");
     EXPECT_EQ(error.messages()[0].line, 3);
   }
 }

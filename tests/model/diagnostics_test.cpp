@@ -228,7 +228,7 @@ TEST(Diagnostics, OfTasks) {
   EXPECT_EQ(in_task("using gradient_descent()"), "E0707 write gradient_descent(rate = 0.1)");
   EXPECT_EQ(in_task("using adam(0.1)"), "E0707 write adam(rate = 0.1)");
   EXPECT_EQ(in_task("using adam(rate = -1)"), "E0707 ");
-  EXPECT_EQ(in_task("using 5"), "E0706 known here: gradient_descent, adam, lbfgs");
+  EXPECT_EQ(in_task("using 5"), "E0706 known here: gradient_descent, adam, lbfgs, newton_cg");
   EXPECT_EQ(in_task("using lbfgs(), iterations 0"), "E0708 ");
 }
 

@@ -145,6 +145,24 @@ bool check_differentiable(const Module& module, const Program& program, const Va
   return good;
 }
 
+bool check_folds(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
+  std::string scatters;
+  for (const Statement& statement : program.body) {
+    if (const Run* run = std::get_if<Run>(&statement)) {
+      if (!module.find_kernel(run->kernel)->scatters.empty()) scatters = run->kernel;
+    }
+    const Fold* fold = std::get_if<Fold>(&statement);
+    if (!fold || scatters.empty()) continue;
+    for (const std::string& wall : wall_fields(fold->axes)) {
+      if (!varied.fields.contains(wall)) continue;
+      sink.report("no-useful-derivative", {}, {"interp(...) += next to the walls " + wall, scatters},
+                  "take the derivative of the tangent, or keep these walls from depending on an unknown");
+      return false;
+    }
+  }
+  return true;
+}
+
 std::vector<AxisBoundary> derived_sides(std::vector<AxisBoundary> axes, const DerivedField& derived) {
   for (AxisBoundary& axis : axes) {
     for (Side* side : {&axis.low, &axis.high}) {

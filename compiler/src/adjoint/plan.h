@@ -46,6 +46,10 @@ Varied find_varied(const stencil::Module& module, const stencil::Program& progra
 /// kernel. True when nothing was found.
 bool check_differentiable(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
                           DiagnosticSink& sink);
+/// False, and an error, for the adjoint of a scatter whose target is folded onto walls that vary: not worked out (halo cells
+/// that a departure point reaches beyond a varying wall would have to be sought there).
+bool check_folds(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
+                 DiagnosticSink& sink);
 
 /// The derived field of a field that holds values of a wall; nothing where it does not vary.
 using DerivedField = std::function<std::optional<std::string>(const std::string&)>;
