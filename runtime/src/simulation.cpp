@@ -42,18 +42,15 @@ void Simulation::Impl::run_single(std::unique_ptr<SingleRun>& run, const dpde_pr
 void Simulation::Impl::update_formulas() {
   if (!formulas_are_stale) return;
   formulas_are_stale = false;
-  if (scene.coefficient_formulas != nullptr) {
-    std::vector<double> given(size);
-    std::map<std::string, std::vector<double>> kept;
-    for (const auto& [name, host] : host_fields) {
-      if (!host.is_given || host.states != 1) continue;
-      field(name).copy_out(given);
-      kept[name] = given;
-    }
-    run_single(run_coefficients, *scene.coefficient_formulas, scene.t_begin);
-    for (const auto& [name, values] : kept) field(name).copy_in(values);
+  std::map<std::string, std::vector<double>> kept;
+  for (const auto& [name, host] : host_fields) {
+    if (!host.is_given || host.states != 1) continue;
+    kept[name].resize(size);
+    field(name).copy_out(kept[name]);
   }
-  update_initial();
+  if (scene.coefficient_formulas != nullptr) run_single(run_coefficients, *scene.coefficient_formulas, scene.t_begin);
+  update_initial();  // and where the task's coefficients start
+  for (const auto& [name, values] : kept) field(name).copy_in(values);
 }
 
 void Simulation::Impl::update_initial() {

@@ -23,19 +23,20 @@ double Simulation::Impl::gradient() {
   const GradientResult& result = rollout.gradient();
   if (result.stopped) return std::numeric_limits<double>::quiet_NaN();
   for (UnknownGradient& unknown : unknowns) {
-    if (unknown.is_initial) {
-      copy_out(layout, result.state_bars[static_cast<size_t>(unknown.index)], unknown.values);
-    } else {
-      unknown.values[0] = unknown.index < 0 ? 0.0 : result.param_bars[static_cast<size_t>(unknown.index)];
+    const auto index = static_cast<size_t>(unknown.index);
+    switch (unknown.kind) {
+      case DPDE_UNKNOWN_INITIAL: copy_out(layout, result.state_bars[index], unknown.values); break;
+      case DPDE_UNKNOWN_COEFFICIENT: copy_out(layout, result.field_bars[index], unknown.values); break;
+      default: unknown.values[0] = unknown.index < 0 ? 0.0 : result.param_bars[index];
     }
   }
   if (scene.initial_adjoint != nullptr) add_gradient_through_initial(result);
+  if (scene.coefficient_adjoint != nullptr) add_gradient_through_coefficients(result);
   return result.loss;
 }
 
 /// What unknown parameters do by the formulas of the initial states, where those are used.
 void Simulation::Impl::add_gradient_through_initial(const GradientResult& result) {
-  const dpde_program& program = *scene.initial_adjoint;
   for (size_t s = 0; s < initial_states.size(); ++s) {
     Field& seed = field(initial_states[s].name + "_bar");
     const InitialState& state = initial_states[s];
@@ -43,11 +44,28 @@ void Simulation::Impl::add_gradient_through_initial(const GradientResult& result
     if (state.is_given || state.is_unknown || state.start != DPDE_START_SCENE) continue;
     std::copy_n(result.state_bars[s] - layout.origin, layout.size, seed.base() - layout.origin);
   }
-  run_single(run_initial_adjoint, program, scene.t_begin);
+  run_single(run_initial_adjoint, *scene.initial_adjoint, scene.t_begin);
+  add_sums(run_initial_adjoint->executor);
+}
+
+/// The same for coefficients.
+void Simulation::Impl::add_gradient_through_coefficients(const GradientResult& result) {
+  for (int32_t c = 0; c < scene.coefficient_count; ++c) field(std::string(scene.coefficients[c].name) + "_bar").fill(0);
+  for (int32_t c = 0; c < scene.sought_count; ++c) {
+    const HostField& coefficient = host_field_named(scene.sought[c]);
+    if (coefficient.is_given || coefficient.is_unknown) continue;
+    Field& seed = field(std::string(scene.sought[c]) + "_bar");
+    std::copy_n(result.field_bars[static_cast<size_t>(c)] - layout.origin, layout.size, seed.base() - layout.origin);
+  }
+  run_single(run_coefficient_adjoint, *scene.coefficient_adjoint, scene.t_begin);
+  add_sums(run_coefficient_adjoint->executor);
+}
+
+void Simulation::Impl::add_sums(const Executor& adjoint) {
   for (UnknownGradient& unknown : unknowns) {
-    if (unknown.is_initial) continue;
-    const int sum = run_initial_adjoint->executor.sum_index(unknown.name + "_bar");
-    if (sum >= 0) unknown.values[0] += run_initial_adjoint->executor.sums()[static_cast<size_t>(sum)];
+    if (unknown.kind != DPDE_UNKNOWN_PARAM) continue;
+    const int sum = adjoint.sum_index(unknown.name + "_bar");
+    if (sum >= 0) unknown.values[0] += adjoint.sums()[static_cast<size_t>(sum)];
   }
 }
 

@@ -33,12 +33,14 @@ struct InitialState {
 struct HostField {
   bool is_given = false, is_needed = false;
   int64_t states = 1;
+  int32_t start = DPDE_START_SCENE;  // of a coefficient
+  bool is_unknown = false;
 };
 
 struct UnknownGradient {
   std::string name;
-  bool is_initial;
-  int index;  // of the state; of the rollout's parameter gradient, -1 when the loss does not depend on it
+  int32_t kind;
+  int index;  // of the state; of the sought field or parameter gradient of the rollout, -1 when the loss does not depend on it
   std::vector<double> values;
 };
 
@@ -80,6 +82,8 @@ struct Simulation::Impl {
   void begin_objective();
   double gradient();
   void add_gradient_through_initial(const GradientResult& result);
+  void add_gradient_through_coefficients(const GradientResult& result);
+  void add_sums(const Executor& adjoint);
 
   const dpde_scene& scene;
   SimulationOptions options;
@@ -94,7 +98,7 @@ struct Simulation::Impl {
   std::vector<Field> initial;
   bool formulas_are_stale = true, has_begun = false;
   int reached = 0, looked_at = 0;  // steps
-  std::unique_ptr<SingleRun> run_initial, run_initial_adjoint, run_coefficients, run_start, run_observe;
+  std::unique_ptr<SingleRun> run_initial, run_initial_adjoint, run_coefficients, run_coefficient_adjoint, run_start, run_observe;
   std::optional<Rollout> stepper, losses;
   std::vector<UnknownGradient> unknowns;
 };

@@ -40,7 +40,7 @@ Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, 
 
 std::vector<const dpde_program*> Simulation::Impl::programs() const {
   std::vector<const dpde_program*> all{scene.program, scene.adjoint,  scene.initial, scene.initial_adjoint, scene.coefficient_formulas,
-                                       scene.start,   scene.observe};
+                                       scene.coefficient_adjoint, scene.start, scene.observe};
   for (int32_t i = 0; i < scene.loss_count; ++i) all.insert(all.end(), {scene.losses[i].loss, scene.losses[i].adjoint});
   std::erase(all, nullptr);
   return all;
@@ -104,11 +104,16 @@ void Simulation::Impl::make_unknowns() {
     const dpde_unknown& unknown = scene.unknowns[u];
     const bool is_initial = unknown.kind == DPDE_UNKNOWN_INITIAL;
     const int state = is_initial ? state_named(unknown.name) : -1;
-    unknowns.push_back({unknown.name, is_initial, state, std::vector<double>(is_initial ? size : 1)});
-    if (!is_initial) continue;
-    InitialState& initial_state = initial_states[static_cast<size_t>(state)];
-    initial_state.is_unknown = true;
-    if (unknown.start != DPDE_START_SCENE) initial_state.start = unknown.start;
+    unknowns.push_back({unknown.name, unknown.kind, state, std::vector<double>(unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size)});
+    const auto seek = [&](auto& field) {
+      field.is_unknown = true;
+      if (unknown.start != DPDE_START_SCENE) field.start = unknown.start;
+    };
+    if (is_initial) seek(initial_states[static_cast<size_t>(state)]);
+    if (unknown.kind != DPDE_UNKNOWN_COEFFICIENT) continue;
+    HostField& coefficient = host_field_named(unknown.name);
+    seek(coefficient);
+    if (unknown.start != DPDE_START_SCENE) coefficient.is_needed = unknown.start == DPDE_START_HOST;
   }
 }
 
@@ -177,11 +182,13 @@ Rollout& Simulation::Impl::objective() {
     RolloutSetup full = setup();
     full.adjoint = scene.adjoint;
     for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i]));
+    full.sought.assign(scene.sought, scene.sought + scene.sought_count);
     losses.emplace(std::move(full));
-    const std::vector<std::string>& bars = losses->param_bar_names();
     for (UnknownGradient& unknown : unknowns) {
+      if (unknown.kind == DPDE_UNKNOWN_INITIAL) continue;
+      const std::vector<std::string>& bars = unknown.kind == DPDE_UNKNOWN_PARAM ? losses->param_bar_names() : losses->sought();
       const auto bar = std::ranges::find(bars, unknown.name);
-      if (!unknown.is_initial) unknown.index = bar == bars.end() ? -1 : static_cast<int>(bar - bars.begin());
+      unknown.index = bar == bars.end() ? -1 : static_cast<int>(bar - bars.begin());
     }
   }
   return *losses;

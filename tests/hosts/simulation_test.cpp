@@ -278,18 +278,43 @@ scheme plain { time = euler }
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*0.5, 1e-15);
 }
 
-TEST(Simulation, RefusesToSeekACoefficient) {
-  const std::string text =
-      "model heated { field u; coefficient q; dt(u) = q }\nscene s : heated { grid x = 0 .. 1, cells 4, periodic\n q = x\n"
-      " initial u = 0\n time 0 .. 1, step 0.5 }\ntask t : s { unknown q\n minimise mean(u^2) }\n";
-  try {
-    compile_text(text, {.name = "t"});
-    FAIL();
-  } catch (const Error& error) {
-    ASSERT_EQ(error.messages().size(), 1u);
-    EXPECT_EQ(error.messages()[0].code, "E0609");
-    EXPECT_EQ(error.messages()[0].line, 3);
-  }
+/// u = t*q after explicit Euler, whatever the step: loss mean(q^2) for u at t = 1, d loss/d q_i = 2 q_i/n.
+TEST(Simulation, SeeksCoefficientsAndWhatTheirFormulasHold) {
+  const std::string text = R"(model heated {
+  field u
+  coefficient q
+  param a
+  dt(u) = q
+}
+scheme plain { time = euler }
+scene s : heated with plain {
+  grid x = 0 .. 4, cells 4, periodic
+  a = 3
+  q = a*x
+  initial u = 0
+  time 0 .. 1, step 0.25
+}
+task field : s {
+  unknown q from 2*x
+  minimise mean(u^2)
+}
+task factor : s {
+  unknown a from 3
+  minimise mean(u^2)
+}
+)";
+  Simulation field = compile_text(text, {.name = "field"});
+  EXPECT_NEAR(field.gradient(), 4*(0.25 + 2.25 + 6.25 + 12.25)/4, 1e-13);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(field.gradient_of("q")[i], 2*2*(static_cast<double>(i) + 0.5)/4, 1e-14);
+  field.set_field("q", std::vector<double>(4, 5.0));
+  EXPECT_NEAR(field.gradient(), 25, 1e-13);
+  EXPECT_NEAR(field.gradient_of("q")[2], 2.5, 1e-14);
+  Simulation factor = compile_text(text, {.name = "factor"});
+  EXPECT_NEAR(factor.gradient(), 9*21.0/4, 1e-13);
+  EXPECT_NEAR(factor.gradient_of("a")[0], 6*21.0/4, 1e-13);
+  factor.set("a", 1);
+  EXPECT_NEAR(factor.gradient(), 21.0/4, 1e-13);
+  EXPECT_NEAR(factor.gradient_of("a")[0], 2*21.0/4, 1e-13);
 }
 
 TEST(Simulation, MistakesAreErrorsThatSayWhere) {

@@ -39,6 +39,7 @@ struct SceneTable::Storage {
   std::deque<std::vector<int32_t>> steps;
   std::vector<dpde_value> params;
   std::vector<dpde_source> states, coefficients;
+  std::vector<const char*> sought;
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
@@ -65,12 +66,17 @@ dpde_instants SceneTable::Storage::instants(const model::When& when) {
 
 void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unknown& unknown) {
   int32_t start = DPDE_START_SCENE;
-  const bool initial = unknown.kind == model::Unknown::Kind::initial;
-  if (initial && unknown.from.formula) start = DPDE_START_FORMULA;
-  if (initial && !unknown.from.file.empty()) start = DPDE_START_HOST;
+  if (unknown.is_field() && unknown.from.formula) start = DPDE_START_FORMULA;
+  if (unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
   if (start == DPDE_START_FORMULA && compiled->program(task.name + "_start") == nullptr) start = DPDE_START_SCENE;
-  unknowns.push_back({text(unknown.name), initial ? DPDE_UNKNOWN_INITIAL : DPDE_UNKNOWN_PARAM, start});
-  if (initial || !unknown.from.formula) return;
+  int32_t kind = DPDE_UNKNOWN_PARAM;
+  switch (unknown.kind) {
+    case model::Unknown::Kind::parameter: break;
+    case model::Unknown::Kind::initial: kind = DPDE_UNKNOWN_INITIAL; break;
+    case model::Unknown::Kind::coefficient: kind = DPDE_UNKNOWN_COEFFICIENT; break;
+  }
+  unknowns.push_back({text(unknown.name), kind, start});
+  if (unknown.is_field() || !unknown.from.formula) return;
   const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
   for (dpde_value& param : params) {
     if (from != nullptr && param.name == unknown.name) param.value = from->value;
@@ -116,12 +122,16 @@ void SceneTable::Storage::fill() {
   for (const model::Parameter& param : problem.params) params.push_back({text(param.name), param.value});
   for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) coefficients.push_back({text(c.name), c.value.formula.has_value()});
-  const std::string initial = problem.scene + "_initial";
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
+  }
+  const std::string initial = problem.scene + "_initial", formulas = problem.scene + "_coefficients";
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
   scene.initial = compiled->program(initial);
   scene.initial_adjoint = compiled->adjoint_of(initial);
-  scene.coefficient_formulas = compiled->program(problem.scene + "_coefficients");
+  scene.coefficient_formulas = compiled->program(formulas);
+  scene.coefficient_adjoint = compiled->adjoint_of(formulas);
   scene.observe = compiled->program(problem.scene + "_observe");
   if (problem.task) add_task(*problem.task);
   const auto set = [](int32_t& count, auto& pointer, const auto& items) {
@@ -131,6 +141,7 @@ void SceneTable::Storage::fill() {
   set(scene.param_count, scene.params, params);
   set(scene.state_count, scene.states, states);
   set(scene.coefficient_count, scene.coefficients, coefficients);
+  set(scene.sought_count, scene.sought, sought);
   set(scene.datum_count, scene.data, data);
   set(scene.loss_count, scene.losses, losses);
   set(scene.unknown_count, scene.unknowns, unknowns);
@@ -143,11 +154,6 @@ const dpde_scene& SceneTable::scene() const { return storage_->scene; }
 std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
   const std::optional<model::Task>& task = compiled->problem->task;
   if (task && task->losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
-  for (const model::Coefficient& coefficient : compiled->problem->coefficients) {
-    if (!compiled->activity.fields.contains(coefficient.name)) continue;
-    sink.report("not-for-hosts", coefficient.value.origin.range, {coefficient.name},
-                "seek a parameter or an initial state, or use dpde gradient and dpde optimize");
-  }
   if (sink.has_errors()) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);
   table->storage_ = std::make_unique<Storage>(std::move(compiled));

@@ -73,9 +73,11 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   if (!inverse) return false;
   for (const driver::Inverse::Part& part : inverse->parts()) {
     const auto unknown = std::find_if(problem.task->unknowns.begin(), problem.task->unknowns.end(),
-                                      [&](const model::Unknown& u) { return u.kind == part.kind && part.is_initial() && u.name == part.name; });
+                                      [&](const model::Unknown& u) { return u.kind == part.kind && part.is_field() && u.name == part.name; });
     if (unknown == problem.task->unknowns.end() || unknown->from.file.empty()) continue;
-    simulation.set_initial(part.name, {inverse->start().data() + part.offset, static_cast<std::size_t>(part.size)});
+    const Values start(inverse->start().data() + part.offset, static_cast<std::size_t>(part.size));
+    if (part.is_initial()) simulation.set_initial(part.name, start);
+    if (!part.is_initial()) simulation.set_field(part.name, start);
   }
   return true;
 }

@@ -130,7 +130,6 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0710", "bad-load", Severity::error, "load takes the name of one file, and of a .nc file the name of a variable"},
     {"E0608", "not-squares", Severity::error, "the loss is not a sum of squares, which a Gauss-Newton matrix needs"},
     {"E0731", "bad-bounds", Severity::error, "{} .. {} leaves no value for the unknown"},
-    {"E0609", "not-for-hosts", Severity::error, "coefficient {} depends on what the task seeks, which host programs cannot do yet"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},
     {"E0801", "blow-up", Severity::error, "{} is no longer finite after step {} of {} (t = {}), first in cell ({}) at {}"},
     {"E0802", "interrupted", Severity::error, "stopped after step {} of {} (t = {})"},

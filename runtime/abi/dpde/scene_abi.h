@@ -49,12 +49,12 @@ typedef struct dpde_loss {
   dpde_instants at;
 } dpde_loss;
 
-enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1 };
+enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2 };
 enum { DPDE_START_SCENE = 0, DPDE_START_FORMULA = 1, DPDE_START_HOST = 2 };
 typedef struct dpde_unknown {
   const char* name;
   int32_t kind;
-  int32_t start; /* of an initial state: that of the scene, by the program `start`, or given by the host */
+  int32_t start; /* of a field: that of the scene, by the program `start`, or given by the host */
 } dpde_unknown;
 
 typedef struct dpde_scene {
@@ -71,12 +71,15 @@ typedef struct dpde_scene {
   const dpde_source* states; /* has_formula: of the initial state */
   int32_t coefficient_count;
   const dpde_source* coefficients;
+  int32_t sought_count;
+  const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep <name>_bar */
   const dpde_program* program;         /* one step */
   const dpde_program* adjoint;         /* null without a task, as are the others that do not apply */
   const dpde_program* initial;         /* keeps the states that have a formula */
   const dpde_program* initial_adjoint; /* reads <state>_bar, has sums <param>_bar */
   const dpde_program* coefficient_formulas;
-  const dpde_program* start;   /* keeps the unknown initial states with DPDE_START_FORMULA */
+  const dpde_program* coefficient_adjoint; /* as initial_adjoint */
+  const dpde_program* start;   /* keeps the unknown fields with DPDE_START_FORMULA */
   const dpde_program* observe; /* sums named as the observables are */
   int32_t datum_count;
   const dpde_datum* data;

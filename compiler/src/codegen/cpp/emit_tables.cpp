@@ -120,19 +120,21 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
     return fmt::format("{{{}, {}, {}}}", program, adjoint, tables.instants(l.at));
   };
   std::string programs;
-  for (const dpde_program* p : {s.program, s.adjoint, s.initial, s.initial_adjoint, s.coefficient_formulas, s.start, s.observe}) {
+  for (const dpde_program* p : {s.program, s.adjoint, s.initial, s.initial_adjoint, s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe}) {
     programs += tables.program(p) + ", ";
   }
   const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value));
   const std::string states = tables.array("dpde_source", "states", texts(s.states, s.state_count, source));
   const std::string coefficients = tables.array("dpde_source", "coefficients", texts(s.coefficients, s.coefficient_count, source));
+  const std::string sought = tables.names(s.sought, s.sought_count);
   const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
   const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
   const std::string unknowns = tables.array("dpde_unknown", "unknowns", texts(s.unknowns, s.unknown_count, unknown));
   std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
   out += fmt::format("    {{{}}},  // axes\n", fmt::join(texts(s.axes, s.rank, axis), ", "));
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
-  out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, states, coefficients\n", s.param_count, params, s.state_count, states, s.coefficient_count, coefficients);
+  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // parameters, states, coefficients, sought ones\n", s.param_count, params, s.state_count, states,
+                     s.coefficient_count, coefficients, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
   out += fmt::format("    {}, {}, {}, {}, {}, {}", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
   return out;
