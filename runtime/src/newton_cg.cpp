@@ -4,6 +4,7 @@
 // to the edge along it), or when the model's gradient is small enough. At bounds the step is projected.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "minimiser.h"
 
@@ -27,10 +28,11 @@ double distance_to_edge(const Eigen::VectorXd& p, const Eigen::VectorXd& d, doub
   return b > 0 ? -c / (b + root) : (root - b) / a;
 }
 
-/// Steihaug's method. `product` is that of the Hessian at the current point; false when it is not finite.
+/// Steihaug's method, the more exact the smaller the gradient has become, so that Newton's method ends superlinearly.
+/// `product` is that of the Hessian at the current point; false when it is not finite.
 template <class Product>
-bool solve(const Eigen::VectorXd& gradient, double radius, int iterations, const Product& product, ModelStep& model) {
-  const double norm = gradient.norm(), tolerance = std::min(0.5, std::sqrt(norm)) * norm;
+bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, int iterations, const Product& product, ModelStep& model) {
+  const double norm = gradient.norm(), tolerance = std::min(0.1, std::sqrt(norm / first_norm)) * norm;
   model = {Eigen::VectorXd::Zero(gradient.size()), 0, false};
   Eigen::VectorXd residual = gradient, direction = -gradient, image(gradient.size()), step_image = model.step;
   const auto move = [&](double length) {
@@ -65,6 +67,7 @@ OptimiseResult minimise(const NewtonCg& method, const Objective& objective, cons
   double loss = 0, radius = 0;  // 0: not known before the first step, which is the Newton step where there is one
   bounds.project(x);
   const bool finite = minimiser.start(x, loss, gradient);
+  const double first_norm = std::max(gradient.norm(), std::numeric_limits<double>::min());
   while (minimiser.visit(x, loss, gradient, finite)) {
     const auto product = [&](const Eigen::VectorXd& v, Eigen::VectorXd& result) {
       ++minimiser.result.hessian_products;
@@ -77,7 +80,7 @@ OptimiseResult minimise(const NewtonCg& method, const Objective& objective, cons
     for (int rejections = 0; !moved && rejections < most_rejections; ++rejections) {
       ModelStep model;
       const double edge = radius > 0 ? radius : method.first_radius > 0 ? method.first_radius : 10 * std::max(1.0, x.norm());
-      if (!solve(free, edge, method.inner_iterations, product, model) || !(model.decrease > 0)) break;
+      if (!solve(free, first_norm, edge, method.inner_iterations, product, model) || !(model.decrease > 0)) break;
       Eigen::VectorXd trial = x + model.step;
       bounds.project(trial);
       double trial_loss = 0;

@@ -339,7 +339,7 @@ TEST(Executor, RefusesWhatDoesNotFit) {
   EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: field u is not bound");
   dpde_program old = program.table();
   old.version = 0;
-  EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: made for version 0 of the runtime's tables, this is 1");
+  EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: made for version 0 of the runtime's tables, this is 2");
 }
 
 }  // namespace

@@ -66,7 +66,11 @@ Json to_json(const driver::Certificate& certificate) {
   const driver::SecondOrderCheck* second = certificate.second ? &*certificate.second : nullptr;
   Json hessian = nullptr;
   if (second != nullptr) {
-    hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"has_kinks", second->has_kinks}};
+    Json details = Json::array();
+    for (const driver::DotCase& one : second->cases) {
+      details.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", json_number(one.relative_error)}});
+    }
+    hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"details", details}, {"has_kinks", second->has_kinks}};
   }
   return {{"hessian", hessian},
           {"dot_product",

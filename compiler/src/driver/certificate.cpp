@@ -272,7 +272,7 @@ double Certificate::worst() const {
 }
 
 bool Certificate::passed() const {
-  const bool taylor = slope ? std::abs(*slope - 2) <= largest_slope_error : only_rounding;
+  const bool taylor = only_rounding || (slope && std::abs(*slope - 2) <= largest_slope_error);
   return worst() <= largest_error && taylor && (!second || second->passed());
 }
 
@@ -283,7 +283,7 @@ double SecondOrderCheck::worst() const {
 }
 
 bool SecondOrderCheck::passed() const {
-  const bool taylor = has_kinks || (slope ? std::abs(*slope - 3) <= largest_second_slope_error : only_rounding);
+  const bool taylor = has_kinks || only_rounding || (slope && std::abs(*slope - 3) <= largest_second_slope_error);
   return worst() <= largest_asymmetry && taylor;
 }
 
