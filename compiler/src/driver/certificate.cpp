@@ -146,6 +146,10 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
   const Point point = generic_point(*session, *inverse, random);
   const Eigen::VectorXd& v = point.direction;
   const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
+  Eigen::VectorXd gradient(v.size());
+  inverse->value_and_gradient(point.x, gradient);
+  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-15 of them.
+  const double least_scale = 1e-5 * w.cwiseAbs().dot(gradient.cwiseAbs());
   for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
     const auto second = SecondOrder::open(*session, *inverse, curvature);
     if (!second) continue;
@@ -155,7 +159,7 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
     if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
     check.cases.push_back({grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
-                           relative_difference(w.dot(hv), v.dot(hw), w.cwiseAbs().dot(hv.cwiseAbs()))});
+                           relative_difference(w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs())))});
   }
   return true;
 }
