@@ -227,14 +227,14 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   const double rounding = 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps());
   certificate.slope = remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
-  // The first two, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
+  // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
   // in the others: its remainder is of first order.
-  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 2, certificate.remainders.end(),
+  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
                                                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
   if (hessian && certificate.second) {
     certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
     certificate.second->only_rounding =
-        finite && std::all_of(with_hessian.begin() + 2, with_hessian.end(), [&](const Remainder& r) { return r.value <= 100 * rounding; });
+        finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(), [&](const Remainder& r) { return r.value <= 100 * rounding; });
   }
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
