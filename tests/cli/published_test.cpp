@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The published Burgers reconstruction through the command, and `verify` on every example.
+#include <algorithm>
+
 #include "command_support.h"
+#include "dpde/runtime/npy.h"
 
 namespace dpde::testing {
 namespace {
@@ -35,7 +38,10 @@ TEST_F(Examples, AllTasksAndScenesAreCertified) {
       {"advection_diffusion/leak.dpde", {"valley", "find"}},
       {"advection/advection.dpde", {"ring", "speed"}},
       {"burgers_1d/burgers.dpde", {"wave", "recover", "ends", "viscosity"}},
-      {"burgers_2d/burgers_2d.dpde", {"swirl", "recover"}}};
+      {"burgers_2d/burgers_2d.dpde", {"swirl", "recover"}},
+      {"wave/inversion.dpde", {"image"}},
+      {"gray_scott/gray_scott.dpde", {"rates"}},
+      {"fitzhugh_nagumo/fitzhugh_nagumo.dpde", {"scar"}}};
   for (const auto& [file, names] : examples) {
     for (const char* name : names) {
       const Outcome outcome = dpde(std::string("verify " DPDE_SOURCE_DIR "/dsl-examples/") + file + " " + name + " --json");
@@ -47,6 +53,18 @@ TEST_F(Examples, AllTasksAndScenesAreCertified) {
       if (result["taylor"]["slope"].is_number()) EXPECT_NEAR(result["taylor"]["slope"].get<double>(), 2, 0.05) << file << " " << name;
     }
   }
+}
+
+/// The inversion lowers its misfit ten-thousandfold and puts the fastest ground where the anomaly is, near (0.9, 0.5).
+TEST_F(Examples, TheWavesFindTheAnomaly) {
+  const Outcome outcome = dpde("optimize " DPDE_SOURCE_DIR "/dsl-examples/wave/inversion.dpde image --out out --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::vector<double> loss = outcome.json()["loss"].get<std::vector<double>>();
+  EXPECT_LT(loss.back(), 1e-3 * loss.front());
+  const NpyArray speed = read_npy(path("out/c2.npy"));
+  const auto fastest = std::max_element(speed.values.begin(), speed.values.end()) - speed.values.begin();
+  EXPECT_NEAR((static_cast<double>(fastest % 64) + 0.5) / 32, 0.9, 0.1);
+  EXPECT_NEAR((static_cast<double>(fastest / 64) + 0.5) / 32, 0.5, 0.15);
 }
 
 }  // namespace
