@@ -15,7 +15,9 @@ namespace {
 using Kind = WavefrontStream::Kind;
 
 constexpr int64_t line = 8;                 // elements of a cache line
-constexpr int64_t ring_bytes = 640 * 1024;  // of a tile: rings, and the rows that stream by, share a core's second-level cache
+/// What the rings of a tile may take, measured on Zen 4 (1 MiB of second-level cache a core, 32 MiB of third): strips do best
+/// in the core's own cache, planes of 3-D grids with many steps in the shared one (256^3: 1.2 times the plain sweep, 0.9 else).
+constexpr int64_t strip_bytes = 1000 * 1024, tile_bytes = 6 * 1024 * 1024;
 constexpr int64_t least_strip = 128, least_rows = 8;
 
 struct Range {
@@ -118,7 +120,7 @@ int64_t Wavefront::Impl::slots() const {
 
 /// 2-D: strips along x that keep the rings near the core, a part of y for each thread. 3-D: tiles along y that do.
 void Wavefront::Impl::make_tiles(int threads) {
-  const int64_t fitting = ring_bytes / (std::max<int64_t>(slots(), 1) * static_cast<int64_t>(sizeof(double)));  // cells of a slot
+  const int64_t fitting = (last == 1 ? strip_bytes : tile_bytes) / (std::max<int64_t>(slots(), 1) * static_cast<int64_t>(sizeof(double)));  // cells of a slot
   const auto [nx, ny, nz] = std::array{layout.cells[0], layout.cells[1], layout.cells[2]};
   int64_t strips = 1, parts = std::min<int64_t>(threads, ny);
   if (last == 1) {
