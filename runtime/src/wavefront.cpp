@@ -57,6 +57,7 @@ struct Rings {
   std::vector<double*> base;    // of each ring, then of each copy: the first element of slot 0
   std::vector<double*> pointers, slabs;       // of the streams of a level: at the row, and of its slab
   std::vector<std::vector<Access>> accesses;  // of each level's streams
+  std::vector<Tile> regions;                  // of each level
   std::array<int64_t, 3> first{};  // place of the first element of a slot
   bool copies = false;             // the tile reads inputs through copies
 };
@@ -160,7 +161,11 @@ void Wavefront::Impl::allocate(Rings& rings) const {
   for (const int64_t ring_slots : plan.ring_slots) place(ring_slots);
   for (const WavefrontCopy& copy : plan.copies) place(splits_x ? copy.slots : 0);
   size_t most = 0;
-  for (const WavefrontLevel& level : plan.levels) most = std::max(most, level.streams.size());
+  for (const WavefrontLevel& level : plan.levels) {
+    most = std::max(most, level.streams.size());
+    rings.accesses.emplace_back(level.streams.size());
+  }
+  rings.regions.resize(plan.levels.size());
   rings.pointers.assign(most, nullptr);
   rings.slabs.assign(most, nullptr);
 }
@@ -330,21 +335,20 @@ bool Wavefront::Impl::needs_copies(const Tile& tile) const {
 void Wavefront::Impl::begin_tile(Rings& rings, const Tile& tile) const {
   rings.first = {splits_x ? tile[0].from - before[0] : -before[0], tile[1].from - before[1], 0};
   rings.copies = needs_copies(tile);
-  rings.accesses.clear();
-  for (const WavefrontLevel& level : plan.levels) {
-    std::vector<Access>& accesses = rings.accesses.emplace_back();
-    for (const WavefrontStream& stream : level.streams) accesses.push_back(access_of(stream, rings));
+  for (size_t number = 0; number < plan.levels.size(); ++number) {
+    const WavefrontLevel& level = plan.levels[number];
+    for (size_t s = 0; s < level.streams.size(); ++s) rings.accesses[number][s] = access_of(level.streams[s], rings);
+    rings.regions[number] = region_of(level.below, level.above, tile);
   }
 }
 
 void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) const {
   begin_tile(rings, tile);
-  std::vector<Tile> regions;
+  const std::vector<Tile>& regions = rings.regions;
   int64_t from = tile[last].from, to = tile[last].to;
-  for (const WavefrontLevel& level : plan.levels) {
-    regions.push_back(region_of(level.below, level.above, tile));
-    from = std::min(from, regions.back()[last].from + level.lag);
-    to = std::max(to, regions.back()[last].to + level.lag);
+  for (size_t number = 0; number < plan.levels.size(); ++number) {
+    from = std::min(from, regions[number][last].from + plan.levels[number].lag);
+    to = std::max(to, regions[number][last].to + plan.levels[number].lag);
   }
   if (rings.copies) from -= 2 * layout.halo[last];  // the rows below the first that is computed
   for (int64_t place = from; place < to; ++place) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
 
 #include "dpde/runtime/executor.h"
 #include "driver/inverse.h"
@@ -16,11 +17,13 @@
 namespace dpde {
 namespace {
 
-constexpr const char* burgers_2d = R"(
+/// 2-D Burgers with one of the time schemes.
+std::string burgers_2d_with(const std::string& time) {
+  return R"(
 model burgers { field u, v; param nu
   dt(u) = -advect((u, v), u) + nu*lap(u)
   dt(v) = -advect((u, v), v) + nu*lap(v) }
-scheme plain { time = euler }
+scheme plain { time = )" + time + R"( }
 scene s : burgers with plain {
   grid x = 0 .. 1, cells 64, periodic
   grid y = 0 .. 1, cells 64, periodic
@@ -29,8 +32,10 @@ scene s : burgers with plain {
   initial v = cos(2*pi*y)
   time 0 .. 1e-3, step 1e-4
 })";
+}
+const std::string burgers_2d = burgers_2d_with("euler"), burgers_2d_rk4 = burgers_2d_with("rk4");
 
-constexpr const char* heat_3d = R"(
+const std::string heat_3d = R"(
 model heat { field u; param kappa; dt(u) = kappa*lap(u) }
 scheme plain { time = euler }
 scene s : heat with plain {
@@ -42,7 +47,7 @@ scene s : heat with plain {
   time 0 .. 1e-5, step 1e-6
 })";
 
-constexpr const char* burgers_1d = R"(
+const std::string burgers_1d = R"(
 model burgers { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
 scheme plain { time = euler }
 scene s : burgers with plain {
@@ -58,7 +63,7 @@ task t : s {
 
 enum Code { hand, jit, cpp };
 
-std::shared_ptr<const driver::Compiled> compile(const char* text, Code code) {
+std::shared_ptr<const driver::Compiled> compile(const std::string& text, Code code) {
   const SourceFile source("bench.dpde", text);
   DiagnosticSink sink;
   driver::CompileOptions options;
@@ -112,7 +117,7 @@ void count(benchmark::State& state, const dpde_layout& layout) {
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(layout));
 }
 
-void run_generated(benchmark::State& state, const char* text, Code code, bool adjoint, const dpde_layout& layout) {
+void run_generated(benchmark::State& state, const std::string& text, Code code, bool adjoint, const dpde_layout& layout) {
   const auto compiled = compile(text, code);
   const std::string step = compiled->step_name();
   Runner runner(adjoint ? *compiled->adjoint_of(step) : *compiled->program(step), layout);
@@ -184,22 +189,8 @@ void burgers_1d_gradient(benchmark::State& state, Code code) {
   for (auto _ : state) benchmark::DoNotOptimize(inverse->value_and_gradient(inverse->start(), gradient));
 }
 
-constexpr const char* burgers_2d_rk4 = R"(
-model burgers { field u, v; param nu
-  dt(u) = -advect((u, v), u) + nu*lap(u)
-  dt(v) = -advect((u, v), v) + nu*lap(v) }
-scheme plain { time = rk4 }
-scene s : burgers with plain {
-  grid x = 0 .. 1, cells 64, periodic
-  grid y = 0 .. 1, cells 64, periodic
-  nu = 0.001
-  initial u = sin(2*pi*x)
-  initial v = cos(2*pi*y)
-  time 0 .. 1e-3, step 1e-4
-})";
-
 /// 32 steps of a rollout: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses).
-void rollout_32(benchmark::State& state, const char* text, int block_steps, int threads) {
+void rollout_32(benchmark::State& state, const std::string& text, int block_steps, int threads) {
   const auto compiled = compile(text, jit);
   RolloutSetup setup;
   setup.step = compiled->program(compiled->step_name());
