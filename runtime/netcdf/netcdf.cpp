@@ -90,7 +90,7 @@ class Composer {
     std::vector<int> dimensions;
     for (const std::string& name : variable.dimensions) must(nc_inq_dimid(id_, name.c_str(), &dimensions.emplace_back()));
     int number = 0;
-    must(nc_def_var(id_, variable.name.c_str(), NC_DOUBLE, static_cast<int>(dimensions.size()), dimensions.data(), &number));
+    must(nc_def_var(id_, variable.name.c_str(), variable.is_single ? NC_FLOAT : NC_DOUBLE, static_cast<int>(dimensions.size()), dimensions.data(), &number));
     add(variable.attributes, number);
     return number;
   }

@@ -3,15 +3,21 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "dpde/kernel_abi.h"
 
 namespace dpde {
 
 /// 64-byte aligned (4 KiB from one page on), all zero; free with std::free. @throws Error(machine) naming the bytes.
-double* allocate_doubles(int64_t count);
+char* allocate_bytes(int64_t bytes);
 
-/// Elements by which to shift field `number` so that bases differ modulo 4 KiB (0 for fields smaller than that).
+/// The same in a file of the folder, whose room is taken at once so that a full disk is told here; it has no name and vanishes
+/// with the mapping. @throws Error(machine) naming the folder.
+char* map_file(const std::string& folder, int64_t bytes);
+void unmap_file(char* memory, int64_t bytes);
+
+/// Bytes by which to shift field `number` so that bases differ modulo 4 KiB (0 for fields smaller than that).
 int64_t stagger_of(const dpde_layout& layout, int number);
 
 }  // namespace dpde

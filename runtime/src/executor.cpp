@@ -16,6 +16,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
 #include "fill.h"
+#include "real.h"
 
 namespace dpde {
 namespace {
@@ -23,11 +24,11 @@ namespace {
 constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
 constexpr int64_t least_cells_for_threads = 32 * 1024;
 constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
-constexpr int64_t cache_line = 8;                               // elements of a cache line
+constexpr int64_t cache_line = 64;                              // bytes
 
 struct Stream {
   int field;
-  int64_t delta;  // from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)
+  int64_t delta;  // bytes from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)
 };
 
 struct Range {
@@ -62,8 +63,8 @@ struct Operation {
 /// What one thread needs to call rows; on a cache line of its own.
 struct alignas(64) Caller {
   dpde_row row{};
-  std::vector<double*> pointers;  // at the current row: streams, then the fields that are filled with the sweep
-  std::vector<double*> starts;    // the same at row (0, 0)
+  std::vector<void*> pointers;  // at the current row: streams, then the fields that are filled with the sweep
+  std::vector<void*> starts;    // the same at row (0, 0)
 };
 
 /// A sweep of one row of a 1-D grid, in the form that runs fastest. Its pointers in a frame: streams, grids, fields filled.
@@ -113,7 +114,7 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
     const dpde_stream& stream = kernel.streams[s];
     int64_t delta = sweep.first + stream.offset[0];
     for (int axis = 1; axis < layout.rank; ++axis) delta += stream.offset[axis] * layout.stride[axis];
-    sweep.streams.push_back({stream.field, delta});
+    sweep.streams.push_back({stream.field, delta * real_bytes(layout)});
   }
   sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
@@ -122,7 +123,7 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   if (sweep.prefetches) sweep.leading = leading_streams(kernel);
   sweep.ordered = operation.serial != 0;
   const int64_t plane_fields = std::max<int64_t>(1, static_cast<int64_t>(sweep.leading.size()));
-  const int64_t row_bytes = layout.stride[1] * static_cast<int64_t>(sizeof(double));
+  const int64_t row_bytes = layout.stride[1] * real_bytes(layout);
   sweep.tile = sweep.z.count() == 1 || sweep.ordered ? sweep.y.count() : std::max<int64_t>(8, tile_bytes / (row_bytes * plane_fields));
   const bool worth = sweep.rows() > 1 && sweep.rows() * sweep.count >= least_cells_for_threads;
   sweep.threads = worth && !sweep.ordered ? threads : 1;
@@ -151,6 +152,7 @@ Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* unif
 void check_fits(const dpde_program& program, const dpde_layout& layout) {
   const auto fail = [&](const std::string& what) { throw Error(ErrorKind::run, fmt::format("program {}: {}", program.name, what)); };
   if (program.version != DPDE_ABI_VERSION) fail(fmt::format("made for version {} of the runtime's tables, this is {}", program.version, DPDE_ABI_VERSION));
+  if (program.real != layout.real) fail("its values and the grid's are not of the same precision");
   if (program.rank != layout.rank) fail(fmt::format("has {} axes, the grid has {}", program.rank, layout.rank));
   for (int axis = 0; axis < program.rank; ++axis) {
     if (program.halo[axis] > layout.halo[axis]) {
@@ -166,7 +168,7 @@ struct Executor::Plan {
   std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
   std::vector<Caller> callers;    // one a thread
-  std::vector<double*> grids;     // bases of the grids of the sweep that runs
+  std::vector<void*> grids;       // bases of the grids of the sweep that runs
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
 
   void run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
@@ -268,16 +270,16 @@ void Executor::run() {
   }
 }
 
-void Executor::make_frame(double** frame) const {
-  double* const* fields = fields_.data();
+void Executor::make_frame(void** frame) const {
+  void* const* fields = fields_.data();
   for (const Line& line : plan_->lines) {
-    for (const Stream& stream : line.streams) *frame++ = fields[stream.field] + stream.delta;
+    for (const Stream& stream : line.streams) *frame++ = moved(fields[stream.field], stream.delta, 1);
     for (int grid : line.grids) *frame++ = fields[grid];
     for (const HaloFill& fill : line.then) *frame++ = fields[fill.field()];
   }
 }
 
-void Executor::run_frame(double* const* frame) {
+void Executor::run_frame(void* const* frame) {
   for (double& sum : sums_) sum = 0;
   for (Line& line : plan_->lines) {
     line.row.streams = frame;
@@ -303,7 +305,7 @@ void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std
   const size_t count = sweep.sums.size();
   for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
   for (const HaloFill& fill : sweep.then) {
-    double* base = executor.bound(fill.field());
+    void* base = executor.bound(fill.field());
     if (!fill.images_are_direct()) fill.run_y(base, executor.uniforms_.data());
     fill.run_z(base, executor.uniforms_.data());
   }
@@ -312,8 +314,8 @@ void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std
 /// The rows of one thread: a contiguous part of z, or of y where z has fewer places than there are threads.
 void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int part, int parts) {
   Caller& caller = callers[static_cast<size_t>(part)];
-  double** start = caller.starts.data();
-  for (const Stream& stream : sweep.streams) *start++ = executor.bound(stream.field) + stream.delta;
+  void** start = caller.starts.data();
+  for (const Stream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
   for (const HaloFill& fill : sweep.then) *start++ = executor.bound(fill.field());
   caller.row.count = sweep.count;
   caller.row.first = sweep.first;
@@ -330,22 +332,22 @@ void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int 
 /// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane (measured:
 /// 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2).
 /// g++ takes a function that only prefetches for one without effect and drops its calls unless it is inlined early.
-[[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, double* const* pointers, int64_t stride) {
+[[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, void* const* pointers, int64_t stride, int64_t width) {
   if (!sweep.prefetches) return;
   for (size_t s : sweep.leading) {
-    const double* ahead = pointers[s] + stride;
-    for (int64_t x = 0; x < sweep.count; x += cache_line) __builtin_prefetch(ahead + x);
+    const char* ahead = moved(pointers[s], stride, 1);
+    for (int64_t x = 0; x < sweep.count * width; x += cache_line) __builtin_prefetch(ahead + x);
   }
   if (!sweep.leading.empty()) return;
-  for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(pointers[s] + stride);
+  for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(moved(pointers[s], stride, 1));
 }
 
 /// Rows of one plane, one after the other.
 void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y_range, int64_t z) {
   const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
-  const int64_t stride = layout.stride[1], place = y_range.from * stride + z * layout.stride[2];
-  double** pointers = caller.pointers.data();
-  for (size_t i = 0; i < streams + fills; ++i) pointers[i] = caller.starts[i] + place;
+  const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, place = y_range.from * stride + z * layout.stride[2] * width;
+  void** pointers = caller.pointers.data();
+  for (size_t i = 0; i < streams + fills; ++i) pointers[i] = moved(caller.starts[i], place, 1);
   dpde_row& row = caller.row;
   row.z = z;
   row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y_range.from - sweep.y.from)) * sum_count;
@@ -353,7 +355,7 @@ void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Cal
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     row.y = y;
     for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
-    prefetch_next(sweep, pointers, stride);
+    prefetch_next(sweep, pointers, stride, width);
     sweep.row(&row);
     if (fills_plane && y >= 0 && y < layout.cells[1]) {
       for (size_t f = 0; f < fills; ++f) {
@@ -361,7 +363,7 @@ void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Cal
         if (sweep.then[f].images_are_direct()) sweep.then[f].run_images(pointers[streams + f], y, row.uniforms);
       }
     }
-    for (size_t i = 0; i < streams + fills; ++i) pointers[i] += stride;
+    for (size_t i = 0; i < streams + fills; ++i) pointers[i] = moved(pointers[i], stride, 1);
     row.sums += sum_count;
   }
 }

@@ -8,9 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "aligned_memory.h"
 #include "dpde/runtime/error.h"
+#include "real.h"
 
 namespace dpde {
 namespace {
@@ -22,18 +24,45 @@ void check_length(const dpde_layout& layout, size_t length) {
   throw Error(ErrorKind::input, fmt::format("an array of {} values does not fit a grid of {} cells", length, cell_count(layout)));
 }
 
-/// True when some value of the row is infinite or not a number: x - x is then not a number, else 0. Eight sums, so that
+/// True when some value of the row is infinite or not a number: x - x is then not a number, else 0. A line of sums, so that
 /// the compiler may use vectors without reordering anything.
-bool row_is_bad(const double* row, int64_t count) {
-  std::array<double, 8> sums{};
+template <class Real>
+bool row_is_bad(const Real* row, int64_t count) {
+  constexpr size_t lanes = 64 / sizeof(Real);
+  constexpr auto step = static_cast<int64_t>(lanes);
+  std::array<Real, lanes> sums{};
   int64_t x = 0;
-  for (; x + 8 <= count; x += 8) {
-    for (size_t k = 0; k < 8; ++k) sums[k] += row[x + static_cast<int64_t>(k)] - row[x + static_cast<int64_t>(k)];
+  for (; x + step <= count; x += step) {
+    for (size_t k = 0; k < lanes; ++k) sums[k] += row[x + static_cast<int64_t>(k)] - row[x + static_cast<int64_t>(k)];
   }
   for (; x < count; ++x) sums[0] += row[x] - row[x];
-  double total = 0;
-  for (double sum : sums) total += sum;
+  Real total = 0;
+  for (Real sum : sums) total += sum;
   return !(total == 0);
+}
+
+/// Calls `f(y, z)` for each interior row, in order of memory.
+template <class F>
+void for_each_row(const dpde_layout& layout, const F& f) {
+  for (int64_t z = 0; z < layout.cells[2]; ++z) {
+    for (int64_t y = 0; y < layout.cells[1]; ++y) f(y, z);
+  }
+}
+
+/// Interior rows of one field onto those of another: `f(to, from, count)` for each.
+template <class To, class From, class F>
+void pair_rows(const dpde_layout& layout, void* to, const FieldView& from, const F& f) {
+  for_each_row(layout, [&](int64_t y, int64_t z) {
+    f(static_cast<To*>(to) + index_of(layout, 0, y, z), static_cast<const From*>(from.base) + index_of(*from.layout, 0, y, z), layout.cells[0]);
+  });
+}
+
+/// The same for fields whose types are known when programs run.
+template <class F>
+void pair_any_rows(const dpde_layout& layout, void* to, const FieldView& from, const F& f) {
+  with_real(layout.real, [&](auto to_real) {
+    with_real(from.layout->real, [&](auto from_real) { pair_rows<decltype(to_real), decltype(from_real)>(layout, to, from, f); });
+  });
 }
 
 int64_t physical_bytes() { return int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE); }
@@ -42,50 +71,85 @@ int64_t wrapped(int64_t i, int64_t n) { return ((i % n) + n) % n; }
 
 }  // namespace
 
-double* allocate_doubles(int64_t count) {
-  const int64_t bytes = (count * static_cast<int64_t>(sizeof(double)) + page_bytes - 1) / page_bytes * page_bytes;
+char* allocate_bytes(int64_t wanted) {
+  const int64_t bytes = (wanted + page_bytes - 1) / page_bytes * page_bytes;
   const size_t alignment = bytes > page_bytes ? page_bytes : 64;
   // Linux may promise more than there is and kill the process later: refuse what can never fit.
   void* memory = bytes > physical_bytes() ? nullptr : std::aligned_alloc(alignment, static_cast<size_t>(bytes));
   if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));
   std::memset(memory, 0, static_cast<size_t>(bytes));
-  return static_cast<double*>(memory);
+  return static_cast<char*>(memory);
 }
 
 int64_t stagger_of(const dpde_layout& layout, int number) {
   if (field_bytes(layout) < page_bytes) return 0;
-  return (int64_t{number} * 5 % 64) * 8;  // lines of 64 bytes, distinct for 64 fields
+  return (int64_t{number} * 5 % 64) * 64;  // lines of 64 bytes, distinct for 64 fields
 }
 
 Field::Field(const dpde_layout& layout, int number) : layout_(layout) {
   const int64_t stagger = stagger_of(layout, number);
-  double* memory = allocate_doubles(layout.size + stagger);
+  char* memory = allocate_bytes(field_bytes(layout) + stagger);
   memory_.reset(memory);
-  base_ = memory + stagger + layout.origin;
+  base_ = moved(memory + stagger, layout.origin, real_bytes(layout));
 }
 
-void Field::fill(double value) { std::fill_n(base_ - layout_.origin, layout_.size, value); }
+double Field::at(int64_t x, int64_t y, int64_t z) const { return value_at(layout_, base_, {x, y, z}); }
+void Field::set(double value, int64_t x, int64_t y, int64_t z) {
+  with_real(layout_.real, [&](auto real) { as<decltype(real)>()[index_of(layout_, x, y, z)] = static_cast<decltype(real)>(value); });
+}
+void Field::fill(double value) { fill_all(layout_, base_, value); }
 void Field::copy_in(std::span<const double> dense) { dpde::copy_in(layout_, base_, dense); }
 void Field::copy_out(std::span<double> dense) const { dpde::copy_out(layout_, base_, dense); }
 
-void copy_in(const dpde_layout& layout, double* base, std::span<const double> dense) {
+void copy_in(const dpde_layout& layout, void* base, std::span<const double> dense) {
   check_length(layout, dense.size());
-  const double* from = dense.data();
-  for (int64_t z = 0; z < layout.cells[2]; ++z) {
-    for (int64_t y = 0; y < layout.cells[1]; ++y, from += layout.cells[0]) {
-      std::copy_n(from, layout.cells[0], base + index_of(layout, 0, y, z));
-    }
-  }
+  with_real(layout.real, [&](auto real) {
+    using Real = decltype(real);
+    const double* from = dense.data();
+    for_each_row(layout, [&](int64_t y, int64_t z) {
+      Real* to = static_cast<Real*>(base) + index_of(layout, 0, y, z);
+      for (int64_t x = 0; x < layout.cells[0]; ++x) to[x] = static_cast<Real>(*from++);
+    });
+  });
 }
 
-void copy_out(const dpde_layout& layout, const double* base, std::span<double> dense) {
+void copy_out(const dpde_layout& layout, const void* base, std::span<double> dense) {
   check_length(layout, dense.size());
-  double* to = dense.data();
-  for (int64_t z = 0; z < layout.cells[2]; ++z) {
-    for (int64_t y = 0; y < layout.cells[1]; ++y, to += layout.cells[0]) {
-      std::copy_n(base + index_of(layout, 0, y, z), layout.cells[0], to);
-    }
-  }
+  with_real(layout.real, [&](auto real) {
+    double* to = dense.data();
+    for_each_row(layout, [&](int64_t y, int64_t z) {
+      to = std::copy_n(static_cast<const decltype(real)*>(base) + index_of(layout, 0, y, z), layout.cells[0], to);
+    });
+  });
+}
+
+void copy_all(const dpde_layout& layout, void* to, const void* from) {
+  const int64_t bytes = real_bytes(layout);
+  std::memcpy(moved(to, -layout.origin, bytes), moved(from, -layout.origin, bytes), static_cast<size_t>(field_bytes(layout)));
+}
+
+void fill_all(const dpde_layout& layout, void* base, double value) {
+  with_real(layout.real, [&](auto real) {
+    std::fill_n(static_cast<decltype(real)*>(base) - layout.origin, layout.size, static_cast<decltype(real)>(value));
+  });
+}
+
+void copy_interior(const dpde_layout& layout, void* to, const FieldView& from) {
+  pair_any_rows(layout, to, from, []<class To>(To* row, const auto* values, int64_t count) {
+    for (int64_t x = 0; x < count; ++x) row[x] = static_cast<To>(values[x]);
+  });
+}
+
+void add_interior(const dpde_layout& layout, void* to, const FieldView& from) {
+  pair_any_rows(layout, to, from, []<class To>(To* row, const auto* values, int64_t count) {
+    for (int64_t x = 0; x < count; ++x) row[x] += static_cast<To>(values[x]);
+  });
+}
+
+double value_at(const dpde_layout& layout, const void* base, const Cell& cell) {
+  return with_real(layout.real, [&](auto real) {
+    return static_cast<double>(static_cast<const decltype(real)*>(base)[index_of(layout, cell.x, cell.y, cell.z)]);
+  });
 }
 
 void fill_coordinate(Field& field, int axis, double low, double spacing, bool periodic) {
@@ -99,25 +163,39 @@ void fill_coordinate(Field& field, int axis, double low, double spacing, bool pe
     for (int64_t y = -layout.halo[1]; y < layout.cells[1] + layout.halo[1]; ++y) {
       const std::array<int64_t, 3> place{0, y, z};
       for (int64_t x = -layout.halo[0]; x < layout.cells[0] + layout.halo[0]; ++x) {
-        field.at(x, y, z) = value(axis == 0 ? x : place[a]);
+        field.set(value(axis == 0 ? x : place[a]), x, y, z);
       }
     }
   }
 }
 
-std::optional<Cell> find_not_finite(const dpde_layout& layout, const double* base) {
-  for (int64_t z = 0; z < layout.cells[2]; ++z) {
-    for (int64_t y = 0; y < layout.cells[1]; ++y) {
-      const double* row = base + index_of(layout, 0, y, z);
-      if (!row_is_bad(row, layout.cells[0])) continue;
+std::optional<Cell> find_not_finite(const dpde_layout& layout, const void* base) {
+  std::optional<Cell> found;
+  with_real(layout.real, [&](auto real) {
+    for_each_row(layout, [&](int64_t y, int64_t z) {
+      const auto* row = static_cast<const decltype(real)*>(base) + index_of(layout, 0, y, z);
+      if (found || !row_is_bad(row, layout.cells[0])) return;
+      for (int64_t x = 0; x < layout.cells[0] && !found; ++x) {
+        if (!std::isfinite(row[x])) found = Cell{x, y, z};
+      }
+    });
+  });
+  return found;
+}
+
+double largest(const dpde_layout& layout, const void* base) {
+  double result = -std::numeric_limits<double>::infinity();
+  with_real(layout.real, [&](auto real) {
+    for_each_row(layout, [&](int64_t y, int64_t z) {
+      const auto* row = static_cast<const decltype(real)*>(base) + index_of(layout, 0, y, z);
       for (int64_t x = 0; x < layout.cells[0]; ++x) {
-        if (!std::isfinite(row[x])) return Cell{x, y, z};
+        if (!std::isnan(result) && !(row[x] <= result)) result = row[x];  // takes what is not a number, and keeps it
       }
-    }
-  }
-  return std::nullopt;
+    });
+  });
+  return result;
 }
 
-bool is_finite(const dpde_layout& layout, const double* base) { return !find_not_finite(layout, base).has_value(); }
+bool is_finite(const dpde_layout& layout, const void* base) { return !find_not_finite(layout, base).has_value(); }
 
 }  // namespace dpde

@@ -6,14 +6,34 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "dpde/kernel_abi.h"
+#include "real.h"
 
 namespace dpde {
 
-/// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it.
-void set_image(double* to, const double* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms);
+/// Where the layers beyond the two sides of an axis are and which cells they are images of: layer k of the low side is cell
+/// -1-k, of the high one cells+k, or cells-1+k where the field lies on the walls (DPDE_ON_WALL), which makes one layer more.
+struct HaloAxis {
+  bool periodic = true;
+  bool on_walls = false;
+  dpde_side low{}, high{};
+  int64_t cells = 1, halo = 0;
+
+  void set(const dpde_boundary& boundary, int64_t cell_count, int64_t width);
+  int64_t layers() const { return halo + (on_walls ? 1 : 0); }
+  bool has_low(int64_t k) const { return k < halo; }
+  int64_t low_place(int64_t k) const { return -1 - k; }
+  int64_t high_place(int64_t k) const { return cells + k - (on_walls ? 1 : 0); }
+  int64_t low_image(int64_t k) const { return periodic ? cells - 1 - k : on_walls ? (k > 0 ? k - 1 : 0) : k; }
+  int64_t high_image(int64_t k) const { return periodic ? k : cells - 1 - k; }
+};
+
+/// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it; values
+/// are `real` (DPDE_F64, DPDE_F32).
+void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms);
 
 class HaloFill {
  public:
@@ -22,45 +42,48 @@ class HaloFill {
 
   int field() const { return field_; }
   /// Sets the whole halo. `fields` point at their cells (0,0,0).
-  void run(double* const* fields, const double* uniforms) const;
+  void run(void* const* fields, const double* uniforms) const;
   /// The same for one field, where no values come from fields.
-  void run_plain(double* base, const double* uniforms) const;
+  void run_plain(void* base, const double* uniforms) const;
   /// Only the ends of one row; `row` points at its cell x = 0.
-  void run_row(double* row, const double* uniforms) const {
-    const Axis& x = axes_[0];
+  void run_row(void* row, const double* uniforms) const {
+    const HaloAxis& x = axes_[0];
     if (!x.periodic) return run_bounded_row(row, uniforms);
-    const int64_t n = x.cells;
-    for (int64_t k = 0; k < x.halo; ++k) {
-      row[-1 - k] = row[n - 1 - k];
-      row[n + k] = row[k];
-    }
+    with_real(real_, [&](auto real) {
+      auto* values = static_cast<decltype(real)*>(row);
+      const int64_t n = x.cells;
+      for (int64_t k = 0; k < x.halo; ++k) {
+        values[-1 - k] = values[n - 1 - k];
+        values[n + k] = values[k];
+      }
+    });
   }
   /// The rows of the y halo that are images of row y, which is complete with its ends; `row` points at its cell x = 0.
   /// Only when images_are_direct().
-  void run_images(double* row, int64_t y, const double* uniforms) const {
-    if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].halo) set_images(row, y, uniforms);
+  void run_images(void* row, int64_t y, const double* uniforms) const {
+    if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].layers()) set_images(row, y, uniforms);
   }
   /// Every row of the y halo is the image of an interior row: not so when the halo is wider than the interior.
-  bool images_are_direct() const { return axes_[1].halo <= axes_[1].cells; }
+  bool images_are_direct() const { return axes_[1].layers() <= axes_[1].cells; }
   /// The y halo, when the ends of all interior rows are set.
-  void run_y(double* base, const double* uniforms) const;
+  void run_y(void* base, const double* uniforms) const;
   /// The z halo, when the y halo is set too.
-  void run_z(double* base, const double* uniforms) const;
+  void run_z(void* base, const double* uniforms) const;
 
  private:
-  struct Axis {
-    bool periodic = true;
-    dpde_side low{}, high{};
-    int64_t cells = 1, halo = 0;
-  };
-  void run_walls(double* const* fields, const double* uniforms) const;
-  void run_bounded_row(double* row, const double* uniforms) const;
-  void set_images(double* row, int64_t y, const double* uniforms) const;
-  void fill_plane_y(double* plane, const double* uniforms) const;
+  template <class Real>
+  void run_walls(void* const* fields, const double* uniforms) const;
+  void run_bounded_row(void* row, const double* uniforms) const;
+  void set_images(void* row, int64_t y, const double* uniforms) const;
+  template <class Real>
+  void fill_plane_y(Real* plane, const double* uniforms) const;
+  template <class Real>
+  void fill_z(Real* base, const double* uniforms) const;
 
   int field_ = 0;
+  int32_t real_ = DPDE_F64;
   bool has_walls_ = false;  // values that vary along a wall, from a field: one cell after the other
-  std::array<Axis, 3> axes_;
+  std::array<HaloAxis, 3> axes_;
   std::array<int64_t, 3> stride_{};
 };
 
@@ -70,18 +93,20 @@ class HaloFold {
   HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout);
 
   /// `fields` point at their cells (0,0,0).
-  void run(double* const* fields, const double* uniforms) const;
+  void run(void* const* fields, const double* uniforms) const;
 
  private:
-  struct Axis {
-    int64_t cells = 1, grow = 0;  // grow 0: nothing to fold
-    dpde_side low{}, high{};
-  };
-  void fold_rows(double* const* fields, const double* uniforms, int axis) const;
-  void fold_x(double* const* fields, const double* uniforms, int64_t place) const;
+  bool folds(std::size_t axis) const { return !axes_[axis].periodic && axes_[axis].layers() > 0; }
+  template <class Real>
+  void fold(void* const* fields, const double* uniforms) const;
+  template <class Real>
+  void fold_rows(void* const* fields, const double* uniforms, int axis) const;
+  template <class Real>
+  void fold_x(void* const* fields, const double* uniforms, int64_t place) const;
 
   int field_ = 0;
-  std::array<Axis, 3> axes_;
+  int32_t real_ = DPDE_F64;
+  std::array<HaloAxis, 3> axes_;  // halo: how many cells are folded
   std::array<int64_t, 3> stride_{};
 };
 

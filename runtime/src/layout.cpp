@@ -12,19 +12,15 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t lane = 8;                    // elements of a 64-byte line
-constexpr int64_t page = 512;                  // elements of 4 KiB
+constexpr int64_t line_bytes = 64, page_bytes = 4096;
 constexpr int64_t most_elements = int64_t{1} << 44;  // 128 TiB of doubles: beyond every machine, far from overflow
-
-int64_t round_up(int64_t value) { return (value + lane - 1) / lane * lane; }
-
-int64_t staggered(int64_t stride) { return stride % page == 0 ? stride + lane : stride; }
+constexpr int64_t most_single_cells = int64_t{1} << 24;  // whole numbers that a float tells apart
 
 [[noreturn]] void too_large(std::span<const int64_t> cells) {
   throw Error(ErrorKind::machine, fmt::format("a grid of {} cells is larger than this machine can address", fmt::join(cells, " x ")));
 }
 
-void check(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo) {
+void check(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real) {
   if (cells.empty() || cells.size() > DPDE_MAX_RANK) {
     throw Error(ErrorKind::input, fmt::format("a grid has 1 to 3 axes, not {}", cells.size()));
   }
@@ -32,15 +28,19 @@ void check(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo) {
     if (cells[axis] < 1) throw Error(ErrorKind::input, fmt::format("axis {} has {} cells; at least 1 is needed", "xyz"[axis], cells[axis]));
     if (halo[axis] < 0) throw Error(ErrorKind::input, fmt::format("axis {} has a halo of {} cells", "xyz"[axis], halo[axis]));
     if (cells[axis] > most_elements || halo[axis] > most_elements) too_large(cells);
+    if (real == DPDE_F32 && cells[axis] > most_single_cells) {
+      throw Error(ErrorKind::input, fmt::format("axis {} has {} cells; single precision tells {} of them apart", "xyz"[axis], cells[axis], most_single_cells));
+    }
   }
 }
 
 }  // namespace
 
-dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo) {
-  check(cells, halo);
+dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real) {
+  check(cells, halo, real);
   dpde_layout layout{};
   layout.rank = static_cast<int32_t>(cells.size());
+  layout.real = real;
   for (size_t axis = 0; axis < DPDE_MAX_RANK; ++axis) {
     layout.cells[axis] = axis < cells.size() ? cells[axis] : 1;
     layout.halo[axis] = axis < cells.size() ? halo[axis] : 0;
@@ -50,6 +50,9 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
     if (__builtin_mul_overflow(a, b, &product) || product > most_elements) too_large(cells);
     return product;
   };
+  const int64_t lane = line_bytes / real_bytes(layout), page = page_bytes / real_bytes(layout);
+  const auto round_up = [lane](int64_t value) { return (value + lane - 1) / lane * lane; };
+  const auto staggered = [lane, page](int64_t stride) { return stride % page == 0 ? stride + lane : stride; };
   const int64_t margin = round_up(std::max(layout.halo[0], lane));
   const int64_t row = round_up(layout.cells[0]) + 2 * margin;
   layout.stride[0] = 1;
@@ -63,6 +66,6 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
 
 int64_t cell_count(const dpde_layout& layout) { return layout.cells[0] * layout.cells[1] * layout.cells[2]; }
 
-int64_t field_bytes(const dpde_layout& layout) { return layout.size * static_cast<int64_t>(sizeof(double)); }
+int64_t field_bytes(const dpde_layout& layout) { return layout.size * real_bytes(layout); }
 
 }  // namespace dpde

@@ -2,14 +2,19 @@
 // Running forward: steps, losses along the way, and the search for the first value that is not finite.
 #include "dpde/runtime/rollout.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "dpde/runtime/error.h"
 #include "rollout_impl.h"
 
 namespace dpde {
 namespace {
 
+constexpr int most_parts = 100000;  // of a step: what needs more has blown up
 constexpr int check_interval = 64;  // a check reads the states once: under 1 % of 64 steps
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -18,9 +23,21 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
+/// Time and controls at step n, or of a loss at state n.
+void Rollout::Impl::set_step(BoundProgram& program, int n, int part, int parts) const {
+  const bool sets_dt = rate && program.dt_param >= 0;
+  if (program.t_param < 0 && program.controls.empty() && !sets_dt) return;
+  if (program.t_param >= 0) program.executor.set_param(program.t_param, time(n) + part * (setup.dt / parts));
+  if (sets_dt) program.executor.set_param(program.dt_param, setup.dt / parts);
+  for (const auto& [param, number] : program.controls) {
+    program.executor.set_param(param, controls[number].at(n));
+  }
+  program.executor.update_uniforms();
+}
+
 /// Fills the halos of all that the caller may have changed.
 void Rollout::Impl::begin(int first) {
-  forward->program.set_time(time(first));
+  set_step(forward->program, first);
   forward->program.bind_states(buffers.front());
   for (size_t i = 0; i < state_names.size(); ++i) forward->program.executor.prepare(forward->program.states[i]);
   forward->program.prepare_inputs();
@@ -31,10 +48,48 @@ void Rollout::Impl::bind_buffers(const StateBuffer& from, const StateBuffer& to)
   for (size_t i = 0; i < to.size(); ++i) forward->program.executor.bind(forward->next[i], to[i]);
 }
 
-void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {
+void Rollout::Impl::part_of_step(int n, int part, int parts, const StateBuffer& from, const StateBuffer& to) {
   bind_buffers(from, to);
-  forward->program.set_time(time(n));
+  set_step(forward->program, n, part, parts);
   forward->program.executor.run();
+  ++parts_made;
+}
+
+void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) {
+  const int parts = parts_of(n, from);
+  const StateBuffer* now = &from;
+  for (int part = 0; part < parts; ++part) {
+    const StateBuffer& next = part + 1 == parts ? to : part_buffer(part % 2);
+    part_of_step(n, part, parts, *now, next);
+    now = &next;
+  }
+}
+
+/// Into how many equal parts the Courant number splits step n. What has blown up is not worth more than one: the look for
+/// values that are not finite finds it.
+int Rollout::Impl::parts_of(int n, const StateBuffer& state) {
+  if (!rate) return 1;
+  set_step(rate->program, n);
+  rate->program.bind_states(state);
+  rate->program.prepare_inputs();
+  rate->program.executor.run();
+  const double fastest = largest(setup.layout, rate->program.executor.bound(rate->field));
+  const double parts = std::ceil(setup.dt * fastest / setup.courant - 1e-9);
+  if (parts <= most_parts) return std::max(1, static_cast<int>(parts));
+  if (find_blow_up(n, state)) return 1;
+  const std::string why = std::isfinite(parts) ? fmt::format("it would take {} parts, more than {}", parts, most_parts)
+                                               : "the speed is not a finite number";
+  throw Error(ErrorKind::run, fmt::format("step {} of {} (t = {:.6g}) cannot be limited by a Courant number: {}", n + 1, setup.steps, time(n), why));
+}
+
+/// States between the parts of a step, made when they are first needed.
+const StateBuffer& Rollout::Impl::part_buffer(int part) {
+  while (part_buffers.size() <= static_cast<size_t>(part)) {
+    part_pools.emplace_back(setup.layout, static_cast<int64_t>(state_names.size()));
+    StateBuffer& buffer = part_buffers.emplace_back();
+    for (size_t s = 0; s < state_names.size(); ++s) buffer.push_back(part_pools.back().base(static_cast<int64_t>(s)));
+  }
+  return part_buffers[static_cast<size_t>(part)];
 }
 
 /// How many of the steps n .. until - 1 are done in one go.
@@ -45,7 +100,7 @@ int Rollout::Impl::steps_at_once(int n, int until) const {
 void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const StateBuffer& to) {
   if (count == 1) return step(n, from, to);
   for (int s = 0; s < count; ++s) {
-    forward->program.set_time(time(n + s));
+    set_step(forward->program, n + s);
     forward->block->set_uniforms(s, forward->program.executor.uniforms());
   }
   forward->program.bind_states(from);
@@ -57,7 +112,7 @@ void Rollout::Impl::add_losses(int k, const StateBuffer& state) {
     BoundTerm& term = terms[events[e].term];
     BoundProgram& program = term.loss.program;
     for (const BoundData& data : term.loss.data) program.executor.bind(data.field, data.at[events[e].entry]);
-    program.set_time(time(k));
+    set_step(program, k);
     program.bind_states(state);
     program.prepare_inputs();
     program.executor.run();
@@ -75,7 +130,7 @@ int Rollout::Impl::free_buffer(int a, int b) const {
 std::optional<BlowUp> Rollout::Impl::find_blow_up(int step, const StateBuffer& state) const {
   for (size_t i = 0; i < state.size(); ++i) {
     if (const std::optional<Cell> cell = find_not_finite(setup.layout, state[i])) {
-      return BlowUp{step, time(step), static_cast<int>(i), *cell, state[i][index_of(setup.layout, cell->x, cell->y, cell->z)]};
+      return BlowUp{step, time(step), static_cast<int>(i), *cell, value_at(setup.layout, state[i], *cell)};
     }
   }
   return std::nullopt;
@@ -97,12 +152,14 @@ BlowUp Rollout::Impl::locate_blow_up(int from, int safe, const BlowUp& found) {
 RunResult Rollout::Impl::run(const Observer& observer, int first) {
   start = std::chrono::steady_clock::now();
   RunResult done;
+  parts_made = 0;
   begin(first);
   current = 0;
   int safe = 0, safe_step = first, k = first;
   const bool observes = observer.every > 0 && observer.call;
   const auto finish = [&](int at) {
     done.steps_done = at;
+    done.parts = rate ? parts_made : at - first;
     final_states = buffers[static_cast<size_t>(current)];
     done.seconds = seconds_since(start);
     return done;
@@ -140,8 +197,7 @@ void Rollout::Impl::restart() {
   reached = 0;
   current = 1;
   for (size_t i = 0; i < initial.size(); ++i) {
-    const double* from = initial[i].base() - setup.layout.origin;
-    std::copy_n(from, setup.layout.size, buffers[1][i] - setup.layout.origin);
+    copy_all(setup.layout, buffers[1][i], initial[i].base());
   }
   final_states = buffers[1];
 }
@@ -149,7 +205,7 @@ void Rollout::Impl::restart() {
 RunResult Rollout::Impl::advance(int count) {
   start = std::chrono::steady_clock::now();
   RunResult done;
-  forward->program.set_time(time(reached));
+  set_step(forward->program, reached);
   forward->program.bind_states(buffers[static_cast<size_t>(current)]);
   for (const int field : forward->program.states) forward->program.executor.prepare(field);
   forward->program.prepare_inputs();

@@ -17,15 +17,6 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void add_interior(const dpde_layout& layout, double* to, const double* from) {
-  for (int64_t z = 0; z < layout.cells[2]; ++z) {
-    for (int64_t y = 0; y < layout.cells[1]; ++y) {
-      const int64_t row = index_of(layout, 0, y, z);
-      for (int64_t x = row; x < row + layout.cells[0]; ++x) to[x] += from[x];
-    }
-  }
-}
-
 void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) {
   if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
   for (const BoundTerm& term : terms) {
@@ -42,8 +33,9 @@ const GradientResult& Rollout::Impl::gradient() {
   begin();
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
+  for (std::vector<double>& bars_of_control : result.control_bars) std::ranges::fill(bars_of_control, 0.0);
   for (size_t i = 0; i < setup.sought.size(); ++i) {
-    std::fill_n(field_bar_pool.base(static_cast<int64_t>(i)) - setup.layout.origin, setup.layout.size, 0.0);
+    fill_all(bar_layout, field_bar_pool.base(static_cast<int64_t>(i)), 0.0);
   }
   loss_value = 0;
   current = front = 0;
@@ -52,7 +44,8 @@ const GradientResult& Rollout::Impl::gradient() {
   const bool complete = !step_frames.empty() ? run_frames() : keeps_trajectory ? run_with_checkpoints() : run_without_trajectory();
   result.stopped = !complete;
   result.loss = loss_value;
-  for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = bars[bar][i];
+  for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = {&setup.layout, bars[bar][i]};
+  result.checkpoint_bytes = planned_bytes + static_cast<int64_t>(part_buffers.size() * state_names.size()) * FieldPool::stride_of(setup.layout);
   result.total_seconds = seconds_since(start);
   return result;
 }
@@ -160,7 +153,7 @@ void Rollout::Impl::seed_end(const StateBuffer& state) {
   add_seeds(last_loss, state);
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (is_seeded[i]) continue;
-    std::fill_n(bars[bar][i] - setup.layout.origin, setup.layout.size, 0.0);
+    fill_all(setup.layout, bars[bar][i], 0.0);
     is_seeded[i] = 1;
   }
 }
@@ -179,22 +172,35 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (adjoint.results[i] >= 0) program.executor.bind(adjoint.results[i], is_seeded[i] ? bars[2][i] : bars[bar][i]);
   }
-  program.set_time(time(k));
+  set_step(program, k);
   program.bind_states(state);
   program.prepare_inputs();
   program.executor.run();
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (adjoint.results[i] < 0) continue;
-    if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], bars[2][i]);
+    if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], {&setup.layout, bars[2][i]});
     is_seeded[i] = 1;
   }
-  for (const ParamBar& param : adjoint.params) result.param_bars[param.param] += program.executor.sums()[param.sum];
+  add_param_bars(program.executor, adjoint.params, k);
   add_field_bars(program.executor, adjoint.fields);
+}
+
+/// Of a control the share of step n goes to its interval.
+void Rollout::Impl::add_param_bars(const Executor& executor, const std::vector<ParamBar>& params, int n) {
+  const std::span<const double> sums = executor.sums();
+  for (const ParamBar& param : params) {
+    std::vector<double>& bars_of_control = result.control_bars[param.param];
+    if (bars_of_control.empty()) {
+      result.param_bars[param.param] += sums[param.sum];
+    } else {
+      bars_of_control[control_interval(n, control_every[param.param], bars_of_control.size())] += sums[param.sum];
+    }
+  }
 }
 
 void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields) {
   for (const FieldBar& bar_of : fields) {
-    add_interior(setup.layout, field_bar_pool.base(static_cast<int64_t>(bar_of.number)), executor.bound(bar_of.field));
+    add_interior(bar_layout, field_bar_pool.base(static_cast<int64_t>(bar_of.number)), {&setup.layout, executor.bound(bar_of.field)});
   }
 }
 
@@ -209,11 +215,49 @@ void Rollout::Impl::bind_reverse(const StateBuffer& state, size_t seeds) {
 
 /// The adjoint of step n, and the losses at its first state, which is `state`.
 void Rollout::Impl::reverse(int n, const StateBuffer& state) {
-  backward->program.set_time(time(n));
+  const int parts = parts_of(n, state);
+  const bool reads_states = std::ranges::any_of(backward->program.states, [](int field) { return field >= 0; });
+  if (parts > 1 && reads_states) {
+    reverse_parts(n, parts, state);
+  } else {
+    for (int part = parts; part-- > 0;) reverse_part(n, part, parts, state);
+  }
+  if (has_losses(n)) add_seeds(n, state);
+}
+
+/// The states between the parts of a step are computed again, by a checkpoint plan of their own: buffers 0 and 1 are worked
+/// in, slot s > 0 is buffer s + 1.
+void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
+  if (planned_parts != parts) {
+    part_actions = checkpoint::plan(parts, std::min(parts, part_slots));
+    planned_parts = parts;
+  }
+  const StateBuffer* now = &state;
+  for (const checkpoint::Action& action : part_actions) {
+    switch (action.kind) {
+      case checkpoint::ActionKind::advance:
+        for (int part = action.from; part < action.to; ++part) {
+          const StateBuffer& next = part_buffer(now == &part_buffer(0) ? 1 : 0);
+          part_of_step(n, part, parts, *now, next);
+          now = &next;
+        }
+        break;
+      case checkpoint::ActionKind::store:
+        if (action.slot == 0) break;  // `state` itself
+        for (size_t s = 0; s < now->size(); ++s) copy_all(setup.layout, part_buffer(action.slot + 1)[s], (*now)[s]);
+        break;
+      case checkpoint::ActionKind::restore: now = action.slot == 0 ? &state : &part_buffer(action.slot + 1); break;
+      case checkpoint::ActionKind::reverse: reverse_part(n, action.from, parts, *now); break;
+    }
+  }
+}
+
+void Rollout::Impl::reverse_part(int n, int part, int parts, const StateBuffer& state) {
+  set_step(backward->program, n, part, parts);
   bind_reverse(state, bar);
-  if (has_losses(n + 1)) prepare_seeds();
+  if (part + 1 == parts && has_losses(n + 1)) prepare_seeds();
   backward->program.executor.run();
-  after_reverse(n, state);
+  after_reverse(n);
 }
 
 /// The halos of seeds that the losses have written or changed.
@@ -221,12 +265,10 @@ void Rollout::Impl::prepare_seeds() {
   for (int seed : backward->seeds) backward->program.executor.prepare(seed);
 }
 
-void Rollout::Impl::after_reverse(int n, const StateBuffer& state) {
+void Rollout::Impl::after_reverse(int n) {
   bar = 1 - bar;
-  const std::span<const double> sums = backward->program.executor.sums();
-  for (const ParamBar& param : backward->params) result.param_bars[param.param] += sums[param.sum];
+  add_param_bars(backward->program.executor, backward->params, n);
   add_field_bars(backward->program.executor, backward->fields);
-  if (has_losses(n)) add_seeds(n, state);
 }
 
 /// When all states are stored (state k in buffer k) the pointers of every run are known beforehand.
@@ -234,7 +276,7 @@ void Rollout::Impl::make_frames() {
   Executor &step = forward->program.executor, &adjoint = backward->program.executor;
   const size_t step_size = step.frame_size(), adjoint_size = adjoint.frame_size(), steps = static_cast<size_t>(last_loss);
   const bool stores_all = keeps_trajectory && result.recomputed_steps == 0;
-  if (!stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty()) return;
+  if (rate || !stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty()) return;
   step_frames.resize(steps * step_size);
   adjoint_frames.resize(steps * adjoint_size);
   for (size_t n = 0; n < steps; ++n) {
@@ -248,28 +290,29 @@ void Rollout::Impl::make_frames() {
 /// The same as run_with_checkpoints, with frames.
 bool Rollout::Impl::run_frames() {
   BoundProgram &step = forward->program, &adjoint = backward->program;
-  const double* const* frame_end = step_frames.data() + step_frames.size();
+  const void* const* frame_end = step_frames.data() + step_frames.size();
   int n = 0;
-  for (double** frame = step_frames.data(); frame != frame_end; frame += step.executor.frame_size(), ++n) {
+  for (void** frame = step_frames.data(); frame != frame_end; frame += step.executor.frame_size(), ++n) {
     if (stopping()) return false;
-    step.set_time(time(n));
+    set_step(step, n);
     step.executor.run_frame(frame);
     if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(n) + 1]);
   }
   forward_done();
   seed_end(buffers[static_cast<size_t>(n)]);
-  double** frame = adjoint_frames.data() + adjoint_frames.size();
+  void** frame = adjoint_frames.data() + adjoint_frames.size();
   while (n-- > 0) {
     if (stopping()) return false;
     frame -= adjoint.executor.frame_size();
     const StateBuffer& state = buffers[static_cast<size_t>(n)];
-    adjoint.set_time(time(n));
+    set_step(adjoint, n);
     if (has_losses(n + 1)) {
       bind_reverse(state, bar);
       prepare_seeds();
     }
     adjoint.executor.run_frame(frame);
-    after_reverse(n, state);
+    after_reverse(n);
+    if (has_losses(n)) add_seeds(n, state);
   }
   return true;
 }

@@ -2,8 +2,10 @@
 // The inside of Rollout: programs with all names resolved, and the memory of states. Inside the runtime only.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -13,40 +15,47 @@
 
 namespace dpde {
 
-/// All states at one time: one base pointer a state.
-using StateBuffer = std::vector<double*>;
+/// A parameter that has values[n / every] in step n, the last one beyond.
+struct Control {
+  std::string name;
+  int every;
+  std::vector<double> values;
+  double at(int n) const { return values[control_interval(n, every, values.size())]; }
+};
 
-/// Equal arrays with one layout in one allocation.
+/// All states at one time: one base pointer a state.
+using StateBuffer = std::vector<void*>;
+
+/// Equal arrays with one layout in one allocation; with a folder in a file there that has no name and goes with the pool.
 class FieldPool {
  public:
   FieldPool() = default;
-  FieldPool(const dpde_layout& layout, int64_t count);
-  double* base(int64_t number) const { return memory_.get() + number * stride_ + origin_; }
-  /// Elements from one array to the next: shared by all pools of the layout.
+  FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
+  void* base(int64_t number) const { return memory_.get() + number * stride_ + origin_; }
+  /// Bytes from one array to the next: shared by all pools of the layout.
   static int64_t stride_of(const dpde_layout& layout);
 
  private:
   struct Free {
-    void operator()(double* memory) const { std::free(memory); }
+    Free() : mapped(0) {}
+    explicit Free(int64_t bytes) : mapped(bytes) {}
+    int64_t mapped;  // bytes of a file; 0: of memory
+    void operator()(char* memory) const;
   };
-  std::unique_ptr<double, Free> memory_;
-  int64_t stride_ = 0, origin_ = 0;
+  std::unique_ptr<char, Free> memory_;
+  int64_t stride_ = 0, origin_ = 0;  // bytes
 };
 
 /// A program of the rollout: its executor, where the states enter, and what else has to be set before a run.
 struct BoundProgram {
   Executor executor;
-  int t_param = -1;
+  int t_param = -1, dt_param = -1;
+  std::vector<std::pair<int, size_t>> controls;  // parameter, and number among the rollout's controls
   std::vector<int> states;      // field of each state; -1 when the program does not read it
   std::vector<int> fill_states; // fields of states whose halo the step does not keep filled
   std::vector<int> fill_inputs; // fields of the caller
   FieldPool temporaries;
 
-  void set_time(double t) {
-    if (t_param < 0) return;
-    executor.set_param(t_param, t);
-    executor.update_uniforms();
-  }
   void bind_states(const StateBuffer& buffer) {
     for (size_t i = 0; i < states.size(); ++i) {
       if (states[i] >= 0) executor.bind(states[i], buffer[i]);
@@ -74,6 +83,11 @@ struct BoundStep {
   std::vector<int> next;  // field of each state's next value
   std::optional<Wavefront> block;  // several steps at once
 };
+/// How fast things move at a state: 1/time, in each cell.
+struct BoundRate {
+  BoundProgram program;
+  int field;
+};
 struct BoundAdjoint {
   BoundProgram program;
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
@@ -83,7 +97,7 @@ struct BoundAdjoint {
 /// Data of a loss: a field and its memory at each entry of at_steps (or the same for all).
 struct BoundData {
   int field;
-  std::vector<double*> at;
+  std::vector<void*> at;
 };
 struct BoundLoss {
   BoundProgram program;
@@ -115,6 +129,7 @@ struct Rollout::Impl {
   void bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields);
   void bind_params(BoundProgram& bound);
   void bind_step();
+  void bind_rate();
   void plan_block();
   void bind_adjoint();
   void bind_term(const LossTerm& term);
@@ -129,10 +144,14 @@ struct Rollout::Impl {
 
   // Running (rollout.cpp)
   double time(int step) const { return setup.t0 + step * setup.dt; }
+  void set_step(BoundProgram& program, int n, int part = 0, int parts = 1) const;
+  void set_control(std::string_view name, int every, std::span<const double> values);
   bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
   void begin(int first = 0);
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
+  int parts_of(int n, const StateBuffer& state);
+  void part_of_step(int n, int part, int parts, const StateBuffer& from, const StateBuffer& to);
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state);
@@ -160,21 +179,34 @@ struct Rollout::Impl {
   void add_seeds(int k, const StateBuffer& state);
   void run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state);
   void reverse(int n, const StateBuffer& state);
+  void reverse_parts(int n, int parts, const StateBuffer& state);
+  void reverse_part(int n, int part, int parts, const StateBuffer& state);
+  const StateBuffer& part_buffer(int part);
   void bind_reverse(const StateBuffer& state, size_t seeds);
   void prepare_seeds();
+  void add_param_bars(const Executor& executor, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields);
-  void after_reverse(int n, const StateBuffer& state);
+  void after_reverse(int n);
 
   RolloutSetup setup;
   std::vector<std::string> state_names, next_names;
   std::vector<Field> initial;
   std::optional<BoundStep> forward;
+  std::optional<BoundRate> rate;
+  std::vector<FieldPool> part_pools;     // states between the parts of a step: two to work in, and in gradient() those that are stored
+  std::deque<StateBuffer> part_buffers;  // a deque: buffers in use stay where they are
+  int64_t parts_made = 0;
+  int part_slots = 1, planned_parts = 0;  // how many may be stored; for how many parts the plan is
+  std::vector<checkpoint::Action> part_actions;
+  int64_t planned_bytes = 0;              // of checkpoints, without those of parts
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
   std::vector<LossEvent> events;     // in order of their steps
   std::vector<size_t> first_event;   // events of state k: first_event[k] .. first_event[k + 1]
   int last_loss = 0;                 // the last step with a loss: the gradient runs so far
   std::vector<std::string> param_bar_names;
+  std::vector<Control> controls;
+  std::vector<int> control_every;    // steps an interval, for those of param_bar_names that are controls
 
   // Buffers of states: 0 is initial, the others lie in `pool`.
   FieldPool pool;
@@ -190,11 +222,12 @@ struct Rollout::Impl {
   std::vector<int> free_list;
   std::vector<char> is_stored;  // of each buffer
   // Not empty: all states are stored and the programs have frames, made once: those of step n, and of its adjoint.
-  std::vector<double*> step_frames, adjoint_frames;
+  std::vector<void*> step_frames, adjoint_frames;
   int current = 0;              // buffer of the current state
   int front = 0;                // the last state whose losses are counted
   FieldPool bar_pool;
   FieldPool field_bar_pool;       // one a sought field
+  dpde_layout bar_layout{};       // of field_bar_pool: that of the states, but of doubles
   std::vector<StateBuffer> bars;  // two, and one for seeds to be added
   std::vector<char> is_seeded;    // of each state
   size_t bar = 0;                 // bars[bar] holds the seeds

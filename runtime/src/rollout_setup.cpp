@@ -12,7 +12,7 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t line = 8, page = 512;  // elements
+constexpr int64_t line = 64, page = 4096;  // bytes
 constexpr int64_t least_bytes_for_blocks = 2 << 20;
 constexpr double most_extra_work = 1.2;
 
@@ -39,26 +39,40 @@ void check_steps(const RolloutSetup& setup) {
 
 }  // namespace
 
-int64_t FieldPool::stride_of(const dpde_layout& layout) {
-  if (layout.size < page) return (layout.size + line - 1) / line * line;
-  return (layout.size + page - 1) / page * page + 5 * line;  // neighbours differ by 320 bytes modulo 4 KiB
+void FieldPool::Free::operator()(char* memory) const {
+  if (mapped > 0) {
+    unmap_file(memory, mapped);
+  } else {
+    std::free(memory);
+  }
 }
 
-FieldPool::FieldPool(const dpde_layout& layout, int64_t count) : stride_(stride_of(layout)), origin_(layout.origin) {
-  int64_t elements = 0;
-  if (__builtin_mul_overflow(stride_, count, &elements) || elements > (int64_t{1} << 59)) {
+int64_t FieldPool::stride_of(const dpde_layout& layout) {
+  const int64_t bytes = field_bytes(layout);
+  if (bytes < page) return (bytes + line - 1) / line * line;
+  return (bytes + page - 1) / page * page + 5 * line;  // neighbours differ by 320 bytes modulo 4 KiB
+}
+
+FieldPool::FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder)
+    : stride_(stride_of(layout)), origin_(layout.origin * real_bytes(layout)) {
+  int64_t bytes = 0;
+  if (__builtin_mul_overflow(stride_, count, &bytes) || bytes > (int64_t{1} << 62)) {
     throw Error(ErrorKind::machine, fmt::format("there is no memory for {} fields of {} bytes", count, field_bytes(layout)));
   }
-  if (count > 0) memory_.reset(allocate_doubles(elements));
+  if (count == 0) return;
+  memory_ = std::unique_ptr<char, Free>(folder.empty() ? allocate_bytes(bytes) : map_file(folder, bytes), Free(folder.empty() ? 0 : bytes));
 }
 
 Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
   check_steps(setup);
   bind_step();
+  if (setup.rate != nullptr) bind_rate();
   plan_block();
   if (setup.adjoint != nullptr) bind_adjoint();
   for (const LossTerm& term : setup.losses) bind_term(term);
   result.param_bars.assign(param_bar_names.size(), 0.0);
+  result.control_bars.resize(param_bar_names.size());
+  control_every.assign(param_bar_names.size(), 1);
   schedule_losses();
   plan_memory();
   if (backward) make_frames();
@@ -78,6 +92,7 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
     if (found != setup.params.end()) bound.executor.set_param(p, found->value);
   }
   bound.t_param = bound.executor.param_index("t");
+  bound.dt_param = bound.executor.param_index("dt");
 }
 
 /// Binds the caller's fields; whatever else is not computed by the program and not in own_fields is missing.
@@ -103,7 +118,7 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
 
 /// own_fields: fields that the caller of this function binds itself (beside the states).
 BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step) {
-  BoundProgram bound{Executor(program, setup.layout, setup.threads), -1, {}, {}, {}, {}};
+  BoundProgram bound{.executor = Executor(program, setup.layout, setup.threads)};
   bind_params(bound);
   std::vector<std::string> own = own_fields;
   for (const std::string& name : state_names) {
@@ -129,10 +144,17 @@ void Rollout::Impl::bind_step() {
   for (int s = 0; s < program.swap_count; ++s) forward->next.push_back(program.swaps[s].next);
 }
 
+void Rollout::Impl::bind_rate() {
+  if (!(setup.courant > 0)) throw Error(ErrorKind::input, fmt::format("the Courant number is {}; it must be positive", setup.courant));
+  rate.emplace(BoundRate{bind_program(*setup.rate, {}, false), -1});
+  rate->field = rate->program.executor.field_index("courant_rate");
+  if (rate->field < setup.rate->input_count) throw Error(ErrorKind::run, fmt::format("program {}: no result called courant_rate", setup.rate->name));
+}
+
 /// Blocks where a plain sweep would leave the core's own cache: as many steps as do not compute too much twice.
 void Rollout::Impl::plan_block() {
   const Executor& executor = forward->program.executor;
-  if (setup.block_steps == 1) return;
+  if (setup.block_steps == 1 || setup.rate != nullptr) return;
   if (setup.block_steps > 1) {
     forward->block = Wavefront::make(executor, setup.block_steps, setup.threads);
     return;
@@ -255,8 +277,9 @@ bool Rollout::Impl::adjoint_reads_states() const {
 void Rollout::Impl::plan_memory() {
   const auto states = static_cast<int64_t>(state_names.size());
   int slots = 1;
-  keeps_trajectory = backward && adjoint_reads_states();
-  const int64_t state_bytes = states * FieldPool::stride_of(setup.layout) * static_cast<int64_t>(sizeof(double));
+  const bool rate_reads = rate && std::ranges::any_of(rate->program.states, [](int field) { return field >= 0; });
+  keeps_trajectory = backward && (adjoint_reads_states() || rate_reads);
+  const int64_t state_bytes = states * FieldPool::stride_of(setup.layout);
   if (keeps_trajectory) {
     slots = setup.slots > 0 ? std::min(setup.slots, std::max(last_loss - 1, 1)) : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, last_loss);
     actions = checkpoint::plan(last_loss, slots);
@@ -265,8 +288,11 @@ void Rollout::Impl::plan_memory() {
     result.recomputed_steps = last_loss == 0 ? 0 : checkpoint::advanced_steps(last_loss, slots) + 1 - last_loss;
   }
   const int64_t count = std::max(slots - 1 + 2, 3);
-  result.checkpoint_bytes = backward ? (count + 1) * state_bytes : 0;
-  pool = FieldPool(setup.layout, count * states);
+  result.checkpoint_bytes = planned_bytes = backward ? (count + 1) * state_bytes : 0;
+  // What the states between steps leave of the budget is for those between the parts of one; two more are worked in.
+  const int64_t left = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0) / state_bytes - 2;
+  part_slots = setup.slots > 0 ? setup.slots : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
+  pool = FieldPool(setup.layout, count * states, backward ? setup.checkpoint_folder : "");
   buffers.emplace_back();
   for (Field& field : initial) buffers.front().push_back(field.base());
   for (int64_t b = 0; b < count; ++b) {
@@ -283,15 +309,18 @@ void Rollout::Impl::plan_memory() {
     for (int64_t s = 0; s < states; ++s) buffer.push_back(bar_pool.base(b * states + s));
   }
   const auto sought = static_cast<int64_t>(setup.sought.size());
-  field_bar_pool = FieldPool(setup.layout, sought);
-  for (int64_t i = 0; i < sought; ++i) result.field_bars.push_back(field_bar_pool.base(i));
+  bar_layout = setup.layout;
+  bar_layout.real = DPDE_F64;
+  field_bar_pool = FieldPool(bar_layout, sought);
+  for (int64_t i = 0; i < sought; ++i) result.field_bars.push_back({&bar_layout, field_bar_pool.base(i)});
   is_seeded.assign(state_names.size(), 0);
-  result.state_bars.assign(state_names.size(), nullptr);
+  result.state_bars.assign(state_names.size(), {});
 }
 
 template <class Visit>
 void Rollout::Impl::for_each_program(const Visit& visit) {
   visit(forward->program);
+  if (rate) visit(rate->program);
   if (backward) visit(backward->program);
   for (BoundTerm& term : terms) {
     visit(term.loss.program);
@@ -325,11 +354,32 @@ bool Rollout::set_param(std::string_view name, double value) {
   return found;
 }
 
+void Rollout::Impl::set_control(std::string_view name, int every, std::span<const double> values) {
+  if (every < 1 || values.empty()) throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
+  auto control = std::ranges::find(controls, name, &Control::name);
+  if (control == controls.end()) {
+    control = controls.insert(control, {std::string(name), every, {}});
+    for_each_program([&](BoundProgram& program) {
+      const int param = program.executor.param_index(name);
+      if (param >= 0) program.controls.emplace_back(param, controls.size() - 1);
+    });
+  }
+  control->every = every;
+  control->values.assign(values.begin(), values.end());
+  const auto bar_of = std::ranges::find(param_bar_names, name);
+  if (bar_of == param_bar_names.end()) return;
+  const auto number = static_cast<size_t>(bar_of - param_bar_names.begin());
+  result.control_bars[number].resize(values.size());
+  control_every[number] = every;
+}
+
+void Rollout::set_control(std::string_view name, int every, std::span<const double> values) { impl_->set_control(name, every, values); }
+
 RunResult Rollout::run(const Observer& observer, int first) { return impl_->run(observer, first); }
-const std::vector<double*>& Rollout::final_states() const { return impl_->final_states; }
+const std::vector<void*>& Rollout::final_states() const { return impl_->final_states; }
 void Rollout::restart() { impl_->restart(); }
 RunResult Rollout::advance(int steps) { return impl_->advance(steps); }
-const std::vector<double*>& Rollout::present() const { return impl_->final_states; }
+const std::vector<void*>& Rollout::present() const { return impl_->final_states; }
 double Rollout::loss() { return impl_->loss(); }
 const GradientResult& Rollout::gradient() { return impl_->gradient(); }
 const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->param_bar_names; }

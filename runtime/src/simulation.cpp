@@ -23,6 +23,18 @@ std::vector<std::string> names_of(const std::vector<T>& items) {
 
 }  // namespace
 
+/// 0 for what nobody sets, as seeds of derivatives.
+double Simulation::Impl::param_at(std::string_view name, double t) const {
+  if (name == "t") return t;
+  for (int32_t c = 0; c < scene.control_count; ++c) {
+    if (name != scene.controls[c].name) continue;
+    const std::vector<double>& values = controls.find(name)->second;
+    return values[control_interval(std::llround((t - scene.t_begin) / scene.step), scene.controls[c].every, values.size())];
+  }
+  const auto value = params.find(name);
+  return value == params.end() ? 0 : value->second;
+}
+
 void Simulation::Impl::run_single(std::unique_ptr<SingleRun>& run, const dpde_program& program, double t) {
   if (!run) run = std::make_unique<SingleRun>(program, layout, options.threads);
   Executor& executor = run->executor;
@@ -30,8 +42,7 @@ void Simulation::Impl::run_single(std::unique_ptr<SingleRun>& run, const dpde_pr
     if (executor.bound(f) == nullptr) executor.bind(f, field(program.fields[f]).base());
   }
   for (int p = 0; p < program.param_count; ++p) {
-    const auto value = params.find(std::string_view(program.params[p]));
-    executor.set_param(p, std::string_view(program.params[p]) == "t" ? t : value == params.end() ? 0 : value->second);
+    executor.set_param(p, param_at(program.params[p], t));
   }
   executor.update_uniforms();
   executor.prepare();
@@ -96,7 +107,7 @@ void Simulation::Impl::begin_stepping() {
   require_host_fields(false);
   for (size_t s = 0; s < initial.size(); ++s) {
     Field& to = stepper->initial(static_cast<int>(s));
-    std::copy_n(initial[s].base() - layout.origin, layout.size, to.base() - layout.origin);
+    copy_all(layout, to.base(), initial[s].base());
   }
   stepper->restart();
   has_begun = true;
@@ -162,6 +173,18 @@ void Simulation::set(std::string_view name, double value) {
   impl_->formulas_are_stale = true;
 }
 
+void Simulation::set_control(std::string_view name, Values values) {
+  std::vector<double>& control = impl_->control_named(name);
+  if (values.size() != control.size()) {
+    throw Error(ErrorKind::input, fmt::format("control {} needs {} values, not {}", name, control.size(), values.size()));
+  }
+  control.assign(values.begin(), values.end());
+  impl_->give_controls(*impl_->stepper);
+  if (impl_->losses) impl_->give_controls(*impl_->losses);
+}
+
+std::span<const double> Simulation::control(std::string_view name) const { return impl_->control_named(name); }
+
 double Simulation::param(std::string_view name) const { return impl_->param_named(name); }
 
 void Simulation::set_state(std::string_view name, Values values) {
@@ -219,7 +242,7 @@ double Simulation::Impl::observe(std::string_view name) {
   }
   if (sum < 0) throw Error(ErrorKind::input, fmt::format("scene {} has no observable {}", scene.name, name));
   for (size_t s = 0; s < initial_states.size(); ++s) {
-    std::copy_n(stepper->present()[s] - layout.origin, layout.size, field(initial_states[s].name).base() - layout.origin);
+    copy_all(layout, field(initial_states[s].name).base(), stepper->present()[s]);
   }
   run_single(run_observe, *program, scene.t_begin + reached * scene.step);
   return run_observe->executor.sums()[static_cast<size_t>(sum)];

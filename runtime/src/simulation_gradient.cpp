@@ -13,7 +13,7 @@ void Simulation::Impl::begin_objective() {
   require_host_fields(true);
   for (size_t s = 0; s < initial.size(); ++s) {
     Field& to = losses->initial(static_cast<int>(s));
-    std::copy_n(initial[s].base() - layout.origin, layout.size, to.base() - layout.origin);
+    copy_all(layout, to.base(), initial[s].base());
   }
 }
 
@@ -25,8 +25,11 @@ double Simulation::Impl::gradient() {
   for (UnknownGradient& unknown : unknowns) {
     const auto index = static_cast<size_t>(unknown.index);
     switch (unknown.kind) {
-      case DPDE_UNKNOWN_INITIAL: copy_out(layout, result.state_bars[index], unknown.values); break;
-      case DPDE_UNKNOWN_COEFFICIENT: copy_out(layout, result.field_bars[index], unknown.values); break;
+      case DPDE_UNKNOWN_INITIAL: copy_out(result.state_bars[index], unknown.values); break;
+      case DPDE_UNKNOWN_COEFFICIENT: copy_out(result.field_bars[index], unknown.values); break;
+      case DPDE_UNKNOWN_CONTROL:
+        if (unknown.index >= 0) unknown.values = result.control_bars[index];
+        break;
       default: unknown.values[0] = unknown.index < 0 ? 0.0 : result.param_bars[index];
     }
   }
@@ -42,7 +45,7 @@ void Simulation::Impl::add_gradient_through_initial(const GradientResult& result
     const InitialState& state = initial_states[s];
     seed.fill(0);
     if (state.is_given || state.is_unknown || state.start != DPDE_START_SCENE) continue;
-    std::copy_n(result.state_bars[s] - layout.origin, layout.size, seed.base() - layout.origin);
+    copy_interior(layout, seed.base(), result.state_bars[s]);
   }
   run_single(run_initial_adjoint, *scene.initial_adjoint, scene.t_begin);
   add_sums(run_initial_adjoint->executor);
@@ -55,7 +58,7 @@ void Simulation::Impl::add_gradient_through_coefficients(const GradientResult& r
     const HostField& coefficient = host_field_named(scene.sought[c]);
     if (coefficient.is_given || coefficient.is_unknown) continue;
     Field& seed = field(std::string(scene.sought[c]) + "_bar");
-    std::copy_n(result.field_bars[static_cast<size_t>(c)] - layout.origin, layout.size, seed.base() - layout.origin);
+    copy_interior(layout, seed.base(), result.field_bars[static_cast<size_t>(c)]);
   }
   run_single(run_coefficient_adjoint, *scene.coefficient_adjoint, scene.t_begin);
   add_sums(run_coefficient_adjoint->executor);

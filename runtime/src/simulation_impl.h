@@ -55,16 +55,19 @@ struct Simulation::Impl {
   Field& field(const std::string& name);
   RolloutSetup setup() const;
   std::vector<int> steps_of(const dpde_instants& instants) const;
-  double* datum_at(const dpde_datum& datum, int step);
+  void* datum_at(const dpde_datum& datum, int step);
   LossTerm loss_term(const dpde_loss& loss);
   std::vector<const dpde_program*> programs() const;
 
   // Names
+  std::vector<double>& control_named(std::string_view name);
+  void give_controls(Rollout& rollout) const;
   double& param_named(std::string_view name);
   int state_named(std::string_view name) const;
   HostField& host_field_named(std::string_view name);
 
   // Values
+  double param_at(std::string_view name, double t) const;
   void run_single(std::unique_ptr<SingleRun>& run, const dpde_program& program, double t);
   void update_formulas();
   void update_initial();
@@ -92,6 +95,7 @@ struct Simulation::Impl {
   dpde_layout layout{};
   std::size_t size = 0;
   std::map<std::string, double, std::less<>> params, scene_params;  // all that programs get; those of the scene alone
+  std::map<std::string, std::vector<double>, std::less<>> controls;  // values of those of the scene's params that are controls
   std::map<std::string, std::unique_ptr<Field>, std::less<>> fields;
   std::map<std::string, HostField, std::less<>> host_fields;        // coefficients and data
   std::vector<InitialState> initial_states;

@@ -36,11 +36,12 @@ Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, 
   make_fields();
   make_unknowns();
   stepper.emplace(setup());
+  give_controls(*stepper);
 }
 
 std::vector<const dpde_program*> Simulation::Impl::programs() const {
   std::vector<const dpde_program*> all{scene.program, scene.adjoint,  scene.initial, scene.initial_adjoint, scene.coefficient_formulas,
-                                       scene.coefficient_adjoint, scene.start, scene.observe};
+                                       scene.coefficient_adjoint, scene.start, scene.observe, scene.rate};
   for (int32_t i = 0; i < scene.loss_count; ++i) all.insert(all.end(), {scene.losses[i].loss, scene.losses[i].adjoint});
   std::erase(all, nullptr);
   return all;
@@ -56,13 +57,18 @@ void Simulation::Impl::make_layout(const SimulationOptions& wanted) {
   for (const dpde_program* program : programs()) {
     for (size_t a = 0; a < 3; ++a) halo[a] = std::max(halo[a], program->halo[a]);
   }
-  layout = dpde::make_layout(cells, halo);
+  layout = dpde::make_layout(cells, halo, scene.program->real);
   size = static_cast<std::size_t>(cell_count(layout));
 }
 
 void Simulation::Impl::make_params() {
   for (int32_t p = 0; p < scene.param_count; ++p) scene_params[scene.params[p].name] = scene.params[p].value;
   params = scene_params;
+  for (int32_t c = 0; c < scene.control_count; ++c) {
+    const dpde_control& control = scene.controls[c];
+    controls[control.name].assign(control.values, control.values + control.count);
+    scene_params.erase(control.name);  // set_control is for them
+  }
   constexpr const char* spacings[] = {"hx", "hy", "hz"};
   for (size_t a = 0; a < cells.size(); ++a) {
     const dpde_axis& axis = scene.axes[a];
@@ -104,7 +110,9 @@ void Simulation::Impl::make_unknowns() {
     const dpde_unknown& unknown = scene.unknowns[u];
     const bool is_initial = unknown.kind == DPDE_UNKNOWN_INITIAL;
     const int state = is_initial ? state_named(unknown.name) : -1;
-    unknowns.push_back({unknown.name, unknown.kind, state, std::vector<double>(unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size)});
+    std::size_t count = unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size;
+    if (unknown.kind == DPDE_UNKNOWN_CONTROL) count = control_named(unknown.name).size();
+    unknowns.push_back({unknown.name, unknown.kind, state, std::vector<double>(count)});
     const auto seek = [&](auto& field) {
       field.is_unknown = true;
       if (unknown.start != DPDE_START_SCENE) field.start = unknown.start;
@@ -130,6 +138,8 @@ RolloutSetup Simulation::Impl::setup() const {
   setup.steps = scene.steps;
   setup.t0 = scene.t_begin;
   setup.dt = scene.step;
+  setup.rate = scene.rate;
+  if (scene.rate != nullptr) setup.courant = scene.courant;
   setup.threads = options.threads;
   setup.checkpoint_bytes = options.checkpoint_bytes;
   setup.slots = options.slots;
@@ -149,7 +159,7 @@ std::vector<int> Simulation::Impl::steps_of(const dpde_instants& instants) const
   return all;
 }
 
-double* Simulation::Impl::datum_at(const dpde_datum& datum, int step) {
+void* Simulation::Impl::datum_at(const dpde_datum& datum, int step) {
   if (datum.at.count == 0) return field(datum.name).base();
   const std::vector<int> steps = steps_of(datum.at);
   const auto found = std::ranges::find(steps, step);
@@ -184,9 +194,10 @@ Rollout& Simulation::Impl::objective() {
     for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i]));
     full.sought.assign(scene.sought, scene.sought + scene.sought_count);
     losses.emplace(std::move(full));
+    give_controls(*losses);
     for (UnknownGradient& unknown : unknowns) {
       if (unknown.kind == DPDE_UNKNOWN_INITIAL) continue;
-      const std::vector<std::string>& bars = unknown.kind == DPDE_UNKNOWN_PARAM ? losses->param_bar_names() : losses->sought();
+      const std::vector<std::string>& bars = unknown.kind == DPDE_UNKNOWN_COEFFICIENT ? losses->sought() : losses->param_bar_names();
       const auto bar = std::ranges::find(bars, unknown.name);
       unknown.index = bar == bars.end() ? -1 : static_cast<int>(bar - bars.begin());
     }
@@ -198,6 +209,18 @@ double& Simulation::Impl::param_named(std::string_view name) {
   const auto found = scene_params.find(name);
   if (found == scene_params.end()) no_such(scene, "parameter", name, scene_params);
   return found->second;
+}
+
+std::vector<double>& Simulation::Impl::control_named(std::string_view name) {
+  const auto found = controls.find(name);
+  if (found == controls.end()) no_such(scene, "control", name, controls);
+  return found->second;
+}
+
+void Simulation::Impl::give_controls(Rollout& rollout) const {
+  for (int32_t c = 0; c < scene.control_count; ++c) {
+    rollout.set_control(scene.controls[c].name, scene.controls[c].every, controls.find(std::string_view(scene.controls[c].name))->second);
+  }
 }
 
 int Simulation::Impl::state_named(std::string_view name) const {

@@ -4,17 +4,19 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "aligned_memory.h"
 #include "fill.h"
+#include "real.h"
 
 namespace dpde {
 namespace {
 
 using Kind = WavefrontStream::Kind;
 
-constexpr int64_t line = 8;                 // elements of a cache line
+constexpr int64_t line_bytes = 64, page_bytes = 4096;
 /// What the rings of a tile may take, measured on Zen 4 (1 MiB of second-level cache a core, 32 MiB of third): strips do best
 /// in the core's own cache, planes of 3-D grids with many steps in the shared one (256^3: 1.2 times the plain sweep, 0.9 else).
 constexpr int64_t strip_bytes = 1000 * 1024, tile_bytes = 6 * 1024 * 1024;
@@ -30,7 +32,6 @@ using Place = std::array<int64_t, 3>;  // of a row; x is not looked at
 
 /// Into 0 .. cells - 1 from at most one period away.
 int64_t wrapped(int64_t place, int64_t cells) { return place < 0 ? place + cells : place >= cells ? place - cells : place; }
-int64_t round_up(int64_t count) { return (count + line - 1) / line * line; }
 
 std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
   std::vector<Range> ranges;
@@ -45,17 +46,18 @@ std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
 
 /// Where a level finds the rows of one stream in the tile that runs.
 struct Access {
-  double* base;         // cell x = 0 of the first row (of ring slot 0, or of the field) at the stream's offset along x
+  char* base;           // cell x = 0 of the first row (of ring slot 0, or of the field) at the stream's offset along x
   int64_t mask;         // of ring slots; -1: no ring
-  int64_t slab_stride, row_stride;
+  int64_t slab_stride, row_stride;  // bytes
   int64_t slab_offset, row_offset;  // the stream's; row_offset counts from the first row of a slot
 };
 
 /// Rings and pointers of one thread.
 struct Rings {
-  std::unique_ptr<double, decltype(&std::free)> memory{nullptr, &std::free};
-  std::vector<double*> base;    // of each ring, then of each copy: the first element of slot 0
-  std::vector<double*> pointers, slabs;       // of the streams of a level: at the row, and of its slab
+  std::unique_ptr<char, decltype(&std::free)> memory{nullptr, &std::free};
+  std::vector<char*> base;      // of each ring, then of each copy: the first element of slot 0
+  std::vector<void*> pointers;                // of the streams of a level: at the row
+  std::vector<char*> slabs;                   // and of its slab
   std::vector<std::vector<Access>> accesses;  // of each level's streams
   std::vector<Tile> regions;                  // of each level
   std::array<int64_t, 3> first{};  // place of the first element of a slot
@@ -79,18 +81,21 @@ struct Wavefront::Impl {
   void copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const;
   void image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const;
   void image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const;
-  double* row_of(const WavefrontStream& output, const Rings& rings, Place place) const;
-  double* ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const;
+  char* row_of(const WavefrontStream& output, const Rings& rings, Place place) const;
+  char* ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const;
   Tile region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above, const Tile& tile) const;
   void finish() const;
   int64_t slots() const;
+  int64_t round_up(int64_t count) const { return (count + line - 1) / line * line; }
   int64_t strip_margin() const { return round_up(plan.reach(0)); }
   bool is_bounded(size_t axis) const { return !plan.periodic[axis]; }
 
   const Executor* executor;
   dpde_layout layout;
   WavefrontPlan plan;
-  size_t last;  // axis
+  size_t last;    // axis
+  int64_t width;  // bytes of a value
+  int64_t line;   // values of a cache line
   std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
   std::vector<std::vector<double>> uniforms;  // of each step
   std::vector<Tile> tiles;
@@ -98,11 +103,11 @@ struct Wavefront::Impl {
   std::array<int64_t, 3> before{}, extent{1, 1, 1};  // of a slot: cells before the tile's first, and in all
   int64_t slot_size = 0;
   std::vector<Rings> rings_of_threads;
-  std::span<double* const> results;
+  std::span<void* const> results;
 };
 
 Wavefront::Impl::Impl(const Executor& from, WavefrontPlan made, int threads)
-    : executor(&from), layout(from.layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1) {
+    : executor(&from), layout(from.layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1), width(real_bytes(layout)), line(line_bytes / width) {
   for (const WavefrontLevel& level : plan.levels) {
     fills.emplace_back();
     for (const WavefrontLevel::Output& output : level.outputs) fills.back().push_back(output.fill ? HaloFill(*output.fill, layout) : HaloFill());
@@ -121,12 +126,12 @@ int64_t Wavefront::Impl::slots() const {
 
 /// 2-D: strips along x that keep the rings near the core, a part of y for each thread. 3-D: tiles along y that do.
 void Wavefront::Impl::make_tiles(int threads) {
-  const int64_t fitting = (last == 1 ? strip_bytes : tile_bytes) / (std::max<int64_t>(slots(), 1) * static_cast<int64_t>(sizeof(double)));  // cells of a slot
+  const int64_t fitting = (last == 1 ? strip_bytes : tile_bytes) / (std::max<int64_t>(slots(), 1) * width);  // cells of a slot
   const auto [nx, ny, nz] = std::array{layout.cells[0], layout.cells[1], layout.cells[2]};
   int64_t strips = 1, parts = std::min<int64_t>(threads, ny);
   if (last == 1) {
-    const int64_t width = std::max(fitting - 2 * strip_margin(), least_strip);
-    if (nx >= strip_margin() + layout.halo[0]) strips = (nx + width - 1) / width;
+    const int64_t strip = std::max(fitting - 2 * strip_margin(), least_strip);
+    if (nx >= strip_margin() + layout.halo[0]) strips = (nx + strip - 1) / strip;
   } else {
     const int64_t rows = std::max(fitting / layout.stride[1] - 2 * plan.reach(1), least_rows);
     parts = std::min(((ny + rows - 1) / rows + threads - 1) / threads * threads, ny);
@@ -145,18 +150,18 @@ void Wavefront::Impl::make_tiles(int threads) {
     before[axis] = axis == 0 ? round_up(std::max(margin, line)) : margin;
     extent[axis] = axis == 0 ? before[0] + round_up(widest[0].count() + std::max(margin, line)) : widest[1].count() + 2 * margin;
   }
-  slot_size = extent[0] * extent[1] + (extent[0] * extent[1] % 512 == 0 ? line : 0);
+  slot_size = extent[0] * extent[1] + (extent[0] * extent[1] * width % page_bytes == 0 ? line : 0);
 }
 
 void Wavefront::Impl::allocate(Rings& rings) const {
   int64_t count = slots();
   for (const WavefrontCopy& copy : plan.copies) count += splits_x ? copy.slots : 0;
   const int64_t apart = 5 * line;  // rings start at distinct places modulo 4 KiB
-  rings.memory.reset(allocate_doubles(count * slot_size + static_cast<int64_t>(plan.ring_slots.size() + plan.copies.size()) * apart));
-  double* next = rings.memory.get();
+  rings.memory.reset(allocate_bytes((count * slot_size + static_cast<int64_t>(plan.ring_slots.size() + plan.copies.size()) * apart) * width));
+  char* next = rings.memory.get();
   const auto place = [&](int64_t ring_slots) {
     rings.base.push_back(next);
-    next += ring_slots * slot_size + apart;
+    next += (ring_slots * slot_size + apart) * width;
   };
   for (const int64_t ring_slots : plan.ring_slots) place(ring_slots);
   for (const WavefrontCopy& copy : plan.copies) place(splits_x ? copy.slots : 0);
@@ -171,17 +176,17 @@ void Wavefront::Impl::allocate(Rings& rings) const {
 }
 
 /// Cell x = 0 of a row in a ring.
-double* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const {
+char* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const {
   const int64_t slot = place[last] & (slots - 1);
   const int64_t row = last == 2 ? place[1] - rings.first[1] : 0;
-  return rings.base[ring] + slot * slot_size + row * extent[0] - rings.first[0];
+  return rings.base[ring] + (slot * slot_size + row * extent[0] - rings.first[0]) * width;
 }
 
 /// Cell x = 0 of a row of an output.
-double* Wavefront::Impl::row_of(const WavefrontStream& output, const Rings& rings, Place place) const {
+char* Wavefront::Impl::row_of(const WavefrontStream& output, const Rings& rings, Place place) const {
   const auto index = static_cast<size_t>(output.index);
   if (output.kind == Kind::ring) return ring_row(index, plan.ring_slots[index], rings, place);
-  return results[index] + place[1] * layout.stride[1] + place[2] * layout.stride[2];
+  return moved(results[index], place[1] * layout.stride[1] + place[2] * layout.stride[2], width);
 }
 
 /// The cells a level computes for a tile. Strips of levels that only others read begin and end on cache lines: what they
@@ -200,15 +205,16 @@ Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& ri
   const auto index = static_cast<size_t>(stream.index);
   const int64_t slab_offset = stream.offset[last], row_offset = last == 2 ? stream.offset[1] : 0;
   const auto in_ring = [&](size_t ring, int64_t slots) {
-    return Access{rings.base[ring] - rings.first[0] + stream.offset[0], slots - 1, slot_size, extent[0], slab_offset, row_offset - (last == 2 ? rings.first[1] : 0)};
+    char* base = rings.base[ring] + (stream.offset[0] - rings.first[0]) * width;
+    return Access{base, slots - 1, slot_size * width, extent[0] * width, slab_offset, row_offset - (last == 2 ? rings.first[1] : 0)};
   };
   if (stream.kind == Kind::ring) return in_ring(index, plan.ring_slots[index]);
   if (stream.kind == Kind::input && rings.copies) {
     const auto copy = std::ranges::find(plan.copies, stream.index, &WavefrontCopy::field);
     return in_ring(plan.ring_slots.size() + static_cast<size_t>(copy - plan.copies.begin()), copy->slots);
   }
-  double* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[index];
-  return {base + stream.offset[0], -1, layout.stride[last], layout.stride[1], slab_offset, row_offset};
+  void* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[index];
+  return {moved(base, stream.offset[0], width), -1, layout.stride[last] * width, layout.stride[1] * width, slab_offset, row_offset};
 }
 
 /// The slab of each stream of a level.
@@ -229,7 +235,7 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place)
     const Access& access = accesses[s];
     int64_t row = last == 2 ? place[1] + access.row_offset : 0;
     if (access.mask < 0 && last == 2 && plan.periodic[1]) row = wrapped(row, layout.cells[1]);
-    rings.pointers[s] = rings.slabs[s] + row * access.row_stride + x.from;
+    rings.pointers[s] = rings.slabs[s] + row * access.row_stride + x.from * width;
   }
   dpde_row row{};
   row.streams = rings.pointers.data();
@@ -250,13 +256,16 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place)
 void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const {
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.step)].data();
-  double* row = row_of(level.outputs[output].stream, rings, place);
+  char* row = row_of(level.outputs[output].stream, rings, place);
   if (!splits_x) return fills[number][output].run_row(row, values);
   const dpde_boundary& sides = level.outputs[output].fill->axes[0];
   const int64_t n = layout.cells[0];
+  const auto set = [&](int64_t to, int64_t from, const dpde_side& side, int64_t k) {
+    set_image(layout.real, row + to * width, row + from * width, 1, side, k, values);
+  };
   for (int64_t k = 0; k < layout.halo[0]; ++k) {
-    if (x.from == 0) set_image(row - 1 - k, row + k, 1, sides.low, k, values);
-    if (x.to == n) set_image(row + n + k, row + n - 1 - k, 1, sides.high, k, values);
+    if (x.from == 0) set(-1 - k, k, sides.low, k);
+    if (x.to == n) set(n + k, n - 1 - k, sides.high, k);
   }
 }
 
@@ -271,9 +280,9 @@ void Wavefront::Impl::image_row(size_t number, Rings& rings, Range x, size_t axi
     if (!output.fill) continue;
     const dpde_boundary& sides = output.fill->axes[axis];
     const int64_t layer = to < 0 ? -1 - to : to - layout.cells[axis];
-    const double* source = row_of(output.stream, rings, from);
-    double* image = row_of(output.stream, rings, target);
-    set_image(image + first, source + first, end - first, to < 0 ? sides.low : sides.high, layer, values);
+    const char* source = row_of(output.stream, rings, from) + first * width;
+    char* image = row_of(output.stream, rings, target) + first * width;
+    set_image(layout.real, image, source, end - first, to < 0 ? sides.low : sides.high, layer, values);
   }
 }
 
@@ -314,13 +323,16 @@ void Wavefront::Impl::copy_slab(const WavefrontCopy& copy, const Rings& rings, c
   const Range y = is_bounded(1) ? Range{-layout.halo[1], layout.cells[1] + layout.halo[1]} : Range{tile[1].from - copy.below[1], tile[1].to + copy.above[1]};
   if (slab < std::max(y.from, tile[1].from - copy.below[1]) || slab >= std::min(y.to, tile[1].to + copy.above[1])) return;
   const size_t ring = plan.ring_slots.size() + static_cast<size_t>(&copy - plan.copies.data());
-  double* to = ring_row(ring, copy.slots, rings, {0, slab, 0});
+  char* to = ring_row(ring, copy.slots, rings, {0, slab, 0});
   const int64_t row = is_bounded(1) ? slab : wrapped(slab, layout.cells[1]), n = layout.cells[0];
-  const double* from = executor->bound(copy.field) + row * layout.stride[1];
+  const char* from = moved(executor->bound(copy.field), row * layout.stride[1], width);
   const int64_t begin = tile[0].from - copy.below[0], end = tile[0].to + copy.above[0];
-  for (int64_t x = begin; x < std::min<int64_t>(end, 0); ++x) to[x] = from[x + n];
-  std::copy(from + std::max<int64_t>(begin, 0), from + std::min(end, n), to + std::max<int64_t>(begin, 0));
-  for (int64_t x = std::max(begin, n); x < end; ++x) to[x] = from[x - n];
+  const auto put = [&](int64_t first, int64_t last_one, int64_t shift) {
+    if (first < last_one) std::memcpy(to + first * width, from + (first + shift) * width, static_cast<size_t>((last_one - first) * width));
+  };
+  put(begin, std::min<int64_t>(end, 0), n);
+  put(std::max<int64_t>(begin, 0), std::min(end, n), 0);
+  put(std::max(begin, n), end, -n);
 }
 
 /// A strip that reaches beyond the ends of a periodic axis reads inputs through copies.
@@ -368,7 +380,7 @@ void Wavefront::Impl::finish() const {
     for (size_t o = 0; o < plan.levels[number].outputs.size(); ++o) {
       const WavefrontLevel::Output& output = plan.levels[number].outputs[o];
       if (output.stream.kind != Kind::result || !output.fill) continue;
-      double* base = results[static_cast<size_t>(output.stream.index)];
+      void* base = results[static_cast<size_t>(output.stream.index)];
       if (splits_x) {
         fills[number][o].run_plain(base, values);
       } else {
@@ -408,7 +420,7 @@ void Wavefront::set_uniforms(int step, std::span<const double> uniforms) {
   std::ranges::copy(uniforms, impl_->uniforms[static_cast<size_t>(step)].begin());
 }
 
-void Wavefront::run(std::span<double* const> results) {
+void Wavefront::run(std::span<void* const> results) {
   Impl& impl = *impl_;
   impl.results = results;
   const int threads = static_cast<int>(impl.rings_of_threads.size());

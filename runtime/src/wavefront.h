@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "dpde/runtime/executor.h"
+#include "dpde/runtime/layout.h"
 
 namespace dpde {
 
@@ -74,7 +75,7 @@ class Wavefront {
   void set_uniforms(int step, std::span<const double> uniforms);
   /// From the executor's bound inputs, halos filled, to results[s] (base pointers, one a swap, not among the inputs):
   /// the states after steps() steps with their halos.
-  void run(std::span<double* const> results);
+  void run(std::span<void* const> results);
 
  private:
   struct Impl;

@@ -11,8 +11,10 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-/// Values that vary along a wall come from a field, for which there is no ring.
-bool is_known_side(const dpde_side& side) { return side.kind == DPDE_PERIODIC || side.field < 0; }
+/// Values that vary along a wall come from a field, for which there is no ring; fields on the walls have images of other rows.
+bool is_known_side(const dpde_side& side) {
+  return side.kind == DPDE_PERIODIC || (side.field < 0 && side.kind != DPDE_ON_WALL);
+}
 
 /// Takes note of the axes' kinds; false when two fills disagree or a kind is not one that rows can be imaged for.
 bool note_axes(const dpde_fill& fill, int rank, std::array<int, 3>& kinds) {

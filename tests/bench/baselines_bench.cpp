@@ -21,7 +21,7 @@ Field wave_field(const dpde_layout& layout, int number) {
     for (int64_t y = -layout.halo[1]; y < layout.cells[1] + layout.halo[1]; ++y) {
       for (int64_t x = -layout.halo[0]; x < layout.cells[0] + layout.halo[0]; ++x) {
         const auto phase = [&](int64_t i, size_t axis) { return 2 * M_PI * static_cast<double>(i) / static_cast<double>(layout.cells[axis]); };
-        field.at(x, y, z) = std::sin(phase(x, 0) + number) * std::cos(phase(y, 1)) * std::cos(phase(z, 2));
+        field.set(std::sin(phase(x, 0) + number) * std::cos(phase(y, 1)) * std::cos(phase(z, 2)), x, y, z);
       }
     }
   }
@@ -38,7 +38,7 @@ void copy(benchmark::State& state) {
   const int64_t n = layout.cells[0];
   Field from(layout, 0), to(layout, 1);
   for (auto _ : state) {
-    handwritten::copy(to.base(), from.base(), n);
+    handwritten::copy(to.as<double>(), from.as<double>(), n);
     benchmark::ClobberMemory();
   }
   count(state, n, 16);
@@ -50,7 +50,7 @@ void triad(benchmark::State& state) {
   const int64_t n = layout.cells[0];
   Field a(layout, 0), b(layout, 1), to(layout, 2);
   for (auto _ : state) {
-    handwritten::triad(to.base(), a.base(), b.base(), 0.5, n);
+    handwritten::triad(to.as<double>(), a.as<double>(), b.as<double>(), 0.5, n);
     benchmark::ClobberMemory();
   }
   count(state, n, 24);
@@ -64,9 +64,9 @@ void burgers1d_forward(benchmark::State& state) {
   const dpde_layout layout = periodic_grid({128});
   std::vector<Field> fields;
   Field memory(periodic_grid({(steps + 2) * layout.size}));
-  double* trajectory = memory.base() + layout.origin;
+  double* trajectory = memory.as<double>() + layout.origin;
   const Field u = wave_field(layout, 0);
-  std::copy_n(u.base() - 1, 130, trajectory - 1);
+  std::copy_n(u.as<double>() - 1, 130, trajectory - 1);
   for (auto _ : state) {
     handwritten::burgers1d_forward(layout, trajectory, steps, burgers);
     benchmark::ClobberMemory();
@@ -78,14 +78,14 @@ BENCHMARK(burgers1d_forward);
 void burgers1d_gradient(benchmark::State& state) {
   const dpde_layout layout = periodic_grid({128});
   Field memory(periodic_grid({(steps + 2) * layout.size}));
-  double* trajectory = memory.base() + layout.origin;
+  double* trajectory = memory.as<double>() + layout.origin;
   const Field u = wave_field(layout, 0);
   const Field target = wave_field(layout, 1);
   Field one(layout), two(layout);
-  double* const bars[2] = {one.base(), two.base()};
-  std::copy_n(u.base() - 1, 130, trajectory - 1);
+  double* const bars[2] = {one.as<double>(), two.as<double>()};
+  std::copy_n(u.as<double>() - 1, 130, trajectory - 1);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, burgers, target.base(), bars));
+    benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, burgers, target.as<double>(), bars));
     benchmark::ClobberMemory();
   }
   count(state, 128 * steps, 16);
@@ -96,7 +96,7 @@ void burgers2d_step(benchmark::State& state) {
   const dpde_layout layout = periodic_grid({state.range(0), state.range(0)});
   Field u = wave_field(layout, 0), v = wave_field(layout, 1), next_u(layout, 2), next_v(layout, 3);
   for (auto _ : state) {
-    handwritten::burgers2d_step(layout, {u.base(), v.base()}, {next_u.base(), next_v.base()}, burgers);
+    handwritten::burgers2d_step(layout, {u.as<double>(), v.as<double>()}, {next_u.as<double>(), next_v.as<double>()}, burgers);
     std::swap(u, next_u);
     std::swap(v, next_v);
   }
@@ -109,7 +109,7 @@ void burgers2d_adjoint(benchmark::State& state) {
   const Field u = wave_field(layout, 0), v = wave_field(layout, 1);
   Field p = wave_field(layout, 2), q = wave_field(layout, 3), bar_u(layout, 4), bar_v(layout, 5);
   for (auto _ : state) {
-    handwritten::burgers2d_adjoint(layout, {u.base(), v.base()}, {p.base(), q.base()}, {bar_u.base(), bar_v.base()}, burgers);
+    handwritten::burgers2d_adjoint(layout, {u.as<double>(), v.as<double>()}, {p.as<double>(), q.as<double>()}, {bar_u.as<double>(), bar_v.as<double>()}, burgers);
     benchmark::ClobberMemory();
   }
   count(state, cell_count(layout), 48);
@@ -120,7 +120,7 @@ void heat3d_step(benchmark::State& state) {
   const dpde_layout layout = periodic_grid({state.range(0), state.range(0), state.range(0)});
   Field u = wave_field(layout, 0), next(layout, 1);
   for (auto _ : state) {
-    handwritten::heat3d_step(layout, u.base(), next.base(), 0.1, {state.range(1), state.range(2) != 0});
+    handwritten::heat3d_step(layout, u.as<double>(), next.as<double>(), 0.1, {state.range(1), state.range(2) != 0});
     std::swap(u, next);
   }
   count(state, cell_count(layout), 16);

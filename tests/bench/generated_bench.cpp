@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generated code beside hand-written code in one run: JIT and compiled C++ of 2-D Burgers (step and adjoint step) and 3-D
 // heat, the gradient of 1-D Burgers (128 cells, 32 steps), and the time from text to callable programs. Ratios are
-// between rows of the same size: run with --benchmark_repetitions=9 and compare medians.
+// between rows of the same size (rows _f32 beside those in f64): run with --benchmark_repetitions=9 and compare medians.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -35,17 +35,16 @@ scene s : burgers with plain {
 }
 const std::string burgers_2d = burgers_2d_with("euler"), burgers_2d_rk4 = burgers_2d_with("rk4");
 
-const std::string heat_3d = R"(
+std::string heat_on(const std::string& axes) {
+  std::string text = R"(
 model heat { field u; param kappa; dt(u) = kappa*lap(u) }
 scheme plain { time = euler }
 scene s : heat with plain {
-  grid x = 0 .. 1, cells 64, periodic
-  grid y = 0 .. 1, cells 64, periodic
-  grid z = 0 .. 1, cells 64, periodic
-  kappa = 1
-  initial u = sin(2*pi*x)
-  time 0 .. 1e-5, step 1e-6
-})";
+)";
+  for (const char axis : axes) text += std::string("  grid ") + axis + " = 0 .. 1, cells 64, periodic\n";
+  return text + "  kappa = 1\n  initial u = sin(2*pi*x)\n  time 0 .. 1e-5, step 1e-6\n}";
+}
+const std::string heat_2d = heat_on("xy"), heat_3d = heat_on("xyz");
 
 const std::string burgers_1d = R"(
 model burgers { field u; param nu; dt(u) = -advect(u, u) + nu*lap(u) }
@@ -61,13 +60,15 @@ task t : s {
   minimise sum((u - 1)^2) at t = 0.32
 })";
 
-enum Code { hand, jit, cpp };
+enum Code { hand, jit, cpp, jit_f32, cpp_f32 };
+bool is_single(Code code) { return code == jit_f32 || code == cpp_f32; }
 
 std::shared_ptr<const driver::Compiled> compile(const std::string& text, Code code) {
   const SourceFile source("bench.dpde", text);
   DiagnosticSink sink;
   driver::CompileOptions options;
-  options.backend = code == cpp ? driver::Backend::cpp : driver::Backend::jit;
+  options.backend = code == cpp || code == cpp_f32 ? driver::Backend::cpp : driver::Backend::jit;
+  if (is_single(code)) options.real = Precision::f32;
   options.adjoint = true;
   auto compiled = driver::compile(source, options, sink);
   if (!compiled) std::abort();
@@ -79,8 +80,10 @@ std::vector<Field> make_fields(const dpde_layout& layout, int count) {
   std::vector<Field> fields;
   for (int n = 0; n < count; ++n) {
     fields.emplace_back(layout, n);
-    double* start = fields.back().base() - layout.origin;
-    for (int64_t i = 0; i < layout.size; ++i) start[i] = std::sin(0.001 * static_cast<double>(i) + n);
+    const auto set = [&](auto* start) {
+      for (int64_t i = 0; i < layout.size; ++i) start[i - layout.origin] = std::sin(0.001 * static_cast<double>(i) + n);
+    };
+    layout.real == DPDE_F32 ? set(fields.back().as<float>()) : set(fields.back().as<double>());
   }
   return fields;
 }
@@ -90,7 +93,7 @@ class Runner {
  public:
   Runner(const dpde_program& program, const dpde_layout& layout)
       : executor_(program, layout, 1), fields_(make_fields(layout, program.field_count)) {
-    for (int f = 0; f < program.field_count; ++f) executor_.bind(f, fields_[f].base());
+    for (int f = 0; f < program.field_count; ++f) executor_.bind(f, fields_[f].as<double>());
     for (int p = 0; p < program.param_count; ++p) executor_.set_param(p, program.params[p][0] == 'h' ? 1.0 : 1e-2);
     executor_.update_uniforms();
     executor_.prepare();
@@ -99,7 +102,7 @@ class Runner {
     executor_.run();
     for (int s = 0; s < executor_.program().swap_count; ++s) {
       const dpde_swap& swap = executor_.program().swaps[s];
-      double* state = executor_.bound(swap.state);
+      void* state = executor_.bound(swap.state);
       executor_.bind(swap.state, executor_.bound(swap.next));
       executor_.bind(swap.next, state);
     }
@@ -110,8 +113,9 @@ class Runner {
   std::vector<Field> fields_;
 };
 
-dpde_layout square(int64_t n) { return make_layout(std::vector<int64_t>{n, n}, {1, 1, 0}); }
-dpde_layout cube(int64_t n) { return make_layout(std::vector<int64_t>{n, n, n}, {1, 1, 1}); }
+int32_t real_of(Code code) { return is_single(code) ? DPDE_F32 : DPDE_F64; }
+dpde_layout square(int64_t n, Code code = jit) { return make_layout(std::vector<int64_t>{n, n}, {1, 1, 0}, real_of(code)); }
+dpde_layout cube(int64_t n, Code code = jit) { return make_layout(std::vector<int64_t>{n, n, n}, {1, 1, 1}, real_of(code)); }
 
 void count(benchmark::State& state, const dpde_layout& layout) {
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(layout));
@@ -128,10 +132,10 @@ void run_generated(benchmark::State& state, const std::string& text, Code code, 
 constexpr handwritten::Burgers weights{0.005, 0.01};
 
 void burgers_2d_step(benchmark::State& state, Code code) {
-  const dpde_layout layout = square(state.range(0));
+  const dpde_layout layout = square(state.range(0), code);
   if (code != hand) return run_generated(state, burgers_2d, code, false, layout);
   std::vector<Field> f = make_fields(layout, 4);
-  double* p[4] = {f[0].base(), f[1].base(), f[2].base(), f[3].base()};
+  double* p[4] = {f[0].as<double>(), f[1].as<double>(), f[2].as<double>(), f[3].as<double>()};
   for (auto _ : state) {
     handwritten::burgers2d_step(layout, {p[0], p[1]}, {p[2], p[3]}, weights);
     std::swap(p[0], p[2]);
@@ -141,23 +145,25 @@ void burgers_2d_step(benchmark::State& state, Code code) {
 }
 
 void burgers_2d_adjoint(benchmark::State& state, Code code) {
-  const dpde_layout layout = square(state.range(0));
+  const dpde_layout layout = square(state.range(0), code);
   if (code != hand) return run_generated(state, burgers_2d, code, true, layout);
   std::vector<Field> f = make_fields(layout, 6);
-  double* p[4] = {f[0].base(), f[1].base(), f[2].base(), f[3].base()};
+  double* p[4] = {f[0].as<double>(), f[1].as<double>(), f[2].as<double>(), f[3].as<double>()};
   for (auto _ : state) {
-    handwritten::burgers2d_adjoint(layout, {f[4].base(), f[5].base()}, {p[0], p[1]}, {p[2], p[3]}, weights);
+    handwritten::burgers2d_adjoint(layout, {f[4].as<double>(), f[5].as<double>()}, {p[0], p[1]}, {p[2], p[3]}, weights);
     std::swap(p[0], p[2]);
     std::swap(p[1], p[3]);
   }
   count(state, layout);
 }
 
+void heat_2d_step(benchmark::State& state, Code code) { run_generated(state, heat_2d, code, false, square(state.range(0), code)); }
+
 void heat_3d_step(benchmark::State& state, Code code) {
-  const dpde_layout layout = cube(state.range(0));
+  const dpde_layout layout = cube(state.range(0), code);
   if (code != hand) return run_generated(state, heat_3d, code, false, layout);
   std::vector<Field> f = make_fields(layout, 2);
-  double *a = f[0].base(), *b = f[1].base();
+  double *a = f[0].as<double>(), *b = f[1].as<double>();
   for (auto _ : state) {
     handwritten::heat3d_step(layout, a, b, 0.01, {.rows = layout.cells[1], .prefetch = false});
     std::swap(a, b);
@@ -165,7 +171,7 @@ void heat_3d_step(benchmark::State& state, Code code) {
   count(state, layout);
 }
 
-void heat_3d_adjoint(benchmark::State& state, Code code) { run_generated(state, heat_3d, code, true, cube(state.range(0))); }
+void heat_3d_adjoint(benchmark::State& state, Code code) { run_generated(state, heat_3d, code, true, cube(state.range(0), code)); }
 
 void burgers_1d_gradient(benchmark::State& state, Code code) {
   constexpr int steps = 32;
@@ -174,10 +180,10 @@ void burgers_1d_gradient(benchmark::State& state, Code code) {
     std::vector<Field> f = make_fields(layout, 3);
     std::vector<double> memory(static_cast<size_t>(layout.size) * (steps + 2));
     double* trajectory = memory.data() + layout.origin;
-    double* const bars[2] = {f[0].base(), f[1].base()};
+    double* const bars[2] = {f[0].as<double>(), f[1].as<double>()};
     for (int i = 0; i < 128; ++i) trajectory[i] = -std::sin(std::numbers::pi * (i + 0.5) / 64);
     for (auto _ : state) {
-      benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, {0.32, 0.4}, f[2].base(), bars));
+      benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, {0.32, 0.4}, f[2].as<double>(), bars));
     }
     return;
   }
@@ -218,11 +224,16 @@ void text_to_gradient(benchmark::State& state) {
 }
 
 BENCHMARK_CAPTURE(burgers_2d_step, hand, hand)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(burgers_2d_step, jit, jit)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_step, jit, jit)->Arg(128)->Arg(512)->Arg(1024)->Arg(2048)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_step, cpp, cpp)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_adjoint, hand, hand)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_adjoint, jit, jit)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_adjoint, cpp, cpp)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_step, jit_f32, jit_f32)->Arg(128)->Arg(512)->Arg(1024)->Arg(2048)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_step, cpp_f32, cpp_f32)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_adjoint, jit_f32, jit_f32)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(heat_2d_step, jit, jit)->Arg(1024)->Arg(4096)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(heat_2d_step, jit_f32, jit_f32)->Arg(1024)->Arg(4096)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(heat_3d_step, hand, hand)->Arg(256)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(heat_3d_step, jit, jit)->Arg(256)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(heat_3d_step, cpp, cpp)->Arg(256)->Unit(benchmark::kMicrosecond);

@@ -164,29 +164,34 @@ void triad(double* __restrict to, const double* __restrict from, const double* _
   for (int64_t i = 0; i < count; ++i) to[i] = from[i] + factor * more[i];
 }
 
+struct Streams {
+  void* const* pointers;
+  double* operator[](int k) const { return static_cast<double*>(pointers[k]); }
+};
+
 void burgers1d_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const Streams s{row->streams};
   burgers1d(row->count, s[0], s[1], s[2], s[3], row->uniforms[0], row->uniforms[1]);
 }
 void burgers1d_adjoint_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const Streams s{row->streams};
   burgers1d_reverse(row->count, s[1], s[4], s[6], row->uniforms[0], row->uniforms[1]);
 }
 void burgers2d_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const Streams s{row->streams};
   burgers2d(row->count, s[0], s[3], s[4], s[5], s[8], s[9], s[10], s[11], row->uniforms[0], row->uniforms[1]);
 }
 void burgers2d_adjoint_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const Streams s{row->streams};
   burgers2d_reverse(row->count, s[0], s[3], s[4], s[5], s[8], s[9], {s[10], s[13], s[14]}, {s[15], s[18], s[19]}, s[20], s[21], row->uniforms[0], row->uniforms[1]);
 }
 void heat3d_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const Streams s{row->streams};
   heat3d(row->count, s[0], s[3], s[4], s[5], s[6], s[7], row->uniforms[0]);
 }
-void square_row(const dpde_row* row) { row->sums[0] += square_sum(row->count, row->streams[0], row->streams[1]); }
+void square_row(const dpde_row* row) { row->sums[0] += square_sum(row->count, Streams{row->streams}[0], Streams{row->streams}[1]); }
 void square_adjoint_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const Streams s{row->streams};
   square_reverse(row->count, s[0], s[1], s[2], 2 * row->uniforms[0]);
 }
 

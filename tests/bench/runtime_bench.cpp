@@ -22,7 +22,7 @@ void two_uniforms(const double* params, double* uniforms) {
 
 Field random_field(const dpde_layout& layout, int number) {
   Field field(layout, number);
-  for (int64_t i = 0; i < layout.size; ++i) field.base()[i - layout.origin] = std::sin(0.37 * static_cast<double>(i) + number);
+  for (int64_t i = 0; i < layout.size; ++i) field.as<double>()[i - layout.origin] = std::sin(0.37 * static_cast<double>(i) + number);
   return field;
 }
 
@@ -40,8 +40,8 @@ void empty_sweep(benchmark::State& state) {
   Field a(layout), b(layout);
   Executor executor(programs.step.table(), layout);
   for (auto _ : state) {
-    executor.bind(0, a.base());
-    executor.bind(1, b.base());
+    executor.bind(0, a.as<double>());
+    executor.bind(1, b.as<double>());
     executor.run();
     benchmark::ClobberMemory();
   }
@@ -57,8 +57,8 @@ void burgers1d_step(benchmark::State& state) {
   executor.set_param(1, 0.01);
   executor.update_uniforms();
   for (auto _ : state) {
-    executor.bind(0, a.base());
-    executor.bind(1, b.base());
+    executor.bind(0, a.as<double>());
+    executor.bind(1, b.as<double>());
     executor.run();
     std::swap(a, b);
   }
@@ -97,7 +97,7 @@ struct SmallGradient {
     setup.layout = layout;
     setup.steps = 32;
     setup.params = {{"a", 0.02}, {"c", 0.01}};
-    setup.losses = {{&loss.table(), &loss_adjoint.table(), {32}, 1, {{"target", {target.base()}}}}};
+    setup.losses = {{&loss.table(), &loss_adjoint.table(), {32}, 1, {{"target", {target.as<double>()}}}}};
     return setup;
   }
 };
@@ -107,7 +107,7 @@ void burgers1d_gradient(benchmark::State& state) {
   RolloutSetup setup = small.setup();
   setup.slots = static_cast<int>(state.range(0));
   Rollout rollout(std::move(setup));
-  for (int64_t i = 0; i < 128; ++i) rollout.initial(0).at(i) = std::sin(0.049 * static_cast<double>(i));
+  for (int64_t i = 0; i < 128; ++i) rollout.initial(0).set(std::sin(0.049 * static_cast<double>(i)), i);
   for (auto _ : state) benchmark::DoNotOptimize(rollout.gradient().loss);
   state.SetItemsProcessed(state.iterations() * 128 * 32);
 }
@@ -128,7 +128,7 @@ void burgers2d_step(benchmark::State& state) {
   std::vector<Field> fields;
   for (int i = 0; i < 4; ++i) fields.push_back(random_field(layout, i));
   for (auto _ : state) {
-    for (int i = 0; i < 4; ++i) executor.bind(i, fields[static_cast<size_t>(i)].base());
+    for (int i = 0; i < 4; ++i) executor.bind(i, fields[static_cast<size_t>(i)].as<double>());
     executor.run();
     std::swap(fields[0], fields[2]);
     std::swap(fields[1], fields[3]);
@@ -151,7 +151,7 @@ void heat3d_step(benchmark::State& state) {
   std::vector<Field> fields;
   for (int i = 0; i < 2; ++i) fields.push_back(random_field(layout, i));
   for (auto _ : state) {
-    for (int i = 0; i < 2; ++i) executor.bind(i, fields[static_cast<size_t>(i)].base());
+    for (int i = 0; i < 2; ++i) executor.bind(i, fields[static_cast<size_t>(i)].as<double>());
     executor.run();
     std::swap(fields[0], fields[1]);
   }

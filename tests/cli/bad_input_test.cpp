@@ -87,8 +87,8 @@ TEST_F(BadInput, DataThatDoNotFit) {
   std::string text = rod_text;
   text.replace(text.find("initial u = sin(x)"), 18, "initial u = load(\"u.npy\")");
   write("rod.dpde", text);
-  const auto code = [&] {
-    const Outcome run = dpde("run rod.dpde rod --json");
+  const auto code = [&](const std::string& options = "") {
+    const Outcome run = dpde("run rod.dpde rod --json" + options);
     EXPECT_EQ(run.status, run.json()["diagnostics"].empty() ? 0 : 2) << run.err;
     return run.codes().empty() ? std::string() : run.codes()[0];
   };
@@ -103,6 +103,11 @@ TEST_F(BadInput, DataThatDoNotFit) {
   values[3] = NAN;
   write("u.npy", npy("(16,)", values));
   EXPECT_EQ(code(), "E0906");
+  values[3] = 1e39;
+  write("u.npy", npy("(16,)", values));
+  EXPECT_EQ(code(), "");
+  EXPECT_EQ(code(" --set real=f32"), "E0915");
+  EXPECT_NE(dpde("check rod.dpde rod --set real=f32").err.find("holds 1e+39 at index 3, which f32 cannot hold"), std::string::npos);
   write("u.npy", npy("(16,)", values).substr(0, 150));
   EXPECT_EQ(code(), "E0907");
   write("u.npy", "not an array");

@@ -71,6 +71,25 @@ TEST_F(Cache, DamagedEntriesAreMadeAnew) {
   }
 }
 
+TEST_F(Cache, CertificatesOfGradientsAreKeptBesideTheCode) {
+  write("rod.dpde", rod_text);
+  const auto certificate = [&](const std::string& verb, const std::string& options) {
+    const Outcome outcome = dpde(verb + " rod.dpde find --json --cache c " + options);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.json()["certificate"];
+  };
+  EXPECT_TRUE(certificate("gradient", "--no-certify").is_null());
+  const Json first = certificate("gradient", "--certify"), second = certificate("optimize", "");
+  EXPECT_LT(first["dot_product"].get<double>(), 1e-12);
+  EXPECT_FALSE(first["from_cache"].get<bool>());
+  EXPECT_TRUE(second["from_cache"].get<bool>());
+  EXPECT_EQ(second["dot_product"], first["dot_product"]);
+  for (const fs::path& entry : entries("c")) std::ofstream(entry, std::ios::binary | std::ios::app) << "more";
+  EXPECT_FALSE(certificate("optimize", "--certify")["from_cache"].get<bool>());
+  EXPECT_TRUE(certificate("gradient", "")["from_cache"].get<bool>());
+  EXPECT_EQ(dpde("gradient rod.dpde find --certify --no-certify").status, 2);
+}
+
 TEST_F(Cache, ChangedSourceIsNewCode) {
   run("--cache c");
   EXPECT_TRUE(run("--cache c --set k=0.1 --set cells=32 --set step=1/64")["code_from_cache"].get<bool>());  // numbers of the run

@@ -35,11 +35,13 @@ TEST_F(Examples, AllTasksAndScenesAreCertified) {
   const std::pair<const char*, std::vector<const char*>> examples[] = {
       {"heat/heat.dpde", {"rod", "slab", "plate", "block", "conductivity", "recover"}},
       {"heat/soil.dpde", {"year", "find"}},
+      {"heat/steer.dpde", {"rod", "steer"}},
       {"advection_diffusion/leak.dpde", {"valley", "find"}},
       {"advection/advection.dpde", {"ring", "speed"}},
       {"burgers_1d/burgers.dpde", {"wave", "recover", "ends", "viscosity"}},
       {"burgers_2d/burgers_2d.dpde", {"swirl", "recover"}},
       {"wave/inversion.dpde", {"image"}},
+      {"shallow_water/shallow_water.dpde", {"canal", "heap", "basin", "bank", "break"}},
       {"gray_scott/gray_scott.dpde", {"rates"}},
       {"fitzhugh_nagumo/fitzhugh_nagumo.dpde", {"scar"}}};
   for (const auto& [file, names] : examples) {

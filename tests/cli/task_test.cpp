@@ -37,6 +37,22 @@ TEST_F(GradientCommand, IsTheSameWithLittleMemory) {
   EXPECT_LT(few["checkpoints"]["bytes"], all["checkpoints"]["bytes"]);
 }
 
+TEST_F(GradientCommand, IsTheSameWithCheckpointsInAFile) {
+  write("rod.dpde", rod_text);
+  fs::create_directories(path("disk"));
+  const Json in_memory = dpde("gradient rod.dpde find --json").json();
+  for (const std::string memory : {"", " --memory 1K"}) {
+    const Outcome run = dpde("gradient rod.dpde find --json --checkpoints-in disk" + memory);
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(run.json()["gradient"], in_memory["gradient"]);
+    EXPECT_TRUE(fs::is_empty(path("disk")));
+  }
+  const Outcome nowhere = dpde("gradient rod.dpde find --json --checkpoints-in none");
+  EXPECT_EQ(nowhere.status, 3);
+  EXPECT_NE(nowhere.err.find("the folder none cannot hold checkpoints"), std::string::npos) << nowhere.err;
+  if (fs::exists("/dev/full")) EXPECT_EQ(dpde("gradient rod.dpde find --json --checkpoints-in /dev/full").status, 3);
+}
+
 TEST_F(GradientCommand, ReachesAParameterThroughTheInitialState) {
   std::string text = rod_text;
   text.replace(text.find("initial u = sin(x)"), 18, "initial u = k*sin(x)");

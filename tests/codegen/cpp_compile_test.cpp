@@ -127,14 +127,14 @@ bool says(const std::string& text, const std::string& start, const std::string& 
   return false;
 }
 
-void expect_all_loops_vectorise(const std::string& compiler, const std::string& flag, const std::string& remark) {
+void expect_all_loops_vectorise(const std::string& compiler, const std::string& flag, const std::string& remark, Precision real) {
   if (std::system(("command -v " + compiler + " > /dev/null").c_str()) != 0) {
     std::printf("%s is not installed: its remarks are not looked at\n", compiler.c_str());
     return;
   }
-  const std::string text = emit_cpp(loop::from_stencil(samples_to_vectorise(), {"burgers_step", "all", "wrapped"}));
+  const std::string text = emit_cpp(loop::from_stencil(samples_to_vectorise(), {"burgers_step", "all", "wrapped"}, real));
   const fs::path source =
-      fs::temp_directory_path() / ("dpde_vectorise_" + compiler + std::to_string(getpid()) + ".cpp");
+      fs::temp_directory_path() / ("dpde_vectorise_" + compiler + std::string(name_of(real)) + std::to_string(getpid()) + ".cpp");
   std::ofstream(source) << text;
   const std::string said = remarks(compiler, flag, source);
   fs::remove(source);
@@ -155,8 +155,39 @@ void expect_all_loops_vectorise(const std::string& compiler, const std::string& 
   EXPECT_EQ(loops, 8);
 }
 
-TEST(CppVectorise, Gcc) { expect_all_loops_vectorise("g++", "-fopt-info-vec", "loop vectorized"); }
-TEST(CppVectorise, Clang) { expect_all_loops_vectorise("clang++", "-Rpass=loop-vectorize", "vectorized loop"); }
+TEST(CppVectorise, Gcc) {
+  for (const Precision real : {Precision::f64, Precision::f32}) expect_all_loops_vectorise("g++", "-fopt-info-vec", "loop vectorized", real);
+}
+TEST(CppVectorise, Clang) {
+  for (const Precision real : {Precision::f64, Precision::f32}) {
+    expect_all_loops_vectorise("clang++", "-Rpass=loop-vectorize", "vectorized loop", real);
+  }
+}
+
+/// Every function and helper there is; sums aside, whose terms are cast, a float must never meet a double.
+TEST(CppSinglePrecision, IsNeverPromoted) {
+  stencil::Module module = samples_to_vectorise();
+  const Expr u = access("u");
+  Kernel functions{.name = "functions", .rank = 2};
+  Expr total = interp({"q", {}, {u, access("w")}, {true, false}}) + power(u, 0.3) + 0.1;
+  for (int fn = 0; fn <= static_cast<int>(Fn::max); ++fn) {
+    total = total + (arity(static_cast<Fn>(fn)) == 2 ? call(static_cast<Fn>(fn), {u, 0.7}) : call(static_cast<Fn>(fn), {u}));
+  }
+  functions.stores = {{"v", false, total, {}}};
+  functions.scatters = {{{"r", {}, {u, access("w")}, {}}, u}};
+  module.kernels.push_back(functions);
+  for (const Topology kind : {Topology::periodic, Topology::bounded}) {
+    const std::string name = kind == Topology::periodic ? "p" : "b";
+    module.programs.push_back(Program{.name = name, .axes = {kind, kind}, .body = {run("functions")}});
+  }
+  const loop::Module loops = loop::from_stencil(module, {"burgers_step", "all", "wrapped", "p", "b"}, Precision::f32);
+  const CompileResult result = compile_cpp(loops, "g++ -Wdouble-promotion -Wfloat-conversion -Werror");
+  EXPECT_TRUE(result.module) << result.error;
+  const std::string text = emit_cpp(loops);
+  EXPECT_NE(text.find("sinf("), std::string::npos);
+  EXPECT_NE(text.find("floorf("), std::string::npos);
+  EXPECT_NE(text.find("loss_sum += (double)("), std::string::npos);
+}
 
 }  // namespace
 }  // namespace dpde::codegen

@@ -52,10 +52,18 @@ static void burgers_step_cells(int64_t count, double* __restrict u_next, const d
 }
 
 extern "C" void burgers_step_row(const dpde_row* row) {
-  burgers_step_cells(row->count, row->streams[0], row->streams[1] + 1, row->uniforms[0], row->uniforms[1],
-                     row->uniforms[2]);
+  burgers_step_cells(row->count, (double*)row->streams[0], (double*)row->streams[1] + 1, row->uniforms[0],
+                     row->uniforms[1], row->uniforms[2]);
 }
 )");
+}
+
+TEST(CppText, SinglePrecision) {
+  const std::string text = emit_cpp(loop::from_stencil(burgers(), {"burgers_step"}, Precision::f32));
+  EXPECT_NE(text.find("static void burgers_step_cells(int64_t count, float* __restrict u_next, const float* __restrict u,"), std::string::npos) << text;
+  EXPECT_NE(text.find("u_next[i] = u[i] + dt*(u1*(u[i - 1] - 2.0f*u[i] + u[i + 1]) - u[i]*ux);"), std::string::npos) << text;
+  EXPECT_NE(text.find("burgers_step_cells(row->count, (float*)row->streams[0], (float*)row->streams[1] + 1, (float)row->uniforms[0],"), std::string::npos) << text;
+  EXPECT_NE(text.find("const double u0 = "), std::string::npos) << "uniforms are computed in double precision\n" << text;
 }
 
 /// The text of the function, without comment and wrapper.
@@ -109,7 +117,7 @@ TEST(CppText, Places) {
 
 std::string expression_text(const loop::Expr& e) {
   CppLeaves leaves{.params = {"p", "q"}, .uniforms = {"a", "b"}};
-  return CppExpression(leaves).number(e);
+  return CppExpression(leaves, Precision::f64).number(e);
 }
 
 TEST(CppText, ParenthesesOnlyWhereNeeded) {
@@ -138,13 +146,17 @@ TEST(CppText, ParenthesesOnlyWhereNeeded) {
 }
 
 TEST(CppText, Numbers) {
-  EXPECT_EQ(cpp_number(2), "2.0");
-  EXPECT_EQ(cpp_number(0.1), "0.1");
-  EXPECT_EQ(cpp_number(-1e300), "-1e+300");
-  EXPECT_EQ(cpp_number(1e16), "1e+16");
-  EXPECT_EQ(cpp_number(INFINITY), "INFINITY");
-  EXPECT_EQ(cpp_number(NAN), "NAN");
-  EXPECT_EQ(std::stod(cpp_number(1.0 / 3)), 1.0 / 3);
+  EXPECT_EQ(cpp_number(2, Precision::f64), "2.0");
+  EXPECT_EQ(cpp_number(0.1, Precision::f64), "0.1");
+  EXPECT_EQ(cpp_number(-1e300, Precision::f64), "-1e+300");
+  EXPECT_EQ(cpp_number(1e16, Precision::f64), "1e+16");
+  EXPECT_EQ(cpp_number(INFINITY, Precision::f64), "INFINITY");
+  EXPECT_EQ(cpp_number(NAN, Precision::f64), "NAN");
+  EXPECT_EQ(std::stod(cpp_number(1.0 / 3, Precision::f64)), 1.0 / 3);
+  EXPECT_EQ(cpp_number(2, Precision::f32), "2.0f");
+  EXPECT_EQ(cpp_number(0.1, Precision::f32), "0.1f");
+  EXPECT_EQ(cpp_number(1.0 / 3, Precision::f32), "0.33333334f");
+  EXPECT_EQ(cpp_number(-1e300, Precision::f32), "-INFINITY");
 }
 
 TEST(CppText, Identifiers) {

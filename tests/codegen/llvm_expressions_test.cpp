@@ -191,7 +191,7 @@ TEST(LlvmExpressions, SumsAreTheSameOnEveryRunAndAreAdded) {
     EXPECT_EQ(memory.sums()[0], once);
   }
   double sums[1] = {1.0};
-  double* streams[2] = {memory.base("u"), memory.base("v")};
+  void* streams[2] = {memory.base("u"), memory.base("v")};
   const dpde_row row{streams, nullptr, nullptr, sums, 1009, 0, 0, 0, &memory.layout()};
   first->find("all")->kernels[0].row(&row);
   EXPECT_EQ(sums[0], 1.0 + once);
@@ -204,7 +204,7 @@ TEST(LlvmExpressions, NoCellsNoEffect) {
   const loop::Module module = b.finish();
   const auto compiled = compile(module);
   double u = 1, v = 2, sum = 3;
-  double* streams[2] = {&u, &v};
+  void* streams[2] = {&u, &v};
   Memory memory(module, {1, 1, 1});
   const dpde_row row{streams, nullptr, nullptr, &sum, 0, 0, 0, 0, &memory.layout()};
   compiled->find("all")->kernels[0].row(&row);

@@ -60,7 +60,7 @@ std::vector<double> states_after(Session& session, int block_steps, int threads,
     const dpde_layout& layout = field.layout();
     for (int64_t z = 0; z < layout.cells[2]; ++z) {
       for (int64_t y = 0; y < layout.cells[1]; ++y) {
-        for (int64_t x = 0; x < layout.cells[0]; ++x) field.at(x, y, z) = std::sin(1.0 + 13 * x + 7.3 * y + 3.1 * z + s);
+        for (int64_t x = 0; x < layout.cells[0]; ++x) field.set(std::sin(1.0 + 13 * x + 7.3 * y + 3.1 * z + s), x, y, z);
       }
     }
   }
@@ -68,32 +68,38 @@ std::vector<double> states_after(Session& session, int block_steps, int threads,
   EXPECT_EQ(done.steps_done, 9);
   std::vector<double> values;
   const dpde_layout& layout = setup.layout;
-  for (const double* base : rollout.final_states()) {
+  for (const void* base : rollout.final_states()) {
     for (int64_t z = -layout.halo[2]; z < layout.cells[2] + layout.halo[2]; ++z) {
       for (int64_t y = -layout.halo[1]; y < layout.cells[1] + layout.halo[1]; ++y) {
-        const double* row = base + y * layout.stride[1] + z * layout.stride[2];
-        values.insert(values.end(), row - layout.halo[0], row + layout.cells[0] + layout.halo[0]);
+        for (int64_t x = -layout.halo[0]; x < layout.cells[0] + layout.halo[0]; ++x) values.push_back(value_at(layout, base, {x, y, z}));
       }
     }
   }
   return values;
 }
 
-TEST(Blocking, StatesAreThoseOfSingleSteps) {
-  for (const Case& example : cases()) {
-    SCOPED_TRACE(example.name);
-    const SourceFile source("blocking.dpde", example.text);
-    DiagnosticSink sink;
-    CompileOptions options;
-    options.backend = Backend::jit;
-    const auto session = Session::open(source, testing::compiled(source, options), {}, sink);
-    ASSERT_TRUE(session) << testing::all_messages(source, sink);
-    const std::vector<double> expected = states_after(*session, 1, 1, false);
-    for (const double value : expected) ASSERT_TRUE(std::isfinite(value));
-    for (const int steps : {2, 3, 4, 8}) {
-      for (const int threads : {1, 2, 3}) EXPECT_EQ(states_after(*session, steps, threads, example.blocks), expected) << steps << " steps, " << threads << " threads";
-    }
+void expect_states_of_single_steps(const Case& example, Precision real) {
+  SCOPED_TRACE(example.name);
+  const SourceFile source("blocking.dpde", example.text);
+  DiagnosticSink sink;
+  CompileOptions options;
+  options.backend = Backend::jit;
+  options.real = real;
+  const auto session = Session::open(source, testing::compiled(source, options), {}, sink);
+  ASSERT_TRUE(session) << testing::all_messages(source, sink);
+  const std::vector<double> expected = states_after(*session, 1, 1, false);
+  for (const double value : expected) ASSERT_TRUE(std::isfinite(value));
+  for (const int steps : {2, 3, 4, 8}) {
+    for (const int threads : {1, 2, 3}) EXPECT_EQ(states_after(*session, steps, threads, example.blocks), expected) << steps << " steps, " << threads << " threads";
   }
+}
+
+TEST(Blocking, StatesAreThoseOfSingleSteps) {
+  for (const Case& example : cases()) expect_states_of_single_steps(example, Precision::f64);
+}
+
+TEST(Blocking, StatesAreThoseOfSingleStepsInSinglePrecision) {
+  for (const Case& example : cases()) expect_states_of_single_steps(example, Precision::f32);
 }
 
 }  // namespace

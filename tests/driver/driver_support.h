@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "driver/certificate.h"
 #include "driver/pipeline.h"
 #include "source/render.h"
 
@@ -24,6 +25,34 @@ inline std::shared_ptr<driver::Compiled> compiled(const SourceFile& source, driv
   std::optional<driver::Compiled> result = driver::compile(source, options, sink);
   EXPECT_TRUE(result.has_value()) << all_messages(source, sink);
   return result ? std::make_shared<driver::Compiled>(std::move(*result)) : nullptr;
+}
+
+/// What certify() says of the task t of the text, with second derivatives or without; a diagnostic fails the running test.
+inline std::optional<driver::Certificate> certificate_of(const std::string& text, bool second) {
+  const SourceFile source("test.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::jit;
+  options.tangent = options.adjoint = true;
+  options.second = second;
+  const auto code = compiled(source, options);
+  if (!code) return std::nullopt;
+  DiagnosticSink sink;
+  std::optional<driver::Certificate> certificate = driver::certify(source, code, {}, sink);
+  EXPECT_TRUE(certificate) << all_messages(source, sink);
+  return certificate;
+}
+
+/// Dot products to 1e-12 and a Taylor slope of 2; with `second` the Hessian too.
+inline void expect_certified(const std::string& text, bool second) {
+  const auto certificate = certificate_of(text, second);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->passed());
+  EXPECT_LT(certificate->worst(), 1e-12);
+  EXPECT_NEAR(certificate->slope.value_or(0), 2, 0.05);
+  if (!second) return;
+  ASSERT_TRUE(certificate->second);
+  EXPECT_TRUE(certificate->second->passed());
 }
 
 }  // namespace dpde::testing

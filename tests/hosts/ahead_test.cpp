@@ -25,7 +25,7 @@ struct Case {
   std::vector<std::string> data;  // given by the host, the same to both
 };
 
-/// Boundaries, several axes, reads at computed places, several states, data of one and of many times.
+/// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts of steps.
 const Case cases[] = {
     {"heat/heat.dpde", "conductivity", {{"cells", "24"}}, {}},
     {"heat/heat.dpde", "recover", {{"cells", "32"}}, {"u_ref"}},
@@ -35,6 +35,8 @@ const Case cases[] = {
     {"burgers_1d/burgers.dpde", "viscosity", {{"cells", "5"}, {"step", "0.0078125"}}, {}},
     {"burgers_2d/burgers_2d.dpde", "recover", {{"cells", "16"}, {"end", "0.25"}}, {"u_ref", "v_ref"}},
     {"advection/advection.dpde", "speed", {{"cells", "32"}}, {"u_ref"}},
+    {"heat/steer.dpde", "steer", {{"cells", "16"}}, {}},
+    {"burgers_1d/burgers.dpde", "viscosity", {{"cells", "24"}, {"step", "0.0625"}, {"courant", "0.2"}}, {}},
 };
 
 std::string example(const Case& c) { return DPDE_SOURCE_DIR "/dsl-examples/" + c.file; }

@@ -68,6 +68,15 @@ void expect_near(const std::vector<double>& a, const std::vector<double>& b, dou
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], tolerance) << i;
 }
 
+TEST(Compile, CertifiesDerivatives) {
+  for (const std::optional<bool> certify : {std::optional<bool>(), std::optional(true), std::optional(false)}) {
+    Simulation sim = compile_text(rod, {.name = "find", .certify = certify});
+    const double g = amplification(0.25, 16), slope = (amplification(1, 16) - 1)*8*std::pow(g, 15);
+    EXPECT_NEAR(sim.gradient(), std::pow(g, 16)/2, 1e-15);
+    EXPECT_NEAR(sim.gradient_of("k")[0], slope, 1e-13);
+  }
+}
+
 TEST(Simulation, StepsAndRunsOnEveryBackEnd) {
   for (const HostBackend backend : {HostBackend::jit, HostBackend::cpp, HostBackend::interpreter}) {
     Simulation sim = compile_text(rod, {.name = "rod", .backend = backend});
@@ -185,6 +194,21 @@ task all : wave {
   const auto a = full.gradient_of("u"), b = few.gradient_of("u");
   EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
   EXPECT_EQ(full.gradient_of("nu")[0], few.gradient_of("nu")[0]);
+}
+
+/// Hosts give and take doubles whatever the scene computes in.
+TEST(Simulation, SinglePrecision) {
+  Simulation sim = compile_text(rod, {.name = "find", .set = {{"real", "f32"}}});
+  Simulation exact = compile_text(rod, {.name = "find"});
+  const double loss = exact.gradient();
+  EXPECT_NEAR(sim.gradient(), loss, 1e-6*loss);
+  EXPECT_NEAR(sim.gradient_of("k")[0], exact.gradient_of("k")[0], 1e-5*std::abs(exact.gradient_of("k")[0]));
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(sim.gradient_of("u")[i], exact.gradient_of("u")[i], 1e-6);
+  sim.set_state("u", sine(sim, 0.1));
+  EXPECT_EQ(sim.state("u")[3], static_cast<float>(sine(sim, 0.1)[3]));
+  sim.step(8);
+  expect_near(sim.state("u"), sine(sim, 0.1*std::pow(amplification(0.25, 16), 8)), 1e-7);
+  EXPECT_NEAR(sim.observe("size"), 0.005*std::pow(amplification(0.25, 16), 16), 1e-8);
 }
 
 TEST(Simulation, ASteppedStepAllocatesNothing) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What --set, --scheme and a name on the command line do.
 #include "model/model_support.h"
+#include "model/print_model.h"
 
 namespace dpde::model {
 namespace {
@@ -108,17 +109,20 @@ TEST(Settings, SchemeKeys) {
   EXPECT_EQ(with("a", {{"dx", "central(4)"}}).scheme.derivative_order, 4);
   EXPECT_EQ(with("a", {{"lap", "central4"}}).scheme.laplacian_order, 4);
   EXPECT_EQ(with("a", {{"real", "f64"}}).scheme.name, "first");
+  EXPECT_EQ(with("a", {}).scheme.real, Precision::f64);
+  EXPECT_EQ(with("a", {{"real", "f32"}}).scheme.real, Precision::f32);
+  EXPECT_NE(print(with("a", {{"real", "f32"}}).scheme).find("; real = f32 }"), std::string::npos);
 }
 
 TEST(Settings, Refusals) {
   EXPECT_EQ(refusal("nu", "1"),
             "there is nothing called nu to set; known here: k, advect, dx, lap, time, real, cells, cells.x, cells.y, "
-            "step, end");
+            "step, end, courant");
   EXPECT_EQ(refusal("cell", "1"), "there is nothing called cell to set; did you mean cells?");
   EXPECT_EQ(refusal("cells.z", "1"), "there is nothing called cells.z to set; did you mean cells.x?");
   EXPECT_EQ(refusal("time", "rk3"),
             "time cannot be set to rk3: there is no such choice; choose one of: euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog");
-  EXPECT_EQ(refusal("real", "f32"), "real = f32 is not available; all numbers are f64 in this version");
+  EXPECT_EQ(refusal("real", "f16"), "real cannot be set to f16: there is no such choice; choose one of: f64, f32");
   EXPECT_EQ(refusal("k", "nn"), "k cannot be set to nn: nn is not known here; known here: pi, t, x, y, z");
   EXPECT_EQ(refusal("k", "1/0"), "k cannot be set to 1/0: this is not a finite number: division by zero; ");
   EXPECT_EQ(refusal("cells", "0"), "the number of cells is a whole number from 1 to 2147483647, not 0; ");

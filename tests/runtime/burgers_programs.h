@@ -17,17 +17,19 @@ inline void burgers_uniforms(const double* params, double* uniforms) {
 
 /// streams: u[-1], u, u[+1], u_next
 inline void burgers_row(const dpde_row* row) {
-  const double *w = row->streams[0], *u = row->streams[1], *e = row->streams[2];
-  double* next = row->streams[3];
+  const Doubles s{row->streams};
+  const double *w = s[0], *u = s[1], *e = s[2];
+  double* next = s[3];
   const double a = row->uniforms[0], c = row->uniforms[1];
   for (int64_t i = 0; i < row->count; ++i) next[i] = u[i] - a * u[i] * (e[i] - w[i]) + c * (e[i] - 2 * u[i] + w[i]);
 }
 
 /// streams: u[-1], u, u[+1], s[-1], s, s[+1] (s = u_next_bar), u_bar; sum nu_bar
 inline void burgers_adjoint_row(const dpde_row* row) {
-  const double *w = row->streams[0], *u = row->streams[1], *e = row->streams[2];
-  const double *sw = row->streams[3], *s = row->streams[4], *se = row->streams[5];
-  double* bar = row->streams[6];
+  const Doubles streams{row->streams};
+  const double *w = streams[0], *u = streams[1], *e = streams[2];
+  const double *sw = streams[3], *s = streams[4], *se = streams[5];
+  double* bar = streams[6];
   const double a = row->uniforms[0], c = row->uniforms[1], dc = row->uniforms[2];
   double nu_bar = 0;
   for (int64_t i = 0; i < row->count; ++i) {
@@ -39,9 +41,10 @@ inline void burgers_adjoint_row(const dpde_row* row) {
 
 /// streams: u, target; sum loss
 inline void square_row(const dpde_row* row) {
+  const Doubles s{row->streams};
   double loss = 0;
   for (int64_t i = 0; i < row->count; ++i) {
-    const double d = row->streams[0][i] - row->streams[1][i];
+    const double d = s[0][i] - s[1][i];
     loss += d * d;
   }
   row->sums[0] += loss;
@@ -51,7 +54,8 @@ inline void loss_uniforms(const double* params, double* uniforms) { uniforms[0] 
 
 /// streams: u, target, u_bar; uniform loss_bar
 inline void square_adjoint_row(const dpde_row* row) {
-  for (int64_t i = 0; i < row->count; ++i) row->streams[2][i] = 2 * row->uniforms[0] * (row->streams[0][i] - row->streams[1][i]);
+  const Doubles s{row->streams};
+  for (int64_t i = 0; i < row->count; ++i) s[2][i] = 2 * row->uniforms[0] * (s[0][i] - s[1][i]);
 }
 
 struct BurgersPrograms {

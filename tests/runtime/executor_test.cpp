@@ -76,7 +76,7 @@ void for_each_cell(const dpde_layout& layout, const Place& grow, const std::func
   }
 }
 
-double& at(Field& field, const Place& p) { return field.at(p[0], p[1], p[2]); }
+double& at(Field& field, const Place& p) { return field.as<double>()[index_of(field.layout(), p[0], p[1], p[2])]; }
 
 void randomise(Field& field, uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -109,7 +109,7 @@ std::array<int64_t, 3> halo_of(int rank, int64_t width) { return {width, rank > 
 
 /// v = 2 u[-2] - 3 u[+1 in every axis] + u, sum += v, count += 1
 void star_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const test::Doubles s{row->streams};
   for (int64_t i = 0; i < row->count; ++i) {
     s[3][i] = 2 * s[0][i] - 3 * s[1][i] + s[2][i];
     row->sums[0] += s[3][i];
@@ -210,7 +210,7 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
 
 /// Writes where it is: x + 100 y + 10000 z.
 void place_row(const dpde_row* row) {
-  for (int64_t i = 0; i < row->count; ++i) row->streams[0][i] = static_cast<double>(row->first + i + 100 * row->y + 10000 * row->z);
+  for (int64_t i = 0; i < row->count; ++i) test::Doubles{row->streams}[0][i] = static_cast<double>(row->first + i + 100 * row->y + 10000 * row->z);
 }
 
 TEST(Executor, GrownRegions) {
@@ -230,8 +230,9 @@ TEST(Executor, GrownRegions) {
 
 /// grid[0] at (0,0,0) counts the rows so far; each row notes the count: serial sweeps run in order.
 void order_row(const dpde_row* row) {
-  row->streams[0][0] = row->grids[0][0];
-  row->grids[0][0] += 1;
+  const test::Doubles streams{row->streams}, grids{row->grids};
+  streams[0][0] = grids[0][0];
+  grids[0][0] += 1;
 }
 
 TEST(Executor, SerialSweepsRunRowsInOrder) {
@@ -293,9 +294,10 @@ TEST(Executor, SumsStartAtZeroInEveryRun) {
   }
 }
 
-void interpret(void* context, const dpde_layout* layout, double* const* fields, const double* params, double* sums) {
+void interpret(void* context, const dpde_layout* layout, void* const* fields, const double* params, double* sums) {
   *static_cast<int*>(context) += 1;
-  fields[1][0] = fields[0][0] + params[0] + static_cast<double>(layout->cells[0]);
+  const test::Doubles of{fields};
+  of[1][0] = of[0][0] + params[0] + static_cast<double>(layout->cells[0]);
   sums[0] = 42;
 }
 
@@ -334,12 +336,13 @@ TEST(Executor, RefusesWhatDoesNotFit) {
     }
     return "";
   };
+  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0}, DPDE_F32)), "program star: its values and the grid's are not of the same precision");
   EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 1, 0})), "program star: needs a halo of 2 cells along y, the grid has 1");
   EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4}, {2, 2, 0})), "program star: has 2 axes, the grid has 1");
   EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: field u is not bound");
   dpde_program old = program.table();
   old.version = 0;
-  EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: made for version 0 of the runtime's tables, this is 2");
+  EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: made for version 0 of the runtime's tables, this is " + std::to_string(DPDE_ABI_VERSION));
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ void expect_gradient_of_loss(Rollout& rollout, const dpde_layout& layout, const 
   double largest = 0;
   for (int s = 0; s < rollout.state_count(); ++s) {
     for (int64_t i = 0; i < layout.cells[0]; ++i) {
-      double& cell = rollout.initial(s).at(i);
+      double& cell = rollout.initial(s).as<double>()[i];
       const double before = cell;
       cell = before + step;
       const double above = rollout.loss();
@@ -167,7 +167,7 @@ void wave_uniforms(const double* params, double* uniforms) { uniforms[0] = param
 
 /// streams: u[-1], u, u[+1], v, u_next, v_next
 void wave_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const test::Doubles s{row->streams};
   for (int64_t i = 0; i < row->count; ++i) {
     s[4][i] = 2 * s[1][i] - s[3][i] + row->uniforms[0] * (s[0][i] - 2 * s[1][i] + s[2][i]);
     s[5][i] = s[1][i];
@@ -176,7 +176,7 @@ void wave_row(const dpde_row* row) {
 
 /// streams: un[-1], un, un[+1], vn (seeds), u_bar, v_bar
 void wave_adjoint_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const test::Doubles s{row->streams};
   for (int64_t i = 0; i < row->count; ++i) {
     s[4][i] = 2 * s[1][i] + row->uniforms[0] * (s[0][i] - 2 * s[1][i] + s[2][i]) + s[3][i];
     s[5][i] = -s[1][i];
@@ -241,7 +241,8 @@ void growth_uniforms(const double* params, double* uniforms) {
   uniforms[1] = params[1];
 }
 void factor_row(const dpde_row* row) {
-  for (int64_t i = 0; i < row->count; ++i) row->streams[1][i] = (row->uniforms[0] + row->uniforms[1]) * row->streams[0][i];
+  const test::Doubles s{row->streams};
+  for (int64_t i = 0; i < row->count; ++i) s[1][i] = (row->uniforms[0] + row->uniforms[1]) * s[0][i];
 }
 
 TEST(Gradient, TheTimeGoesBackwardsInTheAdjoint) {
@@ -281,17 +282,17 @@ constexpr dpde_boundary wall{test::side(DPDE_ZERO_GRADIENT), test::side(DPDE_ZER
 
 /// streams: u, u west, u east, u south, u north, l
 void laplace_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const test::Doubles s{row->streams};
   for (int64_t i = 0; i < row->count; ++i) s[5][i] = s[1][i] + s[2][i] + s[3][i] + s[4][i] - 4 * s[0][i];
 }
 /// streams: u, c, l, u_next
 void add_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const test::Doubles s{row->streams};
   for (int64_t i = 0; i < row->count; ++i) s[3][i] = s[0][i] + s[1][i] * s[2][i];
 }
 /// streams: seed at centre, west, east, south, north, then c at the same places, u_bar
 void heat_adjoint_row(const dpde_row* row) {
-  double* const* s = row->streams;
+  const test::Doubles s{row->streams};
   const auto inside = [&](int64_t x, int64_t y) { return x >= 0 && x < row->layout->cells[0] && y >= 0 && y < row->layout->cells[1]; };
   for (int64_t i = 0; i < row->count; ++i) {
     const int64_t x = row->first + i, y = row->y;
@@ -342,7 +343,7 @@ TEST(Gradient, TwoDimensionsWithWallsTemporariesAndACoefficient) {
     const GradientResult& result = rollout.gradient();
     const std::vector<double> bars = bars_of(layout, result);
     for (int64_t i = 0; i < 20; ++i) {  // the loss is quadratic: central differences are exact
-      double& cell = rollout.initial(0).at(i % 5, i / 5);
+      double& cell = rollout.initial(0).as<double>()[index_of(layout, i % 5, i / 5, 0)];
       const double before = cell;
       cell = before + 0.5;
       const double above = rollout.loss();

@@ -32,6 +32,21 @@ TEST(Layout, RowsAreAlignedPaddedAndStaggered) {
   }
 }
 
+TEST(Layout, RowsOfFloatsBeginOnLinesToo) {
+  for (int64_t nx : {1, 15, 16, 128, 992, 1000, 2048}) {
+    for (int64_t halo : {0, 1, 17}) {
+      const dpde_layout layout = make_layout(std::vector<int64_t>{nx, 5, 3}, {halo, halo, 1}, DPDE_F32);
+      EXPECT_EQ(layout.origin * 4 % 64, 0);
+      for (size_t axis : {1, 2}) {
+        EXPECT_EQ(layout.stride[axis] * 4 % 64, 0);
+        EXPECT_NE(layout.stride[axis] * 4 % 4096, 0);
+      }
+      EXPECT_GE(layout.stride[1], nx + 2 * std::max<int64_t>(halo, 16));
+      EXPECT_EQ(field_bytes(layout), layout.size * 4);
+    }
+  }
+}
+
 TEST(Layout, AxesBeyondTheRankHaveOneCellAndNoHalo) {
   const dpde_layout layout = make_layout(std::vector<int64_t>{128}, {1, 4, 4});
   EXPECT_EQ(layout.cells[1], 1);
@@ -58,6 +73,8 @@ TEST(Layout, RefusesWhatIsNoGrid) {
   EXPECT_STREQ(kind_of({1 << 20, 1 << 20, 1 << 20}, {}), "machine");
   EXPECT_STREQ(kind_of({4, 4, 4}, {1, int64_t{1} << 40, int64_t{1} << 40}), "machine");
   EXPECT_STREQ(kind_of({4}, {4, 0, 0}), "none");
+  EXPECT_THROW(make_layout(std::vector<int64_t>{(1 << 24) + 1}, {}, DPDE_F32), Error);
+  EXPECT_NO_THROW(make_layout(std::vector<int64_t>{1 << 24}, {}, DPDE_F32));
 }
 
 TEST(Field, CopiesDenseArraysAndKeepsTheHalo) {
@@ -76,6 +93,36 @@ TEST(Field, CopiesDenseArraysAndKeepsTheHalo) {
   field.copy_out(back);
   EXPECT_EQ(back, dense);
   EXPECT_THROW(field.copy_in(std::vector<double>(29)), Error);
+}
+
+TEST(Field, HoldsFloatsWhereTheLayoutSaysSo) {
+  const dpde_layout layout = make_layout(std::vector<int64_t>{5, 3}, {1, 1, 0}, DPDE_F32);
+  Field field(layout);
+  std::vector<double> dense(15), back(15);
+  for (size_t i = 0; i < dense.size(); ++i) dense[i] = 0.1 + static_cast<double>(i);
+  field.copy_in(dense);
+  field.copy_out(back);
+  for (size_t i = 0; i < dense.size(); ++i) EXPECT_EQ(back[i], static_cast<float>(dense[i]));
+  EXPECT_EQ(field.as<float>()[index_of(layout, 2, 1, 0)], 7.1f);
+  field.set(0.3, 4, 2);
+  EXPECT_EQ(field.at(4, 2), 0.3f);
+  EXPECT_EQ(find_not_finite(layout, field.base()), std::nullopt);
+  field.set(1e39, 3, 2);
+  EXPECT_EQ(find_not_finite(layout, field.base()), (Cell{3, 2, 0}));
+  EXPECT_EQ(value_at(layout, field.base(), {3, 2, 0}), std::numeric_limits<double>::infinity());
+}
+
+TEST(Field, AddsFloatsToDoubles) {
+  const dpde_layout floats = make_layout(std::vector<int64_t>{5, 3}, {1, 1, 0}, DPDE_F32);
+  const dpde_layout doubles = make_layout(std::vector<int64_t>{5, 3}, {2, 0, 0});
+  Field part(floats), total(doubles), rounded(floats);
+  part.fill(0.1);
+  for (int i = 0; i < 3; ++i) add_interior(doubles, total.base(), {&floats, part.base()});
+  EXPECT_EQ(total.at(4, 2), 3 * static_cast<double>(0.1f));
+  EXPECT_EQ(total.at(-1, 0), 0);
+  copy_interior(floats, rounded.base(), {&doubles, total.base()});
+  EXPECT_EQ(rounded.at(4, 2), static_cast<float>(3 * static_cast<double>(0.1f)));
+  EXPECT_EQ(rounded.at(-1, 0), 0);
 }
 
 TEST(Field, IsZeroAlignedAndStaggered) {
@@ -118,11 +165,11 @@ TEST(Field, FindsTheFirstValueThatIsNotFinite) {
   const dpde_layout layout = make_layout(std::vector<int64_t>{21, 3, 2}, {1, 1, 1});
   Field field(layout);
   field.fill(1e300);
-  field.at(-1, 0, 0) = std::numeric_limits<double>::quiet_NaN();  // halo: not looked at
+  field.set(std::numeric_limits<double>::quiet_NaN(), -1, 0, 0);  // halo: not looked at
   EXPECT_TRUE(is_finite(layout, field.base()));
   for (const double bad : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     for (const Cell cell : {Cell{20, 2, 1}, Cell{9, 2, 1}, Cell{0, 1, 1}, Cell{16, 0, 0}}) {
-      field.at(cell.x, cell.y, cell.z) = bad;
+      field.set(bad, cell.x, cell.y, cell.z);
       EXPECT_EQ(find_not_finite(layout, field.base()), cell);
     }
     field.fill(-2);

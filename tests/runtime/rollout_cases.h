@@ -56,7 +56,7 @@ struct BurgersCase {
 
 inline std::vector<double> bars_of(const dpde_layout& layout, const GradientResult& result, size_t state = 0) {
   std::vector<double> dense(static_cast<size_t>(cell_count(layout)));
-  copy_out(layout, result.state_bars[state], dense);
+  copy_out(result.state_bars[state], dense);
   return dense;
 }
 

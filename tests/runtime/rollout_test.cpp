@@ -21,7 +21,8 @@ void growth_uniforms(const double* params, double* uniforms) {
   uniforms[1] = params[1];
 }
 void growth_row(const dpde_row* row) {
-  for (int64_t i = 0; i < row->count; ++i) row->streams[1][i] = row->uniforms[0] * row->streams[0][i] + row->uniforms[1];
+  const Doubles s{row->streams};
+  for (int64_t i = 0; i < row->count; ++i) s[1][i] = row->uniforms[0] * s[0][i] + row->uniforms[1];
 }
 
 struct GrowthCase {
@@ -50,7 +51,7 @@ TEST(Rollout, TheTimeIsThatOfTheStepsStart) {
   const RunResult result = rollout.run();
   EXPECT_EQ(result.steps_done, 5);
   EXPECT_FALSE(result.blow_up);
-  EXPECT_EQ(rollout.final_states()[0][3], 2 + 2.5 + 3 + 3.5 + 4);
+  EXPECT_EQ(Doubles{rollout.final_states().data()}[0][3], 2 + 2.5 + 3 + 3.5 + 4);
   EXPECT_EQ(rollout.initial(0).at(3), 0);  // untouched
 }
 
@@ -61,7 +62,7 @@ TEST(Rollout, TheObserverSeesEveryKthStateAndTheLast) {
   const auto look = [&](const Snapshot& at) {
     steps.push_back(at.step);
     EXPECT_EQ(at.t, 2);
-    EXPECT_EQ(at.states[0][0], 2.0 * at.step);
+    EXPECT_EQ(Doubles{at.states.data()}[0][0], 2.0 * at.step);
   };
   rollout.run({70, look});
   EXPECT_EQ(steps, (std::vector{0, 70, 140, 200}));
@@ -81,8 +82,8 @@ TEST(Rollout, FindsWhereTheFirstValueBlowsUp) {
     RolloutSetup setup = growth.setup(300, 10, 0);
     setup.t0 = 0;
     rollout = Rollout(std::move(setup));
-    rollout.initial(0).at(5) = std::pow(10.0, 308 - first + 1);
-    rollout.initial(0).at(11) = 1e-30;
+    rollout.initial(0).set(std::pow(10.0, 308 - first + 1), 5);
+    rollout.initial(0).set(1e-30, 11);
     const RunResult result = rollout.run();
     ASSERT_TRUE(result.blow_up);
     EXPECT_EQ(result.blow_up->step, first);
@@ -91,14 +92,14 @@ TEST(Rollout, FindsWhereTheFirstValueBlowsUp) {
     EXPECT_TRUE(std::isinf(result.blow_up->value));
     EXPECT_EQ(result.steps_done, first - 1);
     EXPECT_TRUE(is_finite(growth.layout, rollout.final_states()[0]));
-    EXPECT_GT(rollout.final_states()[0][5], 1e307);
+    EXPECT_GT(Doubles{rollout.final_states().data()}[0][5], 1e307);
   }
 }
 
 TEST(Rollout, ABadInitialStateIsStateZero) {
   GrowthCase growth;
   Rollout rollout(growth.setup(10, 1, 0));
-  rollout.initial(0).at(2) = std::nan("");
+  rollout.initial(0).set(std::nan(""), 2);
   const RunResult result = rollout.run();
   ASSERT_TRUE(result.blow_up);
   EXPECT_EQ(result.blow_up->step, 0);

@@ -24,6 +24,12 @@ struct StreamOf {
 constexpr dpde_side side(int kind, int value = -1) { return {kind, value, -1, -1, -1}; }
 constexpr dpde_boundary periodic{side(DPDE_PERIODIC), side(DPDE_PERIODIC)};
 
+/// Streams or grids of a row of doubles.
+struct Doubles {
+  void* const* pointers;
+  double* operator[](int k) const { return static_cast<double*>(pointers[k]); }
+};
+
 class TestProgram {
  public:
   TestProgram(std::string name, int rank, std::vector<std::string> inputs, std::vector<std::string> others = {})

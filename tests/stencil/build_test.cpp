@@ -103,7 +103,8 @@ program p {
   axes x periodic, y bounded
   fill u x periodic, y = b
   fill w x periodic, y = zero_gradient
-  run z
+  fill v x periodic, y = 0
+  run z grow 1
   run k grow 1
   fold w_bar grow 1 x periodic, y = 0
   swap w, w_bar

@@ -42,6 +42,16 @@ std::vector<double> along_x(const State& state, const std::string& field) {
   return values;
 }
 
+/// n = 3: u[-1] and u[2] lie on the walls and become c, beyond them the odd image.
+TEST(Halo, OnWallsSetsTheLastEntryAndTheOddImageAboutTheWall) {
+  State state({1, {3, 1, 1}}, 3);
+  state.set("u", {1, 2, 99});
+  const Side low{SideKind::on_wall, 10.0}, high{SideKind::on_wall, param("c")};
+  apply(state, Fill{"u", {{Topology::bounded, low, high}}}, {{"c", 20}});
+  const double wanted[] = {18, 19, 10, 1, 2, 20, 38, 39, 30};
+  for (int i = -3; i < 6; ++i) EXPECT_EQ(state.at("u", {i, 0, 0}), wanted[i + 3]) << i;
+}
+
 TEST(Interpret, FillsByRepeatedReflection) {
   State state({1, {2, 1, 1}}, 5);
   state.set("u", {1, 2});

@@ -127,22 +127,43 @@ TEST(Verify, FillsAndFolds) {
                                       "program p runs step, which reads u farther out than d was computed"}));
   EXPECT_EQ(with([](Module& m) { std::swap(m.programs[0].body[1], m.programs[0].body[4]); }).front(),
             "program p folds w before it is written");
+  EXPECT_EQ(with([](Module& m) { std::get<Fold>(m.programs[0].body[4]).grow = 9; }),
+            one("program p folds w farther out than it was computed"));
 }
 
 TEST(Verify, ReadsOnBoundedAxesMayBeMaskedOrComputedOnAGrownRegion) {
   const std::string text = R"(kernel a(u: field, out v: field) { v = u }
 kernel plain(v: field halo 1, out w: field) { w = v[+1] }
 kernel masked(v: field halo 1, out w: field) { w = if(inside[+1], v[+1], 0) }
-program p { axes x bounded; run a grow 1; run plain; keep w }
+program p { fill u x = 0; run a grow 1; run plain; keep w }
 program q { axes x bounded; run a; run masked; keep w }
 )";
   EXPECT_EQ(verify(module_of(text)), std::vector<std::string>{});
   Module m = module_of(text);
-  std::get<stencil::Run>(m.programs[0].body[0]).grow = 0;
+  std::get<stencil::Run>(m.programs[0].body[1]).grow = 0;
   EXPECT_EQ(verify(m), one("program p runs plain, which reads neighbours of v, without a fill"));
+  m = module_of(text);
+  m.programs[0].body.erase(m.programs[0].body.begin());
+  EXPECT_EQ(verify(m), one("program p runs a, which reads neighbours of u, without a fill"));
   m = module_of(text);
   m.programs[1].axes = {Topology::periodic};
   EXPECT_EQ(verify(m), one("program q runs masked, which reads neighbours of v, without a fill"));
+}
+
+TEST(Verify, WallsAreKnownAsFarAsTheirOwnFillsLeaveThem) {
+  const std::string text = R"(kernel a(u: field, out v: field) { v = u }
+kernel b(u: field, out w: field) { w = u }
+kernel far(u: field halo 2, out r: field) { r = u[+2] }
+program p { fill u x = 0; run a grow 1; run b grow 2; fill u x = w; run far; keep r }
+)";
+  EXPECT_EQ(verify(module_of(text)), std::vector<std::string>{});
+  Module m = module_of(text);
+  std::vector<stencil::Statement>& body = m.programs[0].body;
+  const Fill of_wall{"w", {{Topology::bounded, {SideKind::value, access("v")}, {SideKind::value, 0.0}}}};
+  body.insert(body.begin() + 3, of_wall);
+  EXPECT_EQ(verify(m), one("program p runs far, which reads u farther out than w was computed"));
+  std::swap(body[3], body[4]);  // u has its values by then
+  EXPECT_EQ(verify(m), std::vector<std::string>{});
 }
 
 TEST(Verify, Results) {

@@ -45,6 +45,11 @@ class NetcdfFile {
     EXPECT_EQ(nc_get_var_double(id_, number(variable), values.data()), NC_NOERR);
     return values;
   }
+  bool is_float(const std::string& variable) const {
+    nc_type type = 0;
+    nc_inq_vartype(id_, number(variable), &type);
+    return type == NC_FLOAT;
+  }
   /// Of a variable, or ("") of the file.
   std::string text(const std::string& variable, const std::string& attribute) const {
     const int of = variable.empty() ? NC_GLOBAL : number(variable);

@@ -85,6 +85,38 @@ const std::string walls_2d_kernel = R"(
 kernel wall(x: field, y: field, out wc: field, g, c0: param) { wc = if(x < 0, g^2*y, sin(g*x)*c0 + y) }
 )";
 
+/// Shallow water on staggered points: u on the upper faces of the cells, its last value on the high wall.
+const std::string staggered_kernel = R"(
+kernel k(e: field halo 1, u: field halo 2, out en: field, out un: field, g, c, dt, hx: param) {
+  let h = 1 + (e + e[+1])/2
+  let hm = 1 + (e[-1] + e)/2
+  en = e - dt*(h*u - hm*u[-1])/hx
+  un = if(inside[+1], u - dt*(g*(e[+1] - e)/hx + u*(u[+1] - u[-1])/(2*hx) - 0.01*(27*(u[+1] - u) - u[+2] + u[-2])*u[-1]), c)
+}
+)";
+
+const std::string staggered_2d_kernel = R"(
+kernel k(e: field halo 1, u: field halo 1, v: field halo 2, out en: field, out un: field, out vn: field, g, c, dt, hx, hy: param) {
+  en = e - dt*((1 + e)*(u - u[-1, 0])/hx + (v - v[0, -1])/hy)
+  let vu = (v + v[+1, 0] + v[0, -1] + v[+1, -1])/4
+  let uv = (u + u[-1, 0] + u[0, +1] + u[-1, +1])/4
+  un = if(inside[+1, 0], u - dt*(g*(e[+1, 0] - e)/hx + vu*(u[0, +1] - u[0, -1])/(2*hy)), c)
+  vn = if(inside[0, +1], v - dt*(g*(e[0, +1] - e)/hy + uv*(v[+1, 0] - v[-1, 0])/(2*hx) + v*(v[0, +2] - v[0, -2])), c)
+}
+)";
+
+/// On the nodes: staggered along all axes. The walls' values are read at n - 1 too.
+const std::string node_kernels = R"(
+kernel wall(x: field, out wc: field, g, dt: param) on 3 axes { wc = g^2*x + dt }
+kernel k(w: field halo 1, out v: field, c: param) {
+  v = w[+1, 0, 0]*w[-1, 0, 0] + c*w[0, +1, +1] - w*w[0, -1, 0] + w[0, 0, -1]
+}
+kernel s(w: field, q: field, v: field, out vn: field, sum e: param) on 3 axes {
+  vn = v*w + q^2
+  e += w^2*q
+}
+)";
+
 /// Reads the corners.
 const std::string cross_kernel = R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }
@@ -160,6 +192,25 @@ std::vector<ProgramCase> program_cases() {
       {"values along walls, interpolated", 2, walls_2d_kernel + interp_2d_kernels +
            "program p { run wall grow 1; fill w x.low = wc, x.high = gradient(wc), y periodic; fill q x = zero_gradient, y periodic; "
            "run s2; keep v }", {{"w", "q"}, {"c0", "g"}}},
+      {"staggered", 1, staggered_kernel + "program p { fill e x = zero_gradient; fill u x = on_wall(c); run k; swap e, en; swap u, un }",
+       {{"e", "u"}, {"g"}}},
+      {"staggered, two walls", 1, walls_kernel + staggered_kernel +
+           "program p { run wall grow 2; fill e x = zero_gradient; fill u x.low = on_wall(wc), x.high = on_wall(c); run k; swap e, en; swap u, un }",
+       {{"e", "u"}, {"g"}}},
+      {"staggered 2-D", 2, staggered_2d_kernel +
+           "program p { fill e x = zero_gradient, y = zero_gradient; fill u x = on_wall(c), y = zero_gradient; "
+           "fill v x = 0, y = on_wall(c); run k; swap e, en; swap u, un; swap v, vn }",
+       {{"e", "u", "v"}, {"g"}}},
+      {"staggered 2-D, one axis periodic", 2, staggered_2d_kernel +
+           "program p { fill e x periodic, y = zero_gradient; fill u x periodic, y = 0.2; fill v x periodic, y = on_wall(c); "
+           "run k; swap e, en; swap u, un; swap v, vn }",
+       {{"e", "u", "v"}, {"g"}}},
+      {"nodes", 3, node_kernels +
+           "program p { run wall grow 1; fill w x.low = on_wall(wc), x.high = on_wall(0.3), y periodic, z = on_wall(wc); run k; "
+           "fill q x = on_wall(0.4), y periodic, z = on_wall(wc); run s; keep vn }",
+       {{"w", "q"}, {"c", "g"}}},
+      {"read on the walls only", 2, "kernel s(u: field, q: field, sum e: param) on 2 axes { e += u^2*q }\n"
+           "program p { fill u x = on_wall(0.7), y = on_wall(0.3); run s }", {{"u", "q"}, {}}},
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };

@@ -53,7 +53,7 @@ SceneResult run_scene(const std::string& text, const std::string& scene, const O
   session.rollout().run();
   std::vector<Field> fields;
   fields.reserve(session.problem().states.size());
-  std::vector<double*> states;
+  std::vector<void*> states;
   for (size_t i = 0; i < session.problem().states.size(); ++i) {
     const std::vector<double> values = session.final_state(static_cast<int>(i));
     result.state[session.problem().states[i].name] = values;

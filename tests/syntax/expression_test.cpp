@@ -152,9 +152,9 @@ TEST(Expression, ReportsMistakes) {
   EXPECT_EQ(formatted_expression("v.x.y"), "1:4 E0201 expected the end of the expression but found '.'\n");
   EXPECT_EQ(formatted_expression("v.+1"),
             "1:3 E0201 expected the name of a component, as in u.x but found '+'\n");
-  EXPECT_EQ(formatted_expression("|u|"),
-            "1:1 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n"
-            "1:3 E0101 unexpected character '|' | write abs(x) for the absolute value, and the word or for a choice\n");
+  EXPECT_EQ(formatted_expression("| u - |v| |^2"), "|u - |v||^2");
+  EXPECT_EQ(formatted_expression("|u"), "1:3 E0201 expected the closing '|' but found the end of the file\n");
+  EXPECT_EQ(formatted_expression("a || b"), "1:3 E0201 expected the end of the expression but found '|'\n");
 }
 
 TEST(Expression, LimitsNestingAndLength) {

@@ -49,7 +49,7 @@ class Stepper {
       executor_.run();
       for (int s = 0; s < program_.swap_count; ++s) {
         const dpde_swap& swap = program_.swaps[s];
-        double* const state = executor_.bound(swap.state);
+        void* const state = executor_.bound(swap.state);
         executor_.bind(swap.state, executor_.bound(swap.next));
         executor_.bind(swap.next, state);
       }

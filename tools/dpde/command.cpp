@@ -10,6 +10,7 @@
 
 #include "driver/cache_folder.h"
 #include "driver/files.h"
+#include "driver/imports.h"
 #include "driver/session.h"
 #include "interrupt.h"
 #include "source/render.h"
@@ -40,10 +41,11 @@ std::vector<std::string> split_set(const std::string& text) {
 
 }  // namespace
 
-bool Job::load_source() {
+bool Job::load_source(bool imports) {
   const std::optional<std::string> text = driver::read_file(options_.file, {}, sink_);
   if (text) source_ = SourceFile(options_.file, *text);
-  return text.has_value();
+  if (imports) source_ = driver::with_imports(source_, sink_);
+  return !sink_.has_errors();
 }
 
 std::optional<driver::CompileOptions> Job::compile_options() {

@@ -44,7 +44,7 @@ class Job {
   bool failed() const { return sink_.has_errors(); }
 
   /// Reads options().file; false and a diagnostic when that fails.
-  bool load_source();
+  bool load_source(bool imports = true);
   /// Selection, backend and verification level of the options; nullopt and diagnostics when one is nonsense.
   std::optional<driver::CompileOptions> compile_options();
 

@@ -31,7 +31,7 @@ stencil::Module derivatives(const driver::Compiled& compiled, bool adjoint) {
 }
 
 loop::Module adjoint_loop(const driver::Compiled& compiled) {
-  return driver::lower_to_loop(derivatives(compiled, true), compiled.derivative_programs(true));
+  return driver::lower_to_loop(derivatives(compiled, true), compiled.derivative_programs(true), compiled.real());
 }
 
 std::string model_text(const driver::Compiled& compiled, Job& job) {
@@ -42,12 +42,14 @@ std::string model_text(const driver::Compiled& compiled, Job& job) {
 
 std::string stencil_text(const driver::Compiled& compiled) {
   const std::string text = print(driver::extract(compiled.stencil, compiled.primal_programs));
-  return compiled.problem ? text + "\n" + driver::scene_text(compiled) : text;
+  const std::string scene = compiled.problem ? driver::scene_text(compiled) : "";
+  return scene.empty() ? text : text + "\n" + scene;
 }
 
 std::string stage_text(Job& job, const EmitOptions& options) {
   if (options.stage == "ast") {
-    const ast::File file = parse(job.source(), job.sink());
+    ast::File file = parse(job.source(), job.sink());
+    std::erase_if(file.declarations, [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
     return job.failed() ? "" : print(file);
   }
   std::optional<driver::CompileOptions> compile_options = job.compile_options();

@@ -24,7 +24,7 @@ int format_file(const FmtOptions& options) {
   Job job(options);
   bool differs = false;
   guarded(job, [&] {
-    if (!job.load_source()) return;
+    if (!job.load_source(false)) return;
     const ast::File file = parse(job.source(), job.sink());
     if (job.failed()) return;
     const std::string text = print(file);

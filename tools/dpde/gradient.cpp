@@ -40,8 +40,11 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     for (const double value : values) largest = std::max(largest, std::abs(value));
     entry["max"] = json_number(largest);
     save_state(job, run.session->workspace(), "gradient_" + part.name, values);
-    save_picture(job, "gradient_" + part.name, panels_of(run.session->workspace(), "d loss / d " + name, {{part.name, values}}));
+    save_picture(job, "gradient_" + part.name, panels_of(run.session->workspace(), "d loss / d " + name, {{part.name, values, placement_of(*run.session, part.name)}}));
     job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
+  } else if (part.is_control()) {
+    entry["values"] = json_numbers(part_of(gradient, part));
+    job.say(fmt::format("d loss / d {}: norm {:.12g} over {} intervals\n", name, shown(norm), part.size));
   } else {
     entry["value"] = json_number(gradient[part.offset]);
     job.say(fmt::format("d loss / d {} = {:.12g}\n", name, shown(gradient[part.offset])));
@@ -82,6 +85,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   result["checkpoints"] = {
       {"stored", last.stored_states}, {"recomputed_steps", last.recomputed_steps}, {"bytes", last.checkpoint_bytes}};
   result["compile_s"] = run.compiled->seconds;
+  result["certificate"] = certificate_json(run);
   result["files"] = job.files();
   return result;
 }

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "dpde/runtime/netcdf.h"
+#include "driver/imports.h"
+#include "model/placement.h"
 #include "model/print_model.h"
 #include "scene_output.h"
 
@@ -35,34 +38,54 @@ class Names {
 /// The language has no units: every number is a ratio.
 NetcdfAttributes described(const std::string& what) { return {{"long_name", what}, {"units", "1"}}; }
 
-void add_axes(NetcdfContent& content, const driver::Workspace& workspace, Names& names) {
-  const std::string corner = names.free("bounds");
-  content.dimensions.push_back({corner, 2});
-  for (const model::Axis& axis : workspace.axes()) {
-    content.dimensions.push_back({axis.name, axis.cells});
-    NetcdfVariable centres{axis.name, {axis.name}, described(axis.name + " of the cell centres"), {}};
-    NetcdfVariable bounds{names.free(axis.name + "_bounds"), {axis.name, corner}, {}, {}};
-    const std::string letter(1, static_cast<char>(axis.name[0] - 'x' + 'X'));
-    centres.attributes.insert(centres.attributes.end(), {{"axis", letter}, {"bounds", bounds.name}});
-    centres.attributes.push_back({"boundary", axis.topology == Topology::periodic ? "periodic" : "bounded"});
-    for (int i = 0; i < axis.cells; ++i) {
-      centres.values.push_back(axis.low + (i + 0.5) * axis.spacing());
-      bounds.values.insert(bounds.values.end(), {axis.low + i * axis.spacing(), axis.low + (i + 1) * axis.spacing()});
-    }
-    content.variables.push_back(std::move(centres));
-    content.variables.push_back(std::move(bounds));
+/// Names of the dimensions of values at centres, and at faces, of each axis.
+using AxisNames = std::vector<std::array<std::string, 2>>;
+
+void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& what, const std::string& corner, Names& names) {
+  content.dimensions.push_back({name, axis.cells});
+  NetcdfVariable places{name, {name}, described(axis.name + what), {}};
+  NetcdfVariable bounds{names.free(name + "_bounds"), {name, corner}, {}, {}};
+  const std::string letter(1, static_cast<char>(axis.name[0] - 'x' + 'X'));
+  places.attributes.insert(places.attributes.end(), {{"axis", letter}, {"bounds", bounds.name}});
+  places.attributes.push_back({"boundary", axis.topology == Topology::periodic ? "periodic" : "bounded"});
+  for (int i = 0; i < axis.cells; ++i) {
+    places.values.push_back(axis.low + (i + 0.5) * axis.spacing());
+    bounds.values.insert(bounds.values.end(), {axis.low + i * axis.spacing(), axis.low + (i + 1) * axis.spacing()});
   }
+  content.variables.push_back(std::move(places));
+  content.variables.push_back(std::move(bounds));
 }
 
-void add_series(NetcdfContent& content, const driver::Workspace& workspace, const Series& series, const std::string& time) {
+/// The axes, and for those along which states are staggered the places of the faces.
+AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const driver::Workspace& workspace, Names& names) {
+  const std::string corner = names.free("bounds");
+  content.dimensions.push_back({corner, 2});
+  AxisNames result;
+  for (std::size_t a = 0; a < workspace.axes().size(); ++a) {
+    const model::Axis& axis = workspace.axes()[a];
+    result.push_back({axis.name, ""});
+    add_axis(content, axis, axis.name, " of the cell centres", corner, names);
+    const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
+    if (std::ranges::none_of(session.problem().states, is_staggered)) continue;
+    result.back()[1] = names.free(axis.name + "_faces");
+    model::Placement faces{};
+    faces[a] = true;
+    add_axis(content, model::axes_at(workspace.axes(), faces)[a], result.back()[1], " of the upper faces of the cells", corner, names);
+  }
+  return result;
+}
+
+void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Series& series, const std::string& time) {
   content.dimensions.push_back({time, static_cast<std::int64_t>(series.times.size())});
   NetcdfVariable times{time, {time}, described("time"), series.times};
   times.attributes.push_back({"axis", "T"});
   content.variables.push_back(std::move(times));
-  std::vector<std::string> dimensions{time};
-  for (std::size_t a = workspace.axes().size(); a-- > 0;) dimensions.push_back(workspace.axes()[a].name);
   for (const std::string& field : series.fields) {
-    content.variables.push_back({field, dimensions, described("field " + field), series.values.at(field)});
+    const model::Placement placement = placement_of(session, field);
+    const bool is_single = session.problem().scheme.real == Precision::f32;
+    std::vector<std::string> dimensions{time};
+    for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
+    content.variables.push_back({field, dimensions, described("field " + field), series.values.at(field), is_single});
   }
 }
 
@@ -92,7 +115,7 @@ void add_origin(NetcdfContent& content, const Job& job, const driver::Session& s
                         {"dpde_settings", settings},
                         {"dpde_scheme", model::print(problem.scheme)},
                         {"dpde_problem", model::print(problem)},
-                        {"dpde_text", std::string(job.source().text())},
+                        {"dpde_text", driver::text_without_imports(job.source())},
                         {"dpde_step", problem.step},
                         {"dpde_seed", static_cast<double>(options.seed)}};
 }
@@ -104,15 +127,16 @@ void save_netcdf(Job& job, driver::Session& session, const Record& record) {
   NetcdfContent content;
   Names names(session);
   add_origin(content, job, session);
-  add_axes(content, session.workspace(), names);
+  const AxisNames axes = add_axes(content, session, session.workspace(), names);
   bool is_first = true;
   for (const Series& series : record.series()) {
     const std::string time = names.free("time");
-    add_series(content, session.workspace(), series, time);
+    add_series(content, session, axes, series, time);
     if (is_first) add_observables(content, series, time);
     is_first = false;
   }
   for (const model::Parameter& param : session.problem().params) {
+    if (session.problem().find_control(param.name) != nullptr) continue;  // no number of the whole run: dpde_problem has its formula
     content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
   }
   guarded(job, [&] { save_text(job, session.problem().scene + ".nc", compose_netcdf(content)); });

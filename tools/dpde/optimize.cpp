@@ -31,6 +31,7 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const std::string text = print(run.compiled->stencil);
   std::uint64_t key = driver::hash_bytes(text.data(), text.size());
   const auto add = [&](const auto& value) { key = driver::hash_bytes(&value, sizeof value, key); };
+  add(run.compiled->real());
   add(method.kind);
   add(method.rate);
   add(method.gauss_newton);
@@ -139,6 +140,8 @@ Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_field()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
+    } else if (part.is_control()) {
+      unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}, {"values", json_numbers(part_of(result.x, part))}};
     } else {
       unknowns[part.name] = {{"value", json_number(result.x[part.offset])}};
       job.say(fmt::format("{} = {:.12g}\n", part.name, shown(result.x[part.offset])));
@@ -174,6 +177,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   json["loss"] = json_numbers(result.losses);
   json["wall_s"] = outcome.seconds;
   json["compile_s"] = run.compiled->seconds;
+  json["certificate"] = certificate_json(run);
   json["evaluations"] = result.evaluations;
   json["hessian_products"] = result.hessian_products;
   json["resumed_evaluations"] = recorded;

@@ -56,7 +56,7 @@ std::vector<std::vector<double>> states_at(TaskRun& run, const Eigen::VectorXd& 
   const auto keep = [&](const Snapshot& snapshot) {
     if (snapshot.step != step) return;
     states.clear();
-    for (double* base : snapshot.states) {
+    for (void* base : snapshot.states) {
       states.emplace_back(run.session->workspace().cell_count());
       copy_out(run.session->workspace().layout(), base, states.back());
     }
@@ -74,21 +74,56 @@ void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pan
   for (const driver::DataStates& datum : run.session->data()) {
     const std::string name = state_of(run, datum.name);
     const int state = run.session->rollout().state_index(name);
-    const double* target = run.session->datum_at(datum, time);
+    const void* target = run.session->datum_at(datum, time);
     if (state < 0 || target == nullptr || !is_in_loss(run, datum.name)) continue;
     std::vector<double> values(run.session->workspace().cell_count());
     copy_out(run.session->workspace().layout(), target, values);
     const auto both = panels_of(run.session->workspace(), fmt::format("{} at t = {:.6g}", name, time),
-                                {{"target", values}, {"result", states[std::size_t(state)]}});
+                                {{"target", values, placement_of(*run.session, name)},
+                                 {"result", states[std::size_t(state)], placement_of(*run.session, name)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }
 
+/// Begins of the intervals of a control, and the end of the last.
+std::vector<double> instants_of(const TaskRun& run, const std::string& control) {
+  const int every = run.session->problem().find_control(control)->every;
+  std::vector<double> times;
+  for (int n = 0; n < run.session->steps(); n += every) times.push_back(run.session->time_of(n));
+  times.push_back(run.session->end_time());
+  return times;
+}
+
+/// A line of steps.
+LinePanel control_panel(const TaskRun& run, const std::string& name, const std::vector<double>& values) {
+  const std::vector<double> times = instants_of(run, name);
+  Curve curve{name, {}, {}};
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    curve.x.insert(curve.x.end(), {times[k], times[k + 1]});
+    curve.y.insert(curve.y.end(), {values[k], values[k]});
+  }
+  LinePanel panel;
+  panel.title = name;
+  panel.x_label = "t";
+  panel.y_label = name;
+  panel.curves.push_back(std::move(curve));
+  return panel;
+}
+
+void save_control(Job& job, const TaskRun& run, const std::string& name, const std::vector<double>& values) {
+  const std::vector<double> times = instants_of(run, name);
+  std::string table = fmt::format("from,to,{}\n", name);
+  for (std::size_t k = 0; k < values.size(); ++k) table += fmt::format("{},{},{}\n", times[k], times[k + 1], values[k]);
+  save_text(job, name + ".csv", table);
+}
+
 void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& panels) {
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    if (part.is_control()) panels.push_back(control_panel(run, part.name, part_of(x, part)));
     if (!part.is_field()) continue;
     const auto both = panels_of(run.session->workspace(), part.name + (part.is_initial() ? " at the start" : ""),
-                                {{"the scene's own", run.inverse->own(part)}, {"recovered", part_of(x, part)}});
+                                {{"the scene's own", run.inverse->own(part), placement_of(*run.session, part.name)},
+                                 {"recovered", part_of(x, part), placement_of(*run.session, part.name)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }
@@ -102,6 +137,7 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
   for (std::size_t k = 0; k < result.losses.size(); ++k) table += fmt::format("{},{}\n", k, result.losses[k]);
   save_text(job, "loss.csv", table);
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
+    if (part.is_control()) save_control(job, run, part.name, part_of(result.x, part));
     if (!part.is_field()) continue;
     save_state(job, run.session->workspace(), part.is_initial() ? part.name + "_initial" : part.name, part_of(result.x, part));
   }

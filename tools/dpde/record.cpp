@@ -91,7 +91,7 @@ void Record::look(const Snapshot& snapshot) {
   }
 }
 
-void Record::look_at_end(int step, const std::vector<double*>& states) {
+void Record::look_at_end(int step, const std::vector<void*>& states) {
   for (Series& series : series_) {
     if (series.steps.empty() || series.steps.back() != step) add(series, {step, session_.time_of(step), states});
   }

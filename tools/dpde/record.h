@@ -30,7 +30,7 @@ class Record {
   int interval() const;
   void look(const Snapshot& snapshot);
   /// The state where a run was stopped belongs to the record too.
-  void look_at_end(int step, const std::vector<double*>& states);
+  void look_at_end(int step, const std::vector<void*>& states);
 
   /// What is recorded, for a checkpoint; and the same taken over, false when it does not fit.
   std::string bytes() const;

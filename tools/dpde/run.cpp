@@ -60,7 +60,9 @@ Json Run::operator()() {
   Json result = Json::object();
   if (!open()) return result;
   const Rollout& rollout = session_->rollout();
-  for (int s = 0; s < rollout.state_count(); ++s) initial_.push_back({rollout.state_name(s), session_->initial(s)});
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    initial_.push_back({rollout.state_name(s), session_->initial(s), placement_of(*session_, rollout.state_name(s))});
+  }
   record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
   if (!prepare_checkpoints() || !step()) return result;
   if (!outcome_.blow_up) driver::report_growth(*session_, job_.sink());
@@ -130,7 +132,7 @@ Observer Run::observer(Progress& progress) {
 bool Run::step() {
   Progress progress(options_.progress, options_.quiet || options_.json);
   if (!guarded(job_, [&] { outcome_ = session_->rollout().run(observer(progress), first_step_); })) return false;
-  const std::vector<double*>& states = session_->rollout().final_states();
+  const std::vector<void*>& states = session_->rollout().final_states();
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
   if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
@@ -147,11 +149,12 @@ bool Run::step() {
 void Run::report(Json& result) {
   driver::Workspace& workspace = session_->workspace();
   const double time = session_->time_of(outcome_.steps_done);
-  const double points = double(workspace.cell_count()) * (outcome_.steps_done - first_step_);
+  const double points = double(workspace.cell_count()) * double(outcome_.parts);
   const double rate = outcome_.seconds > 0 ? points / outcome_.seconds : 0;
   result["scene"] = session_->problem().scene;
   result["cells"] = json_cells(workspace);
   result["steps"] = outcome_.steps_done;
+  if (session_->problem().rate) result["parts"] = outcome_.parts;
   result["resumed_steps"] = first_step_;
   result["time"] = json_number(time);
   result["wall_s"] = outcome_.seconds;
@@ -198,13 +201,13 @@ void Run::write_files() {
   for (std::size_t s = 0; s < initial_.size(); ++s) {
     std::vector<double> values = session_->final_state(int(s));
     save_state(job_, workspace, initial_[s].title, values);
-    states.push_back({initial_[s].title, std::move(values)});
+    states.push_back({initial_[s].title, std::move(values), initial_[s].placement});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
   save_netcdf(job_, *session_, *record_);
   const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
   if (workspace.axes().size() == 1) {
-    for (const NamedState& start : initial_) states.push_back({start.title + " at the start", start.values});
+    for (const NamedState& start : initial_) states.push_back({start.title + " at the start", start.values, start.placement});
   }
   save_picture(job_, session_->problem().scene, panels_of(workspace, when, states));
 }
@@ -225,7 +228,8 @@ void Run::show_curve() {
   LinePanel panel;
   panel.x_label = "x";
   for (std::size_t s = 0; s < initial_.size(); ++s) {
-    panel.curves.push_back({initial_[s].title, cell_centres(session_->workspace()), session_->final_state(int(s))});
+    const std::vector<double> places = places_along_x(session_->workspace(), initial_[s].placement);
+    panel.curves.push_back({initial_[s].title, places, session_->final_state(int(s))});
     panel.title += (s > 0 ? ", " : "") + initial_[s].title;
   }
   panel.title += fmt::format(" at t = {:.6g}", session_->time_of(outcome_.steps_done));

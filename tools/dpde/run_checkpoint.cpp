@@ -57,9 +57,9 @@ void RunCheckpoint::look(const Snapshot& snapshot) {
   if (step_is_due || (interval_.seconds > 0 && since.count() >= interval_.seconds)) save(snapshot.step, snapshot.states);
 }
 
-void RunCheckpoint::save(int step, const std::vector<double*>& states) {
+void RunCheckpoint::save(int step, const std::vector<void*>& states) {
   driver::Restart restart{identity_, step, {}, record_.bytes()};
-  for (double* state : states) {
+  for (void* state : states) {
     copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
   }
   if (!driver::save_restart(path_, restart, job_.sink())) interval_ = {};  // one message is enough

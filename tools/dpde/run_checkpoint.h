@@ -27,7 +27,7 @@ class RunCheckpoint {
   std::optional<int> resume();
   /// Writes a checkpoint when it is time for one.
   void look(const Snapshot& snapshot);
-  void save(int step, const std::vector<double*>& states);
+  void save(int step, const std::vector<void*>& states);
 
  private:
   Job& job_;

@@ -7,6 +7,7 @@
 
 #include "driver/files.h"
 #include "dpde/runtime/npy.h"
+#include "model/placement.h"
 
 namespace dpde::tools {
 namespace fs = std::filesystem;
@@ -15,8 +16,9 @@ namespace {
 
 fs::path out_path(const Job& job, const std::string& name) { return fs::path(job.options().out) / name; }
 
-MapPanel map_of(const driver::Workspace& workspace, const std::string& title, const std::vector<double>& values) {
-  const std::vector<model::Axis>& axes = workspace.axes();
+MapPanel map_of(const driver::Workspace& workspace, const std::string& title, const NamedState& state) {
+  const std::vector<model::Axis> axes = model::axes_at(workspace.axes(), state.placement);
+  const std::vector<double>& values = state.values;
   MapPanel panel;
   panel.title = title;
   panel.x_label = axes[0].name;
@@ -40,11 +42,15 @@ MapPanel map_of(const driver::Workspace& workspace, const std::string& title, co
 
 }  // namespace
 
-std::vector<double> cell_centres(const driver::Workspace& workspace) {
-  const model::Axis& axis = workspace.axes()[0];
-  std::vector<double> centres;
-  for (int i = 0; i < axis.cells; ++i) centres.push_back(axis.low + (i + 0.5) * axis.spacing());
-  return centres;
+std::vector<double> places_along_x(const driver::Workspace& workspace, const model::Placement& placement) {
+  const model::Axis axis = model::axes_at(workspace.axes(), placement)[0];
+  std::vector<double> places;
+  for (int i = 0; i < axis.cells; ++i) places.push_back(axis.low + (i + 0.5) * axis.spacing());
+  return places;
+}
+
+model::Placement placement_of(const driver::Session& session, const std::string& field) {
+  return model::Placements(session.problem()).of(field);
 }
 
 std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states) {
@@ -53,12 +59,12 @@ std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::stri
     LinePanel panel;
     panel.title = title;
     panel.x_label = workspace.axes()[0].name;
-    for (const NamedState& state : states) panel.curves.push_back({state.title, cell_centres(workspace), state.values});
+    for (const NamedState& state : states) panel.curves.push_back({state.title, places_along_x(workspace, state.placement), state.values});
     panels.push_back(std::move(panel));
     return panels;
   }
   for (const NamedState& state : states) {
-    panels.push_back(map_of(workspace, title.empty() ? state.title : state.title + ", " + title, state.values));
+    panels.push_back(map_of(workspace, title.empty() ? state.title : state.title + ", " + title, state));
   }
   return panels;
 }

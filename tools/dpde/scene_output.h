@@ -16,13 +16,16 @@ namespace dpde::tools {
 struct NamedState {
   std::string title;
   std::vector<double> values;
+  model::Placement placement{};
 };
 
 /// 1-D: one panel with a curve each. 2-D and 3-D: a map each (in 3-D the plane in the middle of z).
 std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states);
 
-/// Centres of the cells of axis x.
-std::vector<double> cell_centres(const driver::Workspace& workspace);
+/// Where the values of a placement lie along axis x.
+std::vector<double> places_along_x(const driver::Workspace& workspace, const model::Placement& placement);
+/// The placement of a state, coefficient or datum.
+model::Placement placement_of(const driver::Session& session, const std::string& field);
 
 /// Makes options().out; false and a diagnostic when it cannot. Without --out there are no files: true.
 bool prepare_out(Job& job);

@@ -93,7 +93,7 @@ std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std:
   if (!field.empty()) fields.push_back(reader.field(field));
   for (const std::string& name : names) {
     const NetcdfReader::Variable &variable = *file.find(name), &first = *file.find(names[0]);
-    if (field.empty() && variable.dimensions == first.dimensions) fields.push_back(reader.field(name));
+    if (field.empty() && variable.shape == first.shape) fields.push_back(reader.field(name));
   }
   return fields;
 }

@@ -12,12 +12,20 @@ void add_task_options(CLI::App& verb, TaskOptions& options) {
   add_common_options(verb, options);
   verb.add_option("--memory", options.memory, "bytes for stored states, with K, M or G; the steps between are computed again")
       ->type_name("BYTES");
+  const auto flag = [&](const char* name, driver::Certifying how, const char* what) {
+    return verb.add_flag_callback(name, [&options, how] { options.certifying = how; }, what);
+  };
+  CLI::Option* always = flag("--certify", driver::Certifying::always, "check tangent against adjoint on a few cells, whatever it costs");
+  flag("--no-certify", driver::Certifying::never, "no such check (else where it takes less than a tenth of the compilation)")->excludes(always);
+  verb.add_option("--checkpoints-in", options.checkpoint_folder, "keep the stored states in a file in this folder, as many as fit --memory")
+      ->type_name("DIR");
 }
 
 bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   driver::SessionOptions session;
   session.threads = thread_count(options);
   session.stop = &interrupt_flag();
+  session.checkpoint_folder = options.checkpoint_folder;
   if (!options.memory.empty()) {
     const std::optional<std::uint64_t> bytes = parse_bytes(options.memory);
     if (!bytes) {
@@ -37,9 +45,18 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
     return false;
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
+  run.certificate = driver::certify_quickly(*run.compiled, options.certifying, job.sink());
+  if (job.failed()) return false;
   run.session = driver::Session::open(job.source(), run.compiled, session, job.sink());
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   return run.inverse != nullptr;
+}
+
+Json certificate_json(const TaskRun& run) {
+  if (!run.certificate) return nullptr;
+  return {{"dot_product", json_number(run.certificate->dot_product)},
+          {"from_cache", run.certificate->from_cache},
+          {"wall_s", run.certificate->seconds}};
 }
 
 std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {

@@ -7,15 +7,19 @@
 
 #include "command.h"
 #include "driver/inverse.h"
+#include "driver/quick_certificate.h"
 
 namespace dpde::tools {
 
 struct TaskOptions : CommonOptions {
   std::string memory;  // --memory
+  driver::Certifying certifying = driver::Certifying::when_cheap;  // --certify, --no-certify
+  std::string checkpoint_folder;  // --checkpoints-in
 };
 
 struct TaskRun {
   std::shared_ptr<const driver::Compiled> compiled;
+  std::optional<driver::QuickCertificate> certificate;
   std::unique_ptr<driver::Session> session;
   std::unique_ptr<driver::Inverse> inverse;
 
@@ -26,6 +30,9 @@ void add_task_options(CLI::App& verb, TaskOptions& options);
 
 /// False and diagnostics when anything is wrong.
 bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
+
+/// What --json says about the certificate: null where there is none.
+Json certificate_json(const TaskRun& run);
 
 /// The part of a flat vector that belongs to an unknown.
 std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);

@@ -27,6 +27,7 @@ std::string reason_of(const driver::Certificate& certificate) {
     const std::optional<double>& slope = certificate.second->slope;
     reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(), slope ? fmt::format("{:.3f}", *slope) : "missing");
   }
+  if (certificate.single && !certificate.single->passed()) reason += fmt::format(", in single precision {:.2e}", certificate.single->worst());
   if (certificate.slope) return reason + fmt::format(", Taylor slope {:.3f}", *certificate.slope);
   return reason + (certificate.note.empty() ? "" : ", " + certificate.note);
 }
@@ -53,6 +54,10 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
                             : fmt::format("  no slope: {}\n", certificate.note);
   text += second_order_text(certificate);
+  if (certificate.single) {
+    text += fmt::format("single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at most {:.2e}\n",
+                        certificate.single->cases.size(), certificate.single->worst());
+  }
   text += fmt::format("{}: {}\n", certificate.passed() ? "certified" : "NOT certified", reason_of(certificate));
   job.say(text);
 }
@@ -72,7 +77,10 @@ Json to_json(const driver::Certificate& certificate) {
     }
     hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"details", details}, {"has_kinks", second->has_kinks}};
   }
+  Json single = nullptr;
+  if (certificate.single) single = {{"max_relative_error", json_number(certificate.single->worst())}, {"cases", certificate.single->cases.size()}};
   return {{"hessian", hessian},
+          {"single_precision", single},
           {"dot_product",
            {{"max_relative_error", json_number(certificate.worst())},
             {"cases", certificate.cases.size()},
@@ -94,11 +102,19 @@ Json verify(Job& job) {
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
-  const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
   const driver::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag()};
-  const std::optional<driver::Certificate> certificate =
+  std::shared_ptr<driver::Compiled> single;
+  if (compiled->real() == Precision::f32) {
+    single = std::make_shared<driver::Compiled>(std::move(*compiled));
+    options->real = Precision::f64;
+    compiled = driver::compile(job.source(), *options, job.sink());
+    if (!compiled) return result;
+  }
+  const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
+  std::optional<driver::Certificate> certificate =
       shared->problem ? driver::certify(job.source(), shared, certify, job.sink()) : driver::certify_programs(*shared, certify);
   if (!certificate) return result;
+  if (single && !driver::certify_single_precision(job.source(), single, certify, *certificate, job.sink())) return result;
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the certificate was complete"});
     return result;

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "dpde/runtime/error.h"
@@ -30,6 +31,7 @@ struct HostOptions {
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();  // see SimulationOptions
   int slots = 0;
   const std::atomic<bool>* stop = nullptr;
+  std::optional<bool> certify{};             // a task's derivatives on a few cells; unset: where that is cheap
 };
 
 /// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins with

@@ -20,14 +20,19 @@ bool has_bounded_axis(const std::vector<Topology>& axes) {
   return std::find(axes.begin(), axes.end(), Topology::bounded) != axes.end();
 }
 
-/// How far beyond the interior the adjoint kernels must reach along bounded axes: as far as varied reads do.
+/// How far beyond the interior the adjoint kernels must reach along bounded axes: as far as varied reads do, and scatters
+/// to varied fields (their transposes read the first halo cell).
 int reach(const Module& module, const Program& program, const Varied& varied) {
   if (!has_bounded_axis(program.axes)) return 0;
   int result = 0;
   for (const Statement& statement : program.body) {
     const Run* run = std::get_if<Run>(&statement);
     if (!run) continue;
-    for (const auto& read : signature(*module.find_kernel(run->kernel)).reads) {
+    const Kernel& kernel = *module.find_kernel(run->kernel);
+    for (const Scatter& scatter : kernel.scatters) {
+      if (varied.fields.contains(scatter.target.field)) result = std::max(result, 1);
+    }
+    for (const auto& read : signature(kernel).reads) {
       if (!varied.fields.contains(read.field)) continue;
       int width = 0;
       for (size_t axis = 0; axis < program.axes.size(); ++axis) {
@@ -39,15 +44,89 @@ int reach(const Module& module, const Program& program, const Varied& varied) {
   return result;
 }
 
-/// True if `kernel` reads `field` at an offset along a periodic axis.
+/// True if `kernel` reads `field` at an offset along a periodic axis. Interpolation wraps by itself.
 bool reads_around(const Kernel& kernel, const std::string& field, const std::vector<Topology>& axes) {
-  const Signature s = signature(kernel);
-  const Signature::Read* read = s.find_read(field);
-  if (!read) return false;
-  for (size_t axis = 0; axis < axes.size(); ++axis) {
-    if (axes[axis] == Topology::periodic && read->halo[axis] > 0) return true;
+  bool found = false;
+  map_kernel(kernel, [&](const Expr& value) {
+    visit(value, [&](const Expr& e) {
+      const Access* a = std::get_if<Access>(&e->kind);
+      if (!a || a->field != field) return;
+      for (size_t axis = 0; axis < axes.size(); ++axis) found |= axes[axis] == Topology::periodic && a->offset[axis] != 0;
+    });
+    return value;
+  });
+  return found;
+}
+
+bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
+
+/// Fields whose periodic halo is right when the program has run.
+std::set<std::string> filled_at_the_end(const Module& module, const Program& program) {
+  std::set<std::string> filled;
+  for (const Statement& statement : program.body) {
+    match(
+        statement, [&](const Fill& fill) { filled.insert(fill.field); }, [&](const Fold& fold) { filled.erase(fold.field); },
+        [&](const Run& run) {
+          const Signature s = signature(*module.find_kernel(run.kernel));
+          for (const auto* changed : {&s.writes, &s.updates}) {
+            for (const std::string& field : *changed) filled.erase(field);
+          }
+        });
   }
-  return false;
+  return filled;
+}
+
+/// What an expression stands behind: the places where all these are true.
+using Insides = std::vector<Inside>;
+
+void add_insides(const Expr& condition, Insides& insides) {
+  const Binary* both = std::get_if<Binary>(&condition->kind);
+  if (const Inside* inside = std::get_if<Inside>(&condition->kind)) insides.push_back(*inside);
+  if (!both || both->op != BinaryOp::logical_and) return;
+  add_insides(both->left, insides);
+  add_insides(both->right, insides);
+}
+
+/// How far outside a kernel that runs `grow` cells beyond the interior uses what it reads of `field`. Behind inside[o] grow g
+/// the point i has i+o at most g outside, so that a read of i+k lies at most g + |k-o| outside.
+int extent_of(const Kernel& kernel, const std::string& field, int grow, const std::vector<Topology>& axes) {
+  int extent = 0;
+  const std::function<void(const Expr&, const Insides&)> look = [&](const Expr& e, const Insides& insides) {
+    if (const Select* select = std::get_if<Select>(&e->kind)) {
+      Insides inner = insides;
+      add_insides(select->condition, inner);
+      look(select->condition, insides);
+      look(select->yes, inner);
+      return look(select->no, insides);
+    }
+    const Access* a = std::get_if<Access>(&e->kind);
+    const Interp* i = std::get_if<Interp>(&e->kind);
+    for (size_t axis = 0; axis < axes.size(); ++axis) {
+      if (axes[axis] == Topology::periodic) continue;
+      if (i && i->field == field) extent = std::max(extent, 1);
+      if (!a || a->field != field) continue;
+      int most = grow + std::abs(a->offset[axis]);
+      for (const Inside& inside : insides) {
+        most = std::min(most, inside.grow + std::abs(a->offset[axis] - inside.offset[axis]));
+      }
+      extent = std::max(extent, most);
+    }
+    for_each_child(e, [&](const Expr& child) { look(child, insides); });
+  };
+  map_kernel(kernel, [&](const Expr& value) { return look(value, {}), value; });
+  return extent;
+}
+
+/// Fields computed beyond the interior.
+std::set<std::string> grown_fields(const Module& module, const Program& program) {
+  std::set<std::string> fields;
+  for (const Statement& statement : program.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (!run || run->grow == 0 || !has_bounded_axis(program.axes)) continue;
+    const Signature s = signature(*module.find_kernel(run->kernel));
+    fields.insert(s.writes.begin(), s.writes.end());
+  }
+  return fields;
 }
 
 /// Writes the reverse part of the adjoint program, statement by statement.
@@ -59,9 +138,8 @@ class Reversal {
     for (const Swap& swap : program.swaps) add_seed(swap.next);
     for (const std::string& keep : program.keeps) add_seed(keep);
     copy_seeds_read_inside();
-    for (const Statement& statement : program.body) {
-      if (const Fill* fill = std::get_if<Fill>(&statement)) filled_.insert(fill->field);
-    }
+    filled_ = filled_at_the_end(module, program);
+    grown_ = grown_fields(module, program);
   }
 
   void reverse(int index) {
@@ -87,12 +165,16 @@ class Reversal {
   std::vector<Statement> body;
   /// Primal fields the reverse part reads, with the index of the earliest statement whose adjoint does.
   std::map<std::string, int> needed;
+  /// Where the adjoint would read beyond bounded axes what a fill has overwritten: kernels, or for a fold the program.
+  /// And what of it.
+  std::map<std::string, std::string> refused;
 
  private:
   /// State of one x_bar.
   struct Bar {
     int grow = 0;            // region on which it holds values
     bool is_around = false;  // periodic halo filled since the last change
+    int extent = 0;          // farther out than that they are 0; at most `grow`
   };
 
   void add_seed(const std::string& field) {
@@ -100,7 +182,7 @@ class Reversal {
   }
 
   /// A result that the program itself reads gets contributions beside its seed. They are added to a copy: an input is
-  /// never changed, and holds values on the interior only.
+  /// never changed, and holds values on the interior only. So does the transpose of a scatter to a result need a copy.
   void copy_seeds_read_inside() {
     Kernel copy{names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
     for (auto& [field, bar] : bars_) {
@@ -118,17 +200,31 @@ class Reversal {
     return std::any_of(program_.body.begin(), program_.body.end(), [&](const Statement& statement) {
       const Run* run = std::get_if<Run>(&statement);
       const Fill* fill = std::get_if<Fill>(&statement);
+      const Fold* fold = std::get_if<Fold>(&statement);
       if (fill && wall_fields(fill->axes).contains(field)) return true;
-      return run && signature(*module_.find_kernel(run->kernel)).find_read(field);
+      if (fill && fill->field == field && is_on_walls(fill->axes)) return true;
+      if (fold && (fold->field == field || wall_fields(fold->axes).contains(field))) return true;
+      if (!run) return false;
+      const Kernel& kernel = *module_.find_kernel(run->kernel);
+      const auto is_target = [&](const Scatter& scatter) { return scatter.target.field == field; };
+      return signature(kernel).find_read(field) || std::any_of(kernel.scatters.begin(), kernel.scatters.end(), is_target);
     });
   }
 
   void reverse_fill(const Fill& fill) {
     const auto bar = bars_.find(fill.field);
-    if (bar == bars_.end() || reach_ == 0) return;
+    if (bar == bars_.end() || (bar->second.grow == 0 && !is_on_walls(fill.axes))) return;  // nothing came to the halo
     begin_bars(wall_fields(fill.axes));
-    body.push_back(Fold{names_.of(fill.field), reach_, derived_sides(fill.axes, bar_of_wall(reach_))});
-    bars_[fill.field] = {};
+    const int grow = bar->second.grow;
+    body.push_back(Fold{names_.of(fill.field), grow, derived_sides(fill.axes, bar_of_wall(grow))});
+    const int extent = bars_[fill.field].extent;
+    for (const std::string& wall : wall_fields(fill.axes)) {
+      const auto of_wall = bars_.find(wall);
+      if (of_wall == bars_.end()) continue;
+      if (of_wall->second.grow < grow) refused.emplace(program_.name, wall + " at the walls of " + fill.field + " before it is folded or filled");
+      of_wall->second = {of_wall->second.grow, false, std::max(of_wall->second.extent, extent)};
+    }
+    bars_[fill.field] = {grow, false, 0};
   }
 
   /// Bars of varied fields that nothing contributed to yet: 0, so that a fold can add to them or a fill continue them.
@@ -148,14 +244,21 @@ class Reversal {
     };
   }
 
+  /// The fill that transposes a fold is as wide as the halo.
   void reverse_fold(const Fold& fold) {
+    if (fold.grow == 0 && !is_on_walls(fold.axes)) return;
     for (const std::string& wall : wall_fields(fold.axes)) {
-      if (bars_.contains(wall)) begin_bars({fold.field});
+      const auto of_wall = bars_.find(wall);
+      if (of_wall == bars_.end()) continue;
+      begin_bars({fold.field});
+      if (of_wall->second.grow >= fold.grow || of_wall->second.extent == 0) continue;
+      refused.emplace(program_.name, "folding " + fold.field + " onto " + wall + " before that is folded or filled");
     }
     const auto bar = bars_.find(fold.field);
     if (bar == bars_.end()) return;
+    if (bar->second.extent > fold.grow) refused.emplace(program_.name, "reading " + fold.field + " past the reach of its fold");
     body.push_back(Fill{names_.of(fold.field), derived_sides(fold.axes, bar_of_wall(fold.grow))});
-    bar->second = {fold.grow, true};
+    bar->second = {fold.grow, true, fold.grow};
   }
 
   void reverse_run(const Run& primal, int index) {
@@ -170,11 +273,43 @@ class Reversal {
     for (const Store& store : kernel.stores) {
       if (!store.accumulate) consumed_.push_back(store.field);
     }
+    check_halos(kernel, derived.gather, primal.grow);
     if (!derived.gather.stores.empty() || !derived.gather.sums.empty()) run(std::move(derived.gather), context.target_grow);
     if (!derived.scatter.scatters.empty()) run(std::move(derived.scatter), primal.grow);
-    for (const std::string& field : derived.contributed) bars_[field] = {context.target_grow, false};
+    for (const std::string& field : derived.contributed) contribute(kernel, field, primal.grow, context.target_grow);
     for (const std::string& field : consumed_) bars_.erase(field);
     consumed_.clear();
+  }
+
+  /// What is added to beyond the region where a bar holds values is lost.
+  void contribute(const Kernel& kernel, const std::string& field, int grow, int target_grow) {
+    Bar& bar = bars_.try_emplace(field, Bar{target_grow}).first->second;
+    bar = {std::min(bar.grow, target_grow), false, std::max(bar.extent, extent_of(kernel, field, grow, program_.axes))};
+    if (bar.extent > bar.grow) refused.emplace(kernel.name, "reading " + field + " beyond walls before it is added to or folded");
+  }
+
+  /// A fill around periodic axes leaves nothing of what a bar holds beyond bounded ones, and there the transpose of a
+  /// scatter needs values.
+  void check_halos(const Kernel& primal, const Kernel& gather, int grow) {
+    if (!has_bounded_axis(program_.axes)) return;
+    for (const auto& [field, bar] : bars_) {
+      if (bar.is_around || bar.grow == 0 || !reads_around(gather, names_.of(field), program_.axes)) continue;
+      const bool is_consumed = std::find(consumed_.begin(), consumed_.end(), field) != consumed_.end();
+      const bool is_target = std::any_of(primal.scatters.begin(), primal.scatters.end(),
+                                         [&](const Scatter& scatter) { return scatter.target.field == field; });
+      if (grow == 0 && (bar.extent == 0 || (is_consumed && !is_target))) continue;
+      refused.emplace(primal.name, "reading neighbours around a periodic axis for " + field + ", which is read beyond walls");
+    }
+    for (const Scatter& scatter : primal.scatters) {
+      const auto bar = bars_.find(scatter.target.field);
+      if (bar == bars_.end() || bar->second.grow >= 1) continue;
+      refused.emplace(primal.name, "interp(" + bar->first + ") += before it is read around a periodic axis or folded");
+    }
+    for (const Signature::Read& read : signature(gather).reads) {
+      const bool is_grown = grown_.contains(read.field) && !filled_.contains(read.field);
+      if (!is_grown || !reads_around(gather, read.field, program_.axes)) continue;
+      refused.emplace(primal.name, "reading " + read.field + ", computed beyond walls and not filled, beside a periodic axis");
+    }
   }
 
   std::optional<Expr> seed(const std::string& field, int grow) const {
@@ -189,13 +324,13 @@ class Reversal {
   /// reads at the centre only.
   void run(Kernel kernel, int grow) {
     for (const auto& read : signature(kernel).reads) {
-      if (!needed.contains(read.field) || !reads_around(kernel, read.field, program_.axes)) continue;
+      if (!needed.contains(read.field) || is_coordinate(read.field) || !reads_around(kernel, read.field, program_.axes)) continue;
       if (filled_.insert(read.field).second) body.push_back(Fill{read.field, seed_boundary()});
     }
     for (auto& [field, bar] : bars_) {
       if (bar.is_around || !reads_around(kernel, names_.of(field), program_.axes)) continue;
       body.push_back(Fill{names_.of(field), seed_boundary()});
-      bar.is_around = true;
+      bar = {0, true, 0};
     }
     body.push_back(Run{kernel.name, grow});
     kernels_.kernels.push_back(std::move(kernel));
@@ -226,6 +361,7 @@ class Reversal {
   const int reach_;
   std::map<std::string, Bar> bars_;  // primal field -> its bar, where it holds values
   std::set<std::string> filled_;     // primal fields whose halo is filled
+  std::set<std::string> grown_;      // primal fields computed beyond the interior
   std::map<std::string, std::string> seed_names_;  // of the fields that copy_seeds_read_inside renamed
   std::vector<std::string> consumed_;
 };
@@ -267,9 +403,21 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
   return kept;
 }
 
-bool changes(const Module& module, const Statement& statement, const std::string& field) {
+/// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
+bool refills(const Program& program, size_t index) {
+  const Fill& fill = std::get<Fill>(program.body[index]);
+  for (size_t i = index; i-- > 0;) {
+    const Fill* before = std::get_if<Fill>(&program.body[i]);
+    if (before && before->field == fill.field) return *before != fill || !wall_fields(fill.axes).empty();
+  }
+  return false;
+}
+
+/// `is_grown`: the field was computed beyond the interior, where its first fill changes it too.
+bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
   return match(
-      statement, [&](const Fill&) { return false; },
+      program.body[index],
+      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [&](const Run& run) {
         const Signature s = signature(*module.find_kernel(run.kernel));
@@ -281,9 +429,10 @@ bool changes(const Module& module, const Statement& statement, const std::string
 bool check_overwritten(const Module& module, const Program& program, const std::map<std::string, int>& needed,
                        DiagnosticSink& sink) {
   bool good = true;
+  const std::set<std::string> grown = grown_fields(module, program);
   for (const auto& [field, first] : needed) {
     for (size_t i = first; i < program.body.size(); ++i) {
-      if (!changes(module, program.body[i], field)) continue;
+      if (!changes(module, program, i, field, grown.contains(field))) continue;
       sink.report("overwritten-value", {}, {std::get<Run>(program.body[first]).kernel, field},
                   "store the changed value in a field of its own");
       good = false;
@@ -325,7 +474,11 @@ Derivative adjoint(const Module& module, const std::string& name, const Activity
   }
   reversal.finish(inputs);
   reversal.restore_seed_names();
-  if (!check_overwritten(module, *program, reversal.needed, sink)) return {};
+  for (const auto& [kernel, what] : reversal.refused) {
+    sink.report("no-useful-derivative", {}, {what, kernel},
+                "store what is read in a field that is filled, and read that one without grow");
+  }
+  if (!reversal.refused.empty() || !check_overwritten(module, *program, reversal.needed, sink)) return {};
 
   std::set<std::string> needed;
   for (const auto& [field, first] : reversal.needed) needed.insert(field);

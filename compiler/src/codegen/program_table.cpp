@@ -40,6 +40,7 @@ int32_t kind_of(SideKind kind) {
     case SideKind::value: return DPDE_VALUE;
     case SideKind::zero_gradient: return DPDE_ZERO_GRADIENT;
     case SideKind::mixed: return DPDE_MIXED;
+    case SideKind::on_wall: return DPDE_ON_WALL;
     case SideKind::gradient: break;  // not at the loop level
   }
   unreachable("kind of boundary");
@@ -161,6 +162,7 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
   program.version = DPDE_ABI_VERSION;
   program.name = name.c_str();
   program.rank = static_cast<int32_t>(source.axes.size());
+  program.real = module.real == Precision::f32 ? DPDE_F32 : DPDE_F64;
   std::copy(source.halo.begin(), source.halo.end(), program.halo);
   program.field_count = fields.count();
   program.input_count = source.input_count;

@@ -17,7 +17,7 @@ namespace dpde::codegen {
 using RowResolver = std::function<dpde_row_fn(const std::string& row)>;
 /// Fills all uniforms of the module (order of Module::uniforms) from all its parameters (order of Module::params).
 using ComputeUniforms = void (*)(const double* params, double* uniforms);
-using Interpret = void (*)(void* context, const dpde_layout* layout, double* const* fields, const double* params,
+using Interpret = void (*)(void* context, const dpde_layout* layout, void* const* fields, const double* params,
                            double* sums);
 
 class ProgramTables {

@@ -30,11 +30,15 @@ Shape shape_of(const std::vector<model::Axis>& axes) {
   return shape;
 }
 
-bool all_finite(const std::string& file, const std::vector<double>& values, SourceRange where, DiagnosticSink& sink) {
+bool all_fit(const std::string& file, const std::vector<double>& values, Precision real, SourceRange where, DiagnosticSink& sink) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isfinite(values[i])) continue;
-    sink.report("data-not-finite", where,
-                {file, fmt::format("{}", shown(values[i])), fmt::format("{}", i)});
+    if (std::isfinite(rounded(values[i], real))) continue;
+    const std::string value = fmt::format("{}", shown(values[i])), index = fmt::format("{}", i);
+    if (std::isfinite(values[i])) {
+      sink.report("not-in-precision", where, {file, value, index, std::string(name_of(real))}, "real = f64 can");
+    } else {
+      sink.report("data-not-finite", where, {file, value, index});
+    }
     return false;
   }
   return true;
@@ -170,8 +174,8 @@ Values from_npy(const std::string& bytes, const std::string& path, const ArrayFi
 
 }  // namespace
 
-Values load_array(const ArrayFile& from, const SourceFile& source, const std::vector<model::Axis>& axes, SourceRange where,
-                  DiagnosticSink& sink) {
+Values load_array(const ArrayFile& from, const SourceFile& source, const std::vector<model::Axis>& axes, Precision real,
+                  SourceRange where, DiagnosticSink& sink) {
   const std::string path = find_data_file(from.file, source.path()).string();
   std::optional<std::string> bytes = read_file(path, where, sink);
   if (!bytes) return std::nullopt;
@@ -183,7 +187,7 @@ Values load_array(const ArrayFile& from, const SourceFile& source, const std::ve
     } else {
       values = from_npy(*bytes, path, from, axes, where, sink);
     }
-    if (!values || !all_finite(path, *values, where, sink)) return std::nullopt;
+    if (!values || !all_fit(path, *values, real, where, sink)) return std::nullopt;
     return values;
   } catch (const Error& error) {
     sink.report("bad-array-file", where, {path, error.what()});
@@ -191,9 +195,10 @@ Values load_array(const ArrayFile& from, const SourceFile& source, const std::ve
   }
 }
 
-Values load_array(const model::Source& from, const SourceFile& source, const std::vector<model::Axis>& axes, DiagnosticSink& sink) {
+Values load_array(const model::Source& from, const SourceFile& source, const std::vector<model::Axis>& axes, Precision real,
+                  DiagnosticSink& sink) {
   const std::vector<double> times = from.time ? std::vector<double>{*from.time} : std::vector<double>{};
-  return load_array({from.file, from.variable, times}, source, axes, from.origin.range, sink);
+  return load_array({from.file, from.variable, times}, source, axes, real, from.origin.range, sink);
 }
 
 }  // namespace dpde::driver

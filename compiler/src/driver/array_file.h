@@ -19,11 +19,12 @@ struct ArrayFile {
 };
 
 /// The states one after the other, each dense and x fastest. Reports cannot-read, bad-array-file, wrong-shape,
-/// data-without-time and data-not-finite at `where`.
+/// data-without-time, data-not-finite and, of values too large for `real`, not-in-precision at `where`.
 std::optional<std::vector<double>> load_array(const ArrayFile& from, const SourceFile& source,
-                                              const std::vector<model::Axis>& axes, SourceRange where, DiagnosticSink& sink);
+                                              const std::vector<model::Axis>& axes, Precision real, SourceRange where,
+                                              DiagnosticSink& sink);
 /// The same for a formula's place.
 std::optional<std::vector<double>> load_array(const model::Source& from, const SourceFile& source,
-                                              const std::vector<model::Axis>& axes, DiagnosticSink& sink);
+                                              const std::vector<model::Axis>& axes, Precision real, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

@@ -79,7 +79,7 @@ double Tangent::loss_rate(const Snapshot& snapshot) {
     const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
     const dpde_program* program = compiled_.tangent_of(name);
     if (program == nullptr) continue;
-    std::map<std::string, double*> bound;
+    std::map<std::string, void*> bound;
     for (std::size_t s = 0; s < names_.size(); ++s) {
       // The loss's tangent may call the rates otherwise than the step's.
       const std::string& step_name = names_[s];
@@ -114,26 +114,28 @@ std::string grid_text(const Workspace& workspace) {
   return text;
 }
 
-/// Compares tangent and adjoint on one grid.
-bool add_dot_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
-                  Random& random, Certificate& certificate, DiagnosticSink& sink) {
+/// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes.
+struct Comparison {
+  std::string grid, what;
+  double forward = 0, backward = 0, scale = 0;
+  bool is_finite = true;
+};
+
+std::optional<Comparison> compare(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                                  const SessionOptions& options, Random& random, DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
-  if (!session) return false;
+  if (!session) return std::nullopt;
   const auto inverse = Inverse::open(*session, source, sink);
-  if (!inverse) return false;
+  if (!inverse) return std::nullopt;
   const Point point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
   const double loss = inverse->value_and_gradient(point.x, gradient);
-  const double forward = Tangent(*session, *inverse)(point);
-  const double backward = gradient.dot(point.direction);
-  const std::string grid = grid_text(session->workspace());
-  if (!std::isfinite(loss) || !std::isfinite(forward) || !std::isfinite(backward)) {
-    certificate.skipped.push_back(grid + " cells: the run is not finite");
-    return true;
-  }
-  const double scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
-  certificate.cases.push_back({grid, fmt::format("{} steps", session->steps()), relative_difference(forward, backward, scale)});
-  return true;
+  Comparison result{grid_text(session->workspace()), fmt::format("{} steps", session->steps())};
+  result.forward = Tangent(*session, *inverse)(point);
+  result.backward = gradient.dot(point.direction);
+  result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
+  result.is_finite = std::isfinite(loss) && std::isfinite(result.forward) && std::isfinite(result.backward);
+  return result;
 }
 
 /// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
@@ -267,17 +269,20 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const Comp
   return true;
 }
 
-}  // namespace
-
-double Certificate::worst() const {
+double largest_error_of(const std::vector<DotCase>& cases) {
   double result = cases.empty() ? NAN : 0;
   for (const DotCase& one : cases) result = std::max(result, one.relative_error);
   return result;
 }
 
+}  // namespace
+
+double Certificate::worst() const { return largest_error_of(cases); }
+double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
+
 bool Certificate::passed() const {
   const bool taylor = only_rounding || (slope && std::abs(*slope - 2) <= largest_slope_error);
-  return worst() <= largest_error && taylor && (!second || second->passed());
+  return worst() <= largest_error && taylor && (!second || second->passed()) && (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const {
@@ -317,31 +322,65 @@ std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, 
   return best;
 }
 
+namespace {
+
+/// The scene's grid with all steps and with one, then small grids.
+std::vector<SessionOptions> runs_to_compare(const Compiled& compiled, const CertifyOptions& options) {
+  const model::Problem& problem = *compiled.problem;
+  SessionOptions own;
+  own.threads = options.threads;
+  own.stop = options.stop;
+  own.cells = affordable_grid(problem);
+  SessionOptions one_step = own;
+  one_step.steps = std::min(1, problem.steps);
+  // Data belong to times of the whole run; on a grid given by hand they are made up.
+  if (one_step.cells.empty()) {
+    for (const model::Axis& axis : problem.axes) one_step.cells.push_back(axis.cells);
+  }
+  std::vector<SessionOptions> runs{own, one_step};
+  for (const std::vector<int>& cells : small_grids(problem.axes.size())) {
+    SessionOptions& small = runs.emplace_back(own);
+    small.cells = cells;
+    small.steps = std::min(steps_on_small_grids, problem.steps);
+  }
+  return runs;
+}
+
+}  // namespace
+
 std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
                                    const CertifyOptions& options, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   Certificate certificate;
-  SessionOptions own;
-  own.threads = options.threads;
-  own.stop = options.stop;
-  own.cells = affordable_grid(*compiled->problem);
-  const bool whole = add_dot_case(source, compiled, own, random, certificate, sink);
-  SessionOptions one_step = own;
-  one_step.steps = std::min(1, compiled->problem->steps);
-  // Data belong to times of the whole run; on a grid given by hand they are made up.
-  if (one_step.cells.empty()) {
-    for (const model::Axis& axis : compiled->problem->axes) one_step.cells.push_back(axis.cells);
+  const std::vector<SessionOptions> runs = runs_to_compare(*compiled, options);
+  for (const SessionOptions& run : runs) {
+    const std::optional<Comparison> found = compare(source, compiled, run, random, sink);
+    if (!found) return std::nullopt;
+    if (found->is_finite) {
+      certificate.cases.push_back({found->grid, found->what, relative_difference(found->forward, found->backward, found->scale)});
+    } else {
+      certificate.skipped.push_back(found->grid + " cells: the run is not finite");
+    }
   }
-  if (!whole || !add_dot_case(source, compiled, one_step, random, certificate, sink)) return std::nullopt;
-  for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size())) {
-    SessionOptions small = own;
-    small.cells = cells;
-    small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
-    if (!add_dot_case(source, compiled, small, random, certificate, sink)) return std::nullopt;
-  }
-  if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
-  if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
+  if (!add_second_order(source, compiled, runs.front(), random, certificate, sink)) return std::nullopt;
+  if (!add_taylor(source, compiled, runs.front(), random, certificate, sink)) return std::nullopt;
   return certificate;
+}
+
+bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Compiled> compiled, const CertifyOptions& options,
+                              Certificate& certificate, DiagnosticSink& sink) {
+  Random random(options.seed + 20240229);
+  SinglePrecisionCheck& check = certificate.single.emplace();
+  for (const SessionOptions& run : runs_to_compare(*compiled, options)) {
+    const std::optional<Comparison> found = compare(source, compiled, run, random, sink);
+    if (!found) return false;
+    if (found->is_finite) {
+      check.cases.push_back({found->grid, found->what, relative_difference(found->forward, found->backward, 100 * found->scale)});
+    } else {
+      certificate.skipped.push_back(found->grid + " cells: the run in single precision is not finite");
+    }
+  }
+  return true;
 }
 
 }  // namespace dpde::driver

@@ -2,6 +2,10 @@
 // Certification of derivatives on the compiled kernels: the tangent and the adjoint of a whole run must agree to rounding
 // (dot product), on the scene's grid and on small odd ones, and the gradient must leave a remainder of second order (Taylor).
 // The Hessian must be symmetric and, where the programs have no kinks, leave a remainder of third order.
+//
+// In single precision rounding hides what these bounds find. The derivatives of a scene with real = f32 are certified as
+// those of the same programs in f64, the same expressions but for their order (regroup_updates is left out of f32); beside that tangent and adjoint of the f32 programs
+// must agree as far as floats can.
 #pragma once
 
 #include <cstdint>
@@ -31,6 +35,15 @@ struct SecondOrderCheck {
   double worst() const;            // largest relative error
   bool passed() const;
 };
+/// Tangent against adjoint of programs in single precision. Errors are relative to the larger of the two numbers and to a
+/// tenth of the sum of the terms' magnitudes: the rounding of the terms does not shrink where they cancel.
+struct SinglePrecisionCheck {
+  std::vector<DotCase> cases;
+  double worst() const;
+  /// At most 1e-4: 6e-8 a rounding, grown over the steps of a run as a state's own rounding is. A wrong term shows as 1e-2
+  /// or more on grids of a few cells.
+  bool passed() const { return worst() <= 1e-4; }
+};
 struct Certificate {
   std::vector<DotCase> cases;
   std::vector<std::string> skipped;      // grids on which nothing could be compared, and why
@@ -39,6 +52,7 @@ struct Certificate {
   std::string note;                      // why the slope is absent, or where it was measured
   std::vector<Remainder> remainders;
   std::optional<SecondOrderCheck> second;  // absent: there are no second derivatives
+  std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
   /// Every case at most 1e-11, and a slope within 0.05 of 2 or a remainder of rounding only.
   bool passed() const;
   bool only_rounding = false;
@@ -53,6 +67,10 @@ struct CertifyOptions {
 /// `compiled` was made with `certify`, tangent and adjoint. nullopt when `sink` has errors afterwards.
 std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
                                    const CertifyOptions& options, DiagnosticSink& sink);
+
+/// Adds the check of the same scene compiled in f32. False when `sink` has errors afterwards.
+bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Compiled> compiled, const CertifyOptions& options,
+                              Certificate& certificate, DiagnosticSink& sink);
 
 /// Hand-written programs without a scene: each on small grids of random values.
 Certificate certify_programs(const Compiled& compiled, const CertifyOptions& options);

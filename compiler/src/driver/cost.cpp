@@ -40,7 +40,7 @@ double flops(const loop::Expr& e) {
       [](const loop::Select& s) { return 1 + flops(s.condition) + std::max(flops(s.yes), flops(s.no)); });
 }
 
-Cost cost_of_row(const loop::Row& row) {
+Cost cost_of_row(const loop::Row& row, Precision real) {
   std::set<std::string> read(row.grids.begin(), row.grids.end()), written;
   for (const loop::Stream& stream : row.streams) {
     if (stream.mode != loop::Stream::Mode::out) read.insert(stream.field);
@@ -48,7 +48,7 @@ Cost cost_of_row(const loop::Row& row) {
   }
   for (const loop::Scatter& scatter : row.scatters) written.insert(row.grids[static_cast<std::size_t>(scatter.target.grid)]);
   Cost cost;
-  cost.bytes = 8.0 * static_cast<double>(read.size() + written.size());
+  cost.bytes = bytes_of(real) * static_cast<double>(read.size() + written.size());
   for (const loop::Let& let : row.lets) cost.flops += flops(let.value);
   for (const loop::Store& store : row.stores) cost.flops += flops(store.value) + (store.accumulate ? 1 : 0);
   for (const loop::Sum& sum : row.sums) cost.flops += flops(sum.value) + 1;
@@ -77,7 +77,7 @@ Cost cost_of(const loop::Module& module, const std::string& program) {
     for (const loop::Operation& operation : candidate.body) {
       const loop::Sweep* sweep = std::get_if<loop::Sweep>(&operation);
       if (sweep == nullptr) continue;
-      const Cost cost = cost_of_row(*module.find_row(sweep->row));
+      const Cost cost = cost_of_row(*module.find_row(sweep->row), module.real);
       total.bytes += cost.bytes;
       total.flops += cost.flops;
     }
@@ -98,7 +98,7 @@ Memory memory_of(const Compiled& compiled) {
     cells.push_back(axis.cells);
     fields.insert(axis.name);
   }
-  const double field = static_cast<double>(field_bytes(make_layout(cells, halo)));
+  const double field = static_cast<double>(field_bytes(make_layout(cells, halo, compiled.real() == Precision::f32 ? DPDE_F32 : DPDE_F64)));
   const double states = static_cast<double>(problem.states.size());
   Memory memory;
   // Beside the fields of the step: the initial states as given and as run, and the last state known to be finite.

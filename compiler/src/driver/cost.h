@@ -10,7 +10,7 @@
 
 namespace dpde::driver {
 
-/// Per cell and run of a program. Bytes: 8 for each field a sweep reads and for each it writes (offsets of one field
+/// Per cell and run of a program. Bytes: those of a value for each field a sweep reads and for each it writes (offsets of one field
 /// count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each, powers 1.
 struct Cost {
   double bytes = 0, flops = 0;

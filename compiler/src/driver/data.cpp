@@ -8,6 +8,7 @@
 #include <random>
 
 #include "driver/array_file.h"
+#include "model/placement.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -22,20 +23,23 @@ int step_at(const Session& session, double t) {
   return fits ? static_cast<int>(nearest) : -1;
 }
 
-/// Means over blocks of ratio[0] x ratio[1] x ratio[2] cells.
+/// Means over blocks of ratio[0] x ratio[1] x ratio[2] cells; of their upper faces where the values lie on faces.
 std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
-                                 const std::vector<model::Axis>& to) {
+                                 const std::vector<model::Axis>& to, const model::Placement& placement) {
   std::array<int, 3> n{1, 1, 1}, ratio{1, 1, 1};
+  double weight = 1;
   for (std::size_t a = 0; a < to.size(); ++a) {
     n[a] = to[a].cells;
     ratio[a] = from[a].cells / to[a].cells;
+    if (!placement[a]) weight /= ratio[a];
   }
+  const auto counts = [&](std::size_t axis, int place) { return !placement[axis] || (place + 1) % ratio[axis] == 0; };
   std::vector<double> result(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0.0);
-  const double weight = 1.0 / (static_cast<double>(ratio[0]) * ratio[1] * ratio[2]);
   std::size_t i = 0;
   for (int z = 0; z < n[2] * ratio[2]; ++z) {
     for (int y = 0; y < n[1] * ratio[1]; ++y) {
       for (int x = 0; x < n[0] * ratio[0]; ++x, ++i) {
+        if (!counts(0, x) || !counts(1, y) || !counts(2, z)) continue;
         const std::size_t row = static_cast<std::size_t>(z / ratio[2]) * n[1] + y / ratio[1];
         result[row * n[0] + x / ratio[0]] += weight * fine[i];
       }
@@ -145,7 +149,7 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
     }
     std::vector<double> values(other->workspace().cell_count());
     copy_out(other->workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
-    slot->second = average_down(values, other->workspace().axes(), session.workspace().axes());
+    slot->second = average_down(values, other->workspace().axes(), session.workspace().axes(), datum.placement);
   };
   const RunResult result = other->rollout().run({every == 0 ? std::max(1, other->steps()) : every, keep});
   if (result.stopped) {
@@ -177,7 +181,8 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
   const bool last_state = datum.when.kind == model::When::Kind::end;
   const std::optional<std::vector<double>> values =
       load_array({datum.file, datum.variable, last_state ? std::vector<double>{} : times}, source,
-                 datum.series ? std::vector<model::Axis>{} : session.problem().axes, datum.origin.range, sink);
+                 datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
+                 session.problem().scheme.real, datum.origin.range, sink);
   if (!values) return std::nullopt;
   const std::size_t cells = session.workspace().cell_count();
   std::vector<std::vector<double>> result;
@@ -195,16 +200,18 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
 }  // namespace
 
 void check_files(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
-  const auto check = [&](const model::Source& from) {
-    if (!from.file.empty()) load_array(from, source, problem.axes, sink);
+  const model::Placements placements(problem);
+  const auto check = [&](const std::string& field, const model::Source& from) {
+    if (from.file.empty()) return;
+    load_array(from, source, model::axes_at(problem.axes, placements.of(field)), problem.scheme.real, sink);
   };
-  for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.value);
-  for (const model::State& state : problem.states) check(state.initial);
+  for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.name, coefficient.value);
+  for (const model::State& state : problem.states) check(state.name, state.initial);
   if (!problem.task) return;
   for (const model::Unknown& unknown : problem.task->unknowns) {
     const model::State* state = problem.find_state(unknown.name);
     const bool is_the_scenes = state != nullptr && state->initial.origin.range == unknown.from.origin.range;
-    if (!is_the_scenes) check(unknown.from);
+    if (!is_the_scenes) check(unknown.name, unknown.from);
   }
   for (const model::Datum& datum : problem.task->data) {
     if (datum.file.empty()) continue;
@@ -212,7 +219,8 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
       times.push_back(problem.t_begin + k * problem.step);
     }
-    load_array({datum.file, datum.variable, times}, source, problem.axes, datum.origin.range, sink);
+    load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement), problem.scheme.real,
+               datum.origin.range, sink);
   }
 }
 

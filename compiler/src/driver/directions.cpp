@@ -18,7 +18,7 @@ void Directions::assign(const Eigen::VectorXd& x, const Eigen::VectorXd& d) {
   for (const auto& [primal, derived] : session_.compiled().derived) {
     for (const Inverse::Part& part : inverse_.parts()) {
       const std::string dot = part.is_field() ? "" : dot_of(primal, part.name);
-      if (!dot.empty()) session_.workspace().set_param(dot, d[part.offset]);
+      if (!dot.empty()) inverse_.set_values(dot, part, d);
     }
   }
   run_formulas(x, d);
@@ -53,7 +53,7 @@ void Directions::run_formulas(const Eigen::VectorXd& x, const Eigen::VectorXd& d
 }
 
 void Directions::start(Rollout& rollout) const {
-  for (const auto& [name, value] : session_.workspace().params()) rollout.set_param(name, value);
+  session_.set_values(rollout);
   const std::string step = session_.compiled().step_name();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);

@@ -21,6 +21,7 @@ struct Context {
   const std::vector<std::string>* params;
   stencil::Interface interface;
   int halo;
+  Precision real;
 };
 
 using Cell = std::array<int, stencil::max_rank>;
@@ -35,7 +36,8 @@ void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max
   }
 }
 
-void run_program(void* opaque, const dpde_layout* layout, double* const* fields, const double* params, double* sums) {
+template <class Real>
+void run_program(void* opaque, const dpde_layout* layout, void* const* fields, const double* params, double* sums) {
   const Context& context = *static_cast<const Context*>(opaque);
   stencil::Grid grid{layout->rank, {1, 1, 1}};
   std::array<int, stencil::max_rank> grow{};
@@ -43,11 +45,11 @@ void run_program(void* opaque, const dpde_layout* layout, double* const* fields,
     grid.cells[a] = static_cast<int>(layout->cells[a]);
     grow[a] = std::min<int>(context.halo, static_cast<int>(layout->halo[a]));
   }
-  stencil::State state(grid, context.halo);
+  stencil::State state(grid, context.halo, context.real);
   const std::vector<std::string>& names = context.table->fields;
   for (const std::string& input : context.interface.inputs) {
     const auto number = std::find(names.begin(), names.end(), input) - names.begin();
-    for_each_cell(*layout, grow, [&](const Cell& c, std::int64_t i) { state.at(input, c) = fields[number][i]; });
+    for_each_cell(*layout, grow, [&](const Cell& c, std::int64_t i) { state.at(input, c) = static_cast<const Real*>(fields[number])[i]; });
   }
   stencil::Params values;
   for (std::size_t p = 0; p < context.params->size(); ++p) values[(*context.params)[p]] = params[p];
@@ -61,7 +63,7 @@ void run_program(void* opaque, const dpde_layout* layout, double* const* fields,
     const bool is_result = name != names[f] || std::find(context.program->keeps.begin(), context.program->keeps.end(), name) !=
                                                    context.program->keeps.end();
     if (!is_result || !state.has(name)) continue;
-    for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) { fields[f][i] = state.at(name, c); });
+    for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) { static_cast<Real*>(fields[f])[i] = static_cast<Real>(state.at(name, c)); });
   }
   for (std::size_t s = 0; s < context.table->sums.size(); ++s) {
     const auto total = totals.find(context.table->sums[s]);
@@ -77,12 +79,13 @@ class InterpretedModule : public codegen::CompiledModule {
       const stencil::Program* program = stencil_.find_program(table.name);
       require(program != nullptr, "a loop program without its stencil program");
       auto context = std::make_unique<Context>();
-      *context = {&stencil_, program, &table, &loop_.params, stencil::interface_of(stencil_, *program), 0};
+      *context = {&stencil_, program, &table, &loop_.params, stencil::interface_of(stencil_, *program), 0, loop_.real};
       for (const int halo : table.halo) context->halo = std::max(context->halo, halo);
       for (const auto& [field, halo] : stencil::required_halo(stencil_, *program)) {
         context->halo = std::max(context->halo, *std::max_element(halo.begin(), halo.end()));
       }
-      tables().set_interpreter(table.name, run_program, context.get());
+      const codegen::Interpret run = loop_.real == Precision::f32 ? run_program<float> : run_program<double>;
+      tables().set_interpreter(table.name, run, context.get());
       contexts_.push_back(std::move(context));
     }
   }

@@ -10,6 +10,7 @@
 
 #include "driver/array_file.h"
 #include "driver/data.h"
+#include "model/placement.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -36,9 +37,16 @@ int Inverse::index_of(const model::Unknown& unknown) const {
   switch (unknown.kind) {
     case model::Unknown::Kind::initial: return session_.rollout().state_index(unknown.name);
     case model::Unknown::Kind::coefficient: return position(session_.rollout().sought());
-    case model::Unknown::Kind::parameter: return position(session_.rollout().param_bar_names());
+    case model::Unknown::Kind::parameter:
+    case model::Unknown::Kind::control: return position(session_.rollout().param_bar_names());
   }
   unreachable("kind of unknown");
+}
+
+Eigen::Index Inverse::size_of(const model::Unknown& unknown) const {
+  if (unknown.is_field()) return static_cast<Eigen::Index>(session_.workspace().cell_count());
+  const auto control = session_.workspace().controls().find(unknown.name);
+  return control == session_.workspace().controls().end() ? 1 : static_cast<Eigen::Index>(control->second.values.size());
 }
 
 bool Inverse::make_parts(DiagnosticSink& sink) {
@@ -51,10 +59,10 @@ bool Inverse::make_parts(DiagnosticSink& sink) {
   }
   using Kind = model::Unknown::Kind;
   Eigen::Index offset = 0;
-  for (const Kind kind : {Kind::initial, Kind::coefficient, Kind::parameter}) {
+  for (const Kind kind : {Kind::initial, Kind::coefficient, Kind::parameter, Kind::control}) {
     for (const model::Unknown& unknown : task.unknowns) {
       if (unknown.kind != kind) continue;
-      const Eigen::Index size = unknown.is_field() ? static_cast<Eigen::Index>(session_.workspace().cell_count()) : 1;
+      const Eigen::Index size = size_of(unknown);
       parts_.push_back({unknown.name, kind, index_of(unknown), offset, size});
       offset += size;
     }
@@ -89,13 +97,16 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   for (const Part& part : parts_) {
     const model::Source& from = unknown_of(part).from;
     std::vector<double> values;
-    if (!part.is_field()) {
+    if (part.is_control()) {
+      values = session_.problem().find_control(part.name)->start;
+    } else if (!part.is_field()) {
       const model::Number* number = from.formula ? std::get_if<model::Number>(&(*from.formula)->kind) : nullptr;
       values = {number != nullptr ? number->value : workspace.params().at(part.name)};
     } else if (from.formula) {
       values = from_formula[part.name];
     } else if (!from.file.empty()) {
-      const std::optional<std::vector<double>> loaded = load_array(from, source, session_.problem().axes, sink);
+      const auto axes = model::axes_at(session_.problem().axes, model::Placements(session_.problem()).of(part.name));
+      const std::optional<std::vector<double>> loaded = load_array(from, source, axes, session_.problem().scheme.real, sink);
       if (!loaded) return false;
       values = session_.options().cells.empty() ? *loaded : resample(*loaded, session_.problem().axes, workspace.axes());
     } else {
@@ -117,12 +128,18 @@ Bounds Inverse::bounds() const {
   return bounds;
 }
 
+void Inverse::set_values(const std::string& name, const Part& part, const Eigen::VectorXd& x) {
+  Workspace& workspace = session_.workspace();
+  if (!part.is_control()) return workspace.set_param(name, x[part.offset]);
+  const std::span<const double> values = dense_part(x, part);
+  workspace.set_control(name, session_.problem().find_control(part.name)->every, {values.begin(), values.end()});
+}
+
 void Inverse::assign(const Eigen::VectorXd& x) {
   for (const Part& part : parts_) {
-    if (part.is_field()) continue;
-    session_.workspace().set_param(part.name, x[part.offset]);
-    session_.rollout().set_param(part.name, x[part.offset]);
+    if (!part.is_field()) set_values(part.name, part, x);
   }
+  session_.set_values(session_.rollout());
   if (!formulas_.empty()) {
     session_.reset_coefficients();
     session_.reset_initial();
@@ -138,12 +155,12 @@ double Inverse::value(const Eigen::VectorXd& x) {
   return session_.rollout().loss();
 }
 
-const double* Inverse::bar_of(const std::string& field) const {
+FieldView Inverse::bar_of(const std::string& field) const {
   const int state = session_.rollout().state_index(field);
   if (state >= 0) return last_->state_bars[static_cast<std::size_t>(state)];
   const std::vector<std::string>& sought = session_.rollout().sought();
   const auto found = std::find(sought.begin(), sought.end(), field);
-  return found == sought.end() ? nullptr : last_->field_bars[static_cast<std::size_t>(found - sought.begin())];
+  return found == sought.end() ? FieldView{} : last_->field_bars[static_cast<std::size_t>(found - sought.begin())];
 }
 
 double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
@@ -152,8 +169,11 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
   if (last_->stopped) return NAN;
   for (const Part& part : parts_) {
     if (part.is_field()) {
-      copy_out(session_.workspace().layout(), bar_of(part.name),
-               {gradient.data() + part.offset, static_cast<std::size_t>(part.size)});
+      copy_out(bar_of(part.name), {gradient.data() + part.offset, static_cast<std::size_t>(part.size)});
+    } else if (part.is_control()) {
+      auto values = gradient.segment(part.offset, part.size);
+      values.setZero();
+      if (part.index >= 0) values = Eigen::Map<const Eigen::VectorXd>(last_->control_bars[static_cast<std::size_t>(part.index)].data(), part.size);
     } else {
       gradient[part.offset] = part.index < 0 ? 0.0 : last_->param_bars[static_cast<std::size_t>(part.index)];
     }
@@ -164,24 +184,22 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
 
 void Inverse::add_gradient_through_formulas(Eigen::VectorXd& gradient) {
   Workspace& workspace = session_.workspace();
-  std::vector<double> seed(workspace.cell_count());
   for (const std::string& program : formulas_) {
     const adjoint::Derivative& derivative = *session_.compiled().derived.at(program).adjoint;
     for (const std::string& kept : session_.compiled().stencil.find_program(program)->keeps) {
       const auto name = derivative.names.find(kept);
       if (name == derivative.names.end()) continue;
       const bool is_unknown = std::ranges::any_of(parts_, [&](const Part& p) { return p.is_field() && p.name == kept; });
-      const double* bar = bar_of(kept);
+      const FieldView bar = bar_of(kept);
       Field& field = workspace.field(name->second);
       field.fill(0);
-      if (is_unknown || bar == nullptr) continue;  // the formula is not used
-      copy_out(workspace.layout(), bar, seed);
-      field.copy_in(seed);
+      if (is_unknown || bar.base == nullptr) continue;  // the formula is not used
+      copy_interior(workspace.layout(), field.base(), bar);
     }
     const auto sums = workspace.run(*session_.compiled().program(derivative.program), session_.problem().t_begin);
     for (const Part& part : parts_) {
       const auto name = derivative.names.find(part.name);
-      if (part.is_field() || name == derivative.names.end()) continue;
+      if (part.is_field() || part.is_control() || name == derivative.names.end()) continue;
       const auto sum = sums.find(name->second);
       if (sum != sums.end()) gradient[part.offset] += sum->second;
     }

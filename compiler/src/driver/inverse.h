@@ -21,7 +21,8 @@ class Inverse {
     model::Unknown::Kind kind;
     int index;  // of the state, the sought field or the parameter gradient of the rollout (-1: none)
     Eigen::Index offset, size;
-    bool is_field() const { return kind != model::Unknown::Kind::parameter; }
+    bool is_field() const { return kind == model::Unknown::Kind::initial || kind == model::Unknown::Kind::coefficient; }
+    bool is_control() const { return kind == model::Unknown::Kind::control; }
     bool is_initial() const { return kind == model::Unknown::Kind::initial; }
   };
 
@@ -44,6 +45,8 @@ class Inverse {
   const GradientResult& last() const { return *last_; }
   /// The task's tests at x, in order; the state's run is repeated once.
   std::vector<std::pair<std::string, double>> tests(const Eigen::VectorXd& x);
+  /// The part's values of x for the parameter or control called `name`, that of the part or its rate.
+  void set_values(const std::string& name, const Part& part, const Eigen::VectorXd& x);
   /// Makes the rollout start from x.
   void assign(const Eigen::VectorXd& x);
 
@@ -53,9 +56,10 @@ class Inverse {
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
   void add_gradient_through_formulas(Eigen::VectorXd& gradient);
   const model::Unknown& unknown_of(const Part& part) const;
+  Eigen::Index size_of(const model::Unknown& unknown) const;
   int index_of(const model::Unknown& unknown) const;
-  /// Of a state or sought coefficient, in the last gradient; null when there is none.
-  const double* bar_of(const std::string& field) const;
+  /// Of a state or sought coefficient, in the last gradient; base null when there is none.
+  FieldView bar_of(const std::string& field) const;
 
   Session& session_;
   std::vector<Part> parts_;

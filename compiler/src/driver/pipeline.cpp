@@ -214,19 +214,6 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   return wrt;
 }
 
-/// The part of `wrt` that a program reads. Initial states depend on parameters only.
-adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name) {
-  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(name));
-  adjoint::Activity wrt;
-  for (const std::string& field : interface.inputs) {
-    if (compiled.activity.fields.contains(field)) wrt.fields.insert(field);
-  }
-  for (const std::string& param : interface.params) {
-    if (compiled.activity.params.contains(param)) wrt.params.insert(param);
-  }
-  return wrt;
-}
-
 /// Programs a gradient goes through: the step, formulas of fields, the losses; all of a file without a scene.
 std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   if (!compiled.problem) return compiled.primal_programs;
@@ -304,6 +291,7 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
       codegen::JitResult result = codegen::jit(compiled.loop, {}, cache);
       compiled.code = std::move(result.module);
       compiled.code_from_cache = result.from_cache;
+      compiled.code_key = std::move(result.key);
       error = result.error;
       break;
     }
@@ -311,6 +299,7 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
       codegen::CompileResult result = codegen::compile_cpp(compiled.loop, "", cache);
       compiled.code = std::move(result.module);
       compiled.code_from_cache = result.from_cache;
+      compiled.code_key = std::move(result.key);
       error = result.error;
       break;
     }
@@ -332,6 +321,7 @@ void add_certifying_task(model::Problem& problem) {
     const model::Expr value = model::binary(BinaryOp::add, u, square);
     total = model::binary(BinaryOp::add, total, model::binary(BinaryOp::multiply, model::field(probe), value));
     task.data.push_back({probe, "", "", "", {}, {}});
+    task.data.back().placement = state.placement;
     task.unknowns.push_back({model::Unknown::Kind::initial, state.name, state.initial, {}});
   }
   task.losses.push_back({model::reduce(model::Reduce::Kind::sum, total), {}, {}});
@@ -343,7 +333,14 @@ void add_certifying_task(model::Problem& problem) {
     param.unknown = std::none_of(problem.coefficients.begin(), problem.coefficients.end(), [&](const model::Coefficient& c) {
       return c.value.formula && model::any_part(*c.value.formula, holds);
     });
-    if (param.unknown) task.unknowns.push_back({model::Unknown::Kind::parameter, param.name, {model::number(param.value), "", {}}, {}});
+    if (!param.unknown) continue;
+    const auto control = std::ranges::find(problem.controls, param.name, &model::Control::name);
+    if (control != problem.controls.end()) {
+      control->start = control->values;
+      task.unknowns.push_back({model::Unknown::Kind::control, param.name, {control->formula, "", {}}, {}});
+    } else {
+      task.unknowns.push_back({model::Unknown::Kind::parameter, param.name, {model::number(param.value), "", {}}, {}});
+    }
   }
   problem.task = std::move(task);
 }
@@ -353,6 +350,7 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
                 DiagnosticSink& sink) {
   compiled.ast = parse(source, sink);
   if (sink.has_errors()) return false;
+  std::erase_if(compiled.ast.declarations, [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
   stencil::from_ast(compiled.ast, sink);  // a broken kernel is reported as such before a scene misses what it lacks
   if (sink.has_errors()) return false;
   if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
@@ -365,6 +363,7 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   compiled.problem = model::from_ast(compiled.ast, selection, sink);
   if (sink.has_errors() || !compiled.problem) return false;
   if (options.without_task) compiled.problem->task.reset();
+  if (options.real) compiled.problem->scheme.real = *options.real;
   const auto text = [&] { return print(*compiled.problem); };
   if (!stages.after("model", text, [&] { return verify(*compiled.problem); })) return false;
   if (options.certify && !compiled.problem->task) add_certifying_task(*compiled.problem);
@@ -410,6 +409,18 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
 
 }  // namespace
 
+adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name) {
+  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(name));
+  adjoint::Activity wrt;
+  for (const std::string& field : interface.inputs) {
+    if (compiled.activity.fields.contains(field)) wrt.fields.insert(field);
+  }
+  for (const std::string& param : interface.params) {
+    if (compiled.activity.params.contains(param)) wrt.params.insert(param);
+  }
+  return wrt;
+}
+
 std::string Compiled::step_name() const {
   if (!problem) return "";
   return problem->program.empty() ? problem->scene + "_step" : problem->program;
@@ -440,9 +451,13 @@ std::vector<std::string> Compiled::derivative_programs(bool adjoint) const {
   return names;
 }
 
-loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs) {
-  for (const stencil::Pass& pass : stencil::loop_passes) module = pass.run(module);
-  return loop::from_stencil(module, programs);
+loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs, Precision real) {
+  for (const stencil::Pass& pass : stencil::loop_passes) {
+    // Regrouped, the weights of u + dt*(...) are rounded one by one and do not add up to 1: floats would drift by it.
+    if (real == Precision::f32 && pass.run == stencil::regroup_updates) continue;
+    module = pass.run(module);
+  }
+  return loop::from_stencil(module, programs, real);
 }
 
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink) {
@@ -452,7 +467,7 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   Stages stages(options, sink);
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
-  compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs));
+  compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real());
   if (!stages.after("loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); })) return std::nullopt;
   if (options.backend) generate(compiled, *options.backend, options.cache.get(), sink);
   if (sink.has_errors()) return std::nullopt;

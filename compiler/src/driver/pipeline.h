@@ -36,6 +36,7 @@ struct CompileOptions {
   std::optional<Backend> backend;   // nullopt: stop at the loop level
   bool tangent = false, adjoint = false;
   bool second = false;              // second derivatives, with tangent and adjoint; what has none is left without
+  std::optional<Precision> real;    // of a scene, in place of its scheme's
   bool without_task = false;        // of a task only its scene and scheme; "" is the only scene, if there is just one
   /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up functional.
   bool certify = false;
@@ -62,8 +63,10 @@ struct Compiled {
   loop::Module loop;
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
   bool code_from_cache = false;
+  std::string code_key;                           // of the code in the cache; "" without one
   double seconds = 0;
 
+  Precision real() const { return problem ? problem->scheme.real : Precision::f64; }
   std::string step_name() const;  // "" without a problem
   /// Those that turn parameters into fields before the first step; each may be missing.
   std::vector<std::string> formula_programs() const;
@@ -77,8 +80,11 @@ struct Compiled {
 /// Parses, lowers, differentiates and compiles. nullopt when `sink` has errors afterwards.
 std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& options, DiagnosticSink& sink);
 
+/// What the derivatives of program `name` are taken with respect to: the part of `activity` that it reads.
+adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name);
+
 /// The rows of the named programs, after the passes for speed: what the back ends get.
-loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs);
+loop::Module lower_to_loop(stencil::Module module, const std::vector<std::string>& programs, Precision real);
 
 /// The named programs of `module` with the kernels they run and, of the loops, those that run only these programs.
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs);

@@ -31,9 +31,14 @@ std::string grid_text(const model::Problem& problem) {
   return text;
 }
 
+/// Of controls the formula: a run that goes on beyond the end has more values of it.
 std::string params_text(const model::Problem& problem) {
   std::string text;
   for (const model::Parameter& param : problem.params) {
+    if (const model::Control* control = problem.find_control(param.name)) {
+      text += fmt::format("{}{}", text.empty() ? "" : ", ", print(*control, problem.step));
+      continue;
+    }
     text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", param.name, param.value);
   }
   return text;
@@ -67,7 +72,8 @@ RunIdentity identity_of(Session& session) {
   programs.loops.clear();  // they hold the number of steps, which may grow
   return {{"scene", problem.scene},
           {"grid", grid_text(problem)},
-          {"step", fmt::format("{} from t = {}", problem.step, problem.t_begin)},
+          {"step", fmt::format("{} from t = {}{}", problem.step, problem.t_begin,
+                               problem.rate ? fmt::format(", courant {}", problem.courant) : "")},
           {"scheme", scheme},
           {"set of parameters", params_text(problem)},
           {"back end", backend ? name_of(*backend) : ""},

@@ -38,6 +38,7 @@ struct SceneTable::Storage {
   std::deque<std::string> strings;
   std::deque<std::vector<int32_t>> steps;
   std::vector<dpde_value> params;
+  std::vector<dpde_control> controls;
   std::vector<dpde_source> states, coefficients;
   std::vector<const char*> sought;
   std::vector<dpde_datum> data;
@@ -72,6 +73,7 @@ void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unkn
   int32_t kind = DPDE_UNKNOWN_PARAM;
   switch (unknown.kind) {
     case model::Unknown::Kind::parameter: break;
+    case model::Unknown::Kind::control: kind = DPDE_UNKNOWN_CONTROL; break;
     case model::Unknown::Kind::initial: kind = DPDE_UNKNOWN_INITIAL; break;
     case model::Unknown::Kind::coefficient: kind = DPDE_UNKNOWN_COEFFICIENT; break;
   }
@@ -120,12 +122,18 @@ void SceneTable::Storage::fill() {
   scene.step = problem.step;
   scene.steps = problem.steps;
   for (const model::Parameter& param : problem.params) params.push_back({text(param.name), param.value});
+  for (const model::Control& c : problem.controls) {  // a task begins with `start`
+    const std::vector<double>& values = c.start.empty() ? c.values : c.start;
+    controls.push_back({text(c.name), c.every, static_cast<int32_t>(values.size()), values.data()});
+  }
   for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) coefficients.push_back({text(c.name), c.value.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
   }
   const std::string initial = problem.scene + "_initial", formulas = problem.scene + "_coefficients";
+  scene.rate = compiled->program(problem.scene + "_rate");
+  scene.courant = problem.courant;
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
   scene.initial = compiled->program(initial);
@@ -139,6 +147,7 @@ void SceneTable::Storage::fill() {
     pointer = items.data();
   };
   set(scene.param_count, scene.params, params);
+  set(scene.control_count, scene.controls, controls);
   set(scene.state_count, scene.states, states);
   set(scene.coefficient_count, scene.coefficients, coefficients);
   set(scene.sought_count, scene.sought, sought);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "model/build.h"
+#include "model/placement.h"
 #include "model/print_model.h"
 #include "stencil/build.h"
 #include "support/match.h"
@@ -37,6 +38,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Derivative& d) { return model::derivative(with_values(d.operand, values), d.axis, d.order); },
       [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
       [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
+      [&](const model::Interpolate& i) { return model::interpolate(with_values(i.operand, values)); },
       [&](const model::Sample& s) { return model::sample(s.field, all(s.place)); },
       [&](const model::Reduce& r) { return model::reduce(r.reduction, with_values(r.operand, values)); });
 }
@@ -53,6 +55,9 @@ bool is_input(const stencil::Interface& interface, const std::string& field) {
 
 std::string scene_text(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
+  // what the words of a scene of a program cannot say
+  const bool is_plain = problem.controls.empty() && !problem.rate && problem.events.empty() && problem.scheme.real == Precision::f64;
+  if (!is_plain || model::Placements(problem).is_staggered()) return "";
   const std::string step = compiled.step_name();
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(step));
   std::string text = fmt::format("scene {} : {} {{\n", problem.scene, step);
@@ -61,12 +66,12 @@ std::string scene_text(const Compiled& compiled) {
                         axis.topology == Topology::periodic ? ", periodic" : "");
   }
   Values values;
-  for (const std::string& name : interface.params) {  // the program's order, so that the text reads back to itself
-    if (const model::Parameter* param = problem.find_param(name)) text += fmt::format("  {} = {}\n", name, param->value);
-  }
   for (const model::Parameter& param : problem.params) {
     const std::vector<std::string>& used = interface.params;
     if (std::find(used.begin(), used.end(), param.name) == used.end()) values[param.name] = param.value;
+  }
+  for (const std::string& name : interface.params) {  // the program's order, so that the text reads back to itself
+    if (const model::Parameter* param = problem.find_param(name)) text += fmt::format("  {} = {}\n", name, param->value);
   }
   for (const model::Axis& axis : problem.axes) values["h" + axis.name] = axis.spacing();
   for (const model::Coefficient& coefficient : problem.coefficients) {

@@ -9,7 +9,8 @@
 namespace dpde::driver {
 
 /// `scene NAME : NAME_step { ... }` with the grid, parameters, coefficients, initial states, exact solutions, times and
-/// observables of the problem, overrides applied. Boundaries stand in the program's fills.
+/// observables of the problem, overrides applied. Boundaries stand in the program's fills. "" of staggered problems: a program
+/// does not say where its fields lie.
 std::string scene_text(const Compiled& compiled);
 
 }  // namespace dpde::driver

@@ -16,12 +16,12 @@ std::string SecondOrder::variable(const std::string& name) const {
   return curvature_ == Curvature::full ? name : name + "_dot";
 }
 
-const double* SecondOrder::field_bar(const std::string& name) const {
+FieldView SecondOrder::field_bar(const std::string& name) const {
   const int state = rollout_->state_index(name);
   if (state >= 0) return last_->state_bars[static_cast<std::size_t>(state)];
   const std::vector<std::string>& sought = rollout_->sought();
   const auto found = std::find(sought.begin(), sought.end(), name);
-  return found == sought.end() ? nullptr : last_->field_bars[static_cast<std::size_t>(found - sought.begin())];
+  return found == sought.end() ? FieldView{} : last_->field_bars[static_cast<std::size_t>(found - sought.begin())];
 }
 
 void SecondOrder::product(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
@@ -36,10 +36,17 @@ void SecondOrder::product(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Ei
   for (const Inverse::Part& part : inverse_.parts()) {
     if (part.is_field()) {
       const std::size_t size = static_cast<std::size_t>(part.size);
-      copy_out(session_.workspace().layout(), field_bar(variable(part.name)), {result.data() + part.offset, size});
+      copy_out(field_bar(variable(part.name)), {result.data() + part.offset, size});
       continue;
     }
     const auto bar = std::find(params.begin(), params.end(), variable(part.name));
+    if (part.is_control()) {
+      auto values = result.segment(part.offset, part.size);
+      values.setZero();
+      const auto number = static_cast<std::size_t>(bar - params.begin());
+      if (bar != params.end()) values = Eigen::Map<const Eigen::VectorXd>(last_->control_bars[number].data(), part.size);
+      continue;
+    }
     result[part.offset] = bar == params.end() ? 0 : last_->param_bars[static_cast<std::size_t>(bar - params.begin())];
   }
   for (const std::string& program : session_.compiled().formula_programs()) add_through_formula(program, result);
@@ -51,26 +58,24 @@ void SecondOrder::add_through_formula(const std::string& formula, Eigen::VectorX
   if (derived == session_.compiled().derived.end() || !derived->second.second) return;
   const adjoint::Derivative& second = *derived->second.second;
   Workspace& workspace = session_.workspace();
-  std::vector<double> seed(workspace.cell_count());
   for (const std::string& kept : session_.compiled().stencil.find_program(formula)->keeps) {
     const bool is_unknown =
         std::ranges::any_of(inverse_.parts(), [&](const Inverse::Part& p) { return p.is_field() && p.name == kept; });
     for (const std::string& name : {kept, directions_.dot_of(formula, kept)}) {
       const auto bar_name = second.names.find(name);
       if (bar_name == second.names.end()) continue;
-      const double* bar = field_bar(name);
+      const FieldView bar = field_bar(name);
       Field& field = workspace.field(bar_name->second);
       field.fill(0);
       // Gauss-Newton leaves the formulas' own second derivatives out, too: only the seeds of rates count.
       const bool counts = curvature_ == Curvature::full || name != kept;
-      if (is_unknown || bar == nullptr || !counts) continue;
-      copy_out(workspace.layout(), bar, seed);
-      field.copy_in(seed);
+      if (is_unknown || bar.base == nullptr || !counts) continue;
+      copy_interior(workspace.layout(), field.base(), bar);
     }
   }
   const auto sums = workspace.run(*session_.compiled().program(second.program), session_.problem().t_begin);
   for (const Inverse::Part& part : inverse_.parts()) {
-    if (part.is_field()) continue;
+    if (part.is_field() || part.is_control()) continue;
     const auto bar = second.names.find(variable(part.name));
     const auto sum = bar == second.names.end() ? sums.end() : sums.find(bar->second);
     if (sum != sums.end()) result[part.offset] += sum->second;

@@ -32,7 +32,7 @@ class SecondOrder {
       : session_(session), inverse_(inverse), curvature_(curvature), directions_(session, inverse), rollout_(std::move(rollout)) {}
   /// The name under which the product with respect to `name` comes back.
   std::string variable(const std::string& name) const;
-  const double* field_bar(const std::string& name) const;
+  FieldView field_bar(const std::string& name) const;
   void add_through_formula(const std::string& program, Eigen::VectorXd& result);
 
   Session& session_;

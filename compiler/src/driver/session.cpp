@@ -11,6 +11,7 @@
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "dpde/runtime/error.h"
+#include "model/placement.h"
 #include "support/evaluate.h"
 
 namespace dpde::driver {
@@ -46,8 +47,10 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   try {
     if (options.cells.empty() && !fits_in_memory(*session->compiled_, sink)) return nullptr;
     // A gradient that stores every step may take half of what is left; it recomputes steps rather than fail.
-    session->options_.checkpoint_bytes =
-        std::min(options.checkpoint_bytes, std::max<std::int64_t>(available_memory() / 2, std::int64_t{1} << 26));
+    if (options.checkpoint_folder.empty()) {
+      session->options_.checkpoint_bytes =
+          std::min(options.checkpoint_bytes, std::max<std::int64_t>(available_memory() / 2, std::int64_t{1} << 26));
+    }
     session->workspace_ = std::make_unique<Workspace>(session->problem(), *session->compiled_->code, options.cells, options.threads);
     if (!session->load(source, sink)) return nullptr;
   } catch (const std::exception& error) {
@@ -84,7 +87,8 @@ bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) 
   for (const model::Coefficient& coefficient : problem().coefficients) {
     Field& field = workspace_->field(coefficient.name);
     if (coefficient.value.formula) continue;
-    std::optional<std::vector<double>> values = load_array(coefficient.value, source, problem().axes, sink);
+    const std::vector<model::Axis> axes = model::axes_at(problem().axes, coefficient.placement);
+    std::optional<std::vector<double>> values = load_array(coefficient.value, source, axes, problem().scheme.real, sink);
     if (!values) return false;
     if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
     field.copy_in(*values);
@@ -101,7 +105,8 @@ void Session::reset_coefficients() {
 bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   for (const model::State& state : problem().states) {
     if (state.initial.file.empty()) continue;
-    std::optional<std::vector<double>> values = load_array(state.initial, source, problem().axes, sink);
+    const std::vector<model::Axis> axes = model::axes_at(problem().axes, state.placement);
+    std::optional<std::vector<double>> values = load_array(state.initial, source, axes, problem().scheme.real, sink);
     if (!values) return false;
     if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
     state_files_[state.name] = std::move(*values);
@@ -109,8 +114,13 @@ bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   return true;
 }
 
+void Session::set_values(Rollout& rollout) const {
+  for (const auto& [name, value] : workspace_->params()) rollout.set_param(name, value);
+  for (const auto& [name, control] : workspace_->controls()) rollout.set_control(name, control.every, control.values);
+}
+
 void Session::reset_initial() {
-  for (const auto& [name, value] : workspace_->params()) rollout_->set_param(name, value);
+  set_values(*rollout_);
   const dpde_program* program = compiled_->program(problem().scene + "_initial");
   if (program != nullptr) workspace_->run(*program, problem().t_begin);
   std::vector<double> values(workspace_->cell_count());
@@ -129,9 +139,12 @@ RolloutSetup Session::setup() {
   setup.steps = steps_;
   setup.t0 = problem().t_begin;
   setup.dt = problem().step;
+  setup.rate = compiled_->program(problem().scene + "_rate");
+  if (setup.rate != nullptr) setup.courant = problem().courant;
   setup.threads = options_.threads;
   setup.checkpoint_bytes = options_.checkpoint_bytes;
   setup.slots = options_.slots;
+  setup.checkpoint_folder = options_.checkpoint_folder;
   setup.stop = options_.stop;
   std::set<std::string> states;
   for (const model::State& state : problem().states) states.insert(state.name);
@@ -212,7 +225,7 @@ bool Session::add_losses(RolloutSetup& setup, const PickLoss& pick, DiagnosticSi
   return true;
 }
 
-double* Session::datum_at(const DataStates& datum, double t) {
+void* Session::datum_at(const DataStates& datum, double t) {
   if (datum.times.empty()) return workspace_->field(datum.fields[0]).base();
   for (std::size_t k = 0; k < datum.times.size(); ++k) {
     if (std::abs(datum.times[k] - t) < 1e-6 * problem().step) return workspace_->field(datum.fields[k]).base();
@@ -251,17 +264,17 @@ std::vector<double> Session::final_state(int state) {
   return values;
 }
 
-std::map<std::string, double*> Session::bind_states(const std::vector<double*>& states) {
-  std::map<std::string, double*> bound;
+std::map<std::string, void*> Session::bind_states(const std::vector<void*>& states) {
+  std::map<std::string, void*> bound;
   for (int s = 0; s < rollout_->state_count(); ++s) bound[rollout_->state_name(s)] = states[static_cast<std::size_t>(s)];
   return bound;
 }
 
-double Session::evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states) {
+double Session::evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<void*>& states) {
   return evaluate(program, sum, t, bind_states(states));
 }
 
-double Session::evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, double*> bound) {
+double Session::evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, void*> bound) {
   for (const DataStates& datum : data_) {
     if (is_field(program, datum.name)) bound[datum.name] = datum_at(datum, t);
     if (is_field(program, datum.name) && bound[datum.name] == nullptr) return NAN;
@@ -271,7 +284,7 @@ double Session::evaluate(const dpde_program& program, const std::string& sum, do
   return value == sums.end() ? 0 : value->second;
 }
 
-std::vector<std::pair<std::string, double>> Session::observe(double t, const std::vector<double*>& states) {
+std::vector<std::pair<std::string, double>> Session::observe(double t, const std::vector<void*>& states) {
   const dpde_program* program = compiled_->program(problem().scene + "_observe");
   std::vector<std::pair<std::string, double>> values;
   if (program == nullptr) return values;
@@ -283,7 +296,7 @@ std::vector<std::pair<std::string, double>> Session::observe(double t, const std
   return values;
 }
 
-std::vector<ErrorNorms> Session::errors(double t, const std::vector<double*>& states) {
+std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& states) {
   const dpde_program* program = compiled_->program(problem().scene + "_exact");
   std::vector<ErrorNorms> norms;
   if (program == nullptr) return norms;

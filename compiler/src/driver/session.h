@@ -20,6 +20,7 @@ struct SessionOptions {
   int threads = 1;
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
   int slots = 0;                            // overrides checkpoint_bytes
+  std::string checkpoint_folder;            // states of gradients lie in a file there; checkpoint_bytes is then not held to memory
   const std::atomic<bool>* stop = nullptr;  // looked at before each step
   /// Another grid of the same shape, one number an axis, for verification: files are resampled, data made up.
   std::vector<int> cells;
@@ -55,6 +56,8 @@ class Session {
   double time_of(int step) const { return problem().t_begin + step * problem().step; }
   const std::vector<DataStates>& data() const { return data_; }
 
+  /// Gives the rollout the present parameters and controls.
+  void set_values(Rollout& rollout) const;
   /// Copies the scene's initial state into the rollout again, recomputed from the formulas with the present parameters.
   void reset_initial();
   /// Coefficients that are formulas, from the present parameters.
@@ -64,11 +67,11 @@ class Session {
   std::vector<double> final_state(int state);
 
   /// Values of the observables at a state of the run.
-  std::vector<std::pair<std::string, double>> observe(double t, const std::vector<double*>& states);
+  std::vector<std::pair<std::string, double>> observe(double t, const std::vector<void*>& states);
   /// Distance from the exact solution, for the states that have one.
-  std::vector<ErrorNorms> errors(double t, const std::vector<double*>& states);
+  std::vector<ErrorNorms> errors(double t, const std::vector<void*>& states);
   /// The pointer a datum has at a time; null when it has none.
-  double* datum_at(const DataStates& datum, double t);
+  void* datum_at(const DataStates& datum, double t);
   /// The states a quantity is evaluated at, as step numbers.
   std::vector<int> steps_of(const model::When& when) const;
   /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
@@ -76,9 +79,9 @@ class Session {
   /// States and rates together, and their adjoint (see SecondOrder); null when the programs for it are not there.
   std::unique_ptr<Rollout> second_order_rollout(bool gauss_newton);
   /// A quantity of the task (a loss or test) at one state.
-  double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<double*>& states);
+  double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<void*>& states);
   /// The same with all fields given by name, data excepted.
-  double evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, double*> bound);
+  double evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, void*> bound);
 
  private:
   Session() = default;
@@ -93,7 +96,7 @@ class Session {
   };
   using PickLoss = std::function<LossPrograms(const std::string& name)>;
   bool add_losses(RolloutSetup& setup, const PickLoss& pick, DiagnosticSink& sink);
-  std::map<std::string, double*> bind_states(const std::vector<double*>& states);
+  std::map<std::string, void*> bind_states(const std::vector<void*>& states);
 
   std::shared_ptr<const Compiled> compiled_;
   SessionOptions options_;

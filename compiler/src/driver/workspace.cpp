@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/rollout.h"
 
 namespace dpde::driver {
 
@@ -15,12 +17,15 @@ namespace {
 
 dpde_layout layout_for(const std::vector<model::Axis>& axes, const codegen::CompiledModule& code) {
   std::array<std::int64_t, 3> halo{};
+  std::int32_t real = DPDE_F64;
   for (const std::string& name : code.names()) {
-    for (int a = 0; a < 3; ++a) halo[a] = std::max(halo[a], code.find(name)->halo[a]);
+    const dpde_program& program = *code.find(name);
+    for (int a = 0; a < 3; ++a) halo[a] = std::max(halo[a], program.halo[a]);
+    real = program.real;
   }
   std::vector<std::int64_t> cells;
   for (const model::Axis& axis : axes) cells.push_back(axis.cells);
-  return make_layout(cells, halo);
+  return make_layout(cells, halo, real);
 }
 
 std::vector<model::Axis> axes_with(std::vector<model::Axis> axes, const std::vector<int>& cells) {
@@ -35,8 +40,9 @@ std::int64_t coordinate(const Cell& cell, std::size_t axis) { return axis == 0 ?
 Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells,
                      int threads)
     : axes_(axes_with(problem.axes, cells)), layout_(layout_for(axes_, code)), threads_(threads),
-      cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))) {
+      cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))), t_begin_(problem.t_begin), step_(problem.step) {
   for (const model::Parameter& param : problem.params) params_[param.name] = param.value;
+  for (const model::Control& control : problem.controls) set_control(control.name, control.every, control.values);
   constexpr const char* spacings[] = {"hx", "hy", "hz"};
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     const model::Axis& axis = axes_[a];
@@ -86,8 +92,25 @@ std::vector<double> Workspace::dense(const std::string& name) {
   return values;
 }
 
+void Workspace::set_control(const std::string& name, int every, std::vector<double> values) {
+  params_[name] = values.front();
+  controls_[name] = {every, std::move(values)};
+}
+
+/// 0 for what nobody has set, as directions of derivatives.
+double Workspace::param_at(const std::string& name, double t) const {
+  if (name == "t") return t;
+  const auto control = controls_.find(name);
+  if (control != controls_.end()) {
+    const auto& [every, values] = control->second;
+    return values[control_interval(std::llround((t - t_begin_) / step_), every, values.size())];
+  }
+  const auto value = params_.find(name);
+  return value == params_.end() ? 0 : value->second;
+}
+
 std::map<std::string, double> Workspace::run(const dpde_program& program, double t,
-                                             const std::map<std::string, double*>& bound) {
+                                             const std::map<std::string, void*>& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
   if (!executor) executor = std::make_unique<Executor>(program, layout_, threads_);
   for (int f = 0; f < program.field_count; ++f) {
@@ -95,8 +118,7 @@ std::map<std::string, double> Workspace::run(const dpde_program& program, double
     executor->bind(f, given != bound.end() ? given->second : field(program.fields[f]).base());
   }
   for (int p = 0; p < program.param_count; ++p) {
-    const auto value = params_.find(program.params[p]);
-    executor->set_param(p, std::string_view(program.params[p]) == "t" ? t : value == params_.end() ? 0 : value->second);
+    executor->set_param(p, param_at(program.params[p], t));
   }
   executor->update_uniforms();
   executor->prepare();

@@ -38,13 +38,22 @@ class Workspace {
   /// Fields made so far.
   std::vector<std::string> field_names() const;
   std::vector<double> dense(const std::string& name);
+  double param_at(const std::string& name, double t) const;
 
   const std::map<std::string, double>& params() const { return params_; }
   void set_param(const std::string& name, double value) { params_[name] = value; }
 
+  /// Parameters with a value for each interval of time; params() then has the first one.
+  struct Control {
+    int every = 1;  // steps
+    std::vector<double> values;
+  };
+  const std::map<std::string, Control>& controls() const { return controls_; }
+  void set_control(const std::string& name, int every, std::vector<double> values);
+
   /// Runs a program once at time `t` on the fields of these names, `bound` ones taken from there instead; what the program
   /// needs beside them is made. Returns its sums by name.
-  std::map<std::string, double> run(const dpde_program& program, double t, const std::map<std::string, double*>& bound = {});
+  std::map<std::string, double> run(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
 
  private:
   std::vector<model::Axis> axes_;
@@ -53,6 +62,8 @@ class Workspace {
   std::size_t cell_count_;
   std::map<std::string, std::unique_ptr<Field>> fields_;
   std::map<std::string, double> params_;
+  std::map<std::string, Control> controls_;
+  double t_begin_, step_;
   std::map<const dpde_program*, std::unique_ptr<Executor>> executors_;
 };
 

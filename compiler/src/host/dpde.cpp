@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "driver/files.h"
+#include "driver/imports.h"
 #include "driver/inverse.h"
+#include "driver/quick_certificate.h"
 #include "driver/scene_table.h"
 #include "driver/session.h"
 #include "source/render.h"
@@ -31,7 +33,7 @@ ErrorKind kind_of(const Diagnostic& diagnostic) {
     const LineColumn place = has_place ? source.locate(diagnostic.range.begin) : LineColumn{};
     const bool is_error = diagnostic.kind->severity == Severity::error;
     messages.push_back({std::string(diagnostic.kind->code), is_error ? "error" : "warning", diagnostic.message,
-                        has_place ? source.path() : "", place.line, place.column, diagnostic.hint});
+                        has_place ? source.path_of(diagnostic.range.begin) : "", place.line, place.column, diagnostic.hint});
     text += render_text(source, diagnostic);
     if (is_error && !kind) kind = kind_of(diagnostic);
   }
@@ -45,6 +47,11 @@ driver::Backend backend_of(HostBackend backend) {
     case HostBackend::interpreter: return driver::Backend::interpreter;
   }
   unreachable("back end of a host");
+}
+
+driver::Certifying certifying(const HostOptions& options) {
+  if (!options.certify) return driver::Certifying::when_cheap;
+  return *options.certify ? driver::Certifying::always : driver::Certifying::never;
 }
 
 /// What the session has read or computed for fields without a formula.
@@ -82,11 +89,15 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   return true;
 }
 
-Simulation compile(const SourceFile& source, const HostOptions& options) {
+Simulation compile(const SourceFile& file, const HostOptions& options) {
   DiagnosticSink sink;
+  const SourceFile source = driver::with_imports(file, sink);
+  if (sink.has_errors()) fail(source, sink);
   std::optional<driver::Compiled> compiled =
       driver::compile_for_hosts(source, {options.name, options.set, options.scheme}, backend_of(options.backend), sink);
   if (!compiled) fail(source, sink);
+  driver::certify_quickly(*compiled, certifying(options), sink);
+  if (sink.has_errors()) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
   const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, sink);
   if (!table) fail(source, sink);

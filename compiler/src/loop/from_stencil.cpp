@@ -112,7 +112,7 @@ Side ModuleBuilder::side(const stencil::Side& side, int axis, bool with_value) {
   const std::string* wall = stencil::wall_field(side);
   if (wall) result.field = *wall;
   if (!wall && with_value) result.uniform = uniform_of(side.value);
-  if (side.kind == SideKind::value) return result;
+  if (side.kind == SideKind::value || side.kind == SideKind::on_wall) return result;
   const stencil::Expr h = stencil::param(std::string("h") + "xyz"[axis]);
   const bool mixed = side.kind == SideKind::mixed;
   result.kind = SideKind::mixed;
@@ -243,7 +243,7 @@ Module ModuleBuilder::take() {
 
 }  // namespace
 
-Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs) {
+Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs, Precision real) {
   std::vector<const stencil::Program*> chosen;
   std::vector<std::string> params;
   for (const std::string& name : programs) {
@@ -254,7 +254,9 @@ Module from_stencil(const stencil::Module& module, const std::vector<std::string
   }
   ModuleBuilder builder(module, std::move(params));
   for (const stencil::Program* program : chosen) builder.add_program(*program);
-  return builder.take();
+  Module result = builder.take();
+  result.real = real;
+  return result;
 }
 
 }  // namespace dpde::loop

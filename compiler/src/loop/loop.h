@@ -203,6 +203,8 @@ struct UniformDef {
 };
 
 struct Module {
+  /// Of all values in rows; uniforms and sums are computed in f64, and a row rounds the uniforms it reads.
+  Precision real = Precision::f64;
   std::vector<std::string> params;
   std::vector<UniformDef> uniforms;
   std::vector<Row> rows;

@@ -128,6 +128,7 @@ std::string side_text(const Module& module, const Side& side) {
   const auto uniform = [&](int index) { return index < 0 ? "0" : module.uniforms[index].name; };
   const std::string value = side.field.empty() ? uniform(side.uniform) : side.field;
   if (side.kind == SideKind::value) return value;
+  if (side.kind == SideKind::on_wall) return fmt::format("on_wall({})", value);
   return fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
 }
 
@@ -219,6 +220,7 @@ std::string print(const Module& module, const Row& row) {
 
 std::string print(const Module& module) {
   std::string out;
+  if (module.real != Precision::f64) out += fmt::format("real {}\n", name_of(module.real));
   if (!module.params.empty()) out += fmt::format("params {}\n", fmt::join(module.params, ", "));
   for (const UniformDef& uniform : module.uniforms) out += fmt::format("uniform {}\n", print(module, uniform));
   for (const Row& row : module.rows) out += fmt::format("{}{}", out.empty() ? "" : "\n", print(module, row));

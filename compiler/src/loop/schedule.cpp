@@ -101,7 +101,12 @@ void Scheduler::fill_next(const Swap& swap, const Fill& fill) {
     const Fill* other = as_fill(items()[i]);
     if (other && other->field == swap.next) return;
   }
-  next_states_.insert(swap.next);  // its halo is not read before the swap: any time after the writer will do
+  const bool is_grown = std::any_of(items().begin(), items().end(), [&](const ScheduleItem& item) {
+    const Sweep* sweep = std::get_if<Sweep>(&item.operation);
+    return sweep && sweep->grow > 0 && item.modified.contains(swap.next);
+  });
+  // A halo that no sweep computes is not read before the swap: any time after the writer will do.
+  if (!is_grown) next_states_.insert(swap.next);
   input_.items.push_back({Fill{swap.next, fill.axes}, {}, {swap.next}});
 }
 

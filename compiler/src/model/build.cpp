@@ -103,6 +103,11 @@ Expr shift(const Expr& operand, std::vector<int> offset, Origin origin) {
   return make(Shift{operand, std::move(offset)}, origin);
 }
 
+Expr interpolate(const Expr& operand, Origin origin) {
+  if (is_uniform(operand)) return operand;
+  return make(Interpolate{operand}, origin);
+}
+
 Expr sample(std::string field, std::vector<Expr> place, Origin origin) {
   return make(Sample{std::move(field), std::move(place)}, origin);
 }
@@ -143,7 +148,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
         std::for_each(a.velocity.begin(), a.velocity.end(), f);
         f(a.operand);
       },
-      [&](const Shift& s) { f(s.operand); },
+      [&](const Shift& s) { f(s.operand); }, [&](const Interpolate& i) { f(i.operand); },
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
       [&](const Reduce& r) { f(r.operand); });
 }

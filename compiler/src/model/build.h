@@ -25,6 +25,8 @@ Expr derivative(const Expr& operand, int axis, int order, Origin origin = {});
 Expr advect(std::vector<Expr> velocity, const Expr& operand, Origin origin = {});
 /// Of what is the same everywhere, itself.
 Expr shift(const Expr& operand, std::vector<int> offset, Origin origin = {});
+/// Of what is the same everywhere, itself.
+Expr interpolate(const Expr& operand, Origin origin = {});
 Expr sample(std::string field, std::vector<Expr> place, Origin origin = {});
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
 

@@ -37,4 +37,9 @@ const Coefficient* Problem::find_coefficient(const std::string& name) const {
   return found == coefficients.end() ? nullptr : &*found;
 }
 
+const Control* Problem::find_control(const std::string& name) const {
+  const auto found = std::ranges::find(controls, name, &Control::name);
+  return found == controls.end() ? nullptr : &*found;
+}
+
 }  // namespace dpde::model

@@ -17,6 +17,9 @@
 
 namespace dpde::model {
 
+/// Along which axes values lie on the upper faces of the cells rather than at the centres.
+using Placement = std::array<bool, 3>;
+
 struct Node;
 class Expr {
  public:
@@ -42,7 +45,7 @@ struct Field {  // a state, coefficient or datum at the current point
   std::string name;
   bool operator==(const Field&) const = default;
 };
-struct Coordinate {  // x, y, z of the cell centre
+struct Coordinate {  // x, y, z of the place where the expression is taken
   int axis;
   bool operator==(const Coordinate&) const = default;
 };
@@ -83,6 +86,11 @@ struct Shift {
   std::vector<int> offset;  // one an axis
   bool operator==(const Shift&) const = default;
 };
+/// The operand, averaged from its own placement to the one that is wanted
+struct Interpolate {
+  Expr operand;
+  bool operator==(const Interpolate&) const = default;
+};
 /// The value of a field at a place between cells, multilinear; the same at all points. One coordinate an axis, uniform.
 struct Sample {
   std::string field;
@@ -96,7 +104,7 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Sample, Reduce>;
+using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce>;
 struct Node {
   Kind kind;
   Origin origin;
@@ -139,7 +147,8 @@ struct State {
   std::string name;
   std::string velocity_of;          // this state is dt of that one, whose equation is of second order; "" otherwise
   std::string history_of;           // what a time scheme keeps of that one's last step; has no equation; "" otherwise
-  std::vector<AxisSides> boundary;  // one an axis
+  Placement placement{};
+  std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
   std::optional<Expr> rhs;          // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
   std::optional<Expr> exact;        // of x, y, z, t, params
@@ -149,6 +158,17 @@ struct State {
 struct Coefficient {
   std::string name;
   Source value;
+  Placement placement{};
+};
+
+/// A parameter (`name`) with a value of its own for each interval of `every` steps, the last one maybe shorter.
+struct Control {
+  std::string name;
+  int every = 1;
+  std::vector<double> values;  // one an interval: the formula in its middle
+  std::vector<double> start;   // where a task begins that seeks it; else empty
+  Expr formula = 0.0, start_formula = 0.0;  // of numbers, parameters and t
+  Origin origin;
 };
 
 /// A named number made of reductions: a loss term, an observable, a test.
@@ -167,6 +187,7 @@ struct Scheme {
   int derivative_order = 2;  // key dx: 2, 4, 6 or 8
   int laplacian_order = 2;   // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;
+  Precision real = Precision::f64;
 };
 
 /// Which states of a run a quantity or datum looks at.
@@ -182,20 +203,33 @@ struct Datum {
   bool series = false;         // one number a state of the run, the same at all points
   When when;
   Origin origin;
+  Placement placement{};
 };
 struct Unknown {
-  enum class Kind { parameter, initial, coefficient } kind = Kind::parameter;
-  std::string name;  // of the parameter, the state whose initial values are sought, or the coefficient
-  Source from;       // a field: formula or file (default: the scene's own values); parameter: a number
+  enum class Kind { parameter, initial, coefficient, control } kind = Kind::parameter;
+  std::string name;  // of the parameter, the state whose initial values are sought, the coefficient or the control
+  Source from;       // a field: formula or file (default: the scene's own values); parameter: a number; control: formula
   Origin origin;
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   bool is_bounded() const { return low > -std::numeric_limits<double>::infinity(); }
-  bool is_field() const { return kind != Kind::parameter; }
+  bool is_field() const { return kind == Kind::initial || kind == Kind::coefficient; }
 };
 /// What a run writes down: these states every so many steps, the first and the last one in any case.
 struct Output {
   std::vector<std::string> fields;
   int every = 0;  // 0: only the first and the last
+  Origin origin;
+};
+/// Values that change at the end of steps. All updates see the values before the event; a later event those behind it.
+struct Event {
+  struct Update {
+    std::string state;
+    Expr value;
+  };
+  bool after_step = false;  // of each step, and of each part of one that a Courant number splits
+  int every = 0;            // steps from one to the next; 0: behind the steps of `at`
+  std::vector<int> at;  // 1 is the first
+  std::vector<Update> updates;
   Origin origin;
 };
 struct Loss {
@@ -230,10 +264,14 @@ struct Problem {
   std::vector<Parameter> params;
   std::vector<State> states;
   std::vector<Coefficient> coefficients;
+  std::vector<Control> controls;
   std::vector<Quantity> observables;
   std::vector<Output> outputs;
+  std::vector<Event> events;  // in the order in which they happen
   double t_begin = 0, step = 0;
   int steps = 0;
+  double courant = 0;        // > 0: each step is done in as many equal parts as keep step*rate below it
+  std::optional<Expr> rate;  // speed over spacing, added up over the axes; with courant
   Origin time_origin;
   Scheme scheme;
   std::optional<Task> task;
@@ -246,6 +284,7 @@ struct Problem {
   const State* history_of(const std::string& name) const;
   const Parameter* find_param(const std::string& name) const;
   const Coefficient* find_coefficient(const std::string& name) const;
+  const Control* find_control(const std::string& name) const;
 };
 
 }  // namespace dpde::model

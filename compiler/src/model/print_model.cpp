@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/assert.h"
+#include "model/placement.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -97,6 +98,7 @@ Piece piece(const Expr& e) {
       [](const Select& s) { return Piece{fmt::format("if({}, {}, {})", bare(s.condition), bare(s.yes), bare(s.no))}; },
       [](const Derivative& d) { return derivative_piece(d); }, [](const Advect& a) { return advect_piece(a); },
       [](const Shift& s) { return shift_piece(s); },
+      [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
       [](const Sample& s) { return sample_piece(s); },
       [](const Reduce& r) { return Piece{fmt::format("{}({})", word_for(r.reduction), bare(r.operand))}; });
 }
@@ -108,6 +110,7 @@ std::string load_text(const std::string& file, const std::string& variable) {
 std::string text_of(const Side& side) {
   switch (side.kind) {
     case SideKind::value: return " = " + print(side.value);
+    case SideKind::on_wall: return fmt::format(" = on_wall({})", bare(side.value));
     case SideKind::zero_gradient: return " zero_gradient";
     case SideKind::gradient: return fmt::format(" = gradient({})", bare(side.value));
     case SideKind::mixed: return fmt::format(" = mixed({}, {}, {})", bare(side.a), bare(side.b), bare(side.value));
@@ -140,15 +143,36 @@ std::string boundary_text(const Problem& problem, const State& state) {
   return sides.empty() ? "" : fmt::format("boundary {}: {}", state.name, fmt::join(sides, ", "));
 }
 
+std::string event_text(const Problem& p, const Event& event) {
+  std::vector<double> times;
+  for (const int step : event.at) times.push_back(p.t_begin + step * p.step);
+  std::string text = event.after_step ? "after step"
+                     : event.every > 0 ? fmt::format("every {}", event.every * p.step)
+                                       : fmt::format("at t = {}", fmt::join(times, ", "));
+  for (const Event::Update& update : event.updates) {
+    text += fmt::format("{}{} = {}", &update == &event.updates.front() ? ": " : ", ", update.state, print(update.value));
+  }
+  return text;
+}
+
 std::vector<std::string> scene_lines(const Problem& p) {
   std::vector<std::string> lines;
   for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
+  for (const Control& control : p.controls) lines.push_back(print(control, p.step) + (p.find_param(control.name)->unknown ? "  # unknown" : ""));
   for (const Parameter& param : p.params) {
+    if (p.find_control(param.name) != nullptr) continue;
     lines.push_back(fmt::format("{} = {}{}", param.name, bare(param.value), param.unknown ? "  # unknown" : ""));
   }
   for (const Coefficient& c : p.coefficients) lines.push_back(fmt::format("{} = {}", c.name, print(c.value)));
   for (const State& state : p.states) {
     if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
+  }
+  const int axes = static_cast<int>(p.axes.size());
+  for (const State& state : p.states) {
+    if (state.placement != Placement{}) lines.push_back(fmt::format("# {} on {}", state.name, describe(state.placement, axes)));
+  }
+  for (const Coefficient& c : p.coefficients) {
+    if (c.placement != Placement{}) lines.push_back(fmt::format("# {} on {}", c.name, describe(c.placement, axes)));
   }
   for (const State& state : p.states) {
     const std::string boundary = boundary_text(p, state);
@@ -161,8 +185,10 @@ std::vector<std::string> scene_lines(const Problem& p) {
   }
   for (const Quantity& q : p.observables) lines.push_back(fmt::format("observe {} = {}", q.name, print(q.value)));
   for (const Output& output : p.outputs) lines.push_back(print(output, p.step));
+  for (const Event& event : p.events) lines.push_back(event_text(p, event));
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
+  if (p.rate) lines.push_back(fmt::format("# parts of a step: courant {}, rate {}", p.courant, print(*p.rate)));
   for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
   return lines;
 }
@@ -239,8 +265,13 @@ std::string print(const Source& source) {
 }
 
 std::string print(const Scheme& s) {
-  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {} }}\n", s.name,
-                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time));
+  const std::string real = s.real == Precision::f64 ? "" : fmt::format("; real = {}", name_of(s.real));
+  return fmt::format("scheme {} {{ advect = {}; dx = central({}); lap = central({}); time = {}{} }}\n", s.name,
+                     advect_text(s), s.derivative_order, s.laplacian_order, time_text(s.time), real);
+}
+
+std::string print(const Control& control, double step) {
+  return fmt::format("{} = {} every {}", control.name, print(control.formula), control.every * step);
 }
 
 std::string print(const Output& output, double step) {

@@ -15,6 +15,8 @@ std::string print(const Expr& expr);
 std::string print(const Source& source);
 /// A scheme block with all its keys, on a line of its own.
 std::string print(const Scheme& scheme);
+/// F = sin(t) every 0.5, where a step takes `step`.
+std::string print(const Control& control, double step);
 /// output u, v every 0.1, where a step takes `step`.
 std::string print(const Output& output, double step);
 

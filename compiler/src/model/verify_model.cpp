@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "model/build.h"
+#include "model/placement.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -44,9 +45,13 @@ class Verifier {
     check_time();
     collect_names();
     check_states();
+    check_rate();
+    check_controls();
+    check_events();
     for (const Coefficient& c : problem_.coefficients) check_source(c.value, "coefficient " + c.name, formula);
     for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
     if (problem_.task) check_task(*problem_.task);
+    check_placements();
     return mistakes_;
   }
 
@@ -69,6 +74,7 @@ class Verifier {
   void check_time() {
     demand(std::isfinite(problem_.t_begin), "the run begins at no time");
     demand(std::isfinite(problem_.step) && problem_.step > 0, fmt::format("the step is {}", problem_.step));
+    demand(problem_.courant >= 0 && (problem_.courant > 0) == problem_.rate.has_value(), "a Courant number without a rate");
     demand(problem_.steps > 0, fmt::format("the run has {} steps", problem_.steps));
   }
 
@@ -111,6 +117,32 @@ class Verifier {
     }
   }
 
+  void check_rate() {
+    if (problem_.rate) check(*problem_.rate, "rate", equation);
+  }
+
+  void check_controls() {
+    for (const Control& control : problem_.controls) {
+      demand(params_.contains(control.name), fmt::format("control {} is no parameter", control.name));
+      demand(control.every >= 1, fmt::format("control {} has intervals of {} steps", control.name, control.every));
+      const auto count = static_cast<std::size_t>((problem_.steps - 1) / std::max(control.every, 1) + 1);
+      demand(control.values.size() == count, fmt::format("control {} has {} values", control.name, control.values.size()));
+      demand(control.start.empty() || control.start.size() == count, fmt::format("control {} has {} starts", control.name, control.start.size()));
+      check(control.formula, "control " + control.name, weight);
+    }
+  }
+
+  void check_events() {
+    for (const Event& event : problem_.events) {
+      demand(event.after_step || event.every > 0 || !event.at.empty(), "an event that never happens");
+      for (const int step : event.at) demand(step >= 1, fmt::format("an event behind step {}", step));
+      for (const Event::Update& update : event.updates) {
+        demand(problem_.find_state(update.state) != nullptr, fmt::format("an event changes {}", update.state));
+        check(update.value, "event of " + update.state, equation);
+      }
+    }
+  }
+
   bool reads_unknown(const Expr& e) const {
     return any_part(e, [&](const Expr& part) {
       const auto* param = std::get_if<Param>(&part->kind);
@@ -132,7 +164,8 @@ class Verifier {
     demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
-      check_source(unknown.from, "start of " + unknown.name, unknown.is_field() ? formula : start);
+      const bool is_control = unknown.kind == Unknown::Kind::control;
+      check_source(unknown.from, "start of " + unknown.name, unknown.is_field() ? formula : is_control ? weight : start);
     }
     for (const Loss& loss : task.losses) {
       check(loss.value, "loss", quantity);
@@ -152,6 +185,7 @@ class Verifier {
   bool exists(const Unknown& unknown) const {
     switch (unknown.kind) {
       case Unknown::Kind::parameter: return unknowns_.contains(unknown.name);
+      case Unknown::Kind::control: return unknowns_.contains(unknown.name) && problem_.find_control(unknown.name) != nullptr;
       case Unknown::Kind::initial: return problem_.find_state(unknown.name) != nullptr;
       case Unknown::Kind::coefficient: return problem_.find_coefficient(unknown.name) != nullptr;
     }
@@ -225,6 +259,7 @@ class Verifier {
           need(allowed.derivatives, "a neighbour");
           demand(s.offset.size() == problem_.axes.size(), fmt::format("{}: {} offsets", where, s.offset.size()));
         },
+        [&](const Interpolate&) { need(allowed.derivatives, "an interpolation"); },
         [&](const Sample& s) {
           need(allowed.fields, "a field");
           demand(fields_.contains(s.field), fmt::format("{}: there is no field {}", where, s.field));
@@ -237,6 +272,20 @@ class Verifier {
           inside.reductions = false;
         });
     check_children(e, where, inside);
+  }
+
+  void check_placements() {
+    const Placements placements(problem_);
+    for (const State& state : problem_.states) {
+      for (std::size_t axis = 0; axis < state.placement.size(); ++axis) {
+        demand(!state.placement[axis] || axis < problem_.axes.size(), fmt::format("{} is staggered along no axis", state.name));
+        if (!state.placement[axis] || axis >= state.boundary.size() || problem_.axes[axis].topology == Topology::periodic) continue;
+        const AxisSides& sides = state.boundary[axis];
+        demand(sides.low.kind == SideKind::value && sides.high.kind == SideKind::value,
+               fmt::format("{} lies on walls without a value", state.name));
+      }
+      if (state.rhs) demand(!placements.find_mistake(*state.rhs, state.placement), fmt::format("equation of {}: placements are mixed", state.name));
+    }
   }
 
   bool has_axis(int axis) const { return axis >= 0 && axis < static_cast<int>(problem_.axes.size()); }

@@ -74,7 +74,7 @@ Style style_of(bool colour, Severity severity) {
 /// The first line of `range` and below it ^~~~, both indented by two.
 std::string excerpt(const SourceFile& file, SourceRange range, const Style& style) {
   const LineColumn place = file.locate(range.begin);
-  const std::string_view line = file.line(place.line);
+  const std::string_view line = file.line_at(range.begin);
   const int begin = place.column - 1;
   const int end = std::max(begin + 1, begin + std::max(0, range.end - range.begin));
   const std::vector<Cell> cells = cells_of(line);
@@ -101,7 +101,7 @@ std::string excerpt(const SourceFile& file, SourceRange range, const Style& styl
 }
 
 std::string place_of(const SourceFile& file, SourceRange range) {
-  const std::string path = printable(file.path());
+  const std::string path = printable(file.path_of(range.begin));
   if (!range.is_known()) return path.empty() ? "" : path + ": ";
   const LineColumn place = file.locate(range.begin);
   return fmt::format("{}:{}:{}: ", path, place.line, place.column);
@@ -137,7 +137,7 @@ std::string render_json(const SourceFile& file, const std::vector<Diagnostic>& d
     row["code"] = diagnostic.kind->code;
     row["severity"] = name_of(diagnostic.kind->severity);
     row["message"] = diagnostic.message;
-    row["file"] = file.path();
+    row["file"] = file.path_of(diagnostic.range.begin);
     row["line"] = place.line;
     row["column"] = place.column;
     row["hint"] = diagnostic.hint;

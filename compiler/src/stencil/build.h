@@ -71,6 +71,9 @@ Interface interface_of(const Module& module, const Program& program);
 
 /// The field that holds the values of a side; nullptr where they are the same along the wall.
 const std::string* wall_field(const Side& side);
+/// Whether the field's values lie on the walls of a bounded axis, the last one on the high wall.
+bool is_on_walls(const AxisBoundary& axis);
+bool is_on_walls(const std::vector<AxisBoundary>& axes);
 std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes);
 void for_each_side(const std::vector<AxisBoundary>& axes, const std::function<void(const Side&)>& f);
 /// Everything a boundary is made of: its expressions, and the spacings along axes with a derivative at the wall.

@@ -25,6 +25,20 @@ int cell_below(int half_cells) { return (half_cells - (is_odd(half_cells) ? 1 : 
 
 bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 
+/// Whether `e` reads a field where it stands: what is interpolated is known anywhere.
+bool reads_in_place(const model::Expr& e) {
+  if (as<model::Interpolate>(e)) return false;
+  bool found = is_field(e);
+  model::for_each_part(e, [&](const model::Expr& part) { found = found || reads_in_place(part); });
+  return found;
+}
+
+model::Placement parity(const std::array<int, max_rank>& place) {
+  model::Placement placement{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) placement[axis] = is_odd(place[axis]);
+  return placement;
+}
+
 bool holds_derivative(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& x) { return as<model::Derivative>(x) || as<model::Advect>(x); });
 }
@@ -58,13 +72,13 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
 /// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
 bool has_parts_midway(const model::Expr& e) {
-  if (holds_derivative(e) || !model::any_part(e, is_field)) return true;
+  if (holds_derivative(e) || !reads_in_place(e)) return true;
   if (as<model::Neg>(e)) return true;
   const model::Binary* b = as<model::Binary>(e);
   if (!b) return false;
   if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return true;
-  if (b->op == BinaryOp::multiply) return !any_part(b->left, is_field) || !any_part(b->right, is_field);
-  return b->op == BinaryOp::divide && !any_part(b->right, is_field);
+  if (b->op == BinaryOp::multiply) return !reads_in_place(b->left) || !reads_in_place(b->right);
+  return b->op == BinaryOp::divide && !reads_in_place(b->right);
 }
 
 bool is_leaf(const Expr& e) {
@@ -88,12 +102,30 @@ Expr scaled(const Expr& factor, const Expr& product) {
 
 Reading::Reading() : time(param("t")) {}
 
-Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading)
-    : scheme_(scheme), names_(std::move(names)), reading_(std::move(reading)) {
+Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading, model::Placements placements)
+    : scheme_(scheme), names_(std::move(names)), reading_(std::move(reading)), placements_(std::move(placements)) {
+  if (placements_.is_staggered()) base_.reset();
   require(scheme_.advect != model::Advection::semi_lagrangian, "semi-Lagrangian advection is no difference");
 }
 
-Expr Discretiser::operator()(const model::Expr& e) { return at(e, Place{}).value(); }
+/// Sets the base for a while.
+class Discretiser::Within {
+ public:
+  Within(Discretiser& of, std::optional<model::Placement> base) : of_(of), before_(std::exchange(of.base_, base)) {}
+  ~Within() { of_.base_ = before_; }
+  Within(const Within&) = delete;
+  Within& operator=(const Within&) = delete;
+
+ private:
+  Discretiser& of_;
+  std::optional<model::Placement> before_;
+};
+
+Expr Discretiser::operator()(const model::Expr& e, const model::Placement& placement) {
+  Place place{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) place[axis] = placement[axis] ? 1 : 0;
+  return at(e, place).value();
+}
 
 Expr Discretiser::shared(const std::string& wish, const Expr& value) {
   if (is_leaf(value)) return value;
@@ -109,10 +141,22 @@ Expr Discretiser::Quotient::value() const {
   return top / bottom;
 }
 
+bool Discretiser::is_midway(const Place& place, int axis) const {
+  return base_ && is_odd(place[axis]) != (*base_)[static_cast<std::size_t>(axis)];
+}
+
 Discretiser::Quotient Discretiser::at(const model::Expr& e, const Place& place) {
+  if (base_) return at_base(e, place);
+  const model::Placement wanted = parity(place);
+  const bool is_base = !reads_in_place(e) || placements_.only(e) == wanted;
+  const Within within(*this, is_base ? std::optional(wanted) : std::nullopt);
+  return at_base(e, place);
+}
+
+Discretiser::Quotient Discretiser::at_base(const model::Expr& e, const Place& place) {
   if (++parts_ > max_parts) return Quotient{0.0};
   for (int axis = 0; axis < max_rank; ++axis) {
-    if (is_odd(place[axis]) && !has_parts_midway(e)) return at_halfway(e, place, axis);
+    if (is_midway(place, axis) && !has_parts_midway(e)) return at_halfway(e, place, axis);
   }
   return at_place(e, place);
 }
@@ -138,7 +182,8 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [&](const model::Field& f) {
         const auto found = reading_.fields.find(f.name);
         Offset offset{};
-        for (int axis = 0; axis < max_rank; ++axis) offset[axis] = place[axis] / 2;
+        const model::Placement own = placements_.of(f.name);
+        for (int axis = 0; axis < max_rank; ++axis) offset[axis] = (place[axis] - (own[static_cast<std::size_t>(axis)] ? 1 : 0)) / 2;
         return Quotient{access(found == reading_.fields.end() ? f.name : found->second, offset)};
       },
       [&](const model::Coordinate& c) { return coordinate_at(c, place); },
@@ -167,8 +212,25 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
         for (std::size_t axis = 0; axis < s.offset.size(); ++axis) there[axis] += 2 * s.offset[axis];
         return inside_difference(s.operand, there);
       },
+      [&](const model::Interpolate& i) { return interpolated_at(i, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [](const model::Reduce&) -> Quotient { unreachable("reduction inside an expression at a point"); });
+}
+
+Discretiser::Quotient Discretiser::interpolated_at(const model::Interpolate& e, const Place& place) {
+  const model::Placement own = placements_.natural(e.operand).value_or(parity(place));
+  for (int axis = 0; axis < max_rank; ++axis) {
+    if (is_odd(place[axis]) == own[static_cast<std::size_t>(axis)]) continue;
+    return combine(midpoint(scheme_.derivative_order), axis, model::Expr(model::Node{e}), place);
+  }
+  const Within within(*this, std::nullopt);
+  return at(e.operand, place);
+}
+
+/// A component of the velocity that carries something: interpolated to where that is.
+Discretiser::Quotient Discretiser::velocity_at(const model::Expr& e, const Place& place) {
+  const auto own = base_ ? std::nullopt : placements_.natural(e);
+  return at(own && *own != parity(place) ? model::interpolate(e) : e, place);
 }
 
 /// Interpolation at the way from the current cell to the place: the same value wherever it is taken.
@@ -177,7 +239,8 @@ Expr Discretiser::sample(const model::Sample& e, const Place& place) {
   Interp result{found == reading_.fields.end() ? e.field : found->second, {}, {}, {}};
   for (int axis = 0; axis < static_cast<int>(e.place.size()); ++axis) {
     const Expr way = at(e.place[axis], place).value() - access(axis_letter(axis));
-    result.displacement.push_back(way / spacing(axis));
+    const bool on_faces = placements_.of(e.field)[static_cast<std::size_t>(axis)];
+    result.displacement.push_back(on_faces ? way / spacing(axis) - 0.5 : way / spacing(axis));
   }
   return interp(std::move(result));
 }
@@ -209,6 +272,7 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
+  if (as<model::Interpolate>(e)) return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
     if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;
   }
@@ -218,22 +282,28 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
 }
 
 Discretiser::Quotient Discretiser::derivative_at(const model::Derivative& e, const Place& place, int accuracy) {
-  const bool midway = is_odd(place[e.axis]);
+  if (!base_) return placed_derivative(e, place, accuracy);
+  const bool midway = is_midway(place, e.axis);
   if (e.order == 1 && (midway || belongs_midway(e.operand, e.axis))) {
     return combine(staggered_difference(accuracy), e.axis, e.operand, place);
   }
   if (midway) return at_halfway(model::Expr(model::Node{e}), place, e.axis);
   const model::Field* field = as<model::Field>(e.operand);
-  if (field && nesting_ == 0) return Quotient{named_derivative(e, field->name, accuracy)};
+  if (field && nesting_ == 0) return Quotient{named_derivative(e, field->name, place, accuracy)};
   return combine(central_difference(e.order, accuracy), e.axis, e.operand, place);
 }
 
-Expr Discretiser::named_derivative(const model::Derivative& e, const std::string& field, int accuracy) {
+Discretiser::Quotient Discretiser::placed_derivative(const model::Derivative& e, const Place& place, int accuracy) {
+  const bool staggered = e.order == 1 && placements_.can_be_at(e.operand, model::toggled(parity(place), e.axis));
+  return combine(staggered ? staggered_difference(accuracy) : central_difference(e.order, accuracy), e.axis, e.operand, place);
+}
+
+Expr Discretiser::named_derivative(const model::Derivative& e, const std::string& field, const Place& place, int accuracy) {
   std::string wish = field + "_";
   for (int i = 0; i < e.order; ++i) wish += axis_letter(e.axis);
   std::string& name = derivative_lets_[wish + " " + std::to_string(accuracy)];
   if (name.empty()) {
-    const Expr value = combine(central_difference(e.order, accuracy), e.axis, e.operand, Place{}).value();
+    const Expr value = combine(central_difference(e.order, accuracy), e.axis, e.operand, place).value();
     name = names_.fresh(wish);
     lets_.push_back({name, value});
   }
@@ -268,7 +338,9 @@ Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place
   std::vector<Quotient> terms;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
     if (model::is_constant(e.velocity[axis], 0)) continue;
-    const Quotient speed = at(e.velocity[axis], place);
+    const Quotient speed = velocity_at(e.velocity[axis], place);
+    const bool has_base = base_ || placements_.only(e.operand) == parity(place);
+    const Within within(*this, base_ ? base_ : has_base ? std::optional(parity(place)) : std::nullopt);
     const Quotient slope = derivative_at(model::Derivative{e.operand, axis, 1}, place, scheme_.advect_order);
     Quotient term{speed.top * slope.top, speed.number * slope.number};
     for (int a = 0; a < max_rank; ++a) term.powers[a] = speed.powers[a] + slope.powers[a];
@@ -283,12 +355,12 @@ Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place
 
 Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place& place) {
   for (int axis = 0; axis < max_rank; ++axis) {
-    if (is_odd(place[axis])) return at_halfway(model::Expr(model::Node{e}), place, axis);
+    if (is_midway(place, axis)) return at_halfway(model::Expr(model::Node{e}), place, axis);
   }
   Expr sum = 0.0;
   for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
     if (model::is_constant(e.velocity[axis], 0)) continue;
-    Expr speed = at(e.velocity[axis], place).value();
+    Expr speed = velocity_at(e.velocity[axis], place).value();
     if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
     const auto cell = [&](int distance) {
       Place there = place;

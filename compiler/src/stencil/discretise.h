@@ -5,6 +5,10 @@
 //    The inside is taken at the half points, first derivatives by staggered differences, everything else interpolated
 //    with the same order, coordinates exactly; then their difference. This is the conservative, compact flux form;
 //  - every other nesting composes by shifting;
+//  - on staggered grids, by the rules of model/placement.h: what holds fields of one placement and is wanted there goes by
+//    the rules above, with that placement in the part of the cell centres. Elsewhere a first derivative is the staggered
+//    difference where its operand can be taken at the other placement along its axis, else the central one;
+//  - interpolate: the average of the order of `dx` from the operand's own placement, one axis after the other;
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
 //    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell: of a
 //    constant they are 0 exactly.
@@ -13,10 +17,12 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "model/model.h"
+#include "model/placement.h"
 #include "stencil/finite_difference.h"
 #include "stencil/stencil.h"
 #include "support/name_supply.h"
@@ -43,10 +49,11 @@ struct Reading {
 class Discretiser {
  public:
   /// `scheme.advect` is central or upwind. Lets take names that `names` does not know.
-  Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading = {});
+  Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading = {}, model::Placements placements = {});
 
-  /// `e`, which holds no Reduce, at the current cell.
-  Expr operator()(const model::Expr& e);
+  /// `e`, which holds no Reduce, at the current cell's point of a placement.
+  Expr operator()(const model::Expr& e, const model::Placement& placement = {});
+  const model::Placements& placements() const { return placements_; }
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
   const std::vector<Let>& lets() const { return lets_; }
@@ -54,8 +61,10 @@ class Discretiser {
   bool gave_up() const { return parts_ > max_parts; }
 
  private:
-  /// Half cells from the current cell: odd along an axis means midway between two cells.
+  /// Half cells from the centre of the current cell: odd along an axis means midway between two cells.
   using Place = std::array<int, max_rank>;
+  /// What is true within its life of the expression that is worked on.
+  class Within;
   /// top / (number * hx^powers[0] * ...): divisions of nested differences are done once, at the outside.
   struct Quotient {
     Expr top;
@@ -66,9 +75,12 @@ class Discretiser {
   };
 
   Quotient at(const model::Expr& e, const Place& place);
+  Quotient at_base(const model::Expr& e, const Place& place);
   Quotient inside_difference(const model::Expr& e, const Place& place);
   Quotient at_halfway(const model::Expr& e, const Place& place, int axis);
   Quotient at_place(const model::Expr& e, const Place& place);
+  Quotient interpolated_at(const model::Interpolate& e, const Place& place);
+  Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);
   Quotient binary_at(const model::Binary& e, const Place& place);
   Quotient coordinate_at(const model::Coordinate& e, const Place& place);
@@ -76,12 +88,18 @@ class Discretiser {
   Quotient advect_at(const model::Advect& e, const Place& place);
   Quotient upwind_at(const model::Advect& e, const Place& place);
   Quotient combine(const Difference& difference, int axis, const model::Expr& e, const Place& place);
-  Expr named_derivative(const model::Derivative& e, const std::string& field, int accuracy);
+  Quotient placed_derivative(const model::Derivative& e, const Place& place, int accuracy);
+  Expr named_derivative(const model::Derivative& e, const std::string& field, const Place& place, int accuracy);
   bool belongs_midway(const model::Expr& e, int axis) const;
+  /// Midway between the points of the one placement that there is.
+  bool is_midway(const Place& place, int axis) const;
 
   model::Scheme scheme_;
   NameSupply names_;
   Reading reading_;
+  model::Placements placements_;
+  /// The placement of all fields of the expression, wanted there; nullopt: several, or somewhere else.
+  std::optional<model::Placement> base_ = model::Placement{};
   std::vector<Let> lets_;
   int parts_ = 0;
   int nesting_ = 0;                                     // > 0 inside a difference, where nothing is named

@@ -55,6 +55,7 @@ Expr ExprReader::read(const ast::Expr& e) {
       [&](const ast::Name& n) { return read_name(n.name, e.range()); },
       [&](const ast::Unary& u) {
         const Expr operand = read(u.operand);
+        if (u.op == ast::UnaryOp::magnitude) return call(Fn::abs, {operand});
         return u.op == ast::UnaryOp::negate ? -operand : binary(BinaryOp::equal, operand, 0.0);
       },
       [&](const ast::Binary& b) {

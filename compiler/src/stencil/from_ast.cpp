@@ -267,20 +267,21 @@ class ModuleReader {
     return boundary;
   }
 
-  /// zero_gradient, gradient(c), mixed(a, b, c) or a value.
+  /// zero_gradient, gradient(c), mixed(a, b, c), on_wall(c) or a value.
   Side read_condition(const ast::Expr& e, const char* statement) {
     if (is_name(e, "zero_gradient")) return {SideKind::zero_gradient, 0.0};
     BoundaryValueReader reader(fields_, statement, sink_);
     const ast::Call* call = std::get_if<ast::Call>(&e->kind);
     const bool gradient = call && call->callee == "gradient", mixed = call && call->callee == "mixed";
-    if (!gradient && !mixed) return {SideKind::value, read_wall(e, reader)};
-    if (call->arguments.size() != (gradient ? 1u : 3u)) {
+    const bool on_wall = call && call->callee == "on_wall";
+    if (!gradient && !mixed && !on_wall) return {SideKind::value, read_wall(e, reader)};
+    if (call->arguments.size() != (mixed ? 3u : 1u)) {
       sink_.report("kernel-argument-count", e.range(),
-                   {call->callee, gradient ? "1" : "3", std::to_string(call->arguments.size())});
+                   {call->callee, mixed ? "3" : "1", std::to_string(call->arguments.size())});
       return {};
     }
     const Expr value = read_wall(call->arguments.back().value, reader);
-    if (gradient) return {SideKind::gradient, value};
+    if (!mixed) return {gradient ? SideKind::gradient : SideKind::on_wall, value};
     return {SideKind::mixed, value, reader.read(call->arguments[0].value), reader.read(call->arguments[1].value)};
   }
 
@@ -330,8 +331,8 @@ class ModuleReader {
 
   static std::string axes_phrase(int rank) { return rank == 1 ? "1 axis" : fmt::format("{} axes", rank); }
 
+  /// A state may be replaced without having been read: derivatives of steps that do not depend on it do so.
   void read_swap(const ast::SwapItem& swap) {
-    check_known(swap.state);
     check_written(swap.next);
     program_.swaps.push_back({swap.state.name, swap.next.name});
   }

@@ -8,6 +8,7 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/events.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
 #include "stencil/quantities.h"
@@ -24,7 +25,8 @@ void check_size(const Lowering& lowering, const model::Expr& e, const Origin& or
   if (model::holds_reduction(e)) {
     cell_share(e, lowering.rank(), at_point);
   } else {
-    at_point(e);
+    const model::Placements& placements = at_point.placements();
+    at_point(e, placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{});
   }
   if (!at_point.gave_up()) return;
   sink.report("too-many-differences", e->origin.range.is_known() ? e->origin.range : origin.range,
@@ -50,6 +52,10 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
     if (state.exact) check_size(lowering, *state.exact, state.origin, sink);
     check_source(state.initial);
   }
+  if (problem.rate) check_size(lowering, *problem.rate, problem.time_origin, sink);
+  for (const model::Event& event : problem.events) {
+    for (const model::Event::Update& update : event.updates) check_size(lowering, update.value, event.origin, sink);
+  }
   check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
   for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink);
@@ -69,6 +75,7 @@ struct Formula {
   std::string field;
   model::Expr value;
   Origin origin;
+  model::Placement placement;
 };
 
 /// Kernels that store the formulas, in order; a formula that reads a field stored before it begins a new kernel.
@@ -97,7 +104,7 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
       end();
       begin();
     }
-    kernel.stores.push_back({formula.field, false, at_point(formula.value), formula.origin});
+    kernel.stores.push_back({formula.field, false, at_point(formula.value, formula.placement), formula.origin});
     stored.push_back(formula.field);
   }
   end();
@@ -108,14 +115,14 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
 void add_formulas(Module& module, const Lowering& lowering, const std::string& name,
                   const std::vector<Formula>& formulas) {
   if (formulas.empty()) return;
-  Program& program = lowering.add_program(module, name, formula_stages(lowering, name, formulas));
+  Program& program = lowering.add_program(module, name, formula_stages(lowering, name, formulas), lowering.problem().t_begin);
   for (const Formula& formula : formulas) program.keeps.push_back(formula.field);
 }
 
 std::vector<Formula> coefficient_formulas(const model::Problem& problem) {
   std::vector<Formula> formulas;
   for (const model::Coefficient& c : problem.coefficients) {
-    if (c.value.formula) formulas.push_back({c.name, *c.value.formula, c.value.origin});
+    if (c.value.formula) formulas.push_back({c.name, *c.value.formula, c.value.origin, c.placement});
   }
   return formulas;
 }
@@ -123,15 +130,15 @@ std::vector<Formula> coefficient_formulas(const model::Problem& problem) {
 std::vector<Formula> initial_formulas(const model::Problem& problem) {
   std::vector<Formula> formulas;
   for (const model::State& s : problem.states) {
-    if (s.initial.formula) formulas.push_back({s.name, *s.initial.formula, s.initial.origin});
+    if (s.initial.formula) formulas.push_back({s.name, *s.initial.formula, s.initial.origin, s.placement});
   }
   return formulas;
 }
 
-std::vector<Formula> start_formulas(const model::Task& task) {
+std::vector<Formula> start_formulas(const Lowering& lowering, const model::Task& task) {
   std::vector<Formula> formulas;
   for (const model::Unknown& u : task.unknowns) {
-    if (u.is_field() && u.from.formula) formulas.push_back({u.name, *u.from.formula, u.origin});
+    if (u.is_field() && u.from.formula) formulas.push_back({u.name, *u.from.formula, u.origin, lowering.placement_of(u.name)});
   }
   return formulas;
 }
@@ -139,7 +146,7 @@ std::vector<Formula> start_formulas(const model::Task& task) {
 std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& lowering) {
   std::vector<Formula> formulas;
   for (const model::State& s : problem.states) {
-    if (s.exact) formulas.push_back({lowering.fresh_field(s.name + "_exact"), *s.exact, (*s.exact)->origin});
+    if (s.exact) formulas.push_back({lowering.fresh_field(s.name + "_exact"), *s.exact, (*s.exact)->origin, s.placement});
   }
   return formulas;
 }
@@ -165,8 +172,11 @@ void add_step(Module& module, Lowering& lowering) {
     const bool remembers = is_multistep(problem.scheme.time);
     stages = remembers ? multistep_stages(lowering, advances, name) : time_stages(lowering, advances, name);
   }
-  Program& program = lowering.add_program(module, name, stages);
-  for (std::size_t i = 0; i < next.size(); ++i) program.swaps.push_back({problem.states[i].name, next[i]});
+  std::map<std::string, std::string> ends;
+  for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];
+  add_events(lowering, stages, ends);
+  Program& program = lowering.add_program(module, name, stages, param("t") + param("dt"));
+  for (const model::State& state : problem.states) program.swaps.push_back({state.name, ends.at(state.name)});
   Loop loop;
   loop.to = problem.steps;
   loop.programs = {name};
@@ -207,8 +217,9 @@ Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
   if (!check(lowering, sink)) return module;
   add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
   add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
-  if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(*problem.task));
+  if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(lowering, *problem.task));
   add_step(module, lowering);
+  if (problem.rate) add_formulas(module, lowering, problem.scene + "_rate", {{"courant_rate", *problem.rate, problem.time_origin}});
   add_formulas(module, lowering, problem.scene + "_exact", exact_formulas(problem, lowering));
   std::vector<NamedValue> observables;
   for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});

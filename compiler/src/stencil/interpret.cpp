@@ -3,6 +3,7 @@
 // "reads see the fields as they were" holds by construction.
 #include "stencil/interpret.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -66,7 +67,7 @@ void State::set(const std::string& field, const std::vector<double>& interior) {
   poison(field);
   require(interior.size() == get(field).size(), "one value a cell");
   auto next = interior.begin();
-  for_each_cell({}, grid_.cells, [&](const Cell& cell) { at(field, cell) = *next++; });
+  for_each_cell({}, grid_.cells, [&](const Cell& cell) { at(field, cell) = stored(*next++); });
 }
 
 std::vector<double> State::get(const std::string& field) const {
@@ -83,7 +84,7 @@ void State::set_coordinate(int axis, Topology topology, double low, double spaci
   }
   for_each_cell(first, last, [&](const Cell& cell) {
     const int i = topology == Topology::periodic ? modulo(cell[axis], grid_.cells[axis]) : cell[axis];
-    at(std::string(1, "xyz"[axis]), cell) = low + (i + 0.5) * spacing;
+    at(std::string(1, "xyz"[axis]), cell) = stored(low + (i + 0.5) * spacing);
   });
 }
 
@@ -223,7 +224,7 @@ void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axe
   for (const std::vector<Write>* writes : {&stores, &scatters}) {
     for (const Write& write : *writes) {
       double& target = state.at(write.field, write.cell);
-      target = write.accumulate ? target + write.value : write.value;
+      target = state.stored(write.accumulate ? target + write.value : write.value);
     }
   }
 }
@@ -235,8 +236,9 @@ struct Mirror {
   double weight, rate;
 };
 
-Mirror mirror(const Side& side, double a, double b, double way) {
+Mirror mirror(const Side& side, int k, double a, double b, double way) {
   switch (side.kind) {
+    case SideKind::on_wall: return k == 0 ? Mirror{0, 1} : Mirror{-1, 2};
     case SideKind::value: return {-1, 2};
     case SideKind::zero_gradient: return {1, 0};
     case SideKind::gradient: return {1, way};
@@ -262,8 +264,10 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
                                     const Cell& width, const Params& params) {
   const int n = state.grid().cells[axis];
   const bool periodic = boundary.topology == Topology::periodic;
+  const int on_wall = is_on_walls(boundary) ? 1 : 0;
   std::vector<HaloCell> cells;
   for (const bool low_side : {true, false}) {
+    if (k == width[axis] && low_side) continue;
     const Side& side = low_side ? boundary.low : boundary.high;
     Mirror how{1, 0};
     if (!periodic) {
@@ -271,10 +275,10 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
       const double h = slope ? params.at(std::string("h") + "xyz"[axis]) : 0;
       const double a = mixed ? uniform_value(side.a, state, params) : 0;
       const double b = mixed ? uniform_value(side.b, state, params) : 0;
-      how = mirror(side, a, b, (2 * k + 1) * h);
+      how = mirror(side, k, a, b, (2 * k + 1) * h);
     }
-    const int place = low_side ? -1 - k : n + k;
-    const int image = periodic ? modulo(place, n) : low_side ? k : n - 1 - k;
+    const int place = low_side ? -1 - k : n - on_wall + k;
+    const int image = periodic ? modulo(place, n) : low_side ? std::max(k - on_wall, 0) : n - 1 - k;
     Cell low{}, high = state.grid().cells;
     for (int before = 0; before < axis; ++before) {
       low[before] -= width[before];
@@ -306,10 +310,12 @@ double wall_value(const HaloCell& cell, const std::vector<AxisBoundary>& axes, c
 void apply(State& state, const Fill& fill, const Params& params) {
   const Cell width{state.halo(0), state.halo(1), state.halo(2)};
   for (int axis = 0; axis < state.grid().rank; ++axis) {
-    for (int k = 0; k < width[axis]; ++k) {
+    const int layers = width[axis] + (is_on_walls(fill.axes[axis]) ? 1 : 0);
+    for (int k = 0; k < layers; ++k) {
       for (const HaloCell& cell : layer_of_halo(state, fill.axes[axis], axis, k, width, params)) {
         const double constant = cell.mirror.rate * wall_value(cell, fill.axes, state, params);
-        state.at(fill.field, cell.place) = cell.mirror.weight * state.at(fill.field, cell.image) + constant;
+        const double image = cell.mirror.weight == 0 ? 0 : cell.mirror.weight * state.at(fill.field, cell.image);
+        state.at(fill.field, cell.place) = state.stored(image + constant);
       }
     }
   }
@@ -321,13 +327,20 @@ void apply(State& state, const Fold& fold, const Params& params) {
     if (fold.axes[axis].topology == Topology::bounded) width[axis] = fold.grow;
   }
   for (int axis = state.grid().rank - 1; axis >= 0; --axis) {
-    for (int k = width[axis] - 1; k >= 0; --k) {
-      for (const HaloCell& cell : layer_of_halo(state, fold.axes[axis], axis, k, width, params)) {
+    const int layers = width[axis] + (is_on_walls(fold.axes[axis]) ? 1 : 0);
+    for (int k = layers - 1; k >= 0; --k) {
+      std::vector<HaloCell> cells = layer_of_halo(state, fold.axes[axis], axis, k, width, params);
+      std::reverse(cells.begin(), cells.end());
+      for (const HaloCell& cell : cells) {
         const double value = state.at(fold.field, cell.place);
         if (const std::string* field = wall_field(*cell.side)) {
-          state.at(*field, cell.place) += cell.mirror.rate * value;
+          double& wall = state.at(*field, cell.place);
+          wall = state.stored(wall + cell.mirror.rate * value);
         }
-        state.at(fold.field, cell.image) += cell.mirror.weight * value;
+        if (cell.mirror.weight != 0) {
+          double& image = state.at(fold.field, cell.image);
+          image = state.stored(image + cell.mirror.weight * value);
+        }
         state.at(fold.field, cell.place) = 0;
       }
     }

@@ -19,14 +19,17 @@ struct Grid {
 
 using Params = std::map<std::string, double>;
 
-/// Fields by name, each with the same halo on both sides of every axis.
+/// Fields by name, each with the same halo on both sides of every axis. Of precision f32, every value a program stores
+/// (halos and what is added up in place too) is rounded to a float; between, all is computed in doubles.
 class State {
  public:
-  State(Grid grid, int halo) : grid_(grid), halo_(halo) {}
+  State(Grid grid, int halo, Precision real = Precision::f64) : grid_(grid), halo_(halo), real_(real) {}
 
   const Grid& grid() const { return grid_; }
   /// Halo width along `axis`; 0 beyond the rank.
   int halo(int axis) const { return axis < grid_.rank ? halo_ : 0; }
+  /// What the memory of a cell makes of a value.
+  double stored(double value) const { return rounded(value, real_); }
   bool has(const std::string& field) const { return fields_.contains(field); }
 
   /// The value of a cell; -halo <= cell < cells + halo. The writing form creates a field that is not there, all NaN.
@@ -49,6 +52,7 @@ class State {
 
   Grid grid_;
   int halo_;
+  Precision real_;
   std::map<std::string, std::vector<double>> fields_;
 };
 

@@ -39,7 +39,7 @@ int widest_read(const std::vector<Stage>& stages) {
 
 }  // namespace
 
-Lowering::Lowering(const model::Problem& problem) : problem_(problem) {
+Lowering::Lowering(const model::Problem& problem) : problem_(problem), placements_(problem) {
   for (const std::string& name : names_of_the_scene()) names_.reserve(name);
   for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
   for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);
@@ -59,13 +59,15 @@ std::string Lowering::field_beside(const std::string& state, const std::string& 
   return field;
 }
 
-Discretiser Lowering::discretiser(Reading reading) const {
+Discretiser Lowering::discretiser(Reading reading, const std::vector<Let>& taken) const {
   model::Scheme scheme = problem_.scheme;
   if (scheme.advect == model::Advection::semi_lagrangian) {
     scheme.advect = model::Advection::central;
     scheme.advect_order = 2;
   }
-  return {scheme, names_, std::move(reading)};
+  NameSupply names = names_;
+  for (const Let& let : taken) names.reserve(let.name);
+  return {scheme, std::move(names), std::move(reading), placements_};
 }
 
 Kernel Lowering::kernel(const std::string& name) const {
@@ -86,7 +88,35 @@ std::vector<AxisBoundary> Lowering::plain_boundary() const {
   return boundary;
 }
 
-Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& stages) const {
+/// The state that `field` stands for, when its values lie on walls; what time schemes remember is read nowhere else.
+const model::State* Lowering::state_on_walls(const std::string& field) const {
+  const auto found = state_of_.find(field);
+  const model::State* state = found == state_of_.end() ? nullptr : problem_.find_state(found->second);
+  if (!state || !state->history_of.empty()) return nullptr;
+  for (std::size_t axis = 0; axis < problem_.axes.size(); ++axis) {
+    if (state->placement[axis] && problem_.axes[axis].topology == Topology::bounded) return state;
+  }
+  return nullptr;
+}
+
+std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const {
+  const auto time_of = [&](const std::string& field, std::size_t after) {
+    for (std::size_t later = after + 1; later < stages.size(); ++later) {
+      if (signature(stages[later].kernel).find_read(field)) return stages[later].time;
+    }
+    return time_of_results;
+  };
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    for (Store& store : stages[i].kernel.stores) {
+      const model::State* state = state_on_walls(store.field);
+      if (state) store.value = with_wall_value(*state, problem_, store.value, time_of(store.field, i));
+    }
+  }
+  return stages;
+}
+
+Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given, const Expr& time_of_results) const {
+  const std::vector<Stage> stages = with_wall_values(given, time_of_results);
   Program program;
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
@@ -95,7 +125,8 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   for (const Stage& stage : stages) {
     const Signature signature = stencil::signature(stage.kernel);
     for (const Signature::Read& read : signature.reads) {
-      if (!is_read_beyond_the_cell(read) || is_coordinate(read.field) || !filled.insert(read.field).second) continue;
+      const bool needs_fill = is_read_beyond_the_cell(read) || state_on_walls(read.field);
+      if (!needs_fill || is_coordinate(read.field) || !filled.insert(read.field).second) continue;
       const auto state = state_of_.find(read.field);
       std::vector<AxisBoundary> boundary = plain_boundary();
       if (state != state_of_.end()) {

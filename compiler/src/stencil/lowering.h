@@ -33,18 +33,25 @@ class Lowering {
   std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
 
   /// Semi-Lagrangian transport is no difference: where it was chosen, an advect that is left is central(2).
-  Discretiser discretiser(Reading reading = {}) const;
+  /// Lets get other names than those of `taken`.
+  Discretiser discretiser(Reading reading = {}, const std::vector<Let>& taken = {}) const;
 
   Kernel kernel(const std::string& name) const;
   /// `kernel` reads the fields at the time t.
   static Stage stage(Kernel kernel) { return {std::move(kernel), Reading().time}; }
   /// Adds the kernels and the program that runs them; swaps and keeps are the caller's.
-  Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages) const;
+  /// What is stored for a state that lies on walls is, there, the wall's value: at the time of the stage that reads it, else
+  /// at that of the results.
+  Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages, const Expr& time_of_results = Reading().time) const;
+  model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
 
  private:
+  const model::State* state_on_walls(const std::string& field) const;
+  std::vector<Stage> with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const;
   std::vector<AxisBoundary> plain_boundary() const;
 
   const model::Problem& problem_;
+  model::Placements placements_;
   NameSupply names_;
   std::map<std::string, std::string> state_of_;  // the states, and the fields beside them
 };

@@ -28,6 +28,7 @@ class Multistep {
   Expr rate(const Advance& advance);
   /// A number that is different in the first step.
   Expr at_first(const std::string& name, const Expr& first, const Expr& later);
+  model::Placement placement_of(const std::string& state) const { return at_point_.placements().of(state); }
   bool keeps_rates() const { return problem_.scheme.time == model::TimeScheme::ab2; }
 
   const model::Problem& problem_;
@@ -47,7 +48,7 @@ Expr Multistep::rate(const Advance& advance) {
   const std::string name = advance.state + "_rate_now";
   const auto found = shared_.find(name);
   if (found != shared_.end()) return found->second;
-  return shared_.emplace(name, at_point_.shared(name, at_point_(advance.rate))).first->second;
+  return shared_.emplace(name, at_point_.shared(name, at_point_(advance.rate, placement_of(advance.state)))).first->second;
 }
 
 Expr Multistep::next(const Advance& advance) {
@@ -77,10 +78,10 @@ Expr Multistep::next_velocity(const model::State& velocity) {
   if (found != shared_.end()) return found->second;
   const model::Linear force = *model::linear_in(*velocity.rhs, velocity.name);
   const Expr step = at_first("velocity_step", dt() / 2.0, dt());
-  const Expr push = scaled(step, at_point_(force.rest)), here = access(velocity.name);
+  const Expr push = scaled(step, at_point_(force.rest, velocity.placement)), here = access(velocity.name);
   Expr value = here + push;
   if (!model::is_constant(force.factor, 0)) {
-    const Expr damping = at_point_.shared(velocity.name + "_damping", at_point_(force.factor));
+    const Expr damping = at_point_.shared(velocity.name + "_damping", at_point_(force.factor, velocity.placement));
     const Expr implicit = at_first("implicit_step", 0.0, dt() / 2.0);
     value = ((1.0 + dt() / 2.0 * damping) * here + push) / (1.0 - implicit * damping);
   }

@@ -158,6 +158,7 @@ std::string side_text(const Side& side) {
   switch (side.kind) {
     case SideKind::value: return print(side.value, 1);
     case SideKind::zero_gradient: return "zero_gradient";
+    case SideKind::on_wall: return fmt::format("on_wall({})", print(side.value, 1));
     case SideKind::gradient: return fmt::format("gradient({})", print(side.value, 1));
     case SideKind::mixed:
       return fmt::format("mixed({}, {}, {})", print(side.a, 1), print(side.b, 1), print(side.value, 1));

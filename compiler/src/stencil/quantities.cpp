@@ -16,8 +16,13 @@ struct Share {
   Expr value() const { return top / bottom; }
 };
 
+/// Where what is summed up is known; at the centres as long as nothing is staggered.
+model::Placement home_of(const model::Expr& e, const model::Placements& placements) {
+  return placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{};
+}
+
 Share reduced(const model::Reduce& reduce, int rank, Discretiser& at_point) {
-  Expr value = at_point(reduce.operand);
+  Expr value = at_point(reduce.operand, home_of(reduce.operand, at_point.placements()));
   switch (reduce.reduction) {
     case model::Reduce::Kind::mean: return {value, param("cells")};
     case model::Reduce::Kind::sum: return {value, 1.0};

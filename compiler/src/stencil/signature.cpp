@@ -119,6 +119,14 @@ const std::string* wall_field(const Side& side) {
   return access ? &access->field : nullptr;
 }
 
+bool is_on_walls(const AxisBoundary& axis) {
+  return axis.topology == Topology::bounded && axis.low.kind == SideKind::on_wall;
+}
+
+bool is_on_walls(const std::vector<AxisBoundary>& axes) {
+  return std::any_of(axes.begin(), axes.end(), [](const AxisBoundary& axis) { return is_on_walls(axis); });
+}
+
 std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes) {
   std::set<std::string> fields;
   for_each_side(axes, [&](const Side& side) {
@@ -143,7 +151,7 @@ void for_each_side_value(const std::vector<AxisBoundary>& axes, const std::funct
       f(side->value);
       if (side->kind == SideKind::mixed) f(side->a);
       if (side->kind == SideKind::mixed) f(side->b);
-      if (side->kind != SideKind::value) f(param(std::string("h") + "xyz"[axis]));
+      if (side->kind == SideKind::gradient || side->kind == SideKind::mixed) f(param(std::string("h") + "xyz"[axis]));
     }
   }
 }

@@ -16,10 +16,16 @@
 //    value c: (u+v)/2 = c. zero_gradient: v = u. gradient c: (v-u)/s = c. mixed(a, b, c): a*(u+v)/2 + b*(v-u)/s = c.
 //    c is the same along the wall, or a field that is read at the place -1-k itself,
 //    along periodic axes where the place wraps to.
+//    on_wall(c), at both sides of an axis or at none: the values lie on the upper faces of the cells, so that -1 and n-1 are
+//    on the walls. The fill sets both: u[-1] = c and u[n-1] = c, then outwards from k = 1 the odd image about the wall,
+//    u[-1-k] = 2c - u[k-1] and u[n-1+k] = 2c - u[n-1-k], low before high in each layer. n-1 is the only interior place a
+//    fill ever changes: such a field is filled before it is read anywhere. What a program leaves at n-1 of a result is
+//    what its kernel stored there, or what the fill of the next step sets.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
 //    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it first
-//    adds the halo value, times the weight of c, onto that field at the same place. Along the other
+//    adds the halo value, times the weight of c, onto that field at the same place. On walls that holds for n-1 too, and
+//    for n-1+g with the high side's g+1 layers. Along the other
 //    axes it acts on the interior grown by g likewise (axes not yet folded) or the interior (axes folded already).
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).

@@ -45,7 +45,7 @@ class Stages {
     for (const Advance& advance : advances_) {
       const auto target = into.find(advance.state);
       if (target == into.end()) continue;
-      const Expr value = is_at_rest(advance) ? access(advance.state) : update(advance.state, at_point(advance.rate));
+      const Expr value = is_at_rest(advance) ? access(advance.state) : update(advance.state, at_point(advance.rate, lowering_.placement_of(advance.state)));
       kernel.stores.push_back({target->second, false, value, advance.origin});
     }
     kernel.lets = at_point.lets();

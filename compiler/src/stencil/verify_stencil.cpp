@@ -186,6 +186,8 @@ class ProgramCheck {
       if (axis.topology == Topology::periodic) continue;
       check_side(field, axis.low);
       check_side(field, axis.high);
+      const bool low = axis.low.kind == SideKind::on_wall, high = axis.high.kind == SideKind::on_wall;
+      if (low != high) problem("has {} on the wall at one side of an axis only", field);
     }
     if (topologies != program_.axes) problem("has other axes than the boundaries of {}", field);
   }
@@ -215,9 +217,15 @@ class ProgramCheck {
   void check_fill(const Fill& fill) {
     check_axes(fill.field, fill.axes);
     filled_.insert(fill.field);
-    walls_of_[fill.field] = wall_fields(fill.axes);
-    for (const std::string& wall : walls_of_[fill.field]) {
+    if (is_on_walls(fill.axes) && read_unfilled_.contains(fill.field)) {
+      problem("reads {} before the fill that sets its values on the walls", fill.field);
+    }
+    walls_of_[fill.field].clear();
+    for (const std::string& wall : wall_fields(fill.axes)) {
       if (!written_.contains(wall)) problem("fills {} from {} before that is written", fill.field, wall);
+      walls_of_[fill.field][wall] = grown_of(wall);
+      // What was computed farther out is gone, and nothing has taken its place.
+      grown_[fill.field] = std::min(grown_of(fill.field), grown_of(wall));
     }
   }
 
@@ -225,6 +233,8 @@ class ProgramCheck {
     check_axes(fold.field, fold.axes);
     if (fold.grow < 0) problem("folds {} grown by {}", fold.field, fold.grow);
     if (!written_.contains(fold.field)) problem("folds {} before it is written", fold.field);
+    const bool is_bounded = std::find(program_.axes.begin(), program_.axes.end(), Topology::bounded) != program_.axes.end();
+    if (is_bounded && fold.grow > grown_of(fold.field)) problem("folds {} farther out than it was computed", fold.field);
     for (const std::string& wall : wall_fields(fold.axes)) {
       if (!written_.contains(wall)) problem("folds {} into {} before that is written", fold.field, wall);
     }
@@ -241,7 +251,7 @@ class ProgramCheck {
     const Signature s = signature(*kernel);
     for (const std::string& name : s.params) params_.insert(name);
     for (const Signature::Read& read : s.reads) fields_.insert(read.field);
-    check_halos(*kernel, s);
+    check_halos(*kernel, s, run.grow);
     for (const std::string& field : s.writes) {
       check_write(field);
       grown_[field] = run.grow;
@@ -273,19 +283,21 @@ class ProgramCheck {
   }
 
   /// Along periodic axes a neighbour needs a filled halo. Along bounded axes it may also have been computed on a grown
-  /// region, and what a kernel with inside[] reads there is its own affair; interpolation reads the halo in any case.
-  void check_halos(const Kernel& kernel, const Signature& s) {
+  /// region, and what a kernel with inside[] reads there is its own affair; interpolation reads the first halo cell in any case.
+  void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
     for (const Signature::Read& read : s.reads) {
       const bool coordinate = read.field == "x" || read.field == "y" || read.field == "z";
-      check_walls(kernel, read, masked);
+      if (!filled_.contains(read.field)) read_unfilled_.insert(read.field);
+      check_walls(kernel, read, masked, grow);
       if (coordinate || filled_.contains(read.field)) continue;
       bool needed = false;
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
         if (program_.axes[axis] == Topology::periodic) {
           needed = needed || access_reach(kernel, read.field, axis) > 0;
         } else {
-          needed = needed || read.interpolated || (!masked && read.halo[axis] > grown_of(read.field));
+          const int known = grown_of(read.field);
+          needed = needed || (read.interpolated && known < 1) || (!masked && read.halo[axis] + grow > known);
         }
       }
       if (needed) problem("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);
@@ -293,11 +305,11 @@ class ProgramCheck {
   }
 
   /// Where the values of the walls are fields, a halo is filled as far as these were computed.
-  void check_walls(const Kernel& kernel, const Signature::Read& read, bool masked) {
+  void check_walls(const Kernel& kernel, const Signature::Read& read, bool masked, int grow) {
     if (masked || !filled_.contains(read.field)) return;
-    for (const std::string& wall : walls_of_[read.field]) {
+    for (const auto& [wall, known] : walls_of_[read.field]) {
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
-        if (program_.axes[axis] == Topology::periodic || read.halo[axis] <= grown_of(wall)) continue;
+        if (program_.axes[axis] == Topology::periodic || read.halo[axis] + grow <= known) continue;
         problem("runs {}, which reads {} farther out than {} was computed", kernel.name, read.field, wall);
         return;
       }
@@ -340,9 +352,9 @@ class ProgramCheck {
   const Program& program_;
   Problems& problems_;
   int statement_ = -1;
-  std::set<std::string> written_, updated_, filled_, fields_, params_;
-  std::map<std::string, std::set<std::string>> walls_of_;  // fields with the walls' values, by the field filled from them
-  std::map<std::string, int> grown_;  // region on which a field's values were computed
+  std::set<std::string> written_, updated_, filled_, read_unfilled_, fields_, params_;
+  std::map<std::string, std::map<std::string, int>> walls_of_;  // how far each wall was known when the field was filled from it
+  std::map<std::string, int> grown_;  // region on which a field's values were computed, and no fill has lost them
 };
 
 template <class T>

@@ -12,10 +12,10 @@ namespace dpde::stencil {
 
 namespace {
 
-Expr lowered(const model::Expr& value, const Expr& time) {
+Expr lowered(const model::Expr& value, const Expr& time, const model::Placement& placement) {
   Reading reading;
   reading.time = time;
-  return Discretiser(model::Scheme{}, NameSupply(), reading)(value);
+  return Discretiser(model::Scheme{}, NameSupply(), reading)(value, placement);
 }
 
 /// `e` with the coordinate along the axis replaced by that of the wall.
@@ -25,13 +25,38 @@ Expr at_wall(const Expr& e, const std::string& coordinate, double wall) {
   return map_children(e, [&](const Expr& part) { return at_wall(part, coordinate, wall); });
 }
 
+/// The value c of a side.
+Expr side_value(const model::State& state, const model::Problem& problem, int axis, bool is_low, const Expr& time) {
+  const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
+  const double wall = is_low ? problem.axes[axis].low : problem.axes[axis].high;
+  model::Placement along = state.placement;  // the wall itself is no half cell away
+  along[static_cast<std::size_t>(axis)] = false;
+  return at_wall(lowered(from.value, time, along), axis_letter(axis), wall);
+}
+
+bool is_on_walls(const model::State& state, const model::Problem& problem, int axis) {
+  return state.placement[static_cast<std::size_t>(axis)] && problem.axes[axis].topology == Topology::bounded;
+}
+
 }  // namespace
+
+Expr with_wall_value(const model::State& state, const model::Problem& problem, const Expr& value, const Expr& time) {
+  Expr result = value;
+  for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
+    if (!is_on_walls(state, problem, axis)) continue;
+    Offset next{};
+    next[axis] = 1;
+    result = select(inside(next, 0), result, side_value(state, problem, axis, false, time));
+  }
+  return result;
+}
 
 bool Walls::varies(const model::Expr& value) const {
   return model::any_part(value, [&](const model::Expr& part) {
     const auto* param = std::get_if<model::Param>(&part->kind);
     const model::Parameter* known = param ? problem_.find_param(param->name) : nullptr;
-    return std::holds_alternative<model::Coordinate>(part->kind) || (known && known->unknown);
+    const bool is_control = param && problem_.find_control(param->name) != nullptr;  // a halo filled a step before would hold its last value
+    return std::holds_alternative<model::Coordinate>(part->kind) || (known && known->unknown) || is_control;
   });
 }
 
@@ -46,11 +71,14 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
     for (const bool is_low : {true, false}) {
       const model::Side& from = is_low ? state.boundary[axis].low : state.boundary[axis].high;
       const double wall = is_low ? problem_.axes[axis].low : problem_.axes[axis].high;
-      const Expr c = at_wall(lowered(from.value, time), axis_letter(axis), wall);
+      const bool on_wall = is_on_walls(state, problem_, axis);
+      const Expr c = side_value(state, problem_, axis, is_low, time);
       Side& side = is_low ? boundary.back().low : boundary.back().high;
-      side = {from.kind, c, lowered(from.a, time), lowered(from.b, time)};
+      side = {on_wall ? SideKind::on_wall : from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {})};
       if (from.kind == SideKind::zero_gradient || !varies(from.value)) continue;
-      const Expr beyond = binary(is_low ? BinaryOp::less : BinaryOp::greater, access(axis_letter(axis)), wall);
+      // the points on the high wall belong to the last cells
+      const Expr last = on_wall && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);
+      const Expr beyond = binary(is_low ? BinaryOp::less : BinaryOp::greater, access(axis_letter(axis)), last);
       value = value ? select(beyond, c, *value) : c;
       varying.emplace_back(axis, is_low);
     }

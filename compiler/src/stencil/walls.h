@@ -14,6 +14,9 @@
 
 namespace dpde::stencil {
 
+/// `value` of a state, but at its points on a high wall that wall's value at `time`.
+Expr with_wall_value(const model::State& state, const model::Problem& problem, const Expr& value, const Expr& time);
+
 class Walls {
  public:
   /// `width`: how many halo cells the program reads. Fields take names that `names` does not know.

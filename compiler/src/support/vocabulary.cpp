@@ -74,6 +74,12 @@ std::optional<Fn> find_fn(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view name_of(Precision real) { return real == Precision::f32 ? "f32" : "f64"; }
+
+int bytes_of(Precision real) { return real == Precision::f32 ? 4 : 8; }
+
+double rounded(double value, Precision real) { return real == Precision::f32 ? static_cast<float>(value) : value; }
+
 int arity(Fn fn) { return fn == Fn::min || fn == Fn::max ? 2 : 1; }
 
 }  // namespace dpde

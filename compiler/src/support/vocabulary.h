@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words all levels share: operators, functions, kinds of axes and of boundaries.
+// The words all levels share: operators, functions, kinds of axes and of boundaries, precisions.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,10 @@ enum class BinaryOp { add, subtract, multiply, divide, power, less, less_equal, 
 enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor, fraction, min, max };
 
 enum class Topology { periodic, bounded };
-enum class SideKind { value, zero_gradient, gradient, mixed };
+/// on_wall: the value at a side where the axis's last entry lies on the wall itself, of a field that is staggered along it.
+enum class SideKind { value, zero_gradient, gradient, mixed, on_wall };
+/// What the values of fields are, and what is computed with them.
+enum class Precision { f64, f32 };
 
 /// As written: "+", "<=", "and", ...
 std::string_view spelling(BinaryOp op);
@@ -22,5 +25,11 @@ constexpr int unary_precedence = 6;
 std::string_view name_of(Fn fn);
 std::optional<Fn> find_fn(std::string_view name);
 int arity(Fn fn);
+
+/// "f64", "f32"
+std::string_view name_of(Precision real);
+int bytes_of(Precision real);
+/// The value a field of this precision holds when it is given `value`.
+double rounded(double value, Precision real);
 
 }  // namespace dpde

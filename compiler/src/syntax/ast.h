@@ -30,7 +30,7 @@ class Expr {
   std::shared_ptr<const Node> node_;
 };
 
-enum class UnaryOp { negate, logical_not };
+enum class UnaryOp { negate, logical_not, magnitude };  // magnitude: |u|
 
 struct Number {
   double value;
@@ -91,15 +91,20 @@ struct Trivia {
 };
 
 // ---- items inside a model ------------------------------------------------------------------------------------------
-struct FieldItem {  // field u, v          vector u       (a component for each axis of the scene)
+struct FieldItem {  // field u, v          vector u on faces       (a component for each axis of the scene)
   std::vector<Identifier> names;
   bool vector = false;
+  std::optional<Identifier> on;  // centres, faces, faces.x, nodes
 };
 struct CoefficientItem {  // coefficient kappa, coefficient vector v      (a given field, constant in time)
   std::vector<Identifier> names;
   bool vector = false;
+  std::optional<Identifier> on;
 };
 struct ParamItem {  // param nu, c
+  std::vector<Identifier> names;
+};
+struct ControlItem {  // control F, G       (a parameter with one value for each interval of time)
   std::vector<Identifier> names;
 };
 struct LetItem {  // let s = u + v           (models and kernels)
@@ -121,6 +126,7 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
 struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
   Identifier name;
   Expr value;
+  std::optional<Expr> every;  // of a control: F = sin(t) every 0.1
 };
 // initial u = -sin(pi*x)      initial u = load("run.nc", u) at t = 0.5
 // initial dt(u) = 0, with field "dt(u)"; exact and unknown likewise
@@ -141,9 +147,9 @@ struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   Identifier field;
   std::vector<BoundarySide> sides;
 };
-struct TimeItem {  // time 0 .. 1, step 1/32
+struct TimeItem {  // time 0 .. 1, step 1/32     time 0 .. 1, step 1/32, courant 0.4, speed |u| + c
   Expr from, to;
-  std::optional<Expr> step;
+  std::optional<Expr> step, courant, speed;
 };
 struct StepItem {  // step 1/32             (with a hand-written loop)
   Expr step;
@@ -151,6 +157,17 @@ struct StepItem {  // step 1/32             (with a hand-written loop)
 struct OutputItem {  // output u, v every 0.1
   std::vector<Identifier> fields;
   std::optional<Expr> every;
+};
+/// after step: u = max(u, 0)     every 0.1: a += 1, b = 0     at t = 0.5, 1: u = 0      (all see the values before)
+struct EventItem {
+  struct Update {
+    Identifier field;
+    bool accumulate = false;
+    Expr value;
+  };
+  std::optional<Expr> every;  // neither this nor times: after each step
+  std::vector<Expr> times;
+  std::vector<Update> updates;
 };
 struct ObserveItem {  // observe energy = 0.5*integral(u^2)
   Identifier name;
@@ -165,8 +182,10 @@ struct WhenOver {};  // over time: every state from the first to the last
 struct WhenEnd {};   // nothing said: the last state
 using When = std::variant<WhenEnd, WhenAt, WhenOver>;
 
-struct DataItem {  // data u_ref = load("u.npy")  |  data u_ref = u from scene fine at t = 0.5 | ... over time
+// data u_ref = load("u.npy")  |  data v on faces.x = load("v.npy")  |  data u_ref = u from scene fine at t = 0.5 | ... over time
+struct DataItem {
   Identifier name;
+  std::optional<Identifier> on;
   Expr value;                        // load("...") or the field's name
   std::optional<Identifier> scene;   // after `from scene`
   When when;
@@ -230,8 +249,8 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
   std::vector<Axis> axes;
 };
 
-using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
-                              BoundaryItem, TimeItem, StepItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
+using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
+                              BoundaryItem, TimeItem, StepItem, EventItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
                               AssignItem, ScatterItem, FillItem, RunItem, SwapItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;
@@ -282,13 +301,19 @@ struct Function {  // function f(a, b) = expr       operator lap9(u) order 2 = (
   Expr body;
 };
 
-using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function>;
+struct Import {  // import "flow.dpde"       its blocks stand behind those of this file
+  std::string path;
+  SourceRange range;  // of the text
+};
+
+using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import>;
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;
   Trivia trivia;                              // `after` stands behind the opening {
   std::vector<std::string> closing_comments;  // whole-line comments above the closing }
   bool one_line = false;                      // { ... } was written on one line
+  bool imported = false;                      // stands in an imported file
 };
 
 struct File {

@@ -40,6 +40,7 @@ constexpr Symbol symbols[] = {
     {"-", TokenKind::minus},        {"*", TokenKind::star},
     {"/", TokenKind::slash},        {"^", TokenKind::caret},
     {"<", TokenKind::less},         {">", TokenKind::greater},
+    {"|", TokenKind::bar},
 };
 
 const Symbol* find_symbol(std::string_view text) {
@@ -54,7 +55,6 @@ struct Replacement {
   std::string_view character, hint;
 };
 constexpr Replacement replacements[] = {
-    {"|", "write abs(x) for the absolute value, and the word or for a choice"},
     {"&", "write and"},
     {"!", "write not"},
     {"'", "write text in double quotes"},
@@ -289,6 +289,7 @@ std::string_view name_of(TokenKind kind) {
     case TokenKind::greater_equal: return "'>='";
     case TokenKind::equal: return "'=='";
     case TokenKind::not_equal: return "'!='";
+    case TokenKind::bar: return "'|'";
   }
   unreachable("token kind");
 }

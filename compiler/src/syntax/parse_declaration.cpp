@@ -220,6 +220,19 @@ void parse_operator(Cursor& cursor, Declaration& declaration) {
   parse_definition(cursor, declaration, "the name of the operator", true);
 }
 
+/// "flow.dpde"
+void parse_import(Cursor& cursor, Declaration& declaration) {
+  const Token path = cursor.peek();
+  if (!cursor.accept(TokenKind::text)) {
+    cursor.fail_expected("the name of a file in quotes", "write import \"flow.dpde\"");
+    return;
+  }
+  cursor.expect_end_of_item();
+  if (cursor.failed()) return;
+  declaration.trivia.after = cursor.take_comment_behind();
+  declaration.kind = Import{std::string(path.spelling), path.range};
+}
+
 struct DeclarationRule {
   std::string_view word;
   void (*parse)(Cursor&, Declaration&);
@@ -227,7 +240,7 @@ struct DeclarationRule {
 constexpr DeclarationRule declaration_rules[] = {
     {"model", parse_model},   {"scene", parse_scene},     {"scheme", parse_scheme}, {"task", parse_task},
     {"kernel", parse_kernel}, {"program", parse_program}, {"loop", parse_loop},
-    {"function", parse_function}, {"operator", parse_operator},
+    {"function", parse_function}, {"operator", parse_operator}, {"import", parse_import},
 };
 
 void refuse_declaration(Cursor& cursor) {
@@ -244,7 +257,7 @@ void refuse_declaration(Cursor& cursor) {
               near.empty() ? list : fmt::format("did you mean {}? {}", near, list));
 }
 
-void add_declaration(Cursor& cursor, Declaration declaration, std::vector<Declaration>& declarations) {
+void add_declaration(Cursor& cursor, const SourceFile& source, Declaration declaration, std::vector<Declaration>& declarations) {
   const int start = cursor.position();
   const auto rule = std::find_if(std::begin(declaration_rules), std::end(declaration_rules),
                                  [&](const DeclarationRule& candidate) { return cursor.at_word(candidate.word); });
@@ -259,6 +272,7 @@ void add_declaration(Cursor& cursor, Declaration declaration, std::vector<Declar
     return;
   }
   declaration.range = cursor.range_since(start);
+  declaration.imported = source.is_imported(declaration.range.begin);
   declarations.push_back(std::move(declaration));
 }
 
@@ -276,7 +290,7 @@ File parse(const SourceFile& source, DiagnosticSink& sink) {
       return file;
     }
     if (file.declarations.empty()) declaration.trivia.blank_before = false;
-    add_declaration(cursor, std::move(declaration), file.declarations);
+    add_declaration(cursor, source, std::move(declaration), file.declarations);
   }
 }
 

@@ -117,6 +117,7 @@ class ExpressionParser {
     const Token token = cursor_.peek();
     const int begin = token.range.begin;
     if (token.kind == TokenKind::left_paren) return group();
+    if (token.kind == TokenKind::bar) return magnitude();
     if (token.kind == TokenKind::identifier) return name();
     if (cursor_.accept(TokenKind::number)) return finish(Number{token.value, std::string(token.spelling)}, begin, 1);
     if (cursor_.accept(TokenKind::text)) return finish(Text{std::string(token.spelling)}, begin, 1);
@@ -146,6 +147,16 @@ class ExpressionParser {
     const SourceRange range{open.range.begin, cursor_.behind_last().end};
     if (elements.size() == 1) return checked({first.expr, range, first.height});
     return finish(Tuple{std::move(elements)}, range.begin, height + 1);
+  }
+
+  /// |u|; a bar where an operand is due opens, any other closes.
+  Parsed magnitude() {
+    const Token open = cursor_.take();
+    cursor_.begin_group(open);
+    const Parsed operand = binary(1);
+    if (!cursor_.at(TokenKind::bar)) cursor_.fail_expected("the closing '|'", cursor_.product_hint());
+    cursor_.end_group(TokenKind::bar);
+    return finish(Unary{UnaryOp::magnitude, operand.expr}, open.range.begin, operand.height + 1);
   }
 
   void close(TokenKind kind) {

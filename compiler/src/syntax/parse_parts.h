@@ -43,6 +43,8 @@ BlockRule program_rule();
 /// a, b, c
 /// A field u or its time derivative dt(u), by the name as written.
 Identifier parse_field_or_rate(Cursor& cursor, const char* what);
+/// on faces, on nodes, on faces.x, or nothing.
+std::optional<Identifier> parse_placement(Cursor& cursor);
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what);
 /// a, u.x, u.y
 std::vector<Identifier> parse_components(Cursor& cursor, const char* what);

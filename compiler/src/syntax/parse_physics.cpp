@@ -8,13 +8,20 @@ namespace dpde::ast {
 namespace {
 
 // ---- model ---------------------------------------------------------------------------------------------------------
-ItemKind parse_field(Cursor& cursor) { return FieldItem{parse_names(cursor, "the name of a field"), false}; }
-ItemKind parse_vector(Cursor& cursor) { return FieldItem{parse_names(cursor, "the name of a vector"), true}; }
+ItemKind parse_field(Cursor& cursor) {
+  std::vector<Identifier> names = parse_names(cursor, "the name of a field");
+  return FieldItem{std::move(names), false, parse_placement(cursor)};
+}
+ItemKind parse_vector(Cursor& cursor) {
+  std::vector<Identifier> names = parse_names(cursor, "the name of a vector");
+  return FieldItem{std::move(names), true, parse_placement(cursor)};
+}
 
 ItemKind parse_coefficient(Cursor& cursor) {
   const bool vector = cursor.at_word("vector") && cursor.peek_second().kind == TokenKind::identifier;
   if (vector) cursor.take();
-  return CoefficientItem{parse_names(cursor, "the name of a coefficient"), vector};
+  std::vector<Identifier> names = parse_names(cursor, "the name of a coefficient");
+  return CoefficientItem{std::move(names), vector, parse_placement(cursor)};
 }
 
 ItemKind parse_param(Cursor& cursor) { return ParamItem{parse_names(cursor, "the name of a parameter")}; }
@@ -70,6 +77,8 @@ void refuse_repetition(Cursor& cursor, bool repeated) {
   if (repeated) cursor.fail("repeated", cursor.peek().range, {describe(cursor.peek())});
 }
 
+ItemKind parse_control(Cursor& cursor) { return ControlItem{parse_names(cursor, "the name of a control")}; }
+
 ItemKind parse_grid(Cursor& cursor) {
   GridItem item;
   item.axis = cursor.expect_name("an axis: x, y or z");
@@ -95,7 +104,14 @@ ItemKind parse_grid(Cursor& cursor) {
 
 ItemKind parse_value(Cursor& cursor) {
   auto [name, value] = parse_component_definition(cursor, "a name");
-  return ValueItem{std::move(name), std::move(value)};
+  ValueItem item{std::move(name), std::move(value), {}};
+  if (cursor.accept_word("every")) item.every = parse_expression(cursor);
+  return item;
+}
+
+ItemKind parse_row(Cursor& cursor) {
+  auto [name, value] = parse_component_definition(cursor, "a name");
+  return ValueItem{std::move(name), std::move(value), {}};
 }
 
 ItemKind parse_initial(Cursor& cursor) {
@@ -152,18 +168,58 @@ ItemKind parse_time(Cursor& cursor) {
   cursor.expect(TokenKind::dot_dot);
   item.to = parse_expression(cursor);
   while (cursor.accept(TokenKind::comma)) {
-    if (cursor.at_word("step")) {
-      refuse_repetition(cursor, item.step.has_value());
-      cursor.take();
-      item.step = parse_expression(cursor);
-    } else {
-      refuse_option(cursor, "time", {"step"});
+    const Token word = cursor.peek();
+    std::optional<Expr>* option = word.spelling == "step" ? &item.step : word.spelling == "courant" ? &item.courant : nullptr;
+    if (word.spelling == "speed") option = &item.speed;
+    if (option == nullptr) {
+      refuse_option(cursor, "time", {"step", "courant", "speed"});
+      continue;
     }
+    refuse_repetition(cursor, option->has_value());
+    cursor.take();
+    *option = parse_expression(cursor);
   }
   return item;
 }
 
 ItemKind parse_step(Cursor& cursor) { return StepItem{parse_expression(cursor)}; }
+
+/// : u = a, v += b
+void parse_updates(Cursor& cursor, EventItem& item) {
+  cursor.expect(TokenKind::colon);
+  do {
+    EventItem::Update update{cursor.expect_component("the name of a field"), false, {}};
+    update.accumulate = cursor.accept(TokenKind::plus_assign);
+    if (!update.accumulate && !cursor.accept(TokenKind::assign)) cursor.fail_expected("'=' or '+='");
+    update.value = parse_expression(cursor);
+    item.updates.push_back(std::move(update));
+  } while (cursor.accept(TokenKind::comma));
+}
+
+ItemKind parse_after(Cursor& cursor) {
+  EventItem item;
+  cursor.expect_word("step");
+  parse_updates(cursor, item);
+  return item;
+}
+
+ItemKind parse_every(Cursor& cursor) {
+  EventItem item;
+  item.every = parse_expression(cursor);
+  parse_updates(cursor, item);
+  return item;
+}
+
+ItemKind parse_at(Cursor& cursor) {
+  EventItem item;
+  cursor.expect_word("t");
+  cursor.expect(TokenKind::assign);
+  do {
+    item.times.push_back(parse_expression(cursor));
+  } while (cursor.accept(TokenKind::comma));
+  parse_updates(cursor, item);
+  return item;
+}
 
 bool begins_value(const Cursor& cursor) {
   const TokenKind second = cursor.peek_second().kind;
@@ -216,6 +272,11 @@ Identifier parse_field_or_rate(Cursor& cursor, const char* what) {
   return {"dt(" + field.name + ")", {dt.begin, close.end}};
 }
 
+std::optional<Identifier> parse_placement(Cursor& cursor) {
+  if (!cursor.accept_word("on")) return std::nullopt;
+  return cursor.expect_component("a placement: centres, faces, faces.x or nodes");
+}
+
 std::vector<Identifier> parse_names(Cursor& cursor, const char* what) {
   std::vector<Identifier> names;
   do {
@@ -250,6 +311,7 @@ BlockRule model_rule() {
            {"vector", parse_vector},
            {"coefficient", parse_coefficient},
            {"param", parse_param},
+           {"control", parse_control},
            {"let", parse_let},
            {"dt", parse_equation}},
           {begins_no_equation, refuse_equation}};
@@ -263,11 +325,14 @@ BlockRule scene_rule() {
            {"boundary", parse_boundary},
            {"time", parse_time},
            {"step", parse_step},
+           {"after", parse_after},
+           {"every", parse_every},
+           {"at", parse_at},
            {"observe", parse_observe},
            {"output", parse_output}},
           {begins_value, parse_value, "parameter = value"}};
 }
 
-BlockRule scheme_rule() { return {"scheme", {}, {begins_value, parse_value, "key = value"}}; }
+BlockRule scheme_rule() { return {"scheme", {}, {begins_value, parse_row, "key = value"}}; }
 
 }  // namespace dpde::ast

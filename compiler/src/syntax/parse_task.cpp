@@ -25,7 +25,10 @@ When parse_when(Cursor& cursor) {
 
 ItemKind parse_data(Cursor& cursor) {
   DataItem item;
-  std::tie(item.name, item.value) = parse_definition(cursor, "a name for the data");
+  item.name = cursor.expect_name("a name for the data");
+  item.on = parse_placement(cursor);
+  cursor.expect(TokenKind::assign);
+  item.value = parse_expression(cursor);
   if (cursor.accept_word("from")) {
     cursor.expect_word("scene");
     item.scene = cursor.expect_name("the name of a scene");

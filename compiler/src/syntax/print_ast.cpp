@@ -78,11 +78,15 @@ std::string print_fill(const FillItem& fill) {
 std::string print_time(const TimeItem& time) {
   std::string text = fmt::format("time {} .. {}", print(time.from), print(time.to));
   if (time.step) text += ", step " + print(*time.step);
+  if (time.courant) text += ", courant " + print(*time.courant);
+  if (time.speed) text += ", speed " + print(*time.speed);
   return text;
 }
 
+std::string print_placement(const std::optional<Identifier>& on) { return on ? " on " + on->name : ""; }
+
 std::string print_data(const DataItem& data) {
-  std::string text = print_definition("data ", data.name, data.value);
+  std::string text = fmt::format("data {}{} = {}", data.name.name, print_placement(data.on), print(data.value));
   if (data.scene) text += " from scene " + data.scene->name;
   return text + print_when(data.when);
 }
@@ -113,21 +117,34 @@ std::string print_axes(const AxesItem& item) {
   return text;
 }
 
+std::string print_event(const EventItem& i) {
+  std::string text = i.every ? "every " + print(*i.every) : i.times.empty() ? "after step" : "at t = ";
+  for (const Expr& time : i.times) text += (&time == &i.times.front() ? "" : ", ") + print(time);
+  for (const EventItem::Update& update : i.updates) {
+    const char* separator = &update == &i.updates.front() ? ": " : ", ";
+    text += fmt::format("{}{} {} {}", separator, update.field.name, update.accumulate ? "+=" : "=", print(update.value));
+  }
+  return text;
+}
+
 std::string print_item(const Item& item) {
   return match(
-      item.kind, [](const FieldItem& i) { return (i.vector ? "vector " : "field ") + print_names(i.names); },
-      [](const CoefficientItem& i) { return (i.vector ? "coefficient vector " : "coefficient ") + print_names(i.names); },
+      item.kind, [](const FieldItem& i) { return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on); },
+      [](const CoefficientItem& i) { return (i.vector ? "coefficient vector " : "coefficient ") + print_names(i.names) + print_placement(i.on); },
       [](const ParamItem& i) { return "param " + print_names(i.names); },
+      [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },
       [](const EquationItem& i) { return fmt::format("dt({}) = {}", i.field.name, print(i.rhs)); },
       [](const GridItem& i) { return print_grid(i); },
-      [](const ValueItem& i) { return print_definition("", i.name, i.value); },
+      [](const ValueItem& i) {
+        return print_definition("", i.name, i.value) + (i.every ? " every " + print(*i.every) : "");
+      },
       [](const InitialItem& i) {
         return print_definition("initial ", i.field, i.value) + (i.at ? " at t = " + print(*i.at) : "");
       },
       [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
       [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },
-      [](const StepItem& i) { return "step " + print(i.step); },
+      [](const StepItem& i) { return "step " + print(i.step); }, [](const EventItem& i) { return print_event(i); },
       [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },
       [](const OutputItem& i) {
         return "output " + print_names(i.fields) + (i.every ? " every " + print(*i.every) : "");
@@ -202,7 +219,8 @@ std::string print_header(const DeclarationKind& kind) {
         const std::string order = d.order ? fmt::format(" order {}", *d.order) : "";
         return fmt::format("{} {}({}){} = {}", d.order ? "operator" : "function", d.name.name,
                            print_names(d.parameters), order, print(d.body));
-      });
+      },
+      [](const Import& d) { return fmt::format("import \"{}\"", d.path); });
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
@@ -226,7 +244,8 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
       [](const Kernel& d) -> const std::vector<Item>* { return &d.items; },
       [](const Program& d) -> const std::vector<Item>* { return &d.items; },
       [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); },
-      [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); });
+      [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); },
+      [](const Import&) -> const std::vector<Item>* { unreachable("an import has no items"); });
   for (const Item& item : *items) rows.push_back({print_item(item), item.trivia});
   return rows;
 }
@@ -253,7 +272,8 @@ std::string print_on_one_line(const Declaration& declaration, const std::vector<
 
 std::string print_declaration(const Declaration& declaration) {
   const std::string header = print_header(declaration.kind);
-  if (std::holds_alternative<Function>(declaration.kind)) return header + behind(declaration.trivia.after) + "\n";
+  const bool has_block = !std::holds_alternative<Function>(declaration.kind) && !std::holds_alternative<Import>(declaration.kind);
+  if (!has_block) return header + behind(declaration.trivia.after) + "\n";
   const std::vector<Row> rows = rows_of(declaration.kind);
   const std::string line = print_on_one_line(declaration, rows, header.size());
   if (!line.empty()) return fmt::format("{} {}\n", header, line);

@@ -21,7 +21,7 @@ int binding(const Expr& expr) {
   if (const auto* binary = std::get_if<Binary>(&expr->kind)) return 2 * precedence(binary->op);
   if (const auto* number = std::get_if<Number>(&expr->kind)) return number->value < 0 ? negation_binding : atom_binding;
   const auto* unary = std::get_if<Unary>(&expr->kind);
-  if (unary == nullptr) return atom_binding;
+  if (unary == nullptr || unary->op == UnaryOp::magnitude) return atom_binding;
   return unary->op == UnaryOp::negate ? negation_binding : not_binding;
 }
 
@@ -48,6 +48,12 @@ class Printer {
   }
 
   void print_unary(const Unary& unary) {
+    if (unary.op == UnaryOp::magnitude) {
+      text_ += '|';
+      print(unary.operand);
+      text_ += '|';
+      return;
+    }
     const bool is_not = unary.op == UnaryOp::logical_not;
     text_ += is_not ? "not " : "-";
     // `not not a` and `not a < b` need no parentheses

@@ -41,6 +41,7 @@ enum class TokenKind {
   greater_equal,
   equal,
   not_equal,
+  bar,
 };
 
 struct Token {

@@ -5,6 +5,9 @@
  * Layout of a field: rank axes; axis 0 (x) is contiguous. Value of cell (x, y, z), halo cells included, is
  *   base[x + y*stride[1] + z*stride[2]],  -halo[a] <= cell < cells[a] + halo[a],   `base` points at cell (0,0,0).
  * All fields of a simulation share one layout. Axes beyond rank have cells 1, halo 0.
+ *
+ * Values of fields are doubles or floats, by `real` of layout and program (they agree); pointers to them are untyped.
+ * Parameters, uniforms and sums are doubles in any case.
  */
 #ifndef DPDE_KERNEL_ABI_H
 #define DPDE_KERNEL_ABI_H
@@ -15,11 +18,14 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 2
+#define DPDE_ABI_VERSION 4
 #define DPDE_MAX_RANK 3
+
+enum { DPDE_F64 = 0, DPDE_F32 = 1 };
 
 typedef struct dpde_layout {
   int32_t rank;
+  int32_t real;                  /* DPDE_F64, DPDE_F32: what a value of a field is */
   int64_t cells[DPDE_MAX_RANK];  /* interior cells an axis */
   int64_t halo[DPDE_MAX_RANK];   /* halo cells on each side */
   int64_t stride[DPDE_MAX_RANK]; /* in elements; stride[0] = 1 */
@@ -29,8 +35,8 @@ typedef struct dpde_layout {
 
 /* Arguments of one row call. */
 typedef struct dpde_row {
-  double* const* streams;  /* one pointer a stream, at the row's first cell */
-  double* const* grids;    /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
+  void* const* streams;    /* one pointer a stream, at the row's first cell */
+  void* const* grids;      /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
   const double* uniforms;  /* values common to all cells */
   double* sums;            /* row functions add their sums here, in the order of dpde_kernel.sums */
   int64_t count;           /* cells in the row */
@@ -57,9 +63,11 @@ typedef struct dpde_kernel {
   const int32_t* sums; /* indices into dpde_program.sums */
 } dpde_kernel;
 
-enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3 };
+enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3, DPDE_ON_WALL = 4 };
 /* One side of an axis, what a fill puts into cell -1-k from cell k, with m = 2k+1:
  *   DPDE_VALUE: 2c - u. DPDE_ZERO_GRADIENT: u. DPDE_MIXED: the v with a*(u+v)/2 + b*(v-u)/m = c.
+ *   DPDE_ON_WALL, at both sides or none: cells -1 and cells-1 are on the walls and become c, -1-k becomes 2c - u of cell k-1
+ *   and cells-1+k that of cell cells-1-k, k >= 1.
  * value, a, b: index of the uniform that holds c, a, b; -1 for 0. field: index of the field that holds c at the place that
  * is filled (along periodic axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
 typedef struct dpde_side {
@@ -96,6 +104,7 @@ typedef struct dpde_program {
   int32_t version; /* DPDE_ABI_VERSION */
   const char* name;
   int32_t rank;
+  int32_t real;                /* of its rows: DPDE_F64, DPDE_F32 */
   int64_t halo[DPDE_MAX_RANK]; /* least halo the layout must have */
   int32_t field_count, input_count; /* inputs come first */
   const char* const* fields;
@@ -115,7 +124,7 @@ typedef struct dpde_program {
   const dpde_swap* swaps;
   /* Not null: runs the whole program in place of the operations above (the reference interpreter).
    * fields: base pointers, one a field. sums: set to the program's sums. */
-  void (*interpret)(void* context, const dpde_layout* layout, double* const* fields, const double* params, double* sums);
+  void (*interpret)(void* context, const dpde_layout* layout, void* const* fields, const double* params, double* sums);
   void* context;
 } dpde_program;
 

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 1
+#define DPDE_SCENE_VERSION 2
 
 typedef struct dpde_axis {
   const char* name;
@@ -24,6 +24,13 @@ typedef struct dpde_value {
   const char* name;
   double value;
 } dpde_value;
+
+/* A parameter (also among the params) with values[n / every] in step n, the last one beyond. */
+typedef struct dpde_control {
+  const char* name;
+  int32_t every, count;
+  const double* values; /* of an unknown those its task begins with */
+} dpde_control;
 
 /* A field. has_formula 0: nobody but the host knows its values. */
 typedef struct dpde_source {
@@ -49,7 +56,7 @@ typedef struct dpde_loss {
   dpde_instants at;
 } dpde_loss;
 
-enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2 };
+enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2, DPDE_UNKNOWN_CONTROL = 3 };
 enum { DPDE_START_SCENE = 0, DPDE_START_FORMULA = 1, DPDE_START_HOST = 2 };
 typedef struct dpde_unknown {
   const char* name;
@@ -67,6 +74,10 @@ typedef struct dpde_scene {
   int32_t steps;
   int32_t param_count;
   const dpde_value* params; /* an unknown has the value its task begins with */
+  int32_t control_count;
+  const dpde_control* controls;
+  const dpde_program* rate; /* null: steps are made whole. Else see RolloutSetup::rate in dpde/runtime/rollout.h */
+  double courant;
   int32_t state_count;
   const dpde_source* states; /* has_formula: of the initial state */
   int32_t coefficient_count;

@@ -177,12 +177,15 @@ CompileResult compile_cpp_source(const loop::Module& module, const std::string& 
     if (write(build.library(), *kept)) return {nullptr, false, "cannot write a temporary file"};
     CompileResult result = load(module, build.library());
     result.from_cache = result.module != nullptr;
+    result.key = key;
     if (result.from_cache) return result;
     fs::remove(build.library());
   }
   if (const auto error = compile(build, source)) return {nullptr, false, *error};
   if (may_keep) cache->store(key, read_text(build.library()));
-  return load(module, build.library());
+  CompileResult result = load(module, build.library());
+  result.key = key;
+  return result;
 }
 
 LibraryResult compile_cpp_library(const std::string& source, const std::string& soname, const std::string& march) {

@@ -24,6 +24,9 @@ constexpr int choice_precedence = 0;
 bool is_condition(BinaryOp op) { return precedence(op) <= comparison_precedence; }
 bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
 
+/// Of the functions of <math.h>.
+std::string_view suffix(Precision real) { return real == Precision::f32 ? "f" : ""; }
+
 std::string_view cpp_function(Fn fn) {
   switch (fn) {
     case Fn::abs: return "fabs";
@@ -50,12 +53,16 @@ std::string_view cpp_function(Fn fn) {
 
 }  // namespace
 
-std::string cpp_number(double value) {
+std::string_view cpp_real(Precision real) { return real == Precision::f32 ? "float" : "double"; }
+
+std::string cpp_number(double exact, Precision real) {
+  const double value = rounded(exact, real);
   if (std::isnan(value)) return "NAN";
   if (std::isinf(value)) return value < 0 ? "-INFINITY" : "INFINITY";
-  std::string text = fmt::format("{}", value);
+  const bool is_single = real == Precision::f32;
+  std::string text = is_single ? fmt::format("{}", static_cast<float>(value)) : fmt::format("{}", value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
+  return is_single ? text + "f" : text;
 }
 
 bool is_small_power(const loop::Binary& b) {
@@ -84,7 +91,7 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
   }
   if (const loop::Literal* l = std::get_if<loop::Literal>(&e->kind)) return {l->value != 0 ? "true" : "false", atom};
   const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
-  if (!b || !is_condition(b->op)) return {number(e, comparison_precedence + 1) + " != 0.0", comparison_precedence};
+  if (!b || !is_condition(b->op)) return {fmt::format("{} != {}", number(e, comparison_precedence + 1), cpp_number(0, real_)), comparison_precedence};
   const int own = precedence(b->op);
   if (!is_logical(b->op)) {
     return {fmt::format("{} {} {}", number(b->left, own + 1), spelling(b->op), number(b->right, own + 1)), own};
@@ -99,11 +106,13 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
 }
 
 CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
-  if (is_truth(e)) return {fmt::format("{} ? 1.0 : 0.0", truth(e, comparison_precedence)), choice_precedence};
+  if (is_truth(e)) {
+    return {fmt::format("{} ? {} : {}", truth(e, comparison_precedence), cpp_number(1, real_), cpp_number(0, real_)), choice_precedence};
+  }
   return match(
       e->kind,
-      [](const loop::Literal& l) {
-        return Piece{cpp_number(l.value), std::signbit(l.value) ? unary_precedence : atom};
+      [&](const loop::Literal& l) {
+        return Piece{cpp_number(l.value, real_), std::signbit(l.value) ? unary_precedence : atom};
       },
       [&](const loop::Uniform& u) {
         return Piece{leaves_.uniforms[u.index], atom};
@@ -154,13 +163,15 @@ CppExpression::Piece CppExpression::power(const loop::Binary& b) const {
     return {loop::is_literal(b.right, 2) ? fmt::format("{0}*{0}", base) : fmt::format("{0}*{0}*{0}", base),
             product_precedence};
   }
-  return {fmt::format("pow({}, {})", number(b.left), number(b.right)), atom};
+  return {fmt::format("pow{}({}, {})", suffix(real_), number(b.left), number(b.right)), atom};
 }
 
 std::string CppExpression::call(const loop::Call& c) const {
   std::vector<std::string> arguments;
   for (const loop::Expr& argument : c.arguments) arguments.push_back(number(argument));
-  return fmt::format("{}({})", cpp_function(c.fn), fmt::join(arguments, ", "));
+  const std::string_view name = cpp_function(c.fn);
+  const bool is_helper = name.starts_with("dpde_");
+  return fmt::format("{}{}({})", name, is_helper ? "" : suffix(real_), fmt::join(arguments, ", "));
 }
 
 std::string CppExpression::interp(const loop::Interp& i) const {

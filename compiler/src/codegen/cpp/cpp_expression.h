@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools, all else is double; each
-// is converted where it meets the other.
+// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools, all else is double, or float
+// in single precision; each is converted where it meets the other.
 #pragma once
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "loop/loop.h"
@@ -23,9 +24,9 @@ struct CppLeaves {
 
 class CppExpression {
  public:
-  explicit CppExpression(const CppLeaves& leaves) : leaves_(leaves) {}
+  CppExpression(const CppLeaves& leaves, Precision real) : leaves_(leaves), real_(real) {}
 
-  /// `e` as a double, in parentheses if it binds weaker than `least` (precedence of vocabulary.h).
+  /// `e` as a number, in parentheses if it binds weaker than `least` (precedence of vocabulary.h).
   std::string number(const loop::Expr& e, int least = 0) const;
   /// `e` as a bool.
   std::string truth(const loop::Expr& e, int least = 0) const;
@@ -47,10 +48,13 @@ class CppExpression {
   static std::string enclosed(const Piece& piece, int least);
 
   const CppLeaves& leaves_;
+  Precision real_;
 };
 
-/// A number as a C++ literal of type double that reads back to the same value.
-std::string cpp_number(double value);
+/// "double" or "float"
+std::string_view cpp_real(Precision real);
+/// A number, rounded to `real`, as a C++ literal of that type that reads back to the same value.
+std::string cpp_number(double value, Precision real);
 
 /// x^2 or x^3 of a leaf, which is written as a product.
 bool is_small_power(const loop::Binary& b);

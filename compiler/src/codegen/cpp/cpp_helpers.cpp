@@ -2,6 +2,7 @@
 #include "codegen/cpp/cpp_helpers.h"
 
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -21,7 +22,7 @@ void add_axes(Uses& uses, const loop::Row& row) {
   for (const Topology topology : row.axes) (topology == Topology::periodic ? uses.periodic : uses.bounded) = true;
 }
 
-void add_expression(Uses& uses, const loop::Row* row, const loop::Expr& e) {
+void add_expression(Uses& uses, const loop::Row* row, Precision real, const loop::Expr& e) {
   loop::visit(e, [&](const loop::Expr& part) {
     if (const loop::Call* call = std::get_if<loop::Call>(&part->kind)) {
       uses.minimum = uses.minimum || call->fn == Fn::min;
@@ -33,7 +34,7 @@ void add_expression(Uses& uses, const loop::Row* row, const loop::Expr& e) {
     const loop::Binary* binary = std::get_if<loop::Binary>(&part->kind);
     const loop::Literal* literal = std::get_if<loop::Literal>(&part->kind);
     uses.math = uses.math || (binary && binary->op == BinaryOp::power && !is_small_power(*binary)) ||
-                (literal && !std::isfinite(literal->value));  // INFINITY and NAN are macros of <math.h>
+                (literal && !std::isfinite(rounded(literal->value, real)));  // INFINITY and NAN are macros of <math.h>
     uses.inside = uses.inside || std::holds_alternative<loop::Inside>(part->kind);
     if (row && std::holds_alternative<loop::Interp>(part->kind)) {
       uses.interp.at(row->rank) = true;
@@ -42,16 +43,17 @@ void add_expression(Uses& uses, const loop::Row* row, const loop::Expr& e) {
   });
 }
 
-Uses uses_of(const loop::Module& module) {
-  Uses uses;
-  for (const loop::UniformDef& uniform : module.uniforms) add_expression(uses, nullptr, uniform.value);
+void add_uniforms(Uses& uses, const loop::Module& module) {
+  for (const loop::UniformDef& uniform : module.uniforms) add_expression(uses, nullptr, Precision::f64, uniform.value);
+}
+
+void add_rows(Uses& uses, const loop::Module& module) {
   for (const loop::Row& row : module.rows) {
-    loop::for_each_expression(row, [&](const loop::Expr& e) { add_expression(uses, &row, e); });
+    loop::for_each_expression(row, [&](const loop::Expr& e) { add_expression(uses, &row, module.real, e); });
     if (row.scatters.empty()) continue;
     uses.scatter.at(row.rank) = true;
     add_axes(uses, row);
   }
-  return uses;
 }
 
 constexpr std::string_view minimum_text = R"(
@@ -170,15 +172,7 @@ static inline void dpde_scatter_3(double* u, double value, dpde_pair x, dpde_pai
 }
 )"};
 
-}  // namespace
-
-bool needs_math(const loop::Module& module) {
-  const Uses uses = uses_of(module);
-  return uses.math || uses.periodic || uses.bounded;  // interpolation takes the floor of places
-}
-
-std::string cpp_helpers(const loop::Module& module) {
-  const Uses uses = uses_of(module);
+std::string text_of(const Uses& uses) {
   std::string out;
   const auto add = [&](bool used, std::string_view text) {
     if (used) out += text;
@@ -196,6 +190,45 @@ std::string cpp_helpers(const loop::Module& module) {
     add(uses.scatter[rank], scatter_text[rank]);
   }
   return out;
+}
+
+/// Types, literals and calls of the text as they are for floats.
+std::string in_single_precision(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto replace = [&](std::string_view word, std::string_view by) {
+      if (text.compare(i, word.size(), word) != 0) return false;
+      out += by;
+      i += word.size();
+      return true;
+    };
+    if (replace("double", "float") || replace("floor(", "floorf(")) continue;
+    out += text[i++];
+    const bool ends_literal = i >= 3 && std::isdigit(text[i - 1]) && text[i - 2] == '.' && std::isdigit(text[i - 3]);
+    if (ends_literal) out += 'f';  // all of them have one decimal
+  }
+  return out;
+}
+
+}  // namespace
+
+bool needs_math(const loop::Module& module) {
+  Uses uses;
+  add_uniforms(uses, module);
+  add_rows(uses, module);
+  return uses.math || uses.periodic || uses.bounded;  // interpolation takes the floor of places
+}
+
+std::string cpp_helpers(const loop::Module& module) {
+  Uses uses;
+  add_uniforms(uses, module);
+  if (module.real == Precision::f64) {
+    add_rows(uses, module);
+    return text_of(uses);
+  }
+  Uses of_rows;  // beside those of the uniforms, which are doubles: overloads
+  add_rows(of_rows, module);
+  return text_of(uses) + in_single_precision(text_of(of_rows));
 }
 
 }  // namespace dpde::codegen

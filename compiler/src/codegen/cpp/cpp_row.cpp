@@ -60,7 +60,7 @@ std::string commented(const std::string& text) {
 class RowEmitter {
  public:
   RowEmitter(const loop::Module& module, const loop::Row& row, const SourceFile* source, const std::string& linkage)
-      : module_(module), row_(row), source_(source), linkage_(linkage), names_(cpp_names(module, row)), expression_(leaves_) {
+      : module_(module), row_(row), source_(source), linkage_(linkage), names_(cpp_names(module, row)), expression_(leaves_, module.real), real_(cpp_real(module.real)) {
     set_leaves();
     find_places();
   }
@@ -74,6 +74,7 @@ class RowEmitter {
   void set_leaves();
   void find_places();
   bool is_bounded(int axis) const { return row_.axes[axis] == Topology::bounded; }
+  bool is_single() const { return module_.real == Precision::f32; }
   bool uses_place() const { return !masks_.empty() || uses_grids_; }
   std::string function_name() const { return cpp_identifier(row_.name) + "_cells"; }
   std::string mask_name(const loop::Inside& mask) const;
@@ -98,6 +99,7 @@ class RowEmitter {
   CppNames names_;
   CppLeaves leaves_;
   CppExpression expression_;
+  std::string_view real_;  // the type of fields and of what is computed with them
   std::vector<loop::Inside> masks_;
   std::vector<std::size_t> pointers_;  // the first stream of each pointer parameter
   bool uses_grids_ = false;
@@ -208,22 +210,22 @@ std::string RowEmitter::head() const {
   if (uses_place()) parameters.push_back("const dpde_row* row");
   for (const std::size_t s : pointers_) {
     const bool is_read = row_.streams[s].mode == loop::Stream::Mode::in;
-    parameters.push_back(fmt::format("{}double* __restrict {}", is_read ? "const " : "", names_.streams[s]));
+    parameters.push_back(fmt::format("{}{}* __restrict {}", is_read ? "const " : "", real_, names_.streams[s]));
   }
   std::set<int> targets;
   for (const loop::Scatter& scatter : row_.scatters) targets.insert(scatter.target.grid);
   for (std::size_t g = 0; g < row_.grids.size(); ++g) {
     const bool is_read = !targets.contains(static_cast<int>(g));
-    parameters.push_back(fmt::format("{}double* __restrict {}", is_read ? "const " : "", names_.grids[g]));
+    parameters.push_back(fmt::format("{}{}* __restrict {}", is_read ? "const " : "", real_, names_.grids[g]));
   }
-  for (const int u : used_uniforms(row_)) parameters.push_back("const double " + names_.uniforms[u]);
+  for (const int u : used_uniforms(row_)) parameters.push_back(fmt::format("const {} {}", real_, names_.uniforms[u]));
   if (!row_.sums.empty()) parameters.push_back("double* __restrict sums");
   return wrapped(fmt::format("static void {}(", function_name()), parameters, ") {");
 }
 
 std::string RowEmitter::line_of(const loop::Store& store) const {
   if (!source_ || !store.origin.range.is_known()) return "";
-  return fmt::format("  // {}:{}", source_->path(), source_->locate(store.origin.range.begin).line);
+  return fmt::format("  // {}:{}", source_->path_of(store.origin.range.begin), source_->locate(store.origin.range.begin).line);
 }
 
 std::string RowEmitter::loop() const {
@@ -236,7 +238,7 @@ std::string RowEmitter::loop() const {
   for (std::size_t l = 0; l < row_.lets.size(); ++l) {
     const bool is_truth = leaves_.let_is_truth[l];
     const loop::Expr& value = row_.lets[l].value;
-    out += fmt::format("    const {} {} = {};\n", is_truth ? "bool" : "double", names_.lets[l],
+    out += fmt::format("    const {} {} = {};\n", is_truth ? "bool" : real_, names_.lets[l],
                        is_truth ? expression_.truth(value) : expression_.number(value));
   }
   for (const loop::Store& store : row_.stores) {
@@ -244,7 +246,8 @@ std::string RowEmitter::loop() const {
                        expression_.number(store.value), line_of(store));
   }
   for (std::size_t s = 0; s < row_.sums.size(); ++s) {
-    out += fmt::format("    {} += {};\n", names_.sums[s], expression_.number(row_.sums[s].value));
+    const std::string value = expression_.number(row_.sums[s].value);
+    out += fmt::format("    {} += {};\n", names_.sums[s], is_single() ? fmt::format("(double)({})", value) : value);
   }
   for (const loop::Scatter& scatter : row_.scatters) {
     std::vector<std::string> displacement;
@@ -265,10 +268,11 @@ std::string RowEmitter::wrapper() const {
   std::vector<std::string> arguments = {"row->count"};
   if (uses_place()) arguments.push_back("row");
   for (const std::size_t s : pointers_) {
-    arguments.push_back(plus(fmt::format("row->streams[{}]", s), -row_.streams[s].offset[0]));
+    arguments.push_back(plus(fmt::format("({}*)row->streams[{}]", real_, s), -row_.streams[s].offset[0]));
   }
-  for (std::size_t g = 0; g < row_.grids.size(); ++g) arguments.push_back(fmt::format("row->grids[{}]", g));
-  for (const int u : used_uniforms(row_)) arguments.push_back(fmt::format("row->uniforms[{}]", u));
+  for (std::size_t g = 0; g < row_.grids.size(); ++g) arguments.push_back(fmt::format("({}*)row->grids[{}]", real_, g));
+  const std::string_view rounded = is_single() ? "(float)" : "";
+  for (const int u : used_uniforms(row_)) arguments.push_back(fmt::format("{}row->uniforms[{}]", rounded, u));
   if (!row_.sums.empty()) arguments.push_back("row->sums");
   return fmt::format("{} {}(const dpde_row* row) {{\n", linkage_, symbol_of(row_.name)) +
          wrapped(fmt::format("  {}(", function_name()), arguments, ");") + "}\n";

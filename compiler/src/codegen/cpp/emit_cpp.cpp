@@ -18,7 +18,7 @@ std::string words_of(RowLinkage linkage) { return linkage == RowLinkage::exporte
 std::string emit_uniforms(const loop::Module& module, RowLinkage linkage) {
   const CppUniformNames names = cpp_uniform_names(module);
   const CppLeaves leaves{.params = names.params, .uniforms = names.uniforms};
-  const CppExpression expression(leaves);
+  const CppExpression expression(leaves, Precision::f64);
 
   std::set<int> params;
   for (const loop::UniformDef& uniform : module.uniforms) {

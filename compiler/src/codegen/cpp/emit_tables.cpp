@@ -96,7 +96,7 @@ std::string Tables::program(const dpde_program* source) {
   const std::string swaps = array("dpde_swap", "swaps", texts(p.swaps, p.swap_count, swap));
   const std::string name = fmt::format("dpde_program_{}", programs_.size());
   out_ += fmt::format("static const dpde_program {} = {{\n", name);
-  out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {},\n", quoted(p.name), p.rank, three(p.halo));
+  out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {}, {},\n", quoted(p.name), p.rank, p.real == DPDE_F32 ? "DPDE_F32" : "DPDE_F64", three(p.halo));
   out_ += fmt::format("    {}, {}, {},  // fields, inputs first\n", p.field_count, p.input_count, fields);
   out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params, p.uniform_count);
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
@@ -124,6 +124,11 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
     programs += tables.program(p) + ", ";
   }
   const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value));
+  const auto control = [&](const dpde_control& c) {
+    const auto number = [](double v) { return fmt::format("{}", v); };
+    return fmt::format("{{{}, {}, {}, {}}}", quoted(c.name), c.every, c.count, tables.array("double", "values", texts(c.values, c.count, number)));
+  };
+  const std::string controls = tables.array("dpde_control", "controls", texts(s.controls, s.control_count, control));
   const std::string states = tables.array("dpde_source", "states", texts(s.states, s.state_count, source));
   const std::string coefficients = tables.array("dpde_source", "coefficients", texts(s.coefficients, s.coefficient_count, source));
   const std::string sought = tables.names(s.sought, s.sought_count);
@@ -133,8 +138,9 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
   out += fmt::format("    {{{}}},  // axes\n", fmt::join(texts(s.axes, s.rank, axis), ", "));
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
-  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // parameters, states, coefficients, sought ones\n", s.param_count, params, s.state_count, states,
-                     s.coefficient_count, coefficients, s.sought_count, sought);
+  out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params, s.control_count, controls,
+                     tables.program(s.rate), s.courant);
+  out += fmt::format("    {}, {}, {}, {}, {}, {},  // states, coefficients, sought ones\n", s.state_count, states, s.coefficient_count, coefficients, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
   out += fmt::format("    {}, {}, {}, {}, {}, {}", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
   return out;

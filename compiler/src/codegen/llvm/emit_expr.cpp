@@ -14,17 +14,17 @@ namespace {
 /// Powers up to this exponent are products.
 constexpr int largest_expanded_power = 16;
 
-std::optional<double> constant(const loop::Expr& expr) {
+std::optional<double> constant_of(const loop::Expr& expr) {
   if (const auto* literal = std::get_if<loop::Literal>(&expr->kind)) return literal->value;
   if (const auto* neg = std::get_if<loop::Neg>(&expr->kind)) {
-    if (const std::optional<double> value = constant(neg->operand)) return -*value;
+    if (const std::optional<double> value = constant_of(neg->operand)) return -*value;
   }
   return std::nullopt;
 }
 
 /// The exponent, when it is a whole number small enough for products.
 std::optional<int> small_integer(const loop::Expr& expr) {
-  const std::optional<double> value = constant(expr);
+  const std::optional<double> value = constant_of(expr);
   if (!value || std::abs(*value) > largest_expanded_power || *value != std::floor(*value)) return std::nullopt;
   return static_cast<int>(*value);
 }
@@ -68,21 +68,22 @@ llvm::Value* ExprEmitter::value(const loop::Expr& expr) {
   return result;
 }
 
+/// Rounded once, from what was folded in double precision.
+llvm::Value* ExprEmitter::constant(double value) const { return llvm::ConstantFP::get(real_, value); }
+
 llvm::Value* ExprEmitter::as_number(llvm::Value* value) {
-  return value->getType()->isDoubleTy() ? value : builder_.CreateUIToFP(value, builder_.getDoubleTy());
+  return value->getType()->isFloatingPointTy() ? value : builder_.CreateUIToFP(value, real_);
 }
 
 llvm::Value* ExprEmitter::as_condition(llvm::Value* value) {
-  if (!value->getType()->isDoubleTy()) return value;
-  return builder_.CreateFCmpUNE(value, llvm::ConstantFP::get(builder_.getDoubleTy(), 0.0));
+  if (!value->getType()->isFloatingPointTy()) return value;
+  return builder_.CreateFCmpUNE(value, constant(0.0));
 }
 
 llvm::Value* ExprEmitter::emit(const loop::Node& node) {
   return match(
       node.kind,
-      [&](const loop::Literal& literal) -> llvm::Value* {
-        return llvm::ConstantFP::get(builder_.getDoubleTy(), literal.value);
-      },
+      [&](const loop::Literal& literal) -> llvm::Value* { return constant(literal.value); },
       [&](const loop::Uniform& uniform) { return leaves_.uniforms.at(uniform.index); },
       [&](const loop::Param& param) { return leaves_.params.at(param.index); },
       [&](const loop::Load& load) { return leaves_.loads.at(load.stream); },
@@ -137,7 +138,7 @@ llvm::Value* ExprEmitter::emit_power(const loop::Binary& binary) {
   llvm::Value* base = number(binary.left);
   const std::optional<int> exponent = small_integer(binary.right);
   if (!exponent) return builder_.CreateBinaryIntrinsic(llvm::Intrinsic::pow, base, number(binary.right));
-  llvm::Value* one = llvm::ConstantFP::get(builder_.getDoubleTy(), 1.0);
+  llvm::Value* one = constant(1.0);
   llvm::Value* product = nullptr;
   llvm::Value* square = base;
   for (int rest = std::abs(*exponent); rest != 0; rest >>= 1) {
@@ -148,10 +149,9 @@ llvm::Value* ExprEmitter::emit_power(const loop::Binary& binary) {
   return *exponent < 0 ? builder_.CreateFDiv(one, product) : product;
 }
 
-llvm::Value* ExprEmitter::libm(const char* name, llvm::Value* argument) {
+llvm::Value* ExprEmitter::libm(const std::string& name, llvm::Value* argument) {
   llvm::Module* module = builder_.GetInsertBlock()->getModule();
-  llvm::Type* number_type = builder_.getDoubleTy();
-  llvm::FunctionCallee callee = module->getOrInsertFunction(name, number_type, number_type);
+  llvm::FunctionCallee callee = module->getOrInsertFunction(real_->isFloatTy() ? name + "f" : name, real_, real_);
   auto* function = llvm::cast<llvm::Function>(callee.getCallee());
   function->setDoesNotThrow();
   function->setWillReturn();
@@ -163,7 +163,6 @@ llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
   const std::vector<llvm::Value*> arguments = numbers(call.arguments);
   llvm::Value* x = arguments.at(0);
   const auto intrinsic = [&](llvm::Intrinsic::ID id) { return builder_.CreateUnaryIntrinsic(id, x); };
-  const auto constant_value = [&](double value) { return llvm::ConstantFP::get(builder_.getDoubleTy(), value); };
   switch (call.fn) {
     case Fn::sin: return intrinsic(llvm::Intrinsic::sin);
     case Fn::cos: return intrinsic(llvm::Intrinsic::cos);
@@ -182,8 +181,8 @@ llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
     case Fn::tanh: return libm("tanh", x);
     case Fn::sign: {
       llvm::Value* negative =
-          builder_.CreateSelect(builder_.CreateFCmpOLT(x, constant_value(0)), constant_value(-1), constant_value(0));
-      return builder_.CreateSelect(builder_.CreateFCmpOGT(x, constant_value(0)), constant_value(1), negative);
+          builder_.CreateSelect(builder_.CreateFCmpOLT(x, constant(0)), constant(-1), constant(0));
+      return builder_.CreateSelect(builder_.CreateFCmpOGT(x, constant(0)), constant(1), negative);
     }
     case Fn::min: return builder_.CreateSelect(builder_.CreateFCmpOLT(arguments.at(1), x), arguments.at(1), x);
     case Fn::max: return builder_.CreateSelect(builder_.CreateFCmpOLT(x, arguments.at(1)), arguments.at(1), x);

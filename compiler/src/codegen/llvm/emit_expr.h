@@ -21,11 +21,12 @@ struct Leaves {
 
 class ExprEmitter {
  public:
-  /// `place` is null where there are no cells (definitions of uniforms).
-  ExprEmitter(llvm::IRBuilder<>& builder, const Leaves& leaves, PlaceEmitter* place)
-      : builder_(builder), leaves_(leaves), place_(place) {}
+  /// Numbers and leaves are of `real`, a floating-point type. `place` is null where there are no cells (definitions of
+  /// uniforms).
+  ExprEmitter(llvm::IRBuilder<>& builder, const Leaves& leaves, llvm::Type* real, PlaceEmitter* place)
+      : builder_(builder), leaves_(leaves), real_(real), place_(place) {}
 
-  llvm::Value* number(const loop::Expr& expr);     // a double
+  llvm::Value* number(const loop::Expr& expr);     // a `real`
   llvm::Value* condition(const loop::Expr& expr);  // an i1
   /// A let may be either; its uses convert.
   llvm::Value* value(const loop::Expr& expr);
@@ -38,11 +39,13 @@ class ExprEmitter {
   llvm::Value* emit_compare(const loop::Binary& binary);
   llvm::Value* emit_power(const loop::Binary& binary);
   llvm::Value* emit_call(const loop::Call& call);
-  llvm::Value* libm(const char* name, llvm::Value* argument);
+  llvm::Value* constant(double value) const;
+  llvm::Value* libm(const std::string& name, llvm::Value* argument);
   llvm::Value* as_condition(llvm::Value* value);
 
   llvm::IRBuilder<>& builder_;
   const Leaves& leaves_;
+  llvm::Type* real_;
   PlaceEmitter* place_;
   // Expressions may share nodes: each is emitted once.
   std::unordered_map<const loop::Node*, llvm::Value*> emitted_;

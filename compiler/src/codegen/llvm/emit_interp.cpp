@@ -7,7 +7,7 @@
 
 namespace dpde::codegen {
 
-/// `cell`, a double that may be anything, as a number in [low, high]; NaN becomes low.
+/// `cell`, a real that may be anything, as a number in [low, high]; NaN becomes low.
 llvm::Value* PlaceEmitter::between(llvm::Value* cell, llvm::Value* low, llvm::Value* high) {
   llvm::Value* at_least = body_.CreateSelect(body_.CreateFCmpOGT(cell, low), cell, low);
   llvm::Value* at_most = body_.CreateSelect(body_.CreateFCmpOLT(at_least, high), at_least, high);
@@ -30,8 +30,8 @@ PlaceEmitter::Pair PlaceEmitter::weigh(const Spot& spot, bool slope) {
 
 PlaceEmitter::Pair PlaceEmitter::pair(int axis, int offset, llvm::Value* displacement, bool slope) {
   llvm::Value* whole = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, displacement);
-  llvm::Value* start = cell_as_double(axis, offset);
-  llvm::Value* count = cells_as_double(axis);
+  llvm::Value* start = cell_as_real(axis, offset);
+  llvm::Value* count = cells_as_real(axis);
   llvm::Value* last = before_.CreateFSub(count, real(1));
   Spot spot{body_.CreateFAdd(start, whole), body_.CreateFSub(displacement, whole), nullptr};
   llvm::Value* one = body_.getInt64(1);
@@ -78,13 +78,13 @@ llvm::Value* PlaceEmitter::element_pointer(const std::vector<Pair>& pairs, int c
     llvm::Value* along = pairs[axis].element.at(corner >> axis & 1);
     element = element == nullptr ? along : body_.CreateNSWAdd(element, along);
   }
-  return body_.CreateInBoundsGEP(body_.getDoubleTy(), base, element);
+  return body_.CreateInBoundsGEP(real_, base, element);
 }
 
 /// Interpolates along axes 0 to `axis`; the bits of `corner` say where along the others.
 llvm::Value* PlaceEmitter::gather(const std::vector<Pair>& pairs, int axis, int corner, llvm::Value* base) {
   if (axis < 0) {
-    return body_.CreateAlignedLoad(body_.getDoubleTy(), element_pointer(pairs, corner, base), llvm::Align(8));
+    return body_.CreateAlignedLoad(real_, element_pointer(pairs, corner, base), alignment());
   }
   llvm::Value* low = gather(pairs, axis - 1, corner, base);
   llvm::Value* high = gather(pairs, axis - 1, corner | 1 << axis, base);
@@ -106,8 +106,8 @@ void PlaceEmitter::scatter(const loop::Interp& target, const std::vector<llvm::V
       share = body_.CreateFMul(share, along[axis].weight.at(corner >> axis & 1));
     }
     llvm::Value* address = element_pointer(along, corner, values_.grids.at(target.grid));
-    llvm::Value* old = body_.CreateAlignedLoad(body_.getDoubleTy(), address, llvm::Align(8));
-    body_.CreateAlignedStore(body_.CreateFAdd(old, share), address, llvm::Align(8));
+    llvm::Value* old = body_.CreateAlignedLoad(real_, address, alignment());
+    body_.CreateAlignedStore(body_.CreateFAdd(old, share), address, alignment());
   }
 }
 

@@ -35,7 +35,7 @@ void emit_uniforms(const loop::Module& module, llvm::Module& out) {
     leaves.params.push_back(
         builder.CreateAlignedLoad(builder.getDoubleTy(), slot(0, i), llvm::Align(8), module.params[i]));
   }
-  ExprEmitter emitter(builder, leaves, nullptr);
+  ExprEmitter emitter(builder, leaves, builder.getDoubleTy(), nullptr);
   for (std::size_t i = 0; i < module.uniforms.size(); ++i) {
     leaves.uniforms.push_back(emitter.number(module.uniforms[i].value));
     builder.CreateAlignedStore(leaves.uniforms.back(), slot(1, i), llvm::Align(8));

@@ -9,11 +9,11 @@
 
 namespace dpde::codegen {
 
-PlaceEmitter::PlaceEmitter(const loop::Row& row, Row values, llvm::IRBuilder<>& before, llvm::IRBuilder<>& body,
-                           llvm::Value* index)
-    : row_(row), values_(std::move(values)), before_(before), body_(body), index_(index) {}
+PlaceEmitter::PlaceEmitter(const loop::Row& row, Row values, llvm::Type* real, llvm::IRBuilder<>& before,
+                           llvm::IRBuilder<>& body, llvm::Value* index)
+    : row_(row), values_(std::move(values)), real_(real), before_(before), body_(body), index_(index) {}
 
-llvm::Value* PlaceEmitter::real(double value) const { return llvm::ConstantFP::get(body_.getDoubleTy(), value); }
+llvm::Value* PlaceEmitter::real(double value) const { return llvm::ConstantFP::get(real_, value); }
 
 llvm::Value* PlaceEmitter::layout_entry(int member, int axis) {
   const int byte = member + axis * static_cast<int>(sizeof(int64_t));
@@ -27,9 +27,9 @@ llvm::Value* PlaceEmitter::cells(int axis) {
   return value;
 }
 
-llvm::Value* PlaceEmitter::cells_as_double(int axis) {
-  llvm::Value*& value = cells_as_double_.at(axis);
-  if (value == nullptr) value = before_.CreateSIToFP(cells(axis), before_.getDoubleTy());
+llvm::Value* PlaceEmitter::cells_as_real(int axis) {
+  llvm::Value*& value = cells_as_real_.at(axis);
+  if (value == nullptr) value = before_.CreateSIToFP(cells(axis), real_);
   return value;
 }
 
@@ -47,10 +47,10 @@ llvm::Value* PlaceEmitter::cell(int axis, int offset) {
 }
 
 /// An axis has fewer than 2^31 cells, and processors without AVX-512 convert vectors of 32-bit numbers only.
-llvm::Value* PlaceEmitter::cell_as_double(int axis, int offset) {
+llvm::Value* PlaceEmitter::cell_as_real(int axis, int offset) {
   llvm::IRBuilder<>& builder = axis == 0 ? body_ : before_;
   llvm::Value* narrow = builder.CreateTrunc(cell(axis, offset), builder.getInt32Ty());
-  return builder.CreateSIToFP(narrow, builder.getDoubleTy());
+  return builder.CreateSIToFP(narrow, real_);
 }
 
 llvm::Value* PlaceEmitter::inside(const loop::Inside& inside) {

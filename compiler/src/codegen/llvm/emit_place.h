@@ -25,8 +25,8 @@ class PlaceEmitter {
   };
 
   /// `before` adds what is the same for all cells in front of the loop; `body` is inside it, where the cell is
-  /// number `index` of the row.
-  PlaceEmitter(const loop::Row& row, Row values, llvm::IRBuilder<>& before, llvm::IRBuilder<>& body,
+  /// number `index` of the row. Places and weights are computed as `real`; numbers of cells are exact in either precision.
+  PlaceEmitter(const loop::Row& row, Row values, llvm::Type* real, llvm::IRBuilder<>& before, llvm::IRBuilder<>& body,
                llvm::Value* index);
 
   llvm::Value* inside(const loop::Inside& inside);
@@ -39,7 +39,7 @@ class PlaceEmitter {
     std::array<llvm::Value*, 2> element{}, weight{};
   };
   struct Spot {
-    llvm::Value* low_cell;  // a double, possibly not finite
+    llvm::Value* low_cell;  // a real, possibly not finite
     llvm::Value* fraction;
     llvm::Value* clamped;  // null along periodic axes
   };
@@ -50,20 +50,22 @@ class PlaceEmitter {
   llvm::Value* gather(const std::vector<Pair>& pairs, int axis, int corner, llvm::Value* base);
 
   llvm::Value* cell(int axis, int offset);
-  llvm::Value* cell_as_double(int axis, int offset);
+  llvm::Value* cell_as_real(int axis, int offset);
   llvm::Value* between(llvm::Value* cell, llvm::Value* low, llvm::Value* high);
   llvm::Value* layout_entry(int member, int axis);
   llvm::Value* cells(int axis);
-  llvm::Value* cells_as_double(int axis);
+  llvm::Value* cells_as_real(int axis);
   llvm::Value* stride(int axis);
   llvm::Value* real(double value) const;
+  llvm::Align alignment() const { return llvm::Align(real_->getPrimitiveSizeInBits() / 8); }
 
   const loop::Row& row_;
   Row values_;
+  llvm::Type* real_;
   llvm::IRBuilder<>& before_;
   llvm::IRBuilder<>& body_;
   llvm::Value* index_;
-  std::array<llvm::Value*, loop::max_rank> cells_{}, cells_as_double_{}, stride_{};
+  std::array<llvm::Value*, loop::max_rank> cells_{}, cells_as_real_{}, stride_{};
 };
 
 }  // namespace dpde::codegen

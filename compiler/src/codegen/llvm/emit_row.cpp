@@ -27,7 +27,8 @@ struct Line {
 class RowEmitter {
  public:
   RowEmitter(const loop::Module& module, const loop::Row& row, llvm::Module& out)
-      : module_(module), row_(row), out_(out), before_(out.getContext()), body_(out.getContext()) {
+      : module_(module), row_(row), out_(out), before_(out.getContext()), body_(out.getContext()),
+        real_(module.real == Precision::f32 ? before_.getFloatTy() : before_.getDoubleTy()) {
     llvm::FastMathFlags flags;
     flags.setAllowContract();
     before_.setFastMathFlags(flags);
@@ -63,11 +64,13 @@ class RowEmitter {
   void emit_body();
   void emit_stores(ExprEmitter& emitter);
   llvm::Value* stream_pointer(int stream);
+  llvm::Align alignment() const { return llvm::Align(bytes_of(module_.real)); }
 
   const loop::Module& module_;
   const loop::Row& row_;
   llvm::Module& out_;
   llvm::IRBuilder<> before_, body_;
+  llvm::Type* real_;  // of fields and of what is computed with them; uniforms and sums are doubles
   std::vector<Line> lines_;
   std::vector<int> line_of_stream_;
   std::vector<bool> used_uniforms_, scattered_grids_;
@@ -203,7 +206,7 @@ void RowEmitter::emit_wrapper(const std::vector<Argument>& arguments) {
   const auto element = [&](const Argument& argument, std::size_t offset, int index) {
     llvm::Value*& array = arrays[offset];
     if (array == nullptr) array = member(offset, before_.getPtrTy(), row, "");
-    return member(index * sizeof(double*), before_.getPtrTy(), array, argument.name);
+    return member(index * sizeof(void*), before_.getPtrTy(), array, argument.name);
   };
   std::vector<llvm::Value*> values;
   for (const Argument& argument : arguments) {
@@ -229,8 +232,9 @@ void RowEmitter::load_uniforms() {
   leaves_.uniforms.resize(module_.uniforms.size());
   for (std::size_t i = 0; i < module_.uniforms.size(); ++i) {
     if (!used_uniforms_[i]) continue;
-    leaves_.uniforms[i] =
+    llvm::Value* uniform =
         member(i * sizeof(double), before_.getDoubleTy(), value_.at(Source::uniforms), module_.uniforms[i].name);
+    leaves_.uniforms[i] = before_.CreateFPCast(uniform, real_);
   }
 }
 
@@ -301,7 +305,7 @@ llvm::Value* RowEmitter::stream_pointer(int stream) {
   const int line = line_of_stream_.at(stream);
   const int distance = row_.streams.at(stream).offset[0] - row_.streams.at(lines_.at(line).stream).offset[0];
   llvm::Value* element = distance == 0 ? index_ : body_.CreateNSWAdd(index_, body_.getInt64(distance));
-  return body_.CreateInBoundsGEP(body_.getDoubleTy(), line_pointers_.at(line), element);
+  return body_.CreateInBoundsGEP(real_, line_pointers_.at(line), element);
 }
 
 void RowEmitter::emit_body() {
@@ -313,18 +317,18 @@ void RowEmitter::emit_body() {
   }
   for (std::size_t s = 0; s < row_.streams.size(); ++s) {
     const bool is_read = row_.streams[s].mode != loop::Stream::Mode::out;
-    leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(body_.getDoubleTy(), stream_pointer(s), llvm::Align(8))
+    leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(real_, stream_pointer(s), alignment())
                                     : nullptr);
   }
-  PlaceEmitter place(row_, place_, before_, body_, index_);
-  ExprEmitter emitter(body_, leaves_, &place);
+  PlaceEmitter place(row_, place_, real_, before_, body_, index_);
+  ExprEmitter emitter(body_, leaves_, real_, &place);
   for (const loop::Let& let : row_.lets) {
     leaves_.lets.push_back(emitter.value(let.value));
     if (llvm::isa<llvm::Instruction>(leaves_.lets.back())) leaves_.lets.back()->setName(let.name);
   }
   emit_stores(emitter);
   for (std::size_t s = 0; s < row_.sums.size(); ++s) {
-    llvm::Value* value = emitter.number(row_.sums[s].value);
+    llvm::Value* value = body_.CreateFPCast(emitter.number(row_.sums[s].value), body_.getDoubleTy());
     auto* total = llvm::cast<llvm::Instruction>(body_.CreateFAdd(accumulators[s], value));
     total->setHasAllowReassoc(true);  // or sums could not be taken over several lanes
     accumulators[s]->addIncoming(total, body_.GetInsertBlock());
@@ -349,7 +353,7 @@ void RowEmitter::emit_stores(ExprEmitter& emitter) {
     stored[store.stream] = value;
   }
   for (const auto& [stream, value] : stored) {
-    body_.CreateAlignedStore(value, stream_pointer(stream), llvm::Align(8));
+    body_.CreateAlignedStore(value, stream_pointer(stream), alignment());
   }
 }
 

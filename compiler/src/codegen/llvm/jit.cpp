@@ -106,16 +106,16 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
   context.setDiscardValueNames(true);
   const std::unique_ptr<llvm::Module> ir = emit_module(module, context);
   bind_to_target(*ir, *target, options);
-  const std::string key = cache == nullptr ? "" : key_of(*ir);
+  result.key = cache == nullptr ? "" : key_of(*ir);
   result.emit_s = watch.lap();
-  if (const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(key)) {
+  if (const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(result.key)) {
     load(module, Object(kept->begin(), kept->end()), *target, result, watch);
     result.from_cache = result.module != nullptr;
     if (result.from_cache) return result;
     result.error.clear();
   }
   Object object = compile(*ir, *target, result, watch);
-  if (cache != nullptr) cache->store(key, {object.data(), object.size()});
+  if (cache != nullptr) cache->store(result.key, {object.data(), object.size()});
   load(module, std::move(object), *target, result, watch);
   return result;
 }

@@ -17,6 +17,7 @@ struct JitResult {
   std::shared_ptr<CompiledModule> module;  // null when `error` says why not
   std::string error;
   bool from_cache = false;
+  std::string key;        // of the code in the cache; "" without one
   double emit_s = 0;      // building the IR
   double optimise_s = 0;  // passes over the IR
   double link_s = 0;      // machine code, and linking it into the process

@@ -31,7 +31,7 @@ llvm::ModulePassManager pipeline() {
   return modules;
 }
 
-bool is_number_vector(const llvm::Type* type) { return type->isVectorTy() && type->getScalarType()->isDoubleTy(); }
+bool is_number_vector(const llvm::Type* type) { return type->isVectorTy() && type->getScalarType()->isFloatingPointTy(); }
 
 }  // namespace
 

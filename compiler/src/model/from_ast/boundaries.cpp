@@ -83,6 +83,11 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
   const auto* call = std::get_if<ast::Call>(&value->kind);
   if (call && call->callee == "gradient") return gradient_side(draft, *call, field);
   if (call && call->callee == "mixed") return mixed_side(draft, *call, field);
+  if (call && call->callee == "on_wall") {
+    draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
+                      "in a model, field u on faces.x says that u lies on the walls, and its boundary is a value");
+    return std::nullopt;
+  }
   const auto number = Expressions(draft, Purpose::boundary, field).number(value);
   return number ? std::optional(Side{SideKind::value, *number}) : std::nullopt;
 }
@@ -159,7 +164,8 @@ bool reads_around(const Problem& problem, const std::string& field) {
   };
   return std::any_of(problem.states.begin(), problem.states.end(), [&](const State& state) {
     return state.rhs && any_part(*state.rhs, [&](const Expr& part) {
-      const bool reads = std::holds_alternative<Derivative>(part->kind) || std::holds_alternative<Advect>(part->kind);
+      const bool reads = std::holds_alternative<Derivative>(part->kind) || std::holds_alternative<Advect>(part->kind) ||
+                         std::holds_alternative<Interpolate>(part->kind);
       return reads && any_part(part, is_field);
     });
   });
@@ -191,7 +197,12 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
   for (int i = 0; i < static_cast<int>(draft.problem.axes.size()); ++i) {
     const Axis& axis = draft.problem.axes[i];
     if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
-    const Side set = value.value_or(Side{});
+    Side set = value.value_or(Side{});
+    if (into.placement[static_cast<std::size_t>(i)] && set.kind != SideKind::value) {
+      draft.sink.report("wall-needs-value", side.value.range(), {into.field, axis.name},
+                        fmt::format("the last {0} lies on the wall itself: write boundary {0}: {1} = 0", into.field, axis.name));
+      set = Side{};
+    }
     const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before
@@ -242,7 +253,7 @@ void bind_boundaries(Draft& draft) {
     for (const ast::BoundarySide& side : item.sides) {
       const std::size_t before = draft.sink.all().size();
       for (std::size_t i = 0; i < states.size(); ++i) {
-        SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
+        SidesOfField into{states[i]->name, states[i]->boundary, states[i]->placement, seen[states[i]->name]};
         const bool failed = draft.sink.all().size() != before;  // said once, not for each component
         bind_side(draft, failed ? poisoned(side) : part_of(draft, side, i, states.size()), into);
       }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* operator_names[] = {"dx",  "dy",   "dz",   "d",  "lap",  "grad", "div",
                                           "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral",
-                                          "inject", "sample"};
+                                          "inject", "sample", "interpolate"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -46,6 +46,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
                              name == "grad" || name == "div" || name == "advect" || name == "curl";
   const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
+  if (name == "interpolate" && !is_equation) return refuse("interpolate", e.callee_range);
   if (is_derivative && !is_equation) return refuse("the derivative " + name, e.callee_range);
   if (name == "dt") return rate(e, range);
   if (name == "dx") return along(0, e, range);
@@ -58,7 +59,8 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "advect") return advection(e, range);
   if (name == "dot") return dot_product(e, range);
   if (name == "curl") return curl(e, range);
-  if (name == "norm") return norm(e, range);
+  if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};
+  if (name == "interpolate") return interpolation(e, range);
   if (name == "if") return choice(e, range);
   if (name == "mean") return reduction(Reduce::Kind::mean, e, range);
   if (name == "sum") return reduction(Reduce::Kind::sum, e, range);
@@ -147,6 +149,13 @@ Typed Expressions::along(int axis, const ast::Call& e, SourceRange range) {
   const Typed operand = numeric(e.arguments[0].value);
   if (operand.type == Typed::Type::none) return {};
   return map_parts(operand, [&](const Expr& part) { return derivative(part, axis, 1, {range}); });
+}
+
+Typed Expressions::interpolation(const ast::Call& e, SourceRange range) {
+  if (!takes(e, 1)) return {};
+  const Typed operand = numeric(e.arguments[0].value);
+  if (operand.type == Typed::Type::none) return {};
+  return map_parts(operand, [&](const Expr& part) { return interpolate(part, {range}); });
 }
 
 Typed Expressions::along_named_axis(const ast::Call& e, SourceRange range) {

@@ -43,6 +43,7 @@ class Evaluation {
         [](const Derivative&) -> double { unreachable("a derivative in a number"); },
         [](const Advect&) -> double { unreachable("advection in a number"); },
         [](const Shift&) -> double { unreachable("a neighbour in a number"); },
+        [](const Interpolate&) -> double { unreachable("an interpolation in a number"); },
         [](const Sample&) -> double { unreachable("a sample in a number"); },
         [](const Reduce&) -> double { unreachable("a reduction in a number"); });
   }

@@ -45,6 +45,7 @@ void bind_velocities(Draft& draft) {
       State velocity;
       velocity.name = components[i];
       velocity.velocity_of = moved[i];
+      velocity.placement = draft.problem.find_state(moved[i])->placement;
       draft.problem.states.push_back(std::move(velocity));
     }
   }
@@ -66,6 +67,13 @@ void declare_model(Draft& draft) {
       }
     }
   }
+  for (const auto& [item, range] : items_of<ast::ControlItem>(draft.model->items)) {
+    for (const ast::Identifier& name : item.names) {
+      if (!declare(draft, name, Role::parameter)) continue;
+      draft.problem.params.push_back({name.name});
+      draft.controls.insert(name.name);
+    }
+  }
   declare_velocities(draft);
   if (!items_of<ast::FieldItem>(draft.model->items).empty()) return;
   draft.sink.report("no-field", draft.model->name.range, {draft.model->name.name}, "write field u and dt(u) = ...");
@@ -75,17 +83,20 @@ void bind_fields(Draft& draft) {
   for (const ast::Item& item : draft.model->items) {
     if (const auto* fields = std::get_if<ast::FieldItem>(&item.kind)) {
       for_each_declared(draft, *fields, Role::state, [&](const std::string& name) {
+        int number = fields->vector ? 0 : -1;
         for (const std::string& component : declare_components(draft, name)) {
           State state;
           state.name = component;
+          state.placement = placement_of(draft, fields->on, number++);
           draft.problem.states.push_back(std::move(state));
         }
       });
     }
     if (const auto* given = std::get_if<ast::CoefficientItem>(&item.kind)) {
       for_each_declared(draft, *given, Role::coefficient, [&](const std::string& name) {
+        int number = given->vector ? 0 : -1;
         for (const std::string& component : declare_components(draft, name)) {
-          draft.problem.coefficients.push_back({component, {}});
+          draft.problem.coefficients.push_back({component, {}, placement_of(draft, given->on, number++)});
         }
       });
     }

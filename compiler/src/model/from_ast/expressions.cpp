@@ -64,6 +64,8 @@ Rules rules_of(Purpose purpose) {
               true,
               "a boundary value",
               "a boundary value is made of numbers, parameters, coordinates and t"};
+    case Purpose::control:
+      return {false, false, true, false, false, false, "a control", "a control is made of numbers, parameters and t"};
     case Purpose::boundary_weight:
       return {false,
               false,
@@ -259,6 +261,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::let: {
       if (!rules.derivatives) return refuse("let " + e.name, range);
       const auto found = draft_.lets.find(e.name);
+      if (draft_.injecting_lets.contains(e.name)) ++draft_.injections;
       return found == draft_.lets.end() ? Typed{} : found->second;
     }
     case Role::coordinate:
@@ -285,6 +288,11 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
     }
     return {};
   }
+  if (draft_.controls.contains(name)) {
+    const bool may_vary = rules_of(purpose_).time || purpose_ == Purpose::quantity;
+    const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::boundary_weight;
+    return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range);
+  }
   const auto value = draft_.values.find(name);
   if (value == draft_.values.end()) {
     if (purpose_ != Purpose::number) return number_of(param(name, {range}));  // reported at the end
@@ -302,6 +310,7 @@ Typed Expressions::unary(const ast::Unary& e, SourceRange range) {
     const auto operand = condition(e.operand);
     return operand ? condition_of(opposite(*operand)) : Typed{};
   }
+  if (e.op == ast::UnaryOp::magnitude) return magnitude(e.operand, range);
   Typed value = numeric(e.operand);
   for (Expr& part : value.parts) part = negate(part, {range});
   return value;

@@ -13,7 +13,7 @@
 namespace dpde::model {
 
 /// Where an expression stands; this decides what it may be made of.
-enum class Purpose { equation, initial, coefficient, exact, boundary, boundary_weight, number, quantity };
+enum class Purpose { equation, initial, coefficient, exact, boundary, boundary_weight, control, number, quantity };
 
 class Expressions {
  public:
@@ -72,7 +72,9 @@ class Expressions {
   Typed advection(const ast::Call& e, SourceRange range);
   Typed dot_product(const ast::Call& e, SourceRange range);
   Typed curl(const ast::Call& e, SourceRange range);
-  Typed norm(const ast::Call& e, SourceRange range);
+  Typed magnitude(const ast::Expr& operand, SourceRange range);
+  Typed norm(const Typed& value, SourceRange range);
+  Typed interpolation(const ast::Call& e, SourceRange range);
   Typed reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
 
   // points.cpp

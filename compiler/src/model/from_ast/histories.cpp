@@ -47,6 +47,7 @@ void add_histories(Draft& draft) {
     history.name = name_beside(state.name, is_ab2(draft) ? "_rate" : "_old");
     history.history_of = state.name;
     history.boundary = state.boundary;
+    history.placement = state.placement;
     history.initial.formula = 0.0;
     if (declare(draft, {history.name, state.origin.range}, Role::state)) histories.push_back(std::move(history));
   }
@@ -57,8 +58,16 @@ void check_histories(Draft& draft) {
   if (!draft.model || (!is_ab2(draft) && !is_leapfrog(draft))) return;
   const Problem& problem = draft.problem;
   if (problem.scheme.advect == Advection::semi_lagrangian) {
-    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {is_ab2(draft) ? "ab2" : "leapfrog"},
+    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "advect = semi_lagrangian"},
                       "take time = rk2, or another advect");
+  }
+  if (problem.courant > 0) {
+    draft.sink.report("schemes-do-not-fit", problem.time_origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "steps limited by a Courant number"},
+                      "take time = rk2 or ssp_rk3");
+  }
+  if (!problem.events.empty()) {  // what they remember would still be that of before
+    draft.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
+                      {is_ab2(draft) ? "ab2" : "leapfrog", "values that change after steps"}, "take time = rk2 or verlet");
   }
   if (!is_leapfrog(draft)) return;
   for (const State& state : problem.states) {

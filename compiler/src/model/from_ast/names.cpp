@@ -26,6 +26,7 @@ constexpr std::string_view reserved_words[] = {
     "and",      "or",
     "not",      "let",
     "loss",     "cells",
+    "courant_rate",
     "inside",   "interp",
     "in",       "out",
     "sum",      "inout",

@@ -10,21 +10,16 @@
 
 namespace dpde::model {
 
-namespace {
-
-/// Steps from one output to the next; nullopt after a diagnostic.
-std::optional<int> interval_of(Draft& draft, const ast::Expr& every) {
-  const auto interval = evaluate(draft, every, "the interval of an output");
+std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char* what) {
+  const auto interval = evaluate(draft, every, fmt::format("the interval of {}", what));
   const double step = draft.problem.step;
   if (!interval || step == 0) return std::nullopt;
   const auto steps = *interval > 0 ? whole_steps(*interval, step) : std::nullopt;
   if (steps && *steps >= 1 && *steps <= std::numeric_limits<int>::max()) return static_cast<int>(*steps);
-  draft.sink.report("output-off-step", every.range(), {fmt::format("{}", *interval), fmt::format("{}", step)},
+  draft.sink.report("output-off-step", every.range(), {what, fmt::format("{}", *interval), fmt::format("{}", step)},
                     fmt::format("the nearest that is one is {}", std::max(1.0, std::round(*interval / step)) * step));
   return std::nullopt;
 }
-
-}  // namespace
 
 void bind_outputs(Draft& draft) {
   std::map<std::string, SourceRange> seen;
@@ -38,7 +33,7 @@ void bind_outputs(Draft& draft) {
         if (is_new) output.fields.push_back(state->name);
       }
     }
-    if (item.every) output.every = interval_of(draft, *item.every).value_or(0);
+    if (item.every) output.every = interval_of(draft, *item.every, "an output").value_or(0);
     draft.problem.outputs.push_back(std::move(output));
   }
 }

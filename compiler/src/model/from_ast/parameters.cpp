@@ -36,7 +36,7 @@ void bind_value(Draft& draft, const ast::ValueItem& item, std::map<std::string, 
   if (!meaning || meaning->role != Role::parameter) return report_not_a_value(draft, item.name, meaning);
   const auto [first, is_new] = seen.emplace(item.name.name, item.name.range);
   if (!is_new) return report_duplicate(draft, item.name.name, item.name.range, first->second);
-  if (draft.values.contains(item.name.name)) return;  // set on the command line
+  if (draft.values.contains(item.name.name) || draft.controls.contains(item.name.name)) return;  // set, or bound later
   const auto value = evaluate(draft, item.value, "the value of " + item.name.name);
   draft.values[item.name.name] = value;
 }
@@ -56,6 +56,7 @@ void bind_parameters(Draft& draft) {
   for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) bind_value(draft, item, seen);
   for (Parameter& parameter : draft.problem.params) {
     const auto value = draft.values.find(parameter.name);
+    if (draft.controls.contains(parameter.name)) continue;
     if (value != draft.values.end()) {
       parameter.value = value->second.value_or(0);
     } else if (!has_start(draft, parameter.name)) {

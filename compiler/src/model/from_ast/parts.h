@@ -21,6 +21,13 @@ std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene&
 // declarations.cpp: the names of the model; with the grid its fields and coefficients, of a vector the components
 void declare_model(Draft& draft);
 void bind_fields(Draft& draft);
+// placements.cpp: where fields have their values, and whether expressions are taken where they can be
+/// Of the component `component` of a vector, or of a number (-1); centres where nothing is written or after a diagnostic.
+Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, int component);
+/// The same for a scene of `axes` axes, without diagnostics.
+std::optional<Placement> placement_named(const std::string& on, int component, int axes);
+void check_placements(Draft& draft);
+void check_injection(Draft& draft, SourceRange range, const std::vector<State*>& states);
 // program.cpp: the same for a hand-written program, and what its fills say of the boundaries
 void declare_program(Draft& draft);
 void bind_fills(Draft& draft);
@@ -37,7 +44,7 @@ std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
 void bind_scheme(Draft& draft);
 /// Puts the row `key = value` into `scheme`; otherwise what could stand there instead.
 struct SchemeRefusal {
-  bool unknown_key = false, precision = false;
+  bool unknown_key = false;
   std::vector<std::string> choices;
 };
 std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& key, const ast::Expr& value);
@@ -59,6 +66,8 @@ void bind_grid(Draft& draft);
 
 // time.cpp
 void bind_time(Draft& draft);
+/// The Courant number, and what moves how fast; after the equations.
+void bind_courant(Draft& draft);
 /// Times of `at t = ...`, each the end of a step of this run, when `on_steps`.
 When when_of(Draft& draft, const ast::When& when, bool on_steps);
 
@@ -67,6 +76,14 @@ std::optional<double> whole_steps(double length, double step);
 
 // outputs.cpp
 void bind_outputs(Draft& draft);
+/// Steps that make the interval `every` of `what`; nullopt after a diagnostic.
+std::optional<int> interval_of(Draft& draft, const ast::Expr& every, const char* what);
+
+// controls.cpp
+void bind_controls(Draft& draft);
+
+// events.cpp
+void bind_events(Draft& draft);
 
 // equations.cpp: lets and equations
 void bind_equations(Draft& draft);
@@ -81,6 +98,7 @@ void bind_boundaries(Draft& draft);
 struct SidesOfField {
   std::string field;
   std::vector<AxisSides>& sides;
+  Placement placement;
   std::vector<std::array<SourceRange, 2>>& seen;
 };
 void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into);

@@ -85,6 +85,7 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
   const auto position = point(e);
   const auto strength = e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!position || !strength) return {};
+  ++draft_.injections;
   Expr volume = 1.0;
   Expr weight = 1.0;
   for (int axis = 0; axis < axis_count(); ++axis) {

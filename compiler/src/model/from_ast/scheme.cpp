@@ -38,6 +38,11 @@ void set_time(Scheme& scheme) {
   scheme.time = time;
 }
 
+template <Precision real>
+void set_real(Scheme& scheme) {
+  scheme.real = real;
+}
+
 constexpr Choice choices[] = {
     {"advect", "central(2)", {"central2"}, set_advect<Advection::central, 2>},
     {"advect", "central(4)", {"central4"}, set_advect<Advection::central, 4>},
@@ -62,7 +67,8 @@ constexpr Choice choices[] = {
     {"time", "verlet", {"verlet()"}, set_time<TimeScheme::verlet>},
     {"time", "ab2", {"ab2()"}, set_time<TimeScheme::ab2>},
     {"time", "leapfrog", {"leapfrog()"}, set_time<TimeScheme::leapfrog>},
-    {"real", "f64", {}, [](Scheme&) {}},
+    {"real", "f64", {}, set_real<Precision::f64>},
+    {"real", "f32", {}, set_real<Precision::f32>},
 };
 
 const ast::Scheme* find_scheme(Draft& draft, const ast::Identifier& name) {
@@ -96,9 +102,6 @@ void bind_row(Draft& draft, const ast::ValueItem& row) {
   if (refusal->unknown_key) {
     draft.sink.report("unknown-scheme-key", row.name.range, {row.name.name},
                       did_you_mean(row.name.name, scheme_keys()));
-  } else if (refusal->precision) {
-    draft.sink.report("precision-not-available", row.value.range(), {ast::print(row.value)},
-                      "all numbers are f64 in this version");
   } else {
     draft.sink.report("bad-scheme-value", row.value.range(), {row.name.name, ast::print(row.value)}, list);
   }
@@ -124,7 +127,6 @@ std::optional<SchemeRefusal> set_scheme_key(Scheme& scheme, const std::string& k
     refusal.choices.emplace_back(choice.text);
   }
   refusal.unknown_key = refusal.choices.empty();
-  refusal.precision = key == "real" && text == "f32";
   return refusal;
 }
 

@@ -27,11 +27,14 @@ void check_function(Draft& draft, const ast::Function& function) {
 }
 
 /// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
-void check_block_names(Draft& draft) {
+/// false when two have the same name.
+bool check_block_names(Draft& draft) {
+  bool fine = true;
   std::map<std::string, SourceRange> chosen, models, schemes, functions;
   const auto add = [&](std::map<std::string, SourceRange>& names, const ast::Identifier& name) {
     const auto [first, is_new] = names.emplace(name.name, name.range);
     if (!is_new) report_duplicate(draft, name.name, name.range, first->second);
+    fine = fine && is_new;
     return is_new;
   };
   for (const ast::Declaration& declaration : draft.file.declarations) {
@@ -42,12 +45,13 @@ void check_block_names(Draft& draft) {
         [&](const ast::Program& p) {
           if (add(chosen, p.name)) add(models, p.name);
         },
-        [](const ast::Kernel&) {}, [](const ast::Loop&) {},
+        [](const ast::Kernel&) {}, [](const ast::Loop&) {}, [](const ast::Import&) {},
         [&](const ast::Function& f) {
           add(functions, f.name);
           check_function(draft, f);
         });
   }
+  return fine;
 }
 
 void report_unknown_block(Draft& draft, const std::string& what, const std::string& name, SourceRange range,
@@ -69,8 +73,13 @@ bool select_named(Draft& draft, const std::string& name) {
   return false;
 }
 
+/// What the file says itself goes before what it imports.
 bool select_only(Draft& draft) {
-  const std::vector<std::string> tasks = task_names(draft.file), scenes = scene_names(draft.file);
+  ast::File own = draft.file;
+  std::erase_if(own.declarations, [](const ast::Declaration& declaration) { return declaration.imported; });
+  const bool has_own = !task_names(own).empty() || !scene_names(own).empty();
+  const ast::File& from = has_own ? own : draft.file;
+  const std::vector<std::string> tasks = task_names(from), scenes = scene_names(from);
   if (tasks.size() == 1) return select_named(draft, tasks.front());
   if (tasks.empty() && scenes.size() == 1) return select_named(draft, scenes.front());
   if (scenes.empty()) {
@@ -149,7 +158,7 @@ std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene&
 }
 
 bool select(Draft& draft) {
-  check_block_names(draft);
+  if (!check_block_names(draft)) return false;
   const std::string& name = draft.selection.name;
   if (!(name.empty() ? select_only(draft) : select_named(draft, name))) return false;
   if (!select_scene_of_task(draft) || !select_model(draft)) return false;

@@ -52,12 +52,8 @@ void apply_scheme_settings(Draft& draft) {
     if (!value) continue;
     const auto refusal = set_scheme_key(draft.problem.scheme, key, *value);
     if (!refusal) continue;
-    if (refusal->precision) {
-      draft.sink.report("precision-not-available", {}, {*text}, "all numbers are f64 in this version");
-    } else {
-      draft.sink.report("bad-setting", {}, {key, *text, "there is no such choice"},
-                        fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
-    }
+    draft.sink.report("bad-setting", {}, {key, *text, "there is no such choice"},
+                      fmt::format("choose one of: {}", fmt::join(refusal->choices, ", ")));
   }
 }
 

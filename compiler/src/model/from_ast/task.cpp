@@ -15,39 +15,51 @@ namespace {
 
 constexpr const char* data_hint = "write load(\"name.npy\"), load(\"name.nc\", u), or u from scene NAME at t = 1";
 
-std::vector<std::string> fields_of(const Draft& draft, const ast::Scene& scene) {
-  std::vector<std::string> fields;
+/// A field of another scene.
+struct OtherField {
+  std::string name;
+  Placement placement{};
+};
+
+std::vector<OtherField> fields_of(const Draft& draft, const ast::Scene& scene) {
+  std::vector<OtherField> fields;
   if (const auto model = coupled_model(draft.file, scene)) {
+    const int axes = static_cast<int>(items_of<ast::GridItem>(scene.items).size());
     for (const auto& [item, range] : items_of<ast::FieldItem>(model->items)) {
+      const auto placed = [&](int component) {
+        return item.on ? placement_named(item.on->name, component, axes).value_or(Placement{}) : Placement{};
+      };
       for (const ast::Identifier& name : item.names) {
-        if (!item.vector) fields.push_back(name.name);
-        for (std::size_t axis = 0; item.vector && axis < items_of<ast::GridItem>(scene.items).size(); ++axis) {
-          fields.push_back(name.name + "." + axis_name(static_cast<int>(axis)));
+        if (!item.vector) fields.push_back({name.name, placed(-1)});
+        for (int axis = 0; item.vector && axis < axes; ++axis) {
+          fields.push_back({name.name + "." + axis_name(axis), placed(axis)});
         }
       }
     }
     for (const auto& [item, range] : items_of<ast::EquationItem>(model->items)) {
-      if (!rated_field(item.field.name).empty()) fields.push_back(state_name(item.field.name));
+      const std::string moved = rated_field(item.field.name);
+      const auto found = std::ranges::find(fields, moved, &OtherField::name);
+      if (!moved.empty()) fields.push_back({state_name(item.field.name), found == fields.end() ? Placement{} : found->placement});
     }
   } else if (const auto* program = find_declaration<ast::Program>(draft.file, scene.of.name)) {
-    for (const auto& [swap, range] : items_of<ast::SwapItem>(program->items)) fields.push_back(swap.state.name);
+    for (const auto& [swap, range] : items_of<ast::SwapItem>(program->items)) fields.push_back({swap.state.name});
   }
   return fields;
 }
 
 /// The fields of a scene that `name` means, of a vector its components; none after a diagnostic.
-std::vector<std::string> fields_called(Draft& draft, const ast::Scene& scene, const std::string& name,
-                                       SourceRange range) {
-  const std::vector<std::string> fields = fields_of(draft, scene);
-  std::vector<std::string> found;
-  for (const std::string& field : fields) {
-    if (field == name || vector_of(field) == name) found.push_back(field);
+std::vector<OtherField> fields_called(Draft& draft, const ast::Scene& scene, const std::string& name, SourceRange range) {
+  std::vector<OtherField> found;
+  std::vector<std::string> known;
+  for (const OtherField& field : fields_of(draft, scene)) {
+    known.push_back(field.name);
+    if (field.name == name || vector_of(field.name) == name) found.push_back(field);
   }
   if (found.empty()) {
-    draft.sink.report("no-such-field", range, {scene.name.name, name}, did_you_mean(name, fields));
+    draft.sink.report("no-such-field", range, {scene.name.name, name}, did_you_mean(name, known));
     return {};
   }
-  const bool is_vector = found.front() != name;
+  const bool is_vector = found.front().name != name;
   if (!is_vector || found.size() == draft.problem.axes.size()) return found;
   draft.sink.report("wrong-length", range,
                     {counted(static_cast<int>(draft.problem.axes.size()), "component"), std::to_string(found.size())},
@@ -79,10 +91,14 @@ std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
     datum.series = true;
     return data;
   }
-  for (const std::string& name : fields_called(draft, *scene, field->name, item.value.range())) {
+  for (const OtherField& other : fields_called(draft, *scene, field->name, item.value.range())) {
     Datum& datum = data.emplace_back();
     datum.scene = scene->name.name;
-    datum.field = name;
+    datum.field = other.name;
+    datum.placement = other.placement;
+  }
+  if (item.on) {
+    draft.sink.report("not-allowed-here", item.on->range, {"a placement", "data of a scene"}, "data are placed as the field that they come from");
   }
   return data;
 }
@@ -99,6 +115,7 @@ std::vector<Datum> data_of_files(Draft& draft, const ast::DataItem& item) {
     }
     data.emplace_back().file = file->file;
     data.back().variable = file->variable;
+    data.back().placement = placement_of(draft, item.on, tuple ? static_cast<int>(data.size()) - 1 : -1);
   }
   if (!tuple || data.size() == draft.problem.axes.size()) return data;
   draft.sink.report("wrong-length", item.value.range(),
@@ -173,6 +190,13 @@ void bind_unknown_values(Draft& draft, const ast::UnknownItem& item, Unknown unk
     draft.sink.report("not-an-unknown", item.name.range, {item.name.name, std::string(word_for(meaning->role))},
                       meaning->role == Role::state ? fmt::format("write unknown initial {}", item.name.name)
                                                    : "unknowns are parameters, coefficients and initial states");
+    return;
+  }
+  if (const Control* control = draft.problem.find_control(item.name.name)) {
+    unknown.kind = Unknown::Kind::control;
+    unknown.from.formula = control->start_formula;
+    unknown.from.origin = {item.from ? item.from->range() : item.name.range};
+    draft.problem.task->unknowns.push_back(std::move(unknown));
     return;
   }
   for (Parameter& parameter : draft.problem.params) {

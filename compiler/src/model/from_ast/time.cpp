@@ -2,12 +2,16 @@
 // Begin, step and number of steps of the run; times at which a task looks.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 
+#include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/placement.h"
 
 namespace dpde::model {
 
@@ -45,7 +49,7 @@ std::optional<double> step_of(Draft& draft, const Found<ast::TimeItem>* time) {
   }
   const auto step = is_set ? number_setting(draft, "step") : evaluate(draft, *written, "the step");
   if (!step || *step > 0) return step;
-  draft.sink.report("bad-step", is_set ? SourceRange{} : written->range(), {text_of(*step)});
+  draft.sink.report("bad-step", is_set ? SourceRange{} : written->range(), {"time step", text_of(*step)});
   return std::nullopt;
 }
 
@@ -83,6 +87,84 @@ std::optional<double> whole_steps(double length, double step) {
   return fits ? std::optional(steps) : std::nullopt;
 }
 
+namespace {
+
+/// The setting, else the number that is written; 0 without one and after a diagnostic.
+double courant_of(Draft& draft, const Found<ast::TimeItem>* time) {
+  const bool is_set = draft.settings.find("courant") != nullptr;
+  const ast::Expr* written = time && time->kind.courant ? &*time->kind.courant : nullptr;
+  if (time && time->kind.speed && !written && !is_set) {
+    draft.sink.report("not-allowed-here", time->kind.speed->range(), {"a speed", "a time without a Courant number"},
+                      "write courant 0.5, speed ...");
+  }
+  if (!is_set && !written) return 0;
+  const auto courant = is_set ? number_setting(draft, "courant") : evaluate(draft, *written, "the Courant number");
+  if (!courant) return 0;
+  if (*courant > 0) return *courant;
+  draft.sink.report("bad-step", is_set ? SourceRange{} : written->range(), {"Courant number", text_of(*courant)});
+  return 0;
+}
+
+/// At cell centres, wherever the speed lives.
+Expr over_spacing(const Problem& problem, const Expr& speed, int axis) {
+  const std::optional<Placement> place = Placements(problem).natural(speed);
+  const Expr centred = place && *place != Placement{} ? interpolate(speed) : speed;
+  return binary(BinaryOp::divide, model::call(Fn::abs, {centred}), param(std::string("h").append(axis_name(axis))));
+}
+
+/// Each velocity that something is carried with: the largest of their rates.
+std::optional<Expr> rate_of_advection(const Problem& problem) {
+  std::optional<Expr> rate;
+  std::vector<std::vector<Expr>> seen;
+  const std::function<void(const Expr&)> visit = [&](const Expr& e) {
+    const auto* advect = std::get_if<Advect>(&e->kind);
+    if (advect && std::find(seen.begin(), seen.end(), advect->velocity) == seen.end()) {
+      seen.push_back(advect->velocity);
+      Expr own = 0.0;
+      for (int axis = 0; axis < static_cast<int>(advect->velocity.size()); ++axis) {
+        own = binary(BinaryOp::add, own, over_spacing(problem, advect->velocity[static_cast<std::size_t>(axis)], axis));
+      }
+      rate = rate ? model::call(Fn::max, {*rate, own}) : own;
+    }
+    for_each_part(e, visit);
+  };
+  for (const State& state : problem.states) {
+    if (state.rhs) visit(*state.rhs);
+  }
+  return rate;
+}
+
+/// A vector along each axis, or a number along all of them.
+std::optional<Expr> rate_of_speed(Draft& draft, const ast::Expr& speed) {
+  const Typed value = Expressions(draft, Purpose::equation, "the speed").numeric(speed);
+  if (value.type == Typed::Type::none) return std::nullopt;
+  Expr rate = 0.0;
+  for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
+    const std::size_t part = value.type == Typed::Type::vector ? static_cast<std::size_t>(axis) : 0;
+    rate = binary(BinaryOp::add, rate, over_spacing(draft.problem, value.parts[part], axis));
+  }
+  return rate;
+}
+
+}  // namespace
+
+void bind_courant(Draft& draft) {
+  const auto lines = items_of<ast::TimeItem>(draft.scene->items);
+  const Found<ast::TimeItem>* time = lines.empty() ? nullptr : &lines.front();
+  Problem& problem = draft.problem;
+  const double courant = courant_of(draft, time);
+  if (courant == 0) return;
+  if (draft.program) {
+    draft.sink.report("not-allowed-here", time ? time->range : SourceRange{}, {"a Courant number", "a scene of a program"}, "give the step alone");
+    return;
+  }
+  problem.courant = courant;
+  problem.rate = time && time->kind.speed ? rate_of_speed(draft, *time->kind.speed) : rate_of_advection(problem);
+  if (problem.rate || draft.sink.has_errors()) return;
+  draft.sink.report("missing-speed", time ? time->range : SourceRange{}, {problem.scene},
+                    "write , courant 0.5, speed |u| + c: a vector, or a number for all axes");
+}
+
 void bind_time(Draft& draft) {
   const auto lines = items_of<ast::TimeItem>(draft.scene->items);
   const auto* time = only(draft, lines, "the time");
@@ -96,7 +178,7 @@ void bind_time(Draft& draft) {
   }
   const double length = duration->to - duration->from;
   const auto steps = whole_steps(length, *step);
-  if (!steps) {
+  if (!steps || *steps < 1) {  // a step far beyond the end is 0 steps to within rounding
     draft.sink.report(
         "uneven-steps", duration->range, {text_of(duration->from), text_of(duration->to), text_of(*step)},
         fmt::format("a step of {} makes {} of them", length / std::ceil(length / *step), std::ceil(length / *step)));

@@ -15,6 +15,10 @@ void for_each_reader(const Problem& problem, const F& f) {
   for (const State& state : problem.states) {
     if (state.rhs) f(*state.rhs);
   }
+  if (problem.rate) f(*problem.rate);
+  for (const Event& event : problem.events) {
+    for (const Event::Update& update : event.updates) f(update.value);
+  }
   for (const Quantity& observable : problem.observables) f(observable.value);
   if (!problem.task) return;
   for (const Loss& loss : problem.task->losses) f(loss.value);

@@ -168,10 +168,15 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   return {Typed::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
 }
 
+/// |v| of a number is abs(v).
+Typed Expressions::magnitude(const ast::Expr& operand, SourceRange range) {
+  const Typed value = numeric(operand);
+  if (value.type == Typed::Type::number) return number_of(model::call(Fn::abs, {value.parts[0]}, {range}));
+  return norm(value, range);
+}
+
 /// sqrt(dot(v, v)) with slope 0 where v is 0: there the root, of slope infinity, is taken of 1 and not used.
-Typed Expressions::norm(const ast::Call& e, SourceRange range) {
-  if (!takes(e, 1)) return {};
-  const Typed value = numeric(e.arguments[0].value);
+Typed Expressions::norm(const Typed& value, SourceRange range) {
   if (value.type == Typed::Type::none) return {};
   const Origin origin{range};
   const Expr square = dot(value.parts, value.parts, origin);

@@ -59,7 +59,9 @@ class Liveness {
       const bool has_effect = match(
           *statement, [&](const Fill& fill) { return pass_fill(fill); },
           [&](const Fold& fold) { return pass_fold(fold); }, [&](const Run& run) { return pass_run(run); });
-      if (has_effect) kept.push_back(*statement);
+      if (!has_effect) continue;
+      const Fold* fold = std::get_if<Fold>(&*statement);
+      kept.push_back(fold ? without_dead_walls(*fold) : *statement);
     }
     std::reverse(kept.begin(), kept.end());
     return kept;
@@ -67,17 +69,32 @@ class Liveness {
 
  private:
   bool pass_fill(const Fill& fill) {
-    if (live_halos_.erase(fill.field) == 0) return false;
+    const bool sets_cells = is_on_walls(fill.axes) && live_.contains(fill.field);
+    if (live_halos_.erase(fill.field) == 0 && !sets_cells) return false;
     live_.insert(fill.field);
-    live_.merge(wall_fields(fill.axes));
+    for (const std::string& wall : wall_fields(fill.axes)) {
+      live_.insert(wall);
+      live_halos_.insert(wall);
+    }
     return true;
   }
 
   bool pass_fold(const Fold& fold) {
     bool has_effect = live_.contains(fold.field);
     for (const std::string& wall : wall_fields(fold.axes)) has_effect = has_effect || live_.contains(wall);
-    if (has_effect) live_.insert(fold.field);
-    return has_effect;
+    if (!has_effect) return false;
+    live_.insert(fold.field);
+    live_halos_.insert(fold.field);
+    return true;
+  }
+
+  /// What nobody reads may be gone: nothing is added to it.
+  Statement without_dead_walls(Fold fold) const {
+    fold.axes = map_sides(fold.axes, [&](const Expr& e) {
+      const Access* wall = std::get_if<Access>(&e->kind);
+      return wall && !live_.contains(wall->field) ? Expr(0.0) : e;
+    });
+    return fold;
   }
 
   bool pass_run(const Run& run) {

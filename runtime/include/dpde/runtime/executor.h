@@ -24,7 +24,7 @@ namespace dpde {
 
 class Executor {
  public:
-  /// @throws Error(run) when the program's version, rank or halo does not fit the layout.
+  /// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout.
   Executor(const dpde_program& program, const dpde_layout& layout, int threads = 1);
   ~Executor();
   Executor(Executor&&) noexcept;
@@ -35,9 +35,9 @@ class Executor {
   int param_index(std::string_view name) const;
   int sum_index(std::string_view name) const;
 
-  /// `base` points at cell (0, 0, 0) of memory with the executor's layout.
-  void bind(int field, double* base) { fields_[static_cast<size_t>(field)] = base; }
-  double* bound(int field) const { return fields_[static_cast<size_t>(field)]; }
+  /// `base` points at cell (0, 0, 0) of memory with the executor's layout, doubles or floats as it says.
+  void bind(int field, void* base) { fields_[static_cast<size_t>(field)] = base; }
+  void* bound(int field) const { return fields_[static_cast<size_t>(field)]; }
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
   void set_param(int param, double value) { params_[static_cast<size_t>(param)] = value; }
@@ -56,8 +56,8 @@ class Executor {
   /// make_frame() sets frame_size() of them for the fields bound now, run_frame() is run() with a frame made before.
   /// frame_size() is 0 for programs that have none (those of 2 and 3 axes, with explicit fills, or interpreted).
   size_t frame_size() const { return frame_.size(); }
-  void make_frame(double** frame) const;
-  void run_frame(double* const* frame);
+  void make_frame(void** frame) const;
+  void run_frame(void* const* frame);
 
   /// Sums of the last run, in the order of the program's `sums`.
   std::span<const double> sums() const { return sums_; }
@@ -70,9 +70,9 @@ class Executor {
   struct Plan;
   const dpde_program* program_;
   std::unique_ptr<dpde_layout> layout_;
-  std::vector<double*> fields_;
+  std::vector<void*> fields_;
   std::vector<double> params_, uniforms_, sums_;
-  std::vector<double*> frame_;
+  std::vector<void*> frame_;
   std::unique_ptr<Plan> plan_;
 };
 

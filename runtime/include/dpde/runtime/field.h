@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A field: aligned memory with a layout, and copies between fields and dense arrays.
+// A field: aligned memory with a layout, and copies between fields and dense arrays. Its values are doubles or floats, as
+// the layout says; dense arrays are doubles, and single values are given and taken as doubles, in any case.
 //
 // Dense arrays hold the interior only, x fastest: C order of shape (nz, ny, nx). A new field is zero, halo included.
 #pragma once
@@ -22,10 +23,19 @@ class Field {
 
   const dpde_layout& layout() const { return layout_; }
   /// Cell (0, 0, 0).
-  double* base() { return base_; }
-  const double* base() const { return base_; }
-  double& at(int64_t x, int64_t y = 0, int64_t z = 0) { return base_[index_of(layout_, x, y, z)]; }
-  double at(int64_t x, int64_t y = 0, int64_t z = 0) const { return base_[index_of(layout_, x, y, z)]; }
+  void* base() { return base_; }
+  const void* base() const { return base_; }
+  /// The same, where Real (double, float) is known to be the layout's type.
+  template <class Real>
+  Real* as() {
+    return static_cast<Real*>(base_);
+  }
+  template <class Real>
+  const Real* as() const {
+    return static_cast<const Real*>(base_);
+  }
+  double at(int64_t x, int64_t y = 0, int64_t z = 0) const;
+  void set(double value, int64_t x, int64_t y = 0, int64_t z = 0);
 
   /// Sets every element, halo included.
   void fill(double value);
@@ -39,12 +49,26 @@ class Field {
   };
   dpde_layout layout_;
   std::unique_ptr<void, Free> memory_;
-  double* base_;
+  void* base_;
+};
+
+/// Values of a field that somebody else owns; base null: none.
+struct FieldView {
+  const dpde_layout* layout = nullptr;
+  const void* base = nullptr;
 };
 
 /// The same for memory that is not a Field; `base` points at cell (0, 0, 0).
-void copy_in(const dpde_layout& layout, double* base, std::span<const double> dense);
-void copy_out(const dpde_layout& layout, const double* base, std::span<double> dense);
+void copy_in(const dpde_layout& layout, void* base, std::span<const double> dense);
+void copy_out(const dpde_layout& layout, const void* base, std::span<double> dense);
+inline void copy_out(const FieldView& view, std::span<double> dense) { copy_out(*view.layout, view.base, dense); }
+/// Everything, halo included.
+void copy_all(const dpde_layout& layout, void* to, const void* from);
+void fill_all(const dpde_layout& layout, void* base, double value);
+/// The interior of `from`, rounded to the type of `layout`; strides may differ, cells do not.
+void copy_interior(const dpde_layout& layout, void* to, const FieldView& from);
+/// to += from in the interior.
+void add_interior(const dpde_layout& layout, void* to, const FieldView& from);
 
 /// Sets the whole field, halo included, to the coordinate of the cell centres along `axis`: low + (i + 1/2) * spacing;
 /// in the halo i wraps where `periodic`, and runs on linearly otherwise.
@@ -56,7 +80,10 @@ struct Cell {
 };
 
 /// The first interior cell, in order of memory, whose value is infinite or not a number.
-std::optional<Cell> find_not_finite(const dpde_layout& layout, const double* base);
-bool is_finite(const dpde_layout& layout, const double* base);
+std::optional<Cell> find_not_finite(const dpde_layout& layout, const void* base);
+bool is_finite(const dpde_layout& layout, const void* base);
+double value_at(const dpde_layout& layout, const void* base, const Cell& cell);
+/// Of the interior values; not a number where one of them is not.
+double largest(const dpde_layout& layout, const void* base);
 
 }  // namespace dpde

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the cells of a field lie in memory. Holds for every layout made here:
 //  - cell (0, y, z) of every row starts on a 64-byte boundary when the allocation does;
-//  - at least max(halo, 8) elements lie before and after the cells of a row;
-//  - the strides of y and z are multiples of 8 elements and no multiples of 4 KiB (stores and loads do not collide).
+//  - at least max(halo, one line of 64 bytes) elements lie before and after the cells of a row;
+//  - the strides of y and z are multiples of 64 bytes and no multiples of 4 KiB (stores and loads do not collide).
 #pragma once
 
 #include <array>
@@ -14,9 +14,13 @@
 namespace dpde {
 
 /// Layout of a grid of `cells` (x, y, z order, 1 to 3 entries >= 1) with `halo` cells on each side (entries beyond the
-/// rank are not looked at).
-/// @throws Error(input) for a rank that is not 1..3, cells < 1, halo < 0; Error(machine) for more bytes than addressable.
-dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo);
+/// rank are not looked at), of values that are `real` (DPDE_F64, DPDE_F32).
+/// @throws Error(input) for a rank that is not 1..3, cells < 1, halo < 0, and in single precision for more than 2^24 cells
+/// along an axis (their centres would not be different numbers); Error(machine) for more bytes than addressable.
+dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real = DPDE_F64);
+
+/// Bytes of one value.
+inline int64_t real_bytes(const dpde_layout& layout) { return layout.real == DPDE_F32 ? 4 : 8; }
 
 /// Interior cells: the length of a dense array.
 int64_t cell_count(const dpde_layout& layout);

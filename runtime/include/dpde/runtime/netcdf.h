@@ -18,12 +18,13 @@ struct NetcdfDimension {
   std::string name;
   std::int64_t length = 0;
 };
-/// float64 values in C order: the last dimension is the fastest. Without dimensions: one number.
+/// Values in C order: the last dimension is the fastest. Without dimensions: one number. Stored as float64, or float32.
 struct NetcdfVariable {
   std::string name;
   std::vector<std::string> dimensions;
   NetcdfAttributes attributes;
   std::vector<double> values;
+  bool is_single = false;
 };
 struct NetcdfContent {
   std::vector<NetcdfDimension> dimensions;

@@ -4,7 +4,10 @@
 //  - State k is the state after k steps, at the time t0 + k * dt; state 0 is initial().
 //  - loss = sum over terms and their steps k of weight * (sum `loss` of the term's program at state k).
 //  - The gradient is the exact adjoint of the loop; it is bit-identical for every number of checkpoint slots and threads.
-//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field.
+//  - In single precision states and their adjoints are floats; what is added up over steps (losses, gradients of parameters
+//    and of sought fields) is added up in doubles.
+//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field, but for the
+//    states between the parts of steps that a Courant number splits: those once, when they are first needed.
 //
 // Names: the step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds u_next_bar and swaps
 // (u_next_bar, u_bar); a loss adjoint reads the parameter loss_bar (see LossTerm::sum) and keeps u_bar. Sums <param>_bar of both are the
@@ -13,12 +16,15 @@
 // adjoints that depend on it; the rollout adds up what all steps and losses contribute.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +38,7 @@ namespace dpde {
 /// between calls; its halo is filled as the programs that read it demand, whenever they are about to run.
 struct BoundField {
   std::string name;
-  double* base = nullptr;
+  void* base = nullptr;
 };
 struct BoundParam {
   std::string name;
@@ -42,7 +48,7 @@ struct BoundParam {
 /// each entry of at_steps.
 struct LossData {
   std::string name;
-  std::vector<double*> at;
+  std::vector<void*> at;
 };
 struct LossTerm {
   const dpde_program* loss = nullptr;
@@ -52,6 +58,11 @@ struct LossTerm {
   std::vector<LossData> data;
   std::string sum = "loss";               // the sum that counts; its seed is the parameter <sum>_bar
 };
+
+/// Which of `count` intervals of `every` steps step n, or the state after n steps, lies in; the last one beyond.
+inline std::size_t control_interval(std::int64_t n, int every, std::size_t count) {
+  return std::min(static_cast<std::size_t>(std::max<std::int64_t>(n, 0) / every), count - 1);
+}
 
 struct RolloutSetup {
   const dpde_program* step = nullptr;
@@ -64,9 +75,16 @@ struct RolloutSetup {
   std::vector<BoundParam> params;
   std::vector<std::string> sought;  // names among `fields`: gradient() computes d loss / d field for them
   std::vector<LossTerm> losses;
+  /// Not null: steps limited by a Courant number. The program keeps a field `courant_rate`, speed over spacing added up over the axes;
+  /// with r its largest value at the state a step begins with, that step is done as ceil(dt*r/courant) equal ones. States, losses
+  /// and controls are those of whole steps. The number of parts has no derivative: it is constant but at jumps.
+  const dpde_program* rate = nullptr;
+  double courant = 1;
   /// Memory for the states of gradient(), working states included; slots > 0 overrides it.
   int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
   int slots = 0;
+  /// Not empty: the states of gradient() lie in a file of this folder.
+  std::string checkpoint_folder;
   /// Steps of run() and loss() done in one pass over memory (temporal blocking); 0: as many as pay, 1: one. Results are the
   /// same to the last bit. Programs that cannot be blocked run step by step.
   int block_steps = 0;
@@ -78,7 +96,7 @@ struct RolloutSetup {
 struct Snapshot {
   int step;
   double t;
-  const std::vector<double*>& states;
+  const std::vector<void*>& states;
 };
 struct Observer {
   int every = 0;  // 0: never
@@ -93,6 +111,7 @@ struct BlowUp {
   double value;
 };
 struct RunResult {
+  int64_t parts = 0;   // how many steps were made, where a Courant number splits them
   int steps_done = 0;  // the number of the state that final_states() holds
   bool stopped = false;
   std::optional<BlowUp> blow_up;  // final_states() is then the last finite state
@@ -102,9 +121,10 @@ struct RunResult {
 struct GradientResult {
   double loss = 0;
   bool stopped = false;                    // nothing else is valid then
-  std::vector<const double*> state_bars;   // d loss / d initial(i): base pointers, valid until the next call
-  std::vector<const double*> field_bars;   // d loss / d sought field, in the order of RolloutSetup::sought; as state_bars
+  std::vector<FieldView> state_bars;       // d loss / d initial(i), valid until the next call
+  std::vector<FieldView> field_bars;       // d loss / d sought field, in the order of RolloutSetup::sought: always doubles
   std::vector<double> param_bars;          // in the order of param_bar_names()
+  std::vector<std::vector<double>> control_bars;  // in that order: of a control one an interval, else none
   int stored_states = 0;                   // checkpoints held beside the initial state
   int64_t recomputed_steps = 0;            // forward steps beyond the first pass
   int64_t checkpoint_bytes = 0;            // of the states allocated for gradient(), working states included
@@ -133,19 +153,23 @@ class Rollout {
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.
   bool set_param(std::string_view name, double value);
 
+  /// Makes the parameter a control: it is values[n / every] in step n and in losses at state n, the last value beyond.
+  /// @throws Error(input) for every < 1 or no values.
+  void set_control(std::string_view name, int every, std::span<const double> values);
+
   /// Forward from initial(); keeps the last state. Looks for values that are not finite at intervals and, when there are
   /// some, runs again from the last good state to find the first. Losses are not evaluated. initial() may hold the state
   /// after `first` steps, to go on from there to the same end.
   RunResult run(const Observer& observer = {}, int first = 0);
   /// Base pointers of the states where the last run() ended, halos filled; valid until the next call.
-  const std::vector<double*>& final_states() const;
+  const std::vector<void*>& final_states() const;
 
   /// Stepping by hand: restart() makes a copy of initial() the present state and advance() goes on from it, beyond the
   /// setup's steps too; no losses, no look for values that are not finite. In between the caller may change the interior of
   /// present(). run(), loss() and gradient() lose the present state: restart() again.
   void restart();
   RunResult advance(int steps);
-  const std::vector<double*>& present() const;
+  const std::vector<void*>& present() const;
 
   /// Value of the loss (forward only; nothing is stored). Not a number when stopped.
   double loss();

@@ -69,6 +69,9 @@ class Simulation {
 
   void set(std::string_view param, double value);
   double param(std::string_view name) const;
+  /// One value for each interval of time.
+  void set_control(std::string_view name, Values values);
+  std::span<const double> control(std::string_view name) const;
   void set_state(std::string_view name, Values values);
   void set_initial(std::string_view name, Values values);
   /// A coefficient, or data of the task: as many states, one after the other, as it has times.
@@ -93,7 +96,7 @@ class Simulation {
   double loss();
   /// The loss; its gradient with respect to each unknown is kept.
   double gradient();
-  /// Of the last gradient(): size() values for an initial state, one for a parameter; valid until the next.
+  /// Of the last gradient(): size() values for an initial state or coefficient, one for a parameter, one an interval for a control; valid until the next.
   std::span<const double> gradient_of(std::string_view unknown) const;
 
  private:

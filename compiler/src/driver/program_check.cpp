@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/program_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dpde::driver {
+
+ProgramCheck::ProgramCheck(const Compiled& compiled, const stencil::Program& program, const adjoint::Derivative& tangent,
+                           const codegen::CompiledModule& tangents, const model::Problem& problem,
+                           const std::vector<int>& cells, std::mt19937_64& random)
+    : compiled_(compiled), tangent_(tangent), adjoint_(*compiled.derived.at(program.name).adjoint), program_(program),
+      tangent_code_(*tangents.find(tangent.program)), interface_(stencil::interface_of(compiled.stencil, program)), random_(random),
+      workspace_(problem, *compiled.code, cells, 1), forward_(problem, tangents, cells, 1) {}
+
+std::vector<double> ProgramCheck::randoms(double low, double high) {
+  Values values(workspace_.cell_count());
+  for (double& value : values) value = uniform(low, high);
+  return values;
+}
+
+std::vector<std::string> ProgramCheck::results() const {
+  std::vector<std::string> names = program_.keeps;
+  for (const stencil::Swap& swap : program_.swaps) names.push_back(swap.next);
+  return names;
+}
+
+void ProgramCheck::choose_inputs() {
+  const std::vector<std::string> given = workspace_.field_names();  // coordinates
+  for (const std::string& field : interface_.inputs) {
+    if (std::find(given.begin(), given.end(), field) != given.end()) continue;
+    inputs_[field] = randoms(0.5, 1.5);
+    if (compiled_.activity.fields.contains(field)) rates_[field] = randoms(-1, 1);
+    for (Workspace* workspace : {&workspace_, &forward_}) workspace->field(field).copy_in(inputs_[field]);
+  }
+  for (const std::string& param : interface_.params) {
+    const auto known = workspace_.params().find(param);
+    params_[param] = known == workspace_.params().end() ? uniform(0.1, 0.9) : known->second;
+    for (Workspace* workspace : {&workspace_, &forward_}) workspace->set_param(param, params_[param]);
+    if (compiled_.activity.params.contains(param)) param_rates_[param] = uniform(-1, 1);
+  }
+}
+
+void ProgramCheck::choose_seeds() {
+  for (const std::string& result : results()) seeds_[result] = randoms(-1, 1);
+  for (const std::string& sum : interface_.sums) sum_seeds_[sum] = uniform(-1, 1);
+}
+
+namespace {
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double total = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) total += a[i] * b[i];
+  return total;
+}
+
+}  // namespace
+
+/// <x_bar, x_dot> with the adjoint program.
+double ProgramCheck::backward(double& scale) {
+  const std::map<std::string, std::string>& names = adjoint_.names;
+  for (const auto& [result, seed] : seeds_) {
+    if (names.contains(result)) workspace_.field(names.at(result)).copy_in(seed);
+  }
+  for (const auto& [sum, seed] : sum_seeds_) {
+    if (names.contains(sum)) workspace_.set_param(names.at(sum), seed);
+  }
+  const std::map<std::string, double> sums = workspace_.run(*compiled_.program(adjoint_.program), 0);
+  double total = 0;
+  const auto add = [&](double term) {
+    total += term;
+    scale += std::abs(term);
+  };
+  for (const auto& [field, rate] : rates_) {
+    if (names.contains(field)) add(dot(workspace_.dense(names.at(field)), rate));
+  }
+  for (const auto& [param, rate] : param_rates_) {
+    const auto sum = names.contains(param) ? sums.find(names.at(param)) : sums.end();
+    if (sum != sums.end()) add(sum->second * rate);
+  }
+  return total;
+}
+
+/// <y_bar, y_dot> with the tangent program.
+double ProgramCheck::forward() {
+  const std::map<std::string, std::string>& names = tangent_.names;
+  for (const auto& [field, rate] : rates_) {
+    if (names.contains(field)) forward_.field(names.at(field)).copy_in(rate);
+  }
+  for (const auto& [param, rate] : param_rates_) {
+    if (names.contains(param)) forward_.set_param(names.at(param), rate);
+  }
+  const std::map<std::string, double> sums = forward_.run(tangent_code_, 0);
+  double total = 0;
+  for (const auto& [result, seed] : seeds_) {
+    if (names.contains(result)) total += dot(seed, forward_.dense(names.at(result)));
+  }
+  for (const auto& [sum, seed] : sum_seeds_) {
+    if (names.contains(sum)) total += seed * sums.at(names.at(sum));
+  }
+  return total;
+}
+
+DotCase ProgramCheck::dot_product(double least_scale) {
+  choose_inputs();
+  choose_seeds();
+  std::string grid;
+  for (const model::Axis& axis : workspace_.axes()) grid += (grid.empty() ? "" : " x ") + std::to_string(axis.cells);
+  double scale = 0;
+  const double reverse = backward(scale);
+  return {grid, program_.name, relative_difference(forward(), reverse, 1e3 * least_scale * scale)};
+}
+
+/// seeds . results + (seeds . results^2)/2, so that a linear program too has a remainder.
+double ProgramCheck::functional() {
+  const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);
+  double total = 0;
+  for (const auto& [result, seed] : seeds_) {
+    const Values values = workspace_.dense(result);
+    for (std::size_t i = 0; i < values.size(); ++i) total += seed[i] * values[i] * (1 + values[i] / 2);
+  }
+  for (const auto& [sum, seed] : sum_seeds_) total += seed * sums.at(sum) * (1 + sums.at(sum) / 2);
+  return total;
+}
+
+void ProgramCheck::taylor(Certificate& certificate) {
+  choose_inputs();
+  choose_seeds();
+  const std::map<std::string, Values> weights = seeds_;
+  const std::map<std::string, double> sum_weights = sum_seeds_;
+  const double base = functional();
+  // The functional's own derivative is the seed of the adjoint.
+  const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);
+  for (auto& [result, seed] : seeds_) {
+    const Values values = workspace_.dense(result);
+    for (std::size_t i = 0; i < values.size(); ++i) seed[i] *= 1 + values[i];
+  }
+  for (auto& [sum, seed] : sum_seeds_) seed *= 1 + sums.at(sum);
+  double scale = 0;
+  const double slope = backward(scale);
+  seeds_ = weights;
+  sum_seeds_ = sum_weights;
+  double size = std::abs(base);
+  for (int k = 0; k < 16; ++k) {
+    const double step = 1e-2 * std::exp2(-k);
+    for (const auto& [field, rate] : rates_) {
+      Values moved = inputs_[field];
+      for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += step * rate[i];
+      workspace_.field(field).copy_in(moved);
+    }
+    for (const auto& [param, rate] : param_rates_) workspace_.set_param(param, params_[param] + step * rate);
+    const double value = functional();
+    size = std::max(size, std::abs(value));
+    certificate.remainders.push_back({step, std::abs(value - base - step * slope)});
+  }
+  certificate.slope = remainder_slope(certificate.remainders, 1e-12 * size);
+  certificate.only_rounding = true;
+  for (const Remainder& r : certificate.remainders) certificate.only_rounding &= r.value <= 1e-11 * size;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/quick_certificate.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <random>
+
+#include "driver/interpreter_backend.h"
+#include "driver/program_check.h"
+#include "loop/from_stencil.h"
+#include "loop/print_loop.h"
+#include "stencil/build.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr double largest_share = 0.1;  // of the time the compilation took
+/// Of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6 ms, 0.7 to 2 per cent
+/// of compilation by the JIT.
+constexpr double seconds_a_program = 1.5e-4, seconds_a_node = 3e-6, seconds_a_node_and_cell = 1.2e-7;
+/// Errors of sound derivatives: 1e-14 at most over these tasks; in single precision see SinglePrecisionCheck.
+constexpr double largest_error = 1e-11, largest_single_error = 1e-4;
+
+/// Narrower than most stencils, and wider.
+std::vector<std::vector<int>> quick_grids(std::size_t rank) {
+  if (rank == 1) return {{1}, {3}, {6}};
+  if (rank == 2) return {{1, 3}, {5, 4}};
+  return {{1, 2, 3}, {4, 3, 2}};
+}
+
+std::vector<std::string> certified_programs(const Compiled& compiled) {
+  std::vector<std::string> names;
+  for (const auto& [name, derived] : compiled.derived) {
+    if (derived.adjoint && compiled.program(derived.adjoint->program) != nullptr) names.push_back(name);
+  }
+  return names;
+}
+
+int size_of(const stencil::Kernel& kernel) {
+  int nodes = 0;
+  stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
+    stencil::visit(value, [&](const stencil::Expr&) { ++nodes; });
+    return value;
+  });
+  return nodes;
+}
+
+std::string key_of(const Compiled& compiled) {
+  return compiled.code_key + "\ncertificate\n" + print(compiled.loop);
+}
+
+std::string text_of(const QuickCertificate& certificate) {
+  return fmt::format("{}\n{}\n{}\n", certificate.dot_product, certificate.program, certificate.grid);
+}
+
+/// What text_of() wrote; nullopt for anything else, and for an error that is no certificate.
+std::optional<QuickCertificate> certificate_of(const std::string& text, double most) {
+  QuickCertificate result;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, result.dot_product);
+  if (error != std::errc{} || rest == end || !(result.dot_product >= 0 && result.dot_product <= most)) return std::nullopt;
+  const std::string names(rest + 1, end);
+  const std::size_t line = names.find('\n');
+  if (line == std::string::npos || names.find('\n', line + 1) != names.size() - 1) return std::nullopt;
+  result.program = names.substr(0, line);
+  result.grid = names.substr(line + 1, names.size() - line - 2);
+  result.from_cache = true;
+  return text_of(result) == text ? std::optional(result) : std::nullopt;
+}
+
+model::Problem problem_for(const Compiled& compiled, const stencil::Program& program, const std::vector<int>& cells) {
+  if (compiled.problem) return *compiled.problem;
+  model::Problem problem;
+  for (std::size_t a = 0; a < program.axes.size(); ++a) {
+    problem.axes.push_back({std::string(1, "xyz"[a]), 0.0, static_cast<double>(cells[a]), cells[a], program.axes[a]});
+  }
+  problem.step = 0.1;
+  return problem;
+}
+
+/// Adds the errors of one program; false and an error where they are too large.
+bool certify_program(const Compiled& compiled, const std::string& name, double most, std::optional<QuickCertificate>& worst,
+                     DiagnosticSink& sink) {
+  const stencil::Program& program = *compiled.stencil.find_program(name);
+  const stencil::Module primal = extract(compiled.stencil, {name});
+  DiagnosticSink silent;
+  const adjoint::Derivative tangent = adjoint::tangent(primal, name, active_inputs(compiled, name), silent);
+  if (silent.has_errors()) return true;
+  const auto code = interpreted(tangent.module, loop::from_stencil(tangent.module, {tangent.program}, Precision::f64));
+  std::mt19937_64 random(20240229);
+  for (const std::vector<int>& cells : quick_grids(program.axes.size())) {
+    ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
+    const DotCase result = check.dot_product(compiled.real() == Precision::f32 ? 0.1 : 1e-3);
+    if (!std::isfinite(result.relative_error)) continue;
+    if (result.relative_error > most) {
+      sink.report("verification-failed", {}, {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
+                  "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+      return false;
+    }
+    if (!worst || result.relative_error > worst->dot_product) worst = {result.relative_error, name, result.grid};
+  }
+  return true;
+}
+
+}  // namespace
+
+double expected_seconds(const Compiled& compiled) {
+  double seconds = 0;
+  for (const std::string& name : certified_programs(compiled)) {
+    const stencil::Program& program = *compiled.stencil.find_program(name);
+    int nodes = 0, cells = 0;
+    for (const stencil::Statement& statement : program.body) {
+      const stencil::Run* run = std::get_if<stencil::Run>(&statement);
+      if (run != nullptr) nodes += size_of(*compiled.stencil.find_kernel(run->kernel));
+    }
+    for (const std::vector<int>& grid : quick_grids(program.axes.size())) {
+      cells += std::accumulate(grid.begin(), grid.end(), 1, std::multiplies<>());
+    }
+    seconds += seconds_a_program + seconds_a_node * nodes + seconds_a_node_and_cell * nodes * cells;
+  }
+  return seconds;
+}
+
+std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certifying how, DiagnosticSink& sink) {
+  if (how == Certifying::never || !compiled.code) return std::nullopt;
+  const auto start = std::chrono::steady_clock::now();
+  const double most = compiled.real() == Precision::f32 ? largest_single_error : largest_error;
+  codegen::CodeCache* const cache = compiled.code_key.empty() ? nullptr : compiled.options.cache.get();
+  const std::string key = cache == nullptr ? "" : key_of(compiled);
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  std::optional<QuickCertificate> result;
+  if (cache != nullptr && how == Certifying::when_cheap) {
+    const std::optional<std::string> kept = cache->find(key);
+    if (kept) result = certificate_of(*kept, most);
+    if (result) result->seconds = seconds();
+    if (result) return result;
+  }
+  if (how == Certifying::when_cheap && expected_seconds(compiled) > largest_share * compiled.seconds) return std::nullopt;
+  for (const std::string& name : certified_programs(compiled)) {
+    if (!certify_program(compiled, name, most, result, sink)) return std::nullopt;
+  }
+  if (!result) return std::nullopt;
+  if (cache != nullptr) cache->store(key, text_of(*result));
+  result->seconds = seconds();
+  return result;
+}
+
+}  // namespace dpde::driver

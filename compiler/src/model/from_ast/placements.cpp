@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Placements as declared, and the check that every expression is taken where it can be.
+#include "model/placement.h"
+
+#include <fmt/format.h>
+
+#include "model/build.h"
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+#include "model/print_model.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr const char* placements_hint = "write on centres, on nodes, on faces.x, or vector ... on faces";
+
+int axis_count(const Draft& draft) { return static_cast<int>(draft.problem.axes.size()); }
+
+void report(Draft& draft, const Placements::Mistake& mistake, SourceRange where) {
+  const SourceRange own = mistake.part->origin.range;
+  const SourceRange range = own.is_known() ? own : where;
+  const std::string text = print(mistake.part);
+  if (!mistake.has) {
+    draft.sink.report("nothing-to-interpolate", range, {}, "numbers and formulas of coordinates are known everywhere: leave interpolate out");
+    return;
+  }
+  draft.sink.report("misplaced", range, {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
+                    fmt::format("write interpolate({})", text));
+}
+
+/// Each reduction has its own placement.
+void check_quantity(Draft& draft, const Placements& placements, const Expr& e, SourceRange where) {
+  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
+    if (const auto mistake = placements.find_mistake(reduce->operand)) report(draft, *mistake, where);
+    return;
+  }
+  for_each_part(e, [&](const Expr& part) { check_quantity(draft, placements, part, where); });
+}
+
+/// The bounded axis along which a field is staggered; -1: there is none.
+int walled_axis(const Draft& draft, const Placement& placement) {
+  for (int axis = 0; axis < axis_count(draft); ++axis) {
+    if (placement[static_cast<std::size_t>(axis)] && draft.problem.axes[axis].topology == Topology::bounded) return axis;
+  }
+  return -1;
+}
+
+/// Coefficients and data have no boundary: what is staggered between walls is known on the high wall, not on the low one.
+void check_no_wall_values(Draft& draft, const Placements& placements, const Expr& e, bool inside, SourceRange where) {
+  if (const auto* field = std::get_if<Field>(&e->kind)) {
+    const int axis = walled_axis(draft, placements.of(field->name));
+    if (!inside || axis < 0 || draft.problem.find_state(field->name)) return;
+    draft.sink.report("no-wall-value", e->origin.range.is_known() ? e->origin.range : where, {field->name, draft.problem.axes[axis].name},
+                      fmt::format("a field has a boundary: make it one, with dt({}) = 0", field->name));
+    return;
+  }
+  if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
+    const int axis = walled_axis(draft, placements.of(sampled->field));
+    if (axis < 0) return;
+    draft.sink.report("not-staggered", e->origin.range, {sampled->field + " cannot be sampled", draft.problem.axes[axis].name, "it"}, "sample a field at cell centres");
+    return;
+  }
+  const bool moves = std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) ||
+                     std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
+  for_each_part(e, [&](const Expr& part) { check_no_wall_values(draft, placements, part, inside || moves, where); });
+}
+
+/// A coefficient that is the field of another model is where that field is.
+void check_coupling(Draft& draft) {
+  if (!draft.scene || draft.scene->also.empty()) return;
+  std::vector<ast::Identifier> models{draft.scene->of};
+  models.insert(models.end(), draft.scene->also.begin(), draft.scene->also.end());
+  for (const ast::Identifier& name : models) {
+    const auto* model = find_declaration<ast::Model>(draft.file, name.name);
+    for (const auto& [item, range] : items_of<ast::CoefficientItem>(model->items)) {
+      if (!item.on) continue;
+      for (const ast::Identifier& given : item.names) {
+        const std::string first = components_of(draft, given.name).front();
+        const State* state = draft.problem.find_state(first);
+        const auto placement = placement_named(item.on->name, item.vector ? 0 : -1, axis_count(draft));
+        if (!state || placement == state->placement) continue;
+        draft.sink.report("misplaced", item.on->range,
+                          {first, describe(state->placement, axis_count(draft)), placement ? describe(*placement, axis_count(draft)) : item.on->name},
+                          "the coefficient is the field of the other model: leave its placement out");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<Placement> placement_named(const std::string& on, int component, int axes) {
+  Placement placement{};
+  if (on == "centres") return placement;
+  const auto stagger = [&](int axis) { placement[static_cast<std::size_t>(axis)] = true; };
+  if (on == "nodes") {
+    for (int axis = 0; axis < axes; ++axis) stagger(axis);
+    return placement;
+  }
+  const std::string base = vector_of(on);
+  const int axis = on == "faces" ? component : base == "faces" ? axis_of(on.substr(base.size() + 1)) : -1;
+  if (axis < 0 || axis >= axes) return std::nullopt;
+  stagger(axis);
+  return placement;
+}
+
+Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, int component) {
+  if (!on) return {};
+  const auto placement = placement_named(on->name, component, axis_count(draft));
+  if (placement) return *placement;
+  if (component > 0) return {};  // said for the first one
+  const bool of_number = on->name == "faces";
+  draft.sink.report("unknown-placement", on->range, {of_number ? "faces of a number" : on->name},
+                    of_number ? "write on faces.x for those across x" : placements_hint);
+  return {};
+}
+
+void check_injection(Draft& draft, SourceRange range, const std::vector<State*>& states) {
+  for (const State* state : states) {
+    const int axis = walled_axis(draft, state->placement);
+    if (axis < 0) continue;
+    draft.sink.report("not-staggered", range, {state->name + " takes no point source", draft.problem.axes[axis].name, "it"}, "inject into a field at cell centres");
+    return;
+  }
+}
+
+void check_placements(Draft& draft) {
+  const Placements placements(draft.problem);
+  const auto quantity = [&](const Expr& value, const Origin& origin) {
+    check_quantity(draft, placements, value, origin.range);
+    check_no_wall_values(draft, placements, value, false, origin.range);
+  };
+  for (const State& state : draft.problem.states) {
+    if (draft.problem.scheme.advect == Advection::semi_lagrangian && state.placement != Placement{}) {
+      draft.sink.report("transport-of-staggered", state.origin.range, {state.name}, "take advect = central(2) or upwind(3) in the scheme");
+    }
+    if (!state.rhs) continue;
+    if (const auto mistake = placements.find_mistake(*state.rhs, state.placement)) report(draft, *mistake, state.origin.range);
+    check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);
+  }
+  if (draft.problem.rate) {
+    if (const auto mistake = placements.find_mistake(*draft.problem.rate, Placement{})) report(draft, *mistake, draft.problem.time_origin.range);
+    check_no_wall_values(draft, placements, *draft.problem.rate, false, draft.problem.time_origin.range);
+  }
+  for (const Event& event : draft.problem.events) {
+    for (const Event::Update& update : event.updates) {
+      if (const auto mistake = placements.find_mistake(update.value, placements.of(update.state))) report(draft, *mistake, event.origin.range);
+      check_no_wall_values(draft, placements, update.value, false, event.origin.range);
+    }
+  }
+  for (const Quantity& observable : draft.problem.observables) quantity(observable.value, observable.origin);
+  check_coupling(draft);
+  if (!draft.problem.task) return;
+  for (const Loss& loss : draft.problem.task->losses) quantity(loss.value, loss.origin);
+  for (const Test& test : draft.problem.task->tests) quantity(test.quantity.value, test.quantity.origin);
+}
+
+}  // namespace dpde::model

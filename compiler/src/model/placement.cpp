@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/placement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/build.h"
+
+namespace dpde::model {
+
+namespace {
+
+template <class T>
+const T* as(const Expr& e) {
+  return std::get_if<T>(&e->kind);
+}
+
+/// Calls `f` on the children whose values are taken where `e` is.
+template <class F>
+void for_each_part_in_place(const Expr& e, const F& f) {
+  if (as<Interpolate>(e) || as<Sample>(e)) return;
+  if (const Advect* advect = as<Advect>(e)) return f(advect->operand);
+  for_each_part(e, f);
+}
+
+}  // namespace
+
+std::string describe(const Placement& placement, int axes) {
+  std::string across;
+  int count = 0;
+  for (int axis = 0; axis < axes; ++axis) {
+    if (!placement[static_cast<std::size_t>(axis)]) continue;
+    across += fmt::format("{}{}", count == 0 ? "" : " and ", "xyz"[axis]);
+    ++count;
+  }
+  if (count == 0) return "cell centres";
+  return count == axes && axes > 1 ? "nodes" : fmt::format("faces across {}", across);
+}
+
+Placement toggled(Placement placement, int axis) {
+  bool& along = placement[static_cast<std::size_t>(axis)];
+  along = !along;
+  return placement;
+}
+
+std::vector<Axis> axes_at(std::vector<Axis> axes, const Placement& placement) {
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const double shift = placement[a] ? axes[a].spacing() / 2 : 0;
+    axes[a].low += shift;
+    axes[a].high += shift;
+  }
+  return axes;
+}
+
+Placements::Placements(const Problem& problem) {
+  const auto add = [&](const std::string& name, const Placement& placement) {
+    if (placement != Placement{}) staggered_.emplace(name, placement);
+  };
+  for (const State& state : problem.states) add(state.name, state.placement);
+  for (const Coefficient& coefficient : problem.coefficients) add(coefficient.name, coefficient.placement);
+  if (!problem.task) return;
+  for (const Datum& datum : problem.task->data) {
+    add(datum.name, datum.placement);
+    if (datum.series) anywhere_.emplace(datum.name, true);
+  }
+}
+
+Placement Placements::of(const std::string& field) const {
+  const auto found = staggered_.find(field);
+  return found == staggered_.end() ? Placement{} : found->second;
+}
+
+void Placements::collect(const Expr& e, Fields& found, Placement& placement) const {
+  if (found == Fields::several || as<Interpolate>(e) || as<Sample>(e)) return;
+  if (const Field* field = as<Field>(e)) {
+    if (anywhere_.contains(field->name)) return;
+    const Placement own = of(field->name);
+    if (found == Fields::one && own != placement) {
+      found = Fields::several;
+      return;
+    }
+    found = Fields::one;
+    placement = own;
+    return;
+  }
+  for_each_part(e, [&](const Expr& part) { collect(part, found, placement); });
+}
+
+std::optional<Placement> Placements::only(const Expr& e) const {
+  Fields found = Fields::none;
+  Placement placement{};
+  collect(e, found, placement);
+  return found == Fields::one ? std::optional(placement) : std::nullopt;
+}
+
+/// What is interpolated inside of `e` is known everywhere.
+std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Placement& wanted) const {
+  if (const Field* field = as<Field>(e)) {
+    const Placement own = of(field->name);
+    if (own == wanted || anywhere_.contains(field->name)) return std::nullopt;
+    return Mistake{e, own, wanted};
+  }
+  if (only(e) == wanted) return std::nullopt;  // as on grids without staggering
+  if (const Derivative* d = as<Derivative>(e); d && d->order == 1) {
+    const auto staggered = misplaced(d->operand, toggled(wanted, d->axis));
+    return !staggered || !misplaced(d->operand, wanted) ? std::nullopt : staggered;
+  }
+  std::optional<Mistake> mistake;
+  for_each_part_in_place(e, [&](const Expr& part) {
+    if (!mistake) mistake = misplaced(part, wanted);
+  });
+  const Advect* advect = as<Advect>(e);
+  for (std::size_t i = 0; advect && !mistake && i < advect->velocity.size(); ++i) mistake = misplaced(advect->velocity[i]);
+  return mistake;
+}
+
+/// Placements that the fields of `e` suggest, the first preferred: that of staggered differences.
+void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) const {
+  if (const Field* field = as<Field>(e)) {
+    if (!anywhere_.contains(field->name)) found.push_back(of(field->name));
+    return;
+  }
+  const std::size_t before = found.size();
+  for_each_part_in_place(e, [&](const Expr& part) { add_candidates(part, found); });
+  const Derivative* d = as<Derivative>(e);
+  if (!d || d->order != 1) return;
+  const std::vector<Placement> same(found.begin() + static_cast<std::ptrdiff_t>(before), found.end());
+  for (std::size_t i = before; i < found.size(); ++i) found[i] = toggled(found[i], d->axis);
+  found.insert(found.end(), same.begin(), same.end());
+}
+
+std::vector<Placement> Placements::candidates(const Expr& e) const {
+  std::vector<Placement> found, unique;
+  add_candidates(e, found);
+  for (const Placement& placement : found) {
+    if (std::find(unique.begin(), unique.end(), placement) == unique.end()) unique.push_back(placement);
+  }
+  return unique;
+}
+
+std::optional<Placement> Placements::natural(const Expr& e) const {
+  for (const Placement& placement : candidates(e)) {
+    if (can_be_at(e, placement)) return placement;
+  }
+  return std::nullopt;
+}
+
+std::optional<Placements::Mistake> Placements::misplaced(const Expr& e) const {
+  std::optional<Mistake> first;
+  for (const Placement& placement : candidates(e)) {
+    const auto mistake = misplaced(e, placement);
+    if (!mistake) return std::nullopt;
+    if (!first) first = mistake;
+  }
+  return first;
+}
+
+std::optional<Placements::Mistake> Placements::bad_interpolation(const Expr& e) const {
+  std::optional<Mistake> mistake;
+  for_each_part(e, [&](const Expr& part) {
+    if (!mistake) mistake = bad_interpolation(part);
+  });
+  const Interpolate* interpolated = as<Interpolate>(e);
+  if (mistake || !interpolated || natural(interpolated->operand)) return mistake;
+  mistake = misplaced(interpolated->operand);
+  return mistake ? mistake : Mistake{e, std::nullopt, {}};
+}
+
+std::optional<Placements::Mistake> Placements::find_mistake(const Expr& e, const Placement& wanted) const {
+  const auto inside = bad_interpolation(e);
+  return inside ? inside : misplaced(e, wanted);
+}
+
+std::optional<Placements::Mistake> Placements::find_mistake(const Expr& e) const {
+  const auto inside = bad_interpolation(e);
+  return inside ? inside : misplaced(e);
+}
+
+}  // namespace dpde::model

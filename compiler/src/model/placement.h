@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where expressions have their values on staggered grids. A field has one placement, that of its declaration. Values
+// move by derivatives of order 1, which lead from centres to faces and back, and by `interpolate`; whatever else mixes
+// placements is a mistake. Coordinates and numbers are known everywhere.
+//
+// From above an expression is asked for at the placement that the left side of the equation has. A derivative of order 1
+// along an axis then takes its operand at the other placement along that axis where that can be (the staggered
+// difference), else at the same one (the central difference). What holds fields of a single placement, and is wanted
+// there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace dpde::model {
+
+/// "cell centres", "faces across x", "nodes", ...
+std::string describe(const Placement& placement, int axes);
+Placement toggled(Placement placement, int axis);
+/// The axes with a placement's points in the part of the cell centres.
+std::vector<Axis> axes_at(std::vector<Axis> axes, const Placement& placement);
+
+class Placements {
+ public:
+  Placements() = default;  // nothing is staggered
+  explicit Placements(const Problem& problem);
+
+  bool is_staggered() const { return !staggered_.empty(); }
+  Placement of(const std::string& field) const;
+  /// The placement of all fields of `e` that are not interpolated; nullopt where there are none or several.
+  std::optional<Placement> only(const Expr& e) const;
+  bool can_be_at(const Expr& e, const Placement& wanted) const { return !misplaced(e, wanted); }
+  /// Where `e` is known without interpolating; nullopt where it has no placement of its own, or its parts do not fit.
+  std::optional<Placement> natural(const Expr& e) const;
+
+  /// The part of `e` that keeps it from being taken at `wanted`.
+  struct Mistake {
+    Expr part;
+    std::optional<Placement> has;  // nullopt: the part is an interpolation of what has no placement
+    Placement wanted;
+  };
+  std::optional<Mistake> find_mistake(const Expr& e, const Placement& wanted) const;
+  /// The same for what is wanted nowhere in particular, as what is summed up; nullopt when it has a place.
+  std::optional<Mistake> find_mistake(const Expr& e) const;
+
+ private:
+  enum class Fields { none, one, several };
+  void collect(const Expr& e, Fields& found, Placement& placement) const;
+  std::vector<Placement> candidates(const Expr& e) const;
+  void add_candidates(const Expr& e, std::vector<Placement>& found) const;
+  std::optional<Mistake> misplaced(const Expr& e, const Placement& wanted) const;
+  std::optional<Mistake> misplaced(const Expr& e) const;
+  std::optional<Mistake> bad_interpolation(const Expr& e) const;
+
+  std::map<std::string, Placement> staggered_;  // those that are not at centres
+  std::map<std::string, bool> anywhere_;        // data that are one number a state
+};
+
+}  // namespace dpde::model

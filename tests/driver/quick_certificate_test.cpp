@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Certificates of compiled derivatives: made, kept, made again, refused.
+#include "driver/quick_certificate.h"
+
+#include <map>
+
+#include "codegen/llvm/jit.h"
+#include "driver_support.h"
+#include "loop/from_stencil.h"
+#include "stencil/build.h"
+
+namespace dpde::testing {
+namespace {
+
+using driver::Certifying;
+
+const char* const text = R"(model burgers {
+  field u
+  param nu
+  coefficient k
+  dt(u) = -advect(u, u) + nu*div(k*grad(u))
+}
+scheme plain { advect = central(2); time = rk2 }
+scene wave : burgers with plain {
+  grid x = 0 .. 1, cells 20
+  boundary u: x.low = 0.2, x.high = zero_gradient
+  nu = 0.01
+  k = 1 + nu*x
+  initial u = sin(3*x)
+  time 0 .. 0.2, step 0.02
+}
+task find : wave {
+  unknown nu from 0.02
+  unknown initial u
+  minimise mean(u^2) at t = 0.2
+}
+)";
+
+struct MapCache : codegen::CodeCache {
+  std::map<std::string, std::string, std::less<>> entries;
+  std::optional<std::string> find(std::string_view key) override {
+    const auto found = entries.find(key);
+    return found == entries.end() ? std::nullopt : std::optional(found->second);
+  }
+  void store(std::string_view key, std::string_view code) override { entries[std::string(key)] = code; }
+};
+
+struct QuickCertificates : ::testing::Test {
+  const SourceFile source{"wave.dpde", text};
+  const std::shared_ptr<MapCache> cache = std::make_shared<MapCache>();
+  DiagnosticSink sink;
+
+  std::shared_ptr<driver::Compiled> compile(const std::string& scheme = "") {
+    driver::CompileOptions options;
+    options.selection.name = "find";
+    if (!scheme.empty()) options.selection.overrides = {{"real", scheme}};
+    options.backend = driver::Backend::jit;
+    options.adjoint = true;
+    options.cache = cache;
+    return compiled(source, options);
+  }
+  /// The certificates in the cache, which holds code beside them.
+  std::vector<std::string*> kept() {
+    std::vector<std::string*> found;
+    for (auto& [key, value] : cache->entries) {
+      if (key.find("\ncertificate\n") != std::string::npos) found.push_back(&value);
+    }
+    return found;
+  }
+};
+
+TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
+  const auto first = driver::certify_quickly(*compile(), Certifying::always, sink);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_LT(first->dot_product, 1e-12);
+  EXPECT_GT(first->dot_product, 0);
+  EXPECT_FALSE(first->from_cache);
+  EXPECT_EQ(kept().size(), 1u);
+  const auto scene = compile();
+  scene->seconds = 0;  // nothing is cheap beside that
+  const auto again = driver::certify_quickly(*scene, Certifying::when_cheap, sink);
+  ASSERT_TRUE(again.has_value());
+  EXPECT_TRUE(again->from_cache);
+  EXPECT_EQ(again->dot_product, first->dot_product);
+  EXPECT_EQ(again->program, first->program);
+  EXPECT_EQ(again->grid, first->grid);
+  const auto forced = driver::certify_quickly(*scene, Certifying::always, sink);
+  ASSERT_TRUE(forced.has_value());
+  EXPECT_FALSE(forced->from_cache);
+  EXPECT_FALSE(sink.has_errors());
+}
+
+TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
+  const auto scene = compile();
+  EXPECT_FALSE(driver::certify_quickly(*scene, Certifying::never, sink).has_value());
+  scene->seconds = 9 * driver::expected_seconds(*scene);
+  EXPECT_FALSE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
+  EXPECT_TRUE(kept().empty());
+  scene->seconds = 11 * driver::expected_seconds(*scene);
+  EXPECT_TRUE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
+  EXPECT_FALSE(sink.has_errors());
+}
+
+TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
+  const auto scene = compile();
+  scene->seconds = 1e3;
+  ASSERT_TRUE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
+  const std::string good = *kept()[0];
+  for (const std::string bad : {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
+                                std::string("-") + good, good.substr(0, good.size() - 1), good + "x\n"}) {
+    *kept()[0] = bad;
+    const auto again = driver::certify_quickly(*scene, Certifying::when_cheap, sink);
+    ASSERT_TRUE(again.has_value());
+    EXPECT_FALSE(again->from_cache) << bad;
+    EXPECT_EQ(*kept()[0], good);
+  }
+}
+
+TEST_F(QuickCertificates, AreOfTheBoundariesToo) {
+  const auto scene = compile();
+  ASSERT_TRUE(driver::certify_quickly(*scene, Certifying::always, sink).has_value());
+  driver::Compiled other = *scene;  // under the key of the same code
+  for (loop::Program& program : other.loop.programs) program.name += "x";
+  other.seconds = 0;
+  EXPECT_FALSE(driver::certify_quickly(other, Certifying::when_cheap, sink).has_value());
+}
+
+TEST_F(QuickCertificates, OfSinglePrecisionAllowForItsRounding) {
+  const auto certificate = driver::certify_quickly(*compile("f32"), Certifying::always, sink);
+  ASSERT_TRUE(certificate.has_value());
+  EXPECT_GT(certificate->dot_product, 1e-11);
+  EXPECT_LT(certificate->dot_product, 1e-5);
+}
+
+TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
+  const auto scene = compile();
+  stencil::Module wrong = scene->stencil;
+  for (stencil::Kernel& kernel : wrong.kernels) {
+    if (kernel.name.find("adjoint") == std::string::npos || kernel.name.find("loss") != std::string::npos) continue;
+    for (stencil::Store& store : kernel.stores) store.value = stencil::Expr(1 + 1e-8) * store.value;
+  }
+  std::vector<std::string> names;
+  for (const stencil::Program& program : wrong.programs) names.push_back(program.name);
+  scene->code = codegen::jit(loop::from_stencil(wrong, names)).module;
+  EXPECT_FALSE(driver::certify_quickly(*scene, Certifying::always, sink).has_value());
+  ASSERT_EQ(sink.all().size(), 1u);
+  EXPECT_EQ(sink.all()[0].kind->code, "E0804");
+  EXPECT_NE(sink.all()[0].message.find("wave_step not certified: tangent and adjoint differ by"), std::string::npos) << sink.all()[0].message;
+  EXPECT_TRUE(kept().empty());
+}
+
+}  // namespace
+}  // namespace dpde::testing

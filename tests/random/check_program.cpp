@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random/check_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "codegen/llvm/jit.h"
+#include "loop/from_stencil.h"
+#include "loop/print_loop.h"
+#include "loop/verify_loop.h"
+#include "random/variants.h"
+#include "source/render.h"
+#include "stencil/build.h"
+#include "stencil/from_ast.h"
+#include "stencil/passes/passes.h"
+#include "stencil/print_stencil.h"
+#include "stencil/verify_stencil.h"
+#include "syntax/parser.h"
+
+namespace dpde::testing {
+
+using namespace stencil;
+
+namespace {
+
+constexpr double largest_dot_error = 1e-11;
+constexpr double largest_difference = 1e-5;
+
+bool is_finite(const Outcome& outcome) { return distance(outcome, outcome) == 0; }
+
+class ProgramCheck {
+ public:
+  ProgramCheck(const RandomProgram& program, const Checks& checks) : random_(program), checks_(checks) {
+    add_to(variants_, program.module, "p");
+  }
+
+  Verdict run() {
+    if (is_valid(random_.module, "verify") && is_finite_itself() && reads_back(random_.module, "text") && differentiate() &&
+        derivatives_agree() && wanted_is_finite() && passes_agree() && checks_.jit) {
+      if (checks_.without_passes) jit_agrees(false);
+      jit_agrees(true);
+      if (checks_.threads) threads_agree();
+    }
+    return verdict_;
+  }
+
+ private:
+  bool fail(const std::string& check, const std::string& detail) {
+    if (verdict_.kind != Verdict::Kind::failed) {
+      verdict_.kind = Verdict::Kind::failed;
+      verdict_.check = check;
+      verdict_.detail = detail;
+    }
+    return false;
+  }
+
+  bool is_valid(const Module& module, const std::string& check) {
+    const std::vector<std::string> problems = verify(module);
+    return problems.empty() || fail(check, problems[0] + "\n" + print(module));
+  }
+
+  bool is_finite_itself() { return is_finite(interpreted(random_.module, "p")) || fail("generator", "a result is not a number"); }
+
+  bool reads_back(const Module& module, const std::string& check) {
+    const std::string text = print(module);
+    const SourceFile source("random.dpde", text);
+    DiagnosticSink sink;
+    const std::string again = print(from_ast(parse(source, sink), sink));
+    if (sink.has_errors()) return fail(check, render_text(source, sink.all()[0]));
+    return again == text || fail(check, text + "\nreads back as\n" + again);
+  }
+
+  bool differentiate() {
+    DiagnosticSink sink;
+    derived_.tangent = adjoint::tangent(random_.module, "p", random_.wrt, sink);
+    derived_.adjoint = adjoint::adjoint(random_.module, "p", random_.wrt, sink);
+    if (sink.has_errors()) {
+      const std::string code(sink.all()[0].kind->code);
+      if (!code.starts_with("E06")) return fail("differentiate", code + " " + sink.all()[0].message);
+      verdict_.kind = Verdict::Kind::refused;
+      verdict_.detail = code;
+      return false;
+    }
+    for (const adjoint::Derivative* d : {&derived_.tangent, &derived_.adjoint}) {
+      const bool reads = is_valid(d->module, "verify " + d->program) && reads_back(remove_dead_code(d->module), "text " + d->program);
+      if (!reads) return false;
+      add_to(variants_, d->module, d->program);
+    }
+    return true;
+  }
+
+  bool derivatives_agree() {
+    const Check check = check_derivatives(random_.module, "p", derived_, random_.wrt, random_.grid, random_.seed);
+    verdict_.dot_product = check.dot_product;
+    verdict_.finite_difference = check.finite_difference;
+    if (!(check.dot_product <= largest_dot_error) && !is_rounding_of_products(check)) {
+      return fail("adjoint", fmt::format("dot product: {:.3e}", check.dot_product));
+    }
+    if (check.finite_difference <= largest_difference) return true;
+    if (!(check.finite_difference <= check.bend)) {
+      return fail("tangent", fmt::format("against differences: {:.3e}, bend {:.3e}", check.finite_difference, check.bend));
+    }
+    verdict_.kind = Verdict::Kind::kink;  // between the one-sided differences
+    return true;
+  }
+
+  /// Where the terms cancel: the products differ by no more than ten times what rounding does to them.
+  bool is_rounding_of_products(const Check& check) {
+    const auto rounded = [](const adjoint::Derivative& d) { return adjoint::Derivative{with_rounding(d.module), d.program, d.names}; };
+    const Derivatives noisy{rounded(derived_.tangent), rounded(derived_.adjoint)};
+    const Check other = check_derivatives(random_.module, "p", noisy, random_.wrt, random_.grid, random_.seed);
+    const double rounding = std::abs(other.forward - check.forward) + std::abs(other.reverse - check.reverse);
+    return std::abs(check.forward - check.reverse) <= 10 * rounding;
+  }
+
+  bool is_rounding_of(double error, const std::string& name) const {
+    return is_rounding(error, variants_.module, name, random_.grid, random_.seed);
+  }
+
+  Outcome interpreted(const Module& module, const std::string& name) {
+    const Program& program = *module.find_program(name);
+    // Inputs of the program before any pass: a pass may leave some unread.
+    return run_interpreted(module, program, inputs_for(variants_.module, name, random_.grid, random_.seed));
+  }
+
+  bool wanted_is_finite() {
+    for (const std::string& name : variants_.programs) {
+      wanted_[name] = interpreted(variants_.module, name);
+      if (!is_finite(wanted_[name])) return fail("finite " + name, "a result is not a number");
+    }
+    return true;
+  }
+
+  bool pass_agrees(const Pass& pass, bool may_round) {
+    const Module module = pass.run(variants_.module);
+    const std::string check = "pass " + std::string(pass.name);
+    if (!is_valid(module, check)) return false;
+    for (const std::string& name : variants_.programs) {
+      const double error = distance(interpreted(module, name), wanted_[name]);
+      if (error == 0 || (may_round && is_rounding_of(error, name))) continue;
+      return fail(check, fmt::format("{}: {:.3e}\n{}", name, error, print(module)));
+    }
+    return true;
+  }
+
+  /// Only distribute and regroup change results, by rounding.
+  bool passes_agree() {
+    for (const Pass& pass : default_passes) {
+      if (!pass_agrees(pass, false)) return false;
+    }
+    for (const Pass& pass : loop_passes) {
+      const bool reorders = pass.run == distribute_uniforms || pass.run == regroup_updates;
+      if (!pass_agrees(pass, reorders)) return false;
+    }
+    return is_valid(lowered(variants_.module, true), "all passes");
+  }
+
+  std::shared_ptr<codegen::CompiledModule> compiled(const std::string& check, bool with_passes) {
+    const loop::Module loops = loop::from_stencil(lowered(variants_.module, with_passes), variants_.programs);
+    const std::vector<std::string> problems = loop::verify(loops);
+    if (!problems.empty()) fail(check, problems[0] + "\n" + loop::print(loops));
+    if (!problems.empty()) return nullptr;
+    codegen::JitResult result = codegen::jit(loops);
+    if (!result.module) fail(check, result.error);
+    return result.module;
+  }
+
+  bool jit_agrees(bool with_passes) {
+    const std::string check = with_passes ? "jit with passes" : "jit";
+    const auto code = compiled(check, with_passes);
+    if (!code) return false;
+    for (const std::string& name : variants_.programs) {
+      const Program& program = *variants_.module.find_program(name);
+      const RunInputs inputs = inputs_for(variants_.module, name, random_.grid, random_.seed);
+      const double error = distance(run_executed(*code->find(name), program, inputs, 1), wanted_[name]);
+      verdict_.back_end = std::max(verdict_.back_end, error);
+      if (!is_rounding_of(error, name)) return fail(check, fmt::format("{}: {:.3e}", name, error));
+    }
+    return true;
+  }
+
+  bool threads_agree() {
+    constexpr int cells[3][3] = {{40000, 1, 1}, {203, 190, 1}, {41, 31, 33}};
+    Grid grid = random_.grid;
+    for (int axis = 0; axis < grid.rank; ++axis) grid.cells[axis] = cells[grid.rank - 1][axis];
+    const auto code = compiled("threads", true);
+    if (!code) return false;
+    for (const std::string& name : variants_.programs) {
+      const Program& program = *variants_.module.find_program(name);
+      const RunInputs inputs = inputs_for(variants_.module, name, grid, random_.seed);
+      const Outcome one = run_executed(*code->find(name), program, inputs, 1);
+      if (distance(run_executed(*code->find(name), program, inputs, 2), one) != 0) return fail("threads", name);
+    }
+    return true;
+  }
+
+  const RandomProgram& random_;
+  const Checks& checks_;
+  Verdict verdict_;
+  Derivatives derived_;
+  Variants variants_;
+  std::map<std::string, Outcome> wanted_;
+};
+
+}  // namespace
+
+Verdict check_program(const RandomProgram& program, const Checks& checks) { return ProgramCheck(program, checks).run(); }
+
+}  // namespace dpde::testing

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random expressions over what a kernel may read.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "support/split_mix.h"
+#include "stencil/stencil.h"
+
+namespace dpde::testing {
+
+/// A field a kernel may read.
+struct Readable {
+  std::string field;
+  int reach = 0;          // largest offset along bounded axes
+  bool is_around = false; // whether periodic axes may be crossed
+  bool interpolates = false;
+  bool is_active = true;  // may depend on what is differentiated by
+  int grown = 0;          // known on the interior grown by this, for reads behind inside[]
+};
+
+struct Scope {
+  std::vector<Topology> axes;
+  std::vector<Readable> fields;     // not empty
+  std::vector<std::string> params;  // not empty
+  std::vector<std::string> locals;
+};
+
+class ExpressionGenerator {
+ public:
+  ExpressionGenerator(SplitMix& random, const Scope& scope) : random_(random), scope_(scope) {}
+
+  /// Any value; grows with the inputs no faster than a product of a few of them.
+  stencil::Expr value(int depth);
+  /// What a store gets: an update u + dt*(...), a linear stencil or a tame value.
+  stencil::Expr stored();
+  stencil::Interp place(const Readable& field);
+  const Readable* interpolated_field();
+
+ private:
+  stencil::Expr leaf();
+  stencil::Expr read(const Readable& field);
+  stencil::Expr number();
+  stencil::Expr small_number();
+  stencil::Expr condition(int depth);
+  stencil::Expr function(int depth);
+  stencil::Expr jump();
+  stencil::Expr two(BinaryOp op, int depth);
+  stencil::Expr product(int depth);
+  stencil::Expr choice(int depth);
+  stencil::Expr positive(int depth);
+  stencil::Expr quotient(int depth);
+  stencil::Expr powers(int depth);
+  stencil::Expr bounded(int depth);
+  stencil::Expr linear_stencil();
+  stencil::Expr behind_inside();
+  stencil::Expr displacement();
+  stencil::Offset offset(const Readable& field);
+  const Readable& any_field() { return scope_.fields[random_.below(static_cast<int>(scope_.fields.size()))]; }
+  int rank() const { return static_cast<int>(scope_.axes.size()); }
+
+  SplitMix& random_;
+  const Scope& scope_;
+};
+
+}  // namespace dpde::testing

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random well-typed stencil programs. They keep every rule of stencil.h and of the verifier, and every function in its domain,
+// so that on inputs of order one all values are finite: what goes wrong is the compiler's.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "adjoint/adjoint.h"
+#include "stencil/interpret.h"
+#include "stencil/stencil.h"
+
+namespace dpde::testing {
+
+struct RandomProgram {
+  std::uint64_t seed = 0;   // of the inputs too
+  stencil::Module module;   // program `p`
+  adjoint::Activity wrt;
+  stencil::Grid grid;
+};
+
+/// The same for the same seed, everywhere.
+RandomProgram random_program(std::uint64_t seed);
+
+/// Kernels and program as text, with what to differentiate by and the grid as comments.
+std::string describe(const RandomProgram& program);
+
+}  // namespace dpde::testing

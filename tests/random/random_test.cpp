@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random programs through the interpreter, every pass, the JIT and emitted C++, with their tangents and adjoints.
+// DPDE_RANDOM_PROGRAMS: how many (200); DPDE_RANDOM_SEED: the first of their seeds (1).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+
+#include "random/check_program.h"
+#include "random/shrink.h"
+#include "stencil/build.h"
+#include "support/derivative_check.h"
+
+namespace dpde::testing {
+namespace {
+
+constexpr int programs_in_a_file = 20;
+
+std::uint64_t setting(const char* name, std::uint64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text ? std::strtoull(text, nullptr, 10) : otherwise;
+}
+
+/// The same failure of the smallest program that has it.
+std::string smallest(const RandomProgram& program, const Verdict& verdict, const Checks& checks) {
+  const auto again = [&](const RandomProgram& p) {
+    if (verdict.check != "cpp") return check_program(p, checks);
+    return check_in_cpp({p})[0];
+  };
+  const auto fails = [&](const RandomProgram& p) {
+    const Verdict other = again(p);
+    return other.kind == Verdict::Kind::failed && other.check == verdict.check;
+  };
+  const RandomProgram small = shrink(program, fails, verdict.check == "cpp" ? 100 : 3000);
+  return "the smallest program that fails so:\n" + describe(small) + again(small).detail;
+}
+
+struct Count {
+  int passed = 0, refused = 0, kinks = 0, failed = 0;
+  double dot_product = 0, finite_difference = 0, back_end = 0;
+
+  void add(const Verdict& v) {
+    passed += v.kind == Verdict::Kind::passed;
+    refused += v.kind == Verdict::Kind::refused;
+    kinks += v.kind == Verdict::Kind::kink;
+    failed += v.kind == Verdict::Kind::failed;
+    dot_product = std::max(dot_product, v.dot_product);
+    if (v.kind == Verdict::Kind::passed) finite_difference = std::max(finite_difference, v.finite_difference);
+    back_end = std::max(back_end, v.back_end);
+  }
+};
+
+TEST(RandomPrograms, AgreeEverywhere) {
+  const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1), count = setting("DPDE_RANDOM_PROGRAMS", 200);
+  Count total;
+  std::vector<RandomProgram> for_cpp;
+  const auto report = [&](const RandomProgram& program, const Verdict& verdict, const Checks& checks) {
+    ADD_FAILURE() << "seed " << program.seed << ": " << verdict.check << "\n" << verdict.detail << "\n" << smallest(program, verdict, checks);
+  };
+  for (std::uint64_t seed = first; seed < first + count && total.failed < 5; ++seed) {
+    const RandomProgram program = random_program(seed);
+    const Checks checks{true, seed % 4 == 0, seed % 16 == 0};
+    const Verdict verdict = check_program(program, checks);
+    total.add(verdict);
+    if (verdict.kind == Verdict::Kind::failed) report(program, verdict, checks);
+    if (seed % 10 == 0 && verdict.kind != Verdict::Kind::failed) for_cpp.push_back(program);
+    const bool is_last = seed + 1 == first + count;
+    if (for_cpp.empty() || (for_cpp.size() < programs_in_a_file && !is_last)) continue;
+    const std::vector<Verdict> verdicts = check_in_cpp(for_cpp);
+    for (std::size_t i = 0; i < verdicts.size(); ++i) {
+      total.back_end = std::max(total.back_end, verdicts[i].back_end);
+      if (verdicts[i].kind == Verdict::Kind::failed) report(for_cpp[i], verdicts[i], checks);
+    }
+    for_cpp.clear();
+  }
+  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.kinks << " at a kink, " << total.failed
+            << " failed; dot products to " << total.dot_product << ", differences to " << total.finite_difference << ", back ends to "
+            << total.back_end << "\n";
+  const int all = total.passed + total.refused + total.kinks + total.failed;
+  EXPECT_LE(total.refused, all / 4);  // what has no derivative is refused, but not everything
+  EXPECT_LE(total.kinks, all / 100);
+}
+
+/// What the random programs of a night found, and would find again only by chance.
+TEST(RandomPrograms, FoundBefore) {
+  const auto check = [](const std::string& text) {
+    return check_program({1, parse_module(text), {{"u", "v"}, {}}, {1, {3, 1, 1}}}, {true, true, false});
+  };
+  const Verdict early_fill = check(  // the fill of the next state came before the computed halo was read
+      "kernel k(u: field, out w: field) { w = u^2 }\nkernel add(v: field, inout w: field) { w += v }\n"
+      "kernel l(w: field halo 1, out r: field) { r = w[+1]*w }\n"
+      "program p { fill u x = zero_gradient; run k grow 1; run add; run l; swap u, w; keep r }");
+  EXPECT_EQ(early_fill.kind, Verdict::Kind::passed) << early_fill.check << early_fill.detail;
+  const Verdict late_fill = check(  // recomputed, the halo is not what it was when it was read
+      "kernel k(v: field, out w: field) { w = v^2 }\nkernel l(u: field, w: field, sum s: param) { s += u*w }\n"
+      "program p { fill u x = zero_gradient; fill v x = 0; run k grow 1; run l grow 1; fill w x = 0.2; keep w }");
+  EXPECT_EQ(late_fill.detail, "E0603") << late_fill.check;
+}
+
+TEST(RandomPrograms, AreTheSameEverywhere) {
+  EXPECT_EQ(describe(random_program(7)), describe(random_program(7)));
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    for (const char c : describe(random_program(seed))) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  }
+  EXPECT_EQ(hash, 16245098386945396827u) << "the generator has changed: seeds of old failures mean other programs now";
+}
+
+/// With a made-up fault, "a sine of something read from the left", that is what is left.
+TEST(Shrink, LeavesTheFaultAlone) {
+  const auto has_fault = [](const RandomProgram& p) {
+    bool found = false;
+    for (const stencil::Kernel& kernel : p.module.kernels) {
+      stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
+        stencil::visit(value, [&](const stencil::Expr& e) {
+          const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
+          if (!call || call->fn != Fn::sin) return;
+          stencil::visit(e, [&](const stencil::Expr& part) {
+            const stencil::Access* a = std::get_if<stencil::Access>(&part->kind);
+            found |= a && a->offset[0] < 0;
+          });
+        });
+        return value;
+      });
+    }
+    return found;
+  };
+  int shrunk = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const RandomProgram program = random_program(seed);
+    if (!has_fault(program)) continue;
+    const RandomProgram small = shrink(program, has_fault);
+    ++shrunk;
+    EXPECT_TRUE(has_fault(small));
+    EXPECT_EQ(small.grid.cells, (std::array<int, 3>{1, 1, 1}));
+    EXPECT_LE(small.module.kernels.size(), 4u) << describe(small);
+    EXPECT_LE(describe(small).size(), 450u) << describe(small);
+  }
+  EXPECT_GE(shrunk, 5);
+}
+
+}  // namespace
+}  // namespace dpde::testing

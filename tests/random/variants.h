@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// A program and its derivatives in one module, their inputs, and how far two outcomes differ.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "random/random_program.h"
+#include "support/derivative_check.h"
+#include "support/program_run.h"
+
+namespace dpde::testing {
+
+struct Variants {
+  stencil::Module module;
+  std::vector<std::string> programs;
+};
+
+/// Adds a program and the kernels that are not there yet.
+void add_to(Variants& variants, const stencil::Module& module, const std::string& program);
+
+/// Fields between 0.5 and 1.5, params between 0.2 and 0.8, spacings around 1; two steps, as the halo of a swapped state is filled between.
+RunInputs inputs_for(const stencil::Module& module, const std::string& program, const stencil::Grid& grid, std::uint64_t seed);
+
+/// The largest difference relative to the largest value (or 1); infinite where a value is missing or not a number.
+double distance(const Outcome& got, const Outcome& wanted);
+
+/// What code is generated from: after all passes, or as it is.
+stencil::Module lowered(stencil::Module module, bool with_passes);
+
+/// The module with the result of every operation off by up to 1e-15 of it, otherwise at each node and place: how far its
+/// results are from those of the module measures how it amplifies rounding (stochastic arithmetic, as in CADNA).
+stencil::Module with_rounding(stencil::Module module);
+
+/// Whether `error`, of another order of the operations of `program`, may be rounding: below 1e-11, or ten times what
+/// with_rounding() makes of it. Products of what two steps have made grow to some millions, and a sine of that has as many
+/// times the rounding of its argument.
+bool is_rounding(double error, const stencil::Module& module, const std::string& program, const stencil::Grid& grid, std::uint64_t seed);
+
+}  // namespace dpde::testing

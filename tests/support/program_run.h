@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// One stencil program run by the reference interpreter, and by the runtime's executor on compiled code: the same inputs, the
+// same results under the same names. All memory starts as NaN, so that what nobody wrote shows.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+#include "stencil/interpret.h"
+#include "stencil/stencil.h"
+
+namespace dpde::testing {
+
+using FieldValues = std::map<std::string, std::vector<double>>;  // interiors, x fastest
+
+struct Outcome {
+  FieldValues fields;  // swapped states and kept fields
+  std::map<std::string, double> sums;
+};
+
+struct RunInputs {
+  stencil::Grid grid;
+  FieldValues fields;  // every input but the coordinates, which run from 0 with a spacing of 0.3
+  stencil::Params params;
+  int steps = 1;
+  Precision real = Precision::f64;  // of the interpreter; compiled code knows its own
+};
+
+Outcome run_interpreted(const stencil::Module& module, const stencil::Program& program, const RunInputs& inputs);
+/// `compiled` is `program` in machine code.
+Outcome run_executed(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs, int threads);
+
+}  // namespace dpde::testing
