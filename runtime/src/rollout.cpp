@@ -107,11 +107,15 @@ void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const State
   forward->block->run(to);
 }
 
+std::span<const LossEvent> Rollout::Impl::events_at(int k) const {
+  return std::ranges::equal_range(events, k, {}, &LossEvent::step);
+}
+
 void Rollout::Impl::add_losses(int k, const StateBuffer& state) {
-  for (size_t e = first_event[static_cast<size_t>(k)]; e < first_event[static_cast<size_t>(k) + 1]; ++e) {
-    BoundTerm& term = terms[events[e].term];
+  for (const LossEvent& event : events_at(k)) {
+    BoundTerm& term = terms[event.term];
     BoundProgram& program = term.loss.program;
-    for (const BoundData& data : term.loss.data) program.executor.bind(data.field, data.at[events[e].entry]);
+    for (const BoundData& data : term.loss.data) program.executor.bind(data.field, data.at[event.entry]);
     set_step(program, k);
     program.bind_states(state);
     program.prepare_inputs();

@@ -160,9 +160,7 @@ void Rollout::Impl::seed_end(const StateBuffer& state) {
 
 /// Adds the derivative of the losses at state k to the seeds; the first at the end writes them.
 void Rollout::Impl::add_seeds(int k, const StateBuffer& state) {
-  const size_t from = first_event[static_cast<size_t>(k)], to = first_event[static_cast<size_t>(k) + 1];
-  if (from == to) return;
-  for (size_t e = from; e < to; ++e) run_loss_adjoint(events[e], k, state);
+  for (const LossEvent& event : events_at(k)) run_loss_adjoint(event, k, state);
 }
 
 void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateBuffer& state) {

@@ -117,7 +117,9 @@ struct BoundTerm {
   std::optional<BoundLossAdjoint> adjoint;
 };
 /// Loss `term` at a step, which is entry `entry` of the term's steps.
+/// Loss `term`, with its data of `entry`, counts at state `step`.
 struct LossEvent {
+  int step;
   size_t term, entry;
 };
 
@@ -155,7 +157,8 @@ struct Rollout::Impl {
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state);
-  bool has_losses(int k) const { return first_event[static_cast<size_t>(k)] != first_event[static_cast<size_t>(k) + 1]; }
+  std::span<const LossEvent> events_at(int k) const;
+  bool has_losses(int k) const { return !events_at(k).empty(); }
   int free_buffer(int a, int b) const;
   std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const;
   BlowUp locate_blow_up(int from, int safe, const BlowUp& found);
@@ -201,8 +204,7 @@ struct Rollout::Impl {
   int64_t planned_bytes = 0;              // of checkpoints, without those of parts
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
-  std::vector<LossEvent> events;     // in order of their steps
-  std::vector<size_t> first_event;   // events of state k: first_event[k] .. first_event[k + 1]
+  std::vector<LossEvent> events;     // in order of their steps; not a list over all steps, of which there may be 1e9
   int last_loss = 0;                 // the last step with a loss: the gradient runs so far
   std::vector<std::string> param_bar_names;
   std::vector<Control> controls;

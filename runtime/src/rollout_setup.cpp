@@ -248,30 +248,22 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
 }
 
 void Rollout::Impl::schedule_losses() {
-  first_event.assign(static_cast<size_t>(setup.steps) + 2, 0);
-  std::vector<std::pair<int, LossEvent>> all;
   for (size_t term = 0; term < setup.losses.size(); ++term) {
     const std::vector<int>& at_steps = setup.losses[term].at_steps;
-    for (size_t entry = 0; entry < at_steps.size(); ++entry) all.push_back({at_steps[entry], {term, entry}});
+    for (size_t entry = 0; entry < at_steps.size(); ++entry) events.push_back({at_steps[entry], term, entry});
   }
-  std::ranges::stable_sort(all, {}, &std::pair<int, LossEvent>::first);
-  for (const auto& [step, event] : all) {
-    events.push_back(event);
-    ++first_event[static_cast<size_t>(step) + 1];
-    last_loss = step;
-  }
-  for (size_t k = 1; k < first_event.size(); ++k) first_event[k] += first_event[k - 1];
+  std::ranges::stable_sort(events, {}, &LossEvent::step);
+  if (!events.empty()) last_loss = events.back().step;
 }
 
 /// Whether the reverse pass needs any state but the last.
 bool Rollout::Impl::adjoint_reads_states() const {
   const auto reads = [](const BoundProgram& program) { return std::ranges::any_of(program.states, [](int field) { return field >= 0; }); };
   if (reads(backward->program)) return true;
-  for (size_t e = 0; e < first_event[static_cast<size_t>(last_loss)]; ++e) {
-    const std::optional<BoundLossAdjoint>& adjoint = terms[events[e].term].adjoint;
-    if (adjoint && reads(adjoint->program)) return true;
-  }
-  return false;
+  return std::ranges::any_of(events, [&](const LossEvent& event) {
+    const std::optional<BoundLossAdjoint>& adjoint = terms[event.term].adjoint;
+    return event.step < last_loss && adjoint && reads(adjoint->program);
+  });
 }
 
 void Rollout::Impl::plan_memory() {

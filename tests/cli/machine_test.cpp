@@ -29,16 +29,14 @@ TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
 }
 
 TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
-  const Outcome outcome = shell("timeout --preserve-status -s INT 1 $DPDE optimize " + example("burgers_2d/burgers_2d.dpde") +
-                                " recover --iterations 1000000 --json --quiet --out here");
+  const Outcome outcome = interrupted("optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here", "0.5");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0806"});
   EXPECT_TRUE(fs::exists(path("here/loss.csv")));
 }
 
 TEST_F(Machine, InterruptedGradientHasNoNumber) {
-  const Outcome outcome = shell("timeout --preserve-status -s INT 0.5 $DPDE gradient " + example("heat/heat.dpde") +
-                                " recover --set step=1/4000000 --memory 1M --json --quiet");
+  const Outcome outcome = interrupted("gradient " + example("heat/heat.dpde") + " recover --set step=1/4000000 --memory 1M --json --quiet", "0.3");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0807"});
 }

@@ -115,10 +115,12 @@ TEST_F(RunCommand, WarnsWhenARunHasGrownBeyondReason) {
 
 TEST_F(RunCommand, StopsAtCtrlCAndWritesWhatThereIs) {
   write("rod.dpde", rod_text);
-  const Outcome run = shell("timeout --preserve-status -s INT 1 $DPDE run rod.dpde --set end=1e8 --json --out o");
-  EXPECT_EQ(run.status, 1);
-  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0802"});
-  EXPECT_EQ(values_of(path("o/u.npy")).size(), 16u);
+  for (const std::string wait : {"0", "0.05", "0.5"}) {
+    const Outcome run = interrupted("run rod.dpde --set end=1e8 --json --out o" + wait, wait);
+    EXPECT_EQ(run.status, 1) << run.err;
+    EXPECT_EQ(run.codes(), std::vector<std::string>{"E0802"}) << run.err;
+    EXPECT_EQ(values_of(path("o" + wait + "/u.npy")).size(), 16u);
+  }
 }
 
 TEST_F(RunCommand, RefusesAStartThatIsNotFinite) {
