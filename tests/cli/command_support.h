@@ -66,10 +66,11 @@ class Command : public ::testing::Test {
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")), content(path(".err"))};
   }
   Outcome dpde(const std::string& arguments) const { return shell("$DPDE " + arguments); }
-  /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is SIGINT.
+  /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is SIGINT;
+  /// before it becomes dpde, the process is the shell, with handlers of its own.
   Outcome interrupted(const std::string& arguments, const std::string& seconds) const {
     return shell("$DPDE " + arguments + " & run=$!; for i in $(seq 6000); do "
-                 "grep -q '^SigCgt:.*[2367abef]$' /proc/$run/status && break; sleep 0.01; done; "
+                 "[ $(grep -c -e '^Name:.dpde$' -e '^SigCgt:.*[2367abef]$' /proc/$run/status) = 2 ] && break; sleep 0.01; done; "
                  "sleep " + seconds + "; kill -INT $run; wait $run");
   }
 
