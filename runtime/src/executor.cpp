@@ -17,6 +17,7 @@
 #include "dpde/runtime/layout.h"
 #include "fill.h"
 #include "real.h"
+#include "reduce.h"
 
 namespace dpde {
 namespace {
@@ -57,6 +58,7 @@ struct Operation {
   int kind = DPDE_SWEEP;
   HaloFill fill;
   HaloFold fold;
+  FieldReduction reduction;
   Sweep sweep;
 };
 
@@ -192,6 +194,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
     operation.kind = from.kind;
     if (from.kind == DPDE_FILL) operation.fill = HaloFill(from.fill, layout);
     if (from.kind == DPDE_FOLD) operation.fold = HaloFold(from.fill, from.grow, layout);
+    if (from.kind == DPDE_REDUCE) operation.reduction = FieldReduction(from.reduce, layout, std::max(threads, 1));
     if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, std::max(threads, 1));
     const Sweep& sweep = operation.sweep;
     pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
@@ -259,13 +262,12 @@ void Executor::run() {
     return run_frame(frame_.data());
   }
   std::fill(sums_.begin(), sums_.end(), 0.0);
-  for (const Operation& operation : plan_->operations) {
-    if (operation.kind == DPDE_SWEEP) {
-      plan_->run_sweep(operation.sweep, *this, sums_);
-    } else if (operation.kind == DPDE_FILL) {
-      operation.fill.run(fields_.data(), uniforms_.data());
-    } else {
-      operation.fold.run(fields_.data(), uniforms_.data());
+  for (Operation& operation : plan_->operations) {
+    switch (operation.kind) {
+      case DPDE_SWEEP: plan_->run_sweep(operation.sweep, *this, sums_); break;
+      case DPDE_FILL: operation.fill.run(fields_.data(), uniforms_.data()); break;
+      case DPDE_FOLD: operation.fold.run(fields_.data(), uniforms_.data()); break;
+      default: operation.reduction.run(fields_.data());
     }
   }
 }

@@ -115,6 +115,29 @@ program p { run k; keep v }
   EXPECT_EQ(state.get("b_bar"), (std::vector<double>{1 + 1, 10, 10 - 1}));
 }
 
+/// Cells that share a maximum share its derivative; a NaN is the result.
+TEST(Adjoint, SharesTheDerivativeOfAMaximumEqually) {
+  const stencil::Module module = parse_module("program p { reduce m = max u over x; keep m }");
+  DiagnosticSink sink;
+  const adjoint::Derivative reverse = adjoint::adjoint(module, "p", {{"u"}, {}}, sink), forward = adjoint::tangent(module, "p", {{"u"}, {}}, sink);
+  stencil::State state({1, {4, 1, 1}}, 1);
+  state.set("u", {3, 1, 3, 2});
+  state.set("m_bar", {1, 10, 100, 1000});
+  state.set("u_dot", {5, 70, 9, 70});
+  stencil::interpret(reverse.module, *reverse.module.find_program(reverse.program), state, {});
+  stencil::interpret(forward.module, *forward.module.find_program(forward.program), state, {});
+  EXPECT_EQ(state.get("u_bar"), (std::vector<double>{555.5, 0, 555.5, 0}));
+  EXPECT_EQ(state.get("m_dot"), (std::vector<double>{7, 7, 7, 7}));
+  EXPECT_EQ(state.get("m"), (std::vector<double>{3, 3, 3, 3}));
+}
+
+TEST(Adjoint, OfAMeanIsTheMean) {
+  const stencil::Module module = parse_module("program p { axes x periodic, y bounded; reduce m = mean u over y; keep m }");
+  DiagnosticSink sink;
+  const adjoint::Derivative derived = adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
+  EXPECT_EQ(stencil::print(derived.module), "program p_adjoint {\n  axes x periodic, y bounded\n  reduce u_bar = mean m_bar over y\n  keep u_bar\n}\n");
+}
+
 TEST(Adjoint, OfALinearStepRecomputesNothing) {
   const stencil::Module module = parse_module(R"(
 kernel step(u: field halo 1, out v: field, c: param) { v = u + c*(u[-1] - 2*u + u[+1]) }
@@ -155,6 +178,11 @@ kernel a(u: field, out w: field) { w = u^2 }
 kernel b(w: field, out v: field) { v = w^2 }
 kernel c(u: field, inout w: field) { w += u }
 program p { run a; run b; run c; keep v, w }
+)", {{"u"}, {}}), "E0603");
+  EXPECT_EQ(code_of_error(R"(
+kernel a(u: field, out w: field) { w = u^2 }
+kernel c(u: field, inout w: field) { w += u }
+program p { run a; reduce m = max w; run c; keep m, w }
 )", {{"u"}, {}}), "E0603");
   EXPECT_EQ(code_of_error(R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1]*u }

@@ -43,6 +43,8 @@ std::vector<Case> cases() {
       {"3d_walls", heat(grid("x", 9, false) + grid("y", 33, false) + grid("z", 40, false), walls + "boundary u: z.low = 2, z.high = 0\n", "time = rk2")},
       {"3d_mixed", heat(grid("x", 9, true) + grid("y", 60, false) + grid("z", 60, true), walls_y, "time = euler; lap = central(4)")},
       {"tiny", heat(grid("x", 3, true) + grid("y", 2, true), "", "time = euler"), false},
+      {"reduction", "model m { field u; dt(u) = lap(u) - mean(u, x) }\nscheme s { time = euler }\nscene go : m with s {\n" + grid("x", 17, true) +
+                        grid("y", 40, true) + "initial u = 0\ntime 0 .. 1, step 1e-5\n}\n", false},
       {"line", heat(grid("x", 50, true), "", "time = euler"), false},
   };
 }

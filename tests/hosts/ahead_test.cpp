@@ -25,7 +25,8 @@ struct Case {
   std::vector<std::string> data;  // given by the host, the same to both
 };
 
-/// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts of steps.
+/// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts of steps,
+/// reductions.
 const Case cases[] = {
     {"heat/heat.dpde", "conductivity", {{"cells", "24"}}, {}},
     {"heat/heat.dpde", "recover", {{"cells", "32"}}, {"u_ref"}},
@@ -37,6 +38,7 @@ const Case cases[] = {
     {"advection/advection.dpde", "speed", {{"cells", "32"}}, {"u_ref"}},
     {"heat/steer.dpde", "steer", {{"cells", "16"}}, {}},
     {"burgers_1d/burgers.dpde", "viscosity", {{"cells", "24"}, {"step", "0.0625"}, {"courant", "0.2"}}, {}},
+    {"../tests/golden/zonal_mean/in.dpde", "t", {}, {}},
 };
 
 std::string example(const Case& c) { return DPDE_SOURCE_DIR "/dsl-examples/" + c.file; }

@@ -101,6 +101,13 @@ TEST(VerifyLoop, Programs) {
             Errors{"burgers_step: burgers_step fills u, which it does not write"});
   EXPECT_EQ(after([](loop::Module& m) { program(m).keeps = {"z9"}; }),
             Errors{"burgers_step: keeps z9, which it does not have"});
+  const auto with_reduction = [](loop::Reduce reduce) {
+    return after([&](loop::Module& m) { program(m).body.emplace_back(reduce); });
+  };
+  EXPECT_EQ(with_reduction({"u_next", Reduction::max, "u", {true}}), Errors{});
+  EXPECT_EQ(with_reduction({"m", Reduction::max, "u", {true}}), Errors{"burgers_step: no field m"});
+  EXPECT_EQ(with_reduction({"u", Reduction::max, "u", {true}}), Errors{"burgers_step: reduces u to itself"});
+  EXPECT_EQ(with_reduction({"u_next", Reduction::max, "u", {true, true}}), Errors{"burgers_step: reduces along an axis it does not have"});
   EXPECT_EQ(after([](loop::Module& m) { m.rows.push_back(m.rows[0]); }), Errors{"burgers_step: two rows of this name"});
 }
 

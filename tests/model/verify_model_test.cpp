@@ -47,8 +47,8 @@ TEST(VerifyModel, FindsEachBreakage) {
       {"equation of u: there is no parameter q", [](Problem& p) { p.states[0].rhs = param("q"); }},
       {"equation of u: there is no field q", [](Problem& p) { p.states[0].rhs = field("q"); }},
       {"equation of u: there is no axis 1", [](Problem& p) { p.states[0].rhs = coordinate(1); }},
-      {"equation of u: a reduction cannot stand here",
-       [&](Problem& p) { p.states[0].rhs = reduce(Reduce::Kind::sum, u); }},
+      {"equation of u: a reduction along axis 1",
+       [&](Problem& p) { p.states[0].rhs = reduce(Reduce{Reduce::Kind::sum, u, {true, true, false}}); }},
       {"equation of u: derivative of order 3 along axis 0",
        [&](Problem& p) {
          p.states[0].rhs = Expr(Node{Derivative{u, 0, 3}, {}});
@@ -72,8 +72,10 @@ TEST(VerifyModel, FindsEachBreakage) {
        [](Problem& p) { p.states[0].boundary[0].low.b = param("k"); }},
       {"exact solution of u: a derivative cannot stand here",
        [](Problem& p) { p.states[0].exact = derivative(coordinate(0), 0, 1); }},
-      {"observable e: a reduction cannot stand here",
-       [&](Problem& p) { p.observables[0].value = reduce(Reduce::Kind::sum, reduce(Reduce::Kind::sum, u)); }},
+      {"exact solution of u: a reduction cannot stand here",
+       [](Problem& p) { p.states[0].exact = reduce(Reduce::Kind::sum, coordinate(0)); }},
+      {"observable e: a reduction along no axis",
+       [&](Problem& p) { p.observables[0].value = reduce(Reduce::Kind::sum, reduce(Reduce{Reduce::Kind::max, u, {}})); }},
       {"datum v comes from a file or from a scene", [](Problem& p) { p.task->data[0].scene = "s"; }},
       {"unknown q is nothing", [](Problem& p) { p.task->unknowns[0].name = "q"; }},
       {"a task has unknowns and losses", [](Problem& p) { p.task->losses.clear(); }},

@@ -31,7 +31,7 @@ struct Known {
 
 class Builder {
  public:
-  explicit Builder(std::uint64_t seed) : random_(seed), refills_(~seed) { result_.seed = seed; }
+  explicit Builder(std::uint64_t seed) : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15) { result_.seed = seed; }
 
   RandomProgram build() {
     choose_grid();
@@ -52,6 +52,7 @@ class Builder {
   void add_kernel(int grow);
   void add_update(int grow);
   void add_scatter();
+  void add_reduction();
   void add_fill(Known& field);
   void add_refill(Known& field);
   void fill(Known& field, const Fill& fill);
@@ -71,7 +72,7 @@ class Builder {
   }
   std::string fresh_field();
 
-  SplitMix random_, refills_;  // the second came later: without one, seeds mean what they meant
+  SplitMix random_, refills_, reductions_;  // the others came later: without what they make, seeds mean what they meant
   RandomProgram result_;
   Program program_{"p", {}, {}, {}, {}};
   std::vector<Known> known_;
@@ -202,7 +203,7 @@ Scope Builder::scope(int grow, const std::string& without) const {
   Scope result{program_.axes, {}, params_, {}};
   for (const Known& field : known_) {
     if (field.name == without || field.reach < grow) continue;
-    const bool interpolates = field.is_filled && field.reach >= 1;
+    const bool interpolates = field.is_filled && field.reach > grow;
     const bool is_active = !(field.is_input && !result_.wrt.fields.contains(field.name));
     result.fields.push_back({field.name, field.reach - grow, field.is_filled, interpolates || !has_bounded(), is_active, std::min(field.reach, 2)});
   }
@@ -279,7 +280,19 @@ void Builder::add_scatter() {
   if (has_bounded() && field.grown > 0 && random_.percent(70)) add_fold(field);
 }
 
+/// Of any field there is, over some axes or all.
+void Builder::add_reduction() {
+  constexpr Reduction kinds[] = {Reduction::mean, Reduction::sum, Reduction::max, Reduction::min};
+  Reduce reduce{"", kinds[reductions_.weighted({4, 2, 2, 2})], known_[static_cast<std::size_t>(reductions_.below(static_cast<int>(known_.size())))].name, {}};
+  for (int axis = 0; axis < rank(); ++axis) reduce.over[axis] = reductions_.percent(50);
+  reduce.over[static_cast<std::size_t>(reductions_.below(rank()))] = true;
+  reduce.result = fresh_field();
+  known_.push_back({reduce.result, false, false, false, 0, 0});
+  program_.body.push_back(std::move(reduce));
+}
+
 void Builder::add_statements() {
+  if (reductions_.percent(20)) add_reduction();
   for (Known& field : known_) {
     if (!field.is_coordinate && !field.is_filled && random_.percent(70)) add_fill(field);
     if (!field.is_coordinate && field.is_filled && refills_.percent(3)) add_refill(field);
@@ -320,6 +333,10 @@ void Builder::drop_unused() {
     const Signature s = signature(kernel);
     for (const Signature::Read& read : s.reads) used.insert(read.field);
     used.insert(s.writes.begin(), s.writes.end());
+  }
+  for (const Statement& statement : program_.body) {
+    const Reduce* reduce = std::get_if<Reduce>(&statement);
+    if (reduce) used.insert({reduce->field, reduce->result});
   }
   std::erase_if(program_.body, [&](const Statement& statement) {
     const Fill* fill = std::get_if<Fill>(&statement);

@@ -178,6 +178,7 @@ bool lower_rank(const RandomProgram& p, const Try& accept) {
   for (Statement& statement : program_of(candidate).body) {
     if (Fill* fill = std::get_if<Fill>(&statement)) fill->axes.pop_back();
     if (Fold* fold = std::get_if<Fold>(&statement)) fold->axes.pop_back();
+    if (Reduce* reduce = std::get_if<Reduce>(&statement)) reduce->over[static_cast<std::size_t>(axis)] = false;
   }
   return accept(std::move(candidate));
 }

@@ -8,6 +8,7 @@
 
 #include "dpde/runtime/checkpoint.h"
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/executor.h"
 #include "rollout_cases.h"
 
 namespace {
@@ -135,6 +136,22 @@ TEST(Gradient, GradientsAllocateNothing) {
     const long before = allocations;
     for (int i = 0; i < 10; ++i) rollout.gradient();
     rollout.loss();
+    EXPECT_EQ(allocations, before);
+  }
+}
+
+TEST(Gradient, ReductionsAllocateNothing) {
+  const dpde_layout layout = make_layout(std::vector<int64_t>{200, 30, 20}, {});
+  Field u(layout), m(layout);
+  for (const std::array<int32_t, 3> over : {std::array<int32_t, 3>{1, 1, 1}, {0, 1, 0}, {1, 0, 1}}) {
+    TestProgram program("reduce", 3, {"u"}, {"m"});
+    program.reduce(DPDE_MEAN, "u", "m", over);
+    Executor executor(program.table(), layout, 2);
+    executor.bind(0, u.base());
+    executor.bind(1, m.base());
+    executor.run();
+    const long before = allocations;
+    for (int i = 0; i < 10; ++i) executor.run();
     EXPECT_EQ(allocations, before);
   }
 }

@@ -56,6 +56,12 @@ class TestProgram {
   void fold(const dpde_fill& fill, std::array<int64_t, 3> grow) {
     operations_.push_back({DPDE_FOLD, fill, 0, {grow[0], grow[1], grow[2]}, 0, 0, nullptr});
   }
+  void reduce(int kind, const std::string& field, const std::string& result, std::array<int32_t, 3> over) {
+    dpde_operation operation{};
+    operation.kind = DPDE_REDUCE;
+    operation.reduce = {kind, index(fields_, field), index(fields_, result), {over[0], over[1], over[2]}};
+    operations_.push_back(operation);
+  }
   void sweep(dpde_row_fn row, const std::vector<StreamOf>& streams, std::vector<dpde_fill> then = {}, const std::vector<std::string>& sums = {},
              std::array<int64_t, 3> grow = {}, bool serial = false, const std::vector<std::string>& grids = {}) {
     std::vector<dpde_stream>& table = streams_.emplace_back();

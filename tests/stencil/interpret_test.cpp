@@ -145,6 +145,25 @@ TEST(Interpret, FoldClearsTheHaloItFolds) {
   EXPECT_EQ(along_x(state, "w"), (std::vector<double>{1, 0, 1, 9, 0, 6}));
 }
 
+TEST(Interpret, ReducesLinesPlanesAndGrids) {
+  State state({2, {3, 2, 1}}, 1);
+  state.set("u", {1, 2, 6, 4, 8, 15});
+  const auto reduced = [&](Reduction kind, bool over_x, bool over_y) {
+    apply(state, Reduce{"m", kind, "u", {over_x, over_y, false}});
+    return state.get("m");
+  };
+  EXPECT_EQ(reduced(Reduction::mean, true, false), (std::vector<double>{3, 3, 3, 9, 9, 9}));
+  EXPECT_EQ(reduced(Reduction::mean, false, true), (std::vector<double>{2.5, 5, 10.5, 2.5, 5, 10.5}));
+  EXPECT_EQ(reduced(Reduction::sum, true, true), (std::vector<double>(6, 36)));
+  EXPECT_EQ(reduced(Reduction::max, true, false), (std::vector<double>{6, 6, 6, 15, 15, 15}));
+  EXPECT_EQ(reduced(Reduction::min, false, true), (std::vector<double>{1, 2, 6, 1, 2, 6}));
+  EXPECT_TRUE(std::isnan(state.at("m", -1, 0)));  // a halo is what a fill makes of it
+  state.at("u", 1, 1) = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<double> broken = reduced(Reduction::max, true, false);
+  EXPECT_EQ(broken[0], 6);
+  EXPECT_TRUE(std::isnan(broken[3]));
+}
+
 TEST(Interpret, StepOfAHandWrittenProgram) {
   const Module m = module_of(R"(
 kernel heat(u: field halo 1, out u_next: field, sum total: param, nu: param) {

@@ -66,6 +66,30 @@ program r {
 )");
 }
 
+/// u and q are read by reductions alone.
+TEST(Text, Reductions) {
+  expect_same_again(R"(kernel k(m: field, p: field, out v: field) on 3 axes {
+  v = m*p
+}
+
+program p {
+  axes x periodic, y bounded, z periodic
+  reduce m = mean u over y
+  reduce p = max q over x, z
+  run k
+  reduce e = sum v
+  reduce f = min v over z
+  keep v, e, f
+}
+
+program lone {
+  axes x periodic
+  reduce m = mean u
+  keep m
+}
+)");
+}
+
 TEST(Text, Boundaries) {
   expect_same_again(R"(kernel k(u: field halo 1, out v: field) {
   v = u[+1, 0, 0] + u[0, 0, +1]

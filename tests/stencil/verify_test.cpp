@@ -166,6 +166,22 @@ program p { fill u x = 0; run a grow 1; run b grow 2; fill u x = w; run far; kee
   EXPECT_EQ(verify(m), std::vector<std::string>{});
 }
 
+TEST(Verify, Reductions) {
+  const std::string text = R"(kernel k(m: field, u: field, out v: field) { v = m*u }
+program p { axes x bounded; reduce m = mean u; run k; keep v }
+)";
+  const auto changed = [&](auto change) {
+    Module m = module_of(text);
+    change(m.programs[0].body, std::get<Reduce>(m.programs[0].body[0]));
+    return verify(m);
+  };
+  EXPECT_EQ(changed([](auto&, Reduce&) {}), std::vector<std::string>{});
+  EXPECT_EQ(changed([](auto&, Reduce& r) { r.over = {}; }), one("program p reduces u along no axis"));
+  EXPECT_EQ(changed([](auto&, Reduce& r) { r.over[1] = true; }), one("program p reduces u along an axis it does not have"));
+  EXPECT_EQ(changed([](auto&, Reduce& r) { r.field = "m"; }), one("program p reduces m to itself"));
+  EXPECT_EQ(changed([](auto& body, Reduce& r) { body.insert(body.begin(), r); }), one("program p writes m twice"));
+}
+
 TEST(Verify, Results) {
   EXPECT_EQ(with([](Module& m) { m.programs[0].keeps.push_back("d"); }),
             one("program p keeps d, which it does not write"));

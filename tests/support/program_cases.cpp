@@ -117,6 +117,27 @@ kernel s(w: field, q: field, v: field, out vn: field, sum e: param) on 3 axes {
 }
 )";
 
+/// w is reduced by itself, and read by a later kernel.
+const std::string mean_field_kernels = R"(
+kernel a(u: field halo 1, out w: field, c: param) { w = u*u[+1] + c*u[-1] }
+kernel k(u: field halo 1, w: field, m: field, p: field, out v: field, c, nu: param) {
+  v = u + nu*(u[-1] - 2*u + u[+1])*m - c*(u - m)*w + c*p*u
+}
+)";
+
+const std::string zonal_kernels = R"(
+kernel a(u: field halo 1, out w: field, c: param) { w = u*u[+1, -1] + c*u[-1, 0]^2 }
+kernel k(u: field, m: field halo 1, q: field, out v: field, c: param) {
+  v = u - c*m[+1, 0]*(m[-1, 0] + u) + interp(m, 0.3, 0.4)*m[0, +1]/8 + c*q*u^2
+}
+)";
+
+const std::string planes_kernel = R"(
+kernel k(u: field, a: field, b: field halo 1, d: field, e: field, out v: field, c: param) {
+  v = u*a + c*(b[0, 0, +1] - b[0, 0, -1])*u + d*e*u/8 + c*sin(a*d/4)
+}
+)";
+
 /// Reads the corners.
 const std::string cross_kernel = R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }
@@ -211,6 +232,33 @@ std::vector<ProgramCase> program_cases() {
        {{"w", "q"}, {"c", "g"}}},
       {"read on the walls only", 2, "kernel s(u: field, q: field, sum e: param) on 2 axes { e += u^2*q }\n"
            "program p { fill u x = on_wall(0.7), y = on_wall(0.3); run s }", {{"u", "q"}, {}}},
+      {"mean field periodic", 1, mean_field_kernels +
+           "program p { fill u periodic; run a; reduce m = mean u; reduce p = max w; run k; swap u, v }", {{"u"}, {"nu", "c"}}},
+      {"mean field bounded", 1, mean_field_kernels +
+           "program p { fill u x.low = 0.4, x.high = zero_gradient; run a; reduce m = mean w; reduce p = min u; run k; swap u, v; keep w, m }",
+       {{"u"}, {"nu", "c"}}},
+      {"a result reduced", 1, "kernel k(u: field halo 1, out v: field, c: param) { v = u*u[+1] + c }\n"
+           "kernel s(v: field, m: field, inout n: field, sum e: param) { n += m*v; e += m^2 }\n"
+           "program p { fill u x = 0.2; run k; reduce m = mean v; reduce n = sum v; run s; swap u, v; keep n }", {{"u"}, {"c"}}},
+      {"zonal means periodic", 2, zonal_kernels +
+           "program p { fill u periodic; run a; reduce m = mean w over x; fill m periodic; reduce q = max u over y; run k; swap u, v }",
+       {{"u"}, {"c"}}},
+      {"zonal means bounded", 2, zonal_kernels +
+           "program p { fill u x = 0.3, y.low = 1, y.high = zero_gradient; run a; reduce m = mean w over y; fill m x = 0.1, y = zero_gradient; "
+           "reduce q = min u over x; run k; swap u, v; keep m }",
+       {{"u"}, {"c"}}},
+      {"zonal means, one axis periodic", 2, zonal_kernels +
+           "program p { fill u x periodic, y = gradient(0.1); run a; reduce m = mean w over x; fill m x periodic, y = 0.5; "
+           "reduce q = max m over y; run k; keep v }",
+       {{"u"}, {"c"}}},
+      {"planes and lines", 3, planes_kernel +
+           "program p { axes x periodic, y bounded, z bounded; reduce a = mean u over x, y; reduce b = mean u over y; "
+           "fill b x periodic, y = zero_gradient, z = 0.2; reduce d = max u over x, z; reduce e = min b over z; run k; swap u, v }",
+       {{"u"}, {"c"}}},
+      {"the rest of the planes and lines", 3, planes_kernel +
+           "program p { fill u x = 0.3, y periodic, z periodic; reduce a = mean u over x; reduce b = max u over y, z; "
+           "fill b x = zero_gradient, y periodic, z periodic; reduce d = sum u over x; reduce e = mean a over y; run k; swap u, v }",
+       {{"u"}, {"c"}}},
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };

@@ -151,6 +151,8 @@ TEST(Items, OfPrograms) {
       "  run k grow 1\n"
       "  swap u, v\n"
       "  keep a, b\n"
+      "  reduce m = mean u\n"
+      "  reduce over = max v.x over x, z\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Program program = only_block<Program>(text);
@@ -160,6 +162,9 @@ TEST(Items, OfPrograms) {
   EXPECT_EQ(std::get<FillItem>(program.items[5].kind).grow, 2);
   EXPECT_EQ(std::get<RunItem>(program.items[7].kind).grow, 1);
   EXPECT_EQ(std::get<SwapItem>(program.items[8].kind).next.name, "v");
+  EXPECT_TRUE(std::get<ReduceItem>(program.items[10].kind).axes.empty());
+  EXPECT_EQ(std::get<ReduceItem>(program.items[11].kind).kind, Reduction::max);
+  EXPECT_EQ(std::get<ReduceItem>(program.items[11].kind).axes[1].name, "z");
 }
 
 TEST(Items, OfLoops) {

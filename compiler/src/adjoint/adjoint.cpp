@@ -3,10 +3,11 @@
 #include "adjoint/adjoint.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "adjoint/adjoint_kernel.h"
+#include "adjoint/extremes.h"
 #include "adjoint/plan.h"
+#include "adjoint/regions.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -16,118 +17,7 @@ using namespace stencil;
 
 namespace {
 
-bool has_bounded_axis(const std::vector<Topology>& axes) {
-  return std::find(axes.begin(), axes.end(), Topology::bounded) != axes.end();
-}
-
-/// How far beyond the interior the adjoint kernels must reach along bounded axes: as far as varied reads do, and scatters
-/// to varied fields (their transposes read the first halo cell).
-int reach(const Module& module, const Program& program, const Varied& varied) {
-  if (!has_bounded_axis(program.axes)) return 0;
-  int result = 0;
-  for (const Statement& statement : program.body) {
-    const Run* run = std::get_if<Run>(&statement);
-    if (!run) continue;
-    const Kernel& kernel = *module.find_kernel(run->kernel);
-    for (const Scatter& scatter : kernel.scatters) {
-      if (varied.fields.contains(scatter.target.field)) result = std::max(result, 1);
-    }
-    for (const auto& read : signature(kernel).reads) {
-      if (!varied.fields.contains(read.field)) continue;
-      int width = 0;
-      for (size_t axis = 0; axis < program.axes.size(); ++axis) {
-        if (program.axes[axis] == Topology::bounded) width = std::max(width, read.halo[axis]);
-      }
-      result = std::max(result, run->grow + width);
-    }
-  }
-  return result;
-}
-
-/// True if `kernel` reads `field` at an offset along a periodic axis. Interpolation wraps by itself.
-bool reads_around(const Kernel& kernel, const std::string& field, const std::vector<Topology>& axes) {
-  bool found = false;
-  map_kernel(kernel, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      const Access* a = std::get_if<Access>(&e->kind);
-      if (!a || a->field != field) return;
-      for (size_t axis = 0; axis < axes.size(); ++axis) found |= axes[axis] == Topology::periodic && a->offset[axis] != 0;
-    });
-    return value;
-  });
-  return found;
-}
-
 bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
-
-/// Fields whose periodic halo is right when the program has run.
-std::set<std::string> filled_at_the_end(const Module& module, const Program& program) {
-  std::set<std::string> filled;
-  for (const Statement& statement : program.body) {
-    match(
-        statement, [&](const Fill& fill) { filled.insert(fill.field); }, [&](const Fold& fold) { filled.erase(fold.field); },
-        [&](const Run& run) {
-          const Signature s = signature(*module.find_kernel(run.kernel));
-          for (const auto* changed : {&s.writes, &s.updates}) {
-            for (const std::string& field : *changed) filled.erase(field);
-          }
-        });
-  }
-  return filled;
-}
-
-/// What an expression stands behind: the places where all these are true.
-using Insides = std::vector<Inside>;
-
-void add_insides(const Expr& condition, Insides& insides) {
-  const Binary* both = std::get_if<Binary>(&condition->kind);
-  if (const Inside* inside = std::get_if<Inside>(&condition->kind)) insides.push_back(*inside);
-  if (!both || both->op != BinaryOp::logical_and) return;
-  add_insides(both->left, insides);
-  add_insides(both->right, insides);
-}
-
-/// How far outside a kernel that runs `grow` cells beyond the interior uses what it reads of `field`. Behind inside[o] grow g
-/// the point i has i+o at most g outside, so that a read of i+k lies at most g + |k-o| outside.
-int extent_of(const Kernel& kernel, const std::string& field, int grow, const std::vector<Topology>& axes) {
-  int extent = 0;
-  const std::function<void(const Expr&, const Insides&)> look = [&](const Expr& e, const Insides& insides) {
-    if (const Select* select = std::get_if<Select>(&e->kind)) {
-      Insides inner = insides;
-      add_insides(select->condition, inner);
-      look(select->condition, insides);
-      look(select->yes, inner);
-      return look(select->no, insides);
-    }
-    const Access* a = std::get_if<Access>(&e->kind);
-    const Interp* i = std::get_if<Interp>(&e->kind);
-    for (size_t axis = 0; axis < axes.size(); ++axis) {
-      if (axes[axis] == Topology::periodic) continue;
-      if (i && i->field == field) extent = std::max(extent, 1);
-      if (!a || a->field != field) continue;
-      int most = grow + std::abs(a->offset[axis]);
-      for (const Inside& inside : insides) {
-        most = std::min(most, inside.grow + std::abs(a->offset[axis] - inside.offset[axis]));
-      }
-      extent = std::max(extent, most);
-    }
-    for_each_child(e, [&](const Expr& child) { look(child, insides); });
-  };
-  map_kernel(kernel, [&](const Expr& value) { return look(value, {}), value; });
-  return extent;
-}
-
-/// Fields computed beyond the interior.
-std::set<std::string> grown_fields(const Module& module, const Program& program) {
-  std::set<std::string> fields;
-  for (const Statement& statement : program.body) {
-    const Run* run = std::get_if<Run>(&statement);
-    if (!run || run->grow == 0 || !has_bounded_axis(program.axes)) continue;
-    const Signature s = signature(*module.find_kernel(run->kernel));
-    fields.insert(s.writes.begin(), s.writes.end());
-  }
-  return fields;
-}
 
 /// Writes the reverse part of the adjoint program, statement by statement.
 class Reversal {
@@ -145,7 +35,7 @@ class Reversal {
   void reverse(int index) {
     match(
         program_.body[index], [&](const Fill& fill) { reverse_fill(fill); }, [&](const Fold& fold) { reverse_fold(fold); },
-        [&](const Run& run) { reverse_run(run, index); });
+        [&](const Reduce& reduce) { reverse_reduce(reduce, index); }, [&](const Run& run) { reverse_run(run, index); });
   }
 
   /// Gives seeds their names back: those of the interface.
@@ -203,6 +93,8 @@ class Reversal {
       const Fold* fold = std::get_if<Fold>(&statement);
       if (fill && wall_fields(fill->axes).contains(field)) return true;
       if (fill && fill->field == field && is_on_walls(fill->axes)) return true;
+      const Reduce* reduce = std::get_if<Reduce>(&statement);
+      if (reduce && reduce->field == field) return true;
       if (fold && (fold->field == field || wall_fields(fold->axes).contains(field))) return true;
       if (!run) return false;
       const Kernel& kernel = *module_.find_kernel(run->kernel);
@@ -259,6 +151,40 @@ class Reversal {
     if (bar->second.extent > fold.grow) refused.emplace(program_.name, "reading " + fold.field + " past the reach of its fold");
     body.push_back(Fill{names_.of(fold.field), derived_sides(fold.axes, bar_of_wall(fold.grow))});
     bar->second = {fold.grow, true, fold.grow};
+  }
+
+  /// Means and sums are their own transposes. What goes to a max or min is shared by the cells that have it.
+  void reverse_reduce(const Reduce& reduce, int index) {
+    const auto bar = bars_.find(reduce.result);
+    if (bar == bars_.end()) return;
+    const std::string seed = names_.of(reduce.result);
+    bars_.erase(bar);
+    if (!varied_.fields.contains(reduce.field)) return;
+    const bool is_mean = reduce.kind == Reduction::mean, is_extreme = dpde::adjoint::is_extreme(reduce);
+    Reduce total{"", is_mean ? Reduction::mean : Reduction::sum, seed, reduce.over};
+    if (!is_extreme && reach_ == 0 && !bars_.contains(reduce.field)) {
+      total.result = names_.of(reduce.field);
+      body.push_back(total);
+      bars_[reduce.field] = {};
+      return;
+    }
+    total.result = names_.fresh(seed + "_" + std::string(name_of(total.kind)));
+    body.push_back(total);
+    Expr value = access(total.result);
+    if (is_extreme) {
+      needed[reduce.field] = needed[reduce.result] = index;
+      value = at_extreme(reduce, value / access(add_count_of_ties(reduce, {program_, "_adjoint", names_, kernels_, body})));
+    }
+    add_inside(reduce.field, value);
+  }
+
+  /// Adds a value, known in the interior, to a bar.
+  void add_inside(const std::string& field, const Expr& value) {
+    const bool is_new = !bars_.contains(field);
+    Kernel kernel{names_.fresh_kernel(program_.name + "_adjoint_reduce"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    kernel.stores.push_back({names_.of(field), !is_new, is_new && reach_ > 0 ? select(inside({}, 0), value, 0.0) : value, {}});
+    run(std::move(kernel), is_new ? reach_ : 0);
+    bars_.try_emplace(field, Bar{reach_}).first->second.is_around = false;
   }
 
   void reverse_run(const Run& primal, int index) {
@@ -385,6 +311,11 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
           if (into_needed) needed.insert(fold.field);
           return needed.contains(fold.field);
         },
+        [&](const Reduce& reduce) {
+          if (!needed.contains(reduce.result)) return false;
+          needed.insert(reduce.field);
+          return true;
+        },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           const Signature s = signature(kernel);
@@ -419,6 +350,7 @@ bool changes(const Module& module, const Program& program, size_t index, const s
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
+      [](const Reduce&) { return false; },
       [&](const Run& run) {
         const Signature s = signature(*module.find_kernel(run.kernel));
         return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();
@@ -433,7 +365,8 @@ bool check_overwritten(const Module& module, const Program& program, const std::
   for (const auto& [field, first] : needed) {
     for (size_t i = first; i < program.body.size(); ++i) {
       if (!changes(module, program, i, field, grown.contains(field))) continue;
-      sink.report("overwritten-value", {}, {std::get<Run>(program.body[first]).kernel, field},
+      const Run* run = std::get_if<Run>(&program.body[first]);
+      sink.report("overwritten-value", {}, {run ? run->kernel : program.name, field},
                   "store the changed value in a field of its own");
       good = false;
       break;

@@ -22,7 +22,10 @@ void reserve_values(const Module& module, NameSupply& supply) {
     for (const Let& let : kernel.lets) supply.reserve(let.name);
   }
   for (const Program& program : module.programs) {
-    for (const std::string& name : interface_of(module, program).params) supply.reserve(name);
+    const Interface known = interface_of(module, program);
+    for (const auto* names : {&known.inputs, &known.written, &known.params}) {
+      for (const std::string& name : *names) supply.reserve(name);
+    }
     for (const Swap& swap : program.swaps) {
       supply.reserve(swap.state);
       supply.reserve(swap.next);
@@ -41,6 +44,8 @@ void grow_varied(const Module& module, const Program& program, Varied& varied) {
     if (const Fold* fold = std::get_if<Fold>(&statement)) {
       if (varied.fields.contains(fold->field)) varied.fields.merge(wall_fields(fold->axes));
     }
+    const Reduce* reduce = std::get_if<Reduce>(&statement);
+    if (reduce && varied.fields.contains(reduce->field)) varied.fields.insert(reduce->result);
     const Run* run = std::get_if<Run>(&statement);
     if (!run) continue;
     const Kernel& kernel = *module.find_kernel(run->kernel);
@@ -140,6 +145,7 @@ bool check_differentiable(const Module& module, const Program& program, const Va
         statement,  //
         [&](const Fill& fill) { return check_sides(fill.field, fill.axes, varied, sink); },
         [&](const Fold& fold) { return check_sides(fold.field, fold.axes, varied, sink); },
+        [](const Reduce&) { return true; },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
   }
   return good;

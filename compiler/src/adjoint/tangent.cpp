@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "adjoint/adjoint.h"
+#include "adjoint/extremes.h"
 #include "adjoint/plan.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
@@ -189,6 +190,20 @@ void add_still_inputs(const Module& module, const Program& program, const Varied
   kernels.kernels.push_back(std::move(still));
 }
 
+/// The rate of a reduction, behind it.
+void add_reduction(const Reduce& reduce, const Program& program, const Varied& varied, DerivedNames& names, Program& derived, Module& kernels) {
+  if (!varied.fields.contains(reduce.result)) return;
+  if (!varied.fields.contains(reduce.field)) {  // it varies by what is added to it later
+    Kernel still{names.fresh_kernel(program.name + "_tangent_still"), static_cast<int>(program.axes.size()), {}, {{names.of(reduce.result), false, 0.0, {}}}, {}, {}};
+    derived.body.push_back(Run{still.name});
+    kernels.kernels.push_back(std::move(still));
+  } else if (is_extreme(reduce)) {
+    add_tangent_of_extreme(reduce, {program, "_tangent", names, kernels, derived.body});
+  } else {
+    derived.body.push_back(Reduce{names.of(reduce.result), reduce.kind, names.of(reduce.field), reduce.over});
+  }
+}
+
 /// nullopt when sums of squares were asked for and there are others.
 std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form, DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
@@ -217,6 +232,7 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
           if (!varied.fields.contains(fold.field)) return;
           derived.body.push_back(Fold{names.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});
         },
+        [&](const Reduce& reduce) { add_reduction(reduce, *program, varied, names, derived, result.module); },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(kernel);

@@ -46,6 +46,16 @@ int32_t kind_of(SideKind kind) {
   unreachable("kind of boundary");
 }
 
+int32_t kind_of(Reduction reduction) {
+  switch (reduction) {
+    case Reduction::mean: return DPDE_MEAN;
+    case Reduction::sum: return DPDE_SUM;
+    case Reduction::max: return DPDE_MAX;
+    case Reduction::min: return DPDE_MIN;
+  }
+  unreachable("kind of reduction");
+}
+
 int32_t mode_of(loop::Stream::Mode mode) {
   switch (mode) {
     case loop::Stream::Mode::in: return 0;
@@ -138,6 +148,10 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
         result.kind = DPDE_FOLD;
         result.fill = fill(f.field, f.axes);
         set_grow(result, f.grow, program.axes);
+      },
+      [&](const loop::Reduce& r) {
+        result.kind = DPDE_REDUCE;
+        result.reduce = {kind_of(r.kind), fields.index_of(r.field), fields.index_of(r.result), {r.over[0], r.over[1], r.over[2]}};
       },
       [&](const loop::Sweep& s) {
         result.kind = DPDE_SWEEP;

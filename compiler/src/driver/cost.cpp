@@ -75,6 +75,10 @@ Cost cost_of(const loop::Module& module, const std::string& program) {
   for (const loop::Program& candidate : module.programs) {
     if (candidate.name != program) continue;
     for (const loop::Operation& operation : candidate.body) {
+      if (std::holds_alternative<loop::Reduce>(operation)) {
+        total.bytes += 2 * bytes_of(module.real);  // reads one field and writes one
+        total.flops += 1;
+      }
       const loop::Sweep* sweep = std::get_if<loop::Sweep>(&operation);
       if (sweep == nullptr) continue;
       const Cost cost = cost_of_row(*module.find_row(sweep->row), module.real);

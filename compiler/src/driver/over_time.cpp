@@ -16,7 +16,9 @@ struct Spread {
       switch (reduce->reduction) {
         case model::Reduce::Kind::mean: return model::binary(BinaryOp::divide, e, states);
         case model::Reduce::Kind::integral: return model::binary(BinaryOp::multiply, e, step);
-        case model::Reduce::Kind::sum: return e;
+        case model::Reduce::Kind::sum:
+        case model::Reduce::Kind::max:
+        case model::Reduce::Kind::min: return e;
       }
     }
     if (const model::Neg* neg = std::get_if<model::Neg>(&e->kind)) return model::negate((*this)(neg->operand));

@@ -50,6 +50,13 @@ NameSupply taken_names(const stencil::Module& module) {
     for (const std::string& field : s.updates) taken.reserve(field);
     for (const std::string& sum : s.sums) taken.reserve(sum);
   }
+  for (const stencil::Program& program : module.programs) {
+    for (const stencil::Statement& statement : program.body) {
+      const stencil::Reduce* reduce = std::get_if<stencil::Reduce>(&statement);
+      if (reduce) taken.reserve(reduce->field);
+      if (reduce) taken.reserve(reduce->result);
+    }
+  }
   return taken;
 }
 
@@ -165,6 +172,9 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
           std::set<std::string> modified = stencil::wall_fields(f.axes);
           modified.insert(f.field);
           items.push_back({Fold{f.field, f.grow, boundaries(f.axes, false)}, modified, modified});
+        },
+        [&](const stencil::Reduce& r) {
+          items.push_back({Reduce{r.result, r.kind, r.field, r.over}, {r.result}, {r.field, r.result}});
         },
         [&](const stencil::Run& run) { add_sweeps(items, run, program); });
   }

@@ -169,6 +169,14 @@ struct Fold {
   std::vector<AxisBoundary> axes;
   bool operator==(const Fold&) const = default;
 };
+/// result = the mean, sum, ... of `field` along the axes named.
+struct Reduce {
+  std::string result;
+  Reduction kind = Reduction::mean;
+  std::string field;
+  std::array<bool, max_rank> over{};
+  bool operator==(const Reduce&) const = default;
+};
 /// Calls a row function for every row of the region; `then` fills fields this sweep has written, each row's own ends
 /// right after the row while it is in cache.
 struct Sweep {
@@ -178,7 +186,7 @@ struct Sweep {
   std::vector<Fill> then;
   bool operator==(const Sweep&) const = default;
 };
-using Operation = std::variant<Fill, Fold, Sweep>;
+using Operation = std::variant<Fill, Fold, Reduce, Sweep>;
 
 struct Program {
   std::string name;

@@ -164,6 +164,13 @@ std::string operation_text(const Module& module, const Operation& operation) {
       [&](const Fold& f) {
         return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(module, f.axes));
       },
+      [&](const Reduce& r) {
+        std::vector<char> axes;
+        for (int a = 0; a < max_rank; ++a) {
+          if (r.over[static_cast<std::size_t>(a)]) axes.push_back(axis_names[a]);
+        }
+        return fmt::format("reduce {} = {} {} over {}", r.result, name_of(r.kind), r.field, fmt::join(axes, ", "));
+      },
       [&](const Sweep& s) {
         std::string text = fmt::format("sweep {}{}{}", s.row, grow_text(s.grow), s.serial ? " serial" : "");
         for (const Fill& fill : s.then) text += " then " + fill_text(module, fill);

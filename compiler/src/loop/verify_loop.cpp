@@ -48,6 +48,7 @@ class Verifier {
   void check_row(const Row& row);
   void check_boundaries(const Program& program, const std::string& field, const std::vector<AxisBoundary>& axes);
   void check_sweep(const Program& program, const Sweep& sweep);
+  void check_reduce(const Program& program, const Reduce& reduce);
   void check_program(const Program& program);
 
   const Module& module_;
@@ -189,6 +190,12 @@ void Verifier::check_sweep(const Program& program, const Sweep& sweep) {
   }
 }
 
+void Verifier::check_reduce(const Program& program, const Reduce& reduce) {
+  for (const std::string& field : {reduce.field, reduce.result}) check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+  check(reduce.field != reduce.result, program.name, fmt::format("reduces {} to itself", reduce.field));
+  for (std::size_t a = program.axes.size(); a < reduce.over.size(); ++a) check(!reduce.over[a], program.name, "reduces along an axis it does not have");
+}
+
 void Verifier::check_program(const Program& program) {
   check(program.input_count >= 0 && program.input_count <= static_cast<int>(program.fields.size()), program.name,
         "more inputs than fields");
@@ -199,7 +206,7 @@ void Verifier::check_program(const Program& program) {
     match(
         operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Sweep& s) { check_sweep(program, s); });
+        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Sweep& s) { check_sweep(program, s); });
   }
   for (const Swap& swap : program.swaps) {
     check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name,

@@ -116,6 +116,8 @@ Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
   return make(Reduce{reduction, operand}, origin);
 }
 
+Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
+
 bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
 
 bool is_uniform(const Expr& e) {

@@ -28,7 +28,9 @@ Expr shift(const Expr& operand, std::vector<int> offset, Origin origin = {});
 /// Of what is the same everywhere, itself.
 Expr interpolate(const Expr& operand, Origin origin = {});
 Expr sample(std::string field, std::vector<Expr> place, Origin origin = {});
+/// Over all axes.
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
+Expr reduce(Reduce reduction, Origin origin = {});
 
 bool is_constant(const Expr& e, double value);
 /// Neither fields nor coordinates nor reductions: the same at all points.

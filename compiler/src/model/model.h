@@ -97,10 +97,12 @@ struct Sample {
   std::vector<Expr> place;
   bool operator==(const Sample&) const = default;
 };
-/// mean, sum or integral over space; only in losses, tests and observables
+/// mean, sum, ... over space: the same at all points along the axes it goes over
 struct Reduce {
-  enum class Kind { mean, sum, integral } reduction;
+  enum class Kind { mean, sum, integral, max, min } reduction;
   Expr operand;
+  std::array<bool, 3> over{true, true, true};  // all true where it is over all axes of the scene, however many
+  bool is_over_all() const { return over == std::array{true, true, true}; }
   bool operator==(const Reduce&) const = default;
 };
 
@@ -174,7 +176,7 @@ struct Control {
 /// A named number made of reductions: a loss term, an observable, a test.
 struct Quantity {
   std::string name;
-  Expr value;  // linear in Reduce
+  Expr value;  // linear in Reduce over all axes; what these hold may have more of them
   Origin origin;
 };
 
@@ -233,7 +235,7 @@ struct Event {
   Origin origin;
 };
 struct Loss {
-  Expr value;  // linear in Reduce
+  Expr value;  // as of a Quantity
   When when;
   Origin origin;
 };

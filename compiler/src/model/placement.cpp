@@ -19,7 +19,7 @@ const T* as(const Expr& e) {
 /// Calls `f` on the children whose values are taken where `e` is.
 template <class F>
 void for_each_part_in_place(const Expr& e, const F& f) {
-  if (as<Interpolate>(e) || as<Sample>(e)) return;
+  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e)) return;
   if (const Advect* advect = as<Advect>(e)) return f(advect->operand);
   for_each_part(e, f);
 }
@@ -73,6 +73,10 @@ Placement Placements::of(const std::string& field) const {
 
 void Placements::collect(const Expr& e, Fields& found, Placement& placement) const {
   if (found == Fields::several || as<Interpolate>(e) || as<Sample>(e)) return;
+  if (const Reduce* reduce = as<Reduce>(e)) {
+    if (!reduce->is_over_all()) found = Fields::several;  // along some axes it is anywhere
+    return;
+  }
   if (const Field* field = as<Field>(e)) {
     if (anywhere_.contains(field->name)) return;
     const Placement own = of(field->name);
@@ -101,6 +105,9 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
     if (own == wanted || anywhere_.contains(field->name)) return std::nullopt;
     return Mistake{e, own, wanted};
   }
+  if (const Reduce* reduce = as<Reduce>(e)) {
+    return operand_placement(*reduce, wanted) ? std::nullopt : std::optional(Mistake{e, natural(e), wanted});
+  }
   if (only(e) == wanted) return std::nullopt;  // as on grids without staggering
   if (const Derivative* d = as<Derivative>(e); d && d->order == 1) {
     const auto staggered = misplaced(d->operand, toggled(wanted, d->axis));
@@ -115,6 +122,18 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
   return mistake;
 }
 
+std::optional<Placement> Placements::operand_placement(const Reduce& reduce, const Placement& wanted) const {
+  std::vector<Placement> options = candidates(reduce.operand);
+  if (options.empty()) options.emplace_back();
+  for (Placement placement : options) {
+    for (std::size_t axis = 0; axis < placement.size(); ++axis) {
+      if (!reduce.over[axis]) placement[axis] = wanted[axis];
+    }
+    if (can_be_at(reduce.operand, placement)) return placement;
+  }
+  return std::nullopt;
+}
+
 /// Placements that the fields of `e` suggest, the first preferred: that of staggered differences.
 void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) const {
   if (const Field* field = as<Field>(e)) {
@@ -122,6 +141,13 @@ void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) co
     return;
   }
   const std::size_t before = found.size();
+  if (const Reduce* reduce = as<Reduce>(e); reduce && !reduce->is_over_all()) {
+    add_candidates(reduce->operand, found);
+    for (std::size_t i = before; i < found.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) found[i][axis] = found[i][axis] && !reduce->over[axis];
+    }
+    return;
+  }
   for_each_part_in_place(e, [&](const Expr& part) { add_candidates(part, found); });
   const Derivative* d = as<Derivative>(e);
   if (!d || d->order != 1) return;
@@ -161,6 +187,8 @@ std::optional<Placements::Mistake> Placements::bad_interpolation(const Expr& e) 
   for_each_part(e, [&](const Expr& part) {
     if (!mistake) mistake = bad_interpolation(part);
   });
+  const Reduce* reduce = as<Reduce>(e);
+  if (!mistake && reduce) return misplaced(reduce->operand);
   const Interpolate* interpolated = as<Interpolate>(e);
   if (mistake || !interpolated || natural(interpolated->operand)) return mistake;
   mistake = misplaced(interpolated->operand);

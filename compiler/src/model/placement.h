@@ -6,7 +6,8 @@
 // From above an expression is asked for at the placement that the left side of the equation has. A derivative of order 1
 // along an axis then takes its operand at the other placement along that axis where that can be (the staggered
 // difference), else at the same one (the central difference). What holds fields of a single placement, and is wanted
-// there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is.
+// there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is. A reduction is known
+// everywhere along the axes it goes over, and along the others where its operand is.
 #pragma once
 
 #include <map>
@@ -36,6 +37,10 @@ class Placements {
   bool can_be_at(const Expr& e, const Placement& wanted) const { return !misplaced(e, wanted); }
   /// Where `e` is known without interpolating; nullopt where it has no placement of its own, or its parts do not fit.
   std::optional<Placement> natural(const Expr& e) const;
+
+  /// Where the operand of a reduction is taken so that the result is known at `wanted`: along the axes that it goes over that
+  /// is wherever the operand fits. nullopt: nowhere.
+  std::optional<Placement> operand_placement(const Reduce& reduce, const Placement& wanted) const;
 
   /// The part of `e` that keeps it from being taken at `wanted`.
   struct Mistake {

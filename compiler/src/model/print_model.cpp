@@ -82,8 +82,19 @@ const char* word_for(Reduce::Kind kind) {
     case Reduce::Kind::mean: return "mean";
     case Reduce::Kind::sum: return "sum";
     case Reduce::Kind::integral: return "integral";
+    case Reduce::Kind::max: return "max";
+    case Reduce::Kind::min: return "min";
   }
   unreachable("reduction");
+}
+
+Piece reduce_piece(const Reduce& r) {
+  std::vector<std::string> axes;
+  for (std::size_t axis = 0; axis < r.over.size(); ++axis) {
+    if (r.over[axis] && !r.is_over_all()) axes.emplace_back(axis_names[axis]);
+  }
+  const std::string list = axes.size() == 1 ? axes.front() : fmt::format("({})", fmt::join(axes, ", "));
+  return {fmt::format("{}({}{})", word_for(r.reduction), bare(r.operand), axes.empty() ? "" : ", over = " + list)};
 }
 
 Piece piece(const Expr& e) {
@@ -100,7 +111,7 @@ Piece piece(const Expr& e) {
       [](const Shift& s) { return shift_piece(s); },
       [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
       [](const Sample& s) { return sample_piece(s); },
-      [](const Reduce& r) { return Piece{fmt::format("{}({})", word_for(r.reduction), bare(r.operand))}; });
+      [](const Reduce& r) { return reduce_piece(r); });
 }
 
 std::string load_text(const std::string& file, const std::string& variable) {

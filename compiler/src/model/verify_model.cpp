@@ -29,7 +29,7 @@ bool is_condition(const Expr& e) {
 struct Allowed {
   bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false;
 };
-constexpr Allowed equation{true, true, true, true, false};
+constexpr Allowed equation{true, true, true, true, true};
 constexpr Allowed formula{false, true, false, false, false};
 constexpr Allowed exact{false, true, true, false, false};
 constexpr Allowed start{false, false, false, false, false};
@@ -223,7 +223,6 @@ class Verifier {
     const auto need = [&](bool is_allowed, const char* what) {
       demand(is_allowed, where + ": " + what + " cannot stand here");
     };
-    Allowed inside = allowed;
     match(
         e->kind, [&](const Number& n) { demand(std::isfinite(n.value), where + ": a number is not finite"); },
         [&](const Param& p) {
@@ -267,11 +266,17 @@ class Verifier {
                  fmt::format("{}: sampled at {} coordinates", where, s.place.size()));
           for (const Expr& part : s.place) demand(is_uniform(part), where + ": sampled at a place that varies");
         },
-        [&](const Reduce&) {
+        [&](const Reduce& r) {
           need(allowed.reductions, "a reduction");
-          inside.reductions = false;
+          bool is_along_an_axis = r.is_over_all();
+          for (int axis = 0; axis < 3; ++axis) {
+            const bool over = r.over[static_cast<std::size_t>(axis)];
+            is_along_an_axis = is_along_an_axis || over;
+            demand(!over || has_axis(axis) || r.is_over_all(), fmt::format("{}: a reduction along axis {}", where, axis));
+          }
+          demand(is_along_an_axis, where + ": a reduction along no axis");
         });
-    check_children(e, where, inside);
+    check_children(e, where, allowed);
   }
 
   void check_placements() {

@@ -28,6 +28,7 @@ bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 /// Whether `e` reads a field where it stands: what is interpolated is known anywhere.
 bool reads_in_place(const model::Expr& e) {
   if (as<model::Interpolate>(e)) return false;
+  if (const model::Reduce* reduce = as<model::Reduce>(e)) return !reduce->is_over_all();
   bool found = is_field(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || reads_in_place(part); });
   return found;
@@ -41,6 +42,17 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 
 bool holds_derivative(const model::Expr& e) {
   return model::any_part(e, [](const model::Expr& x) { return as<model::Derivative>(x) || as<model::Advect>(x); });
+}
+
+Reduction reduction_of(model::Reduce::Kind kind) {
+  switch (kind) {
+    case model::Reduce::Kind::mean: return Reduction::mean;
+    case model::Reduce::Kind::sum:
+    case model::Reduce::Kind::integral: return Reduction::sum;
+    case model::Reduce::Kind::max: return Reduction::max;
+    case model::Reduce::Kind::min: return Reduction::min;
+  }
+  unreachable("reduction");
 }
 
 /// Sum of weight * value. From four values on those at equal distances are paired, 8*(u[+1] - u[-1]) - (u[+2] - u[-2]):
@@ -102,8 +114,8 @@ Expr scaled(const Expr& factor, const Expr& product) {
 
 Reading::Reading() : time(param("t")) {}
 
-Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading, model::Placements placements)
-    : scheme_(scheme), names_(std::move(names)), reading_(std::move(reading)), placements_(std::move(placements)) {
+Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading, model::Placements placements)
+    : scheme_(scheme), names_(std::move(names)), rank_(rank), reading_(std::move(reading)), placements_(std::move(placements)) {
   if (placements_.is_staggered()) base_.reset();
   require(scheme_.advect != model::Advection::semi_lagrangian, "semi-Lagrangian advection is no difference");
 }
@@ -155,6 +167,7 @@ Discretiser::Quotient Discretiser::at(const model::Expr& e, const Place& place) 
 
 Discretiser::Quotient Discretiser::at_base(const model::Expr& e, const Place& place) {
   if (++parts_ > max_parts) return Quotient{0.0};
+  if (as<model::Reduce>(e)) return reduced_at(e, place);
   for (int axis = 0; axis < max_rank; ++axis) {
     if (is_midway(place, axis) && !has_parts_midway(e)) return at_halfway(e, place, axis);
   }
@@ -214,7 +227,62 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       },
       [&](const model::Interpolate& i) { return interpolated_at(i, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
-      [](const model::Reduce&) -> Quotient { unreachable("reduction inside an expression at a point"); });
+      [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
+}
+
+/// Along the axes it goes over a reduction is the same everywhere; along the others it is its operand that is displaced.
+Discretiser::Quotient Discretiser::reduced_at(const model::Expr& e, Place place) {
+  const model::Reduce& reduce = *as<model::Reduce>(e);
+  const bool staggered = placements_.is_staggered();
+  const model::Placement own = staggered ? placements_.operand_placement(reduce, parity(place)).value_or(model::Placement{}) : model::Placement{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) {
+    if (reduce.over[axis]) place[axis] = own[axis] ? 1 : 0;
+  }
+  for (int axis = 0; axis < max_rank; ++axis) {
+    const bool goes_over = reduce.over[static_cast<std::size_t>(axis)];
+    if (!goes_over && is_midway(place, axis) && !has_parts_midway(e)) return at_halfway(e, place, axis);
+  }
+  Reduce statement{"", reduction_of(reduce.reduction), stored_operand(reduce.operand, place), {}};
+  std::copy_n(reduce.over.begin(), rank_, statement.over.begin());
+  Expr value = access(stored_reduction(std::move(statement)));
+  for (int axis = 0; axis < rank_ && reduce.reduction == model::Reduce::Kind::integral; ++axis) {
+    if (reduce.over[static_cast<std::size_t>(axis)]) value = value * spacing(axis);
+  }
+  return Quotient{value};
+}
+
+/// The field that holds `e` at `place` of each cell: one that is there, or that a kernel stores before.
+std::string Discretiser::stored_operand(const model::Expr& e, const Place& place) {
+  Discretiser inner(scheme_, names_, rank_, reading_, placements_);
+  inner.parts_ = parts_;
+  inner.preparations_ = preparations_;
+  const Expr value = inner.at(e, place).value();
+  parts_ = inner.parts_;
+  preparations_ = inner.preparations_;
+  for (const Preparation& made : preparations_) {  // by the inner one too
+    if (const Reduce* reduce = std::get_if<Reduce>(&made)) names_.reserve(reduce->result);
+    if (const Kernel* kernel = std::get_if<Kernel>(&made)) names_.reserve(kernel->stores[0].field);
+  }
+  const Access* field = std::get_if<Access>(&value->kind);
+  if (field && field->offset == Offset{}) return field->field;
+  for (const Preparation& made : preparations_) {
+    const Kernel* kernel = std::get_if<Kernel>(&made);
+    if (kernel && kernel->lets == inner.lets_ && kernel->stores[0].value == value) return kernel->stores[0].field;
+  }
+  const std::string result = names_.fresh("operand");
+  preparations_.push_back(Kernel{"", rank_, inner.lets_, {{result, false, value, e->origin}}, {}, {}});
+  return result;
+}
+
+/// The field that holds the result.
+std::string Discretiser::stored_reduction(Reduce reduce) {
+  for (const Preparation& made : preparations_) {
+    const Reduce* known = std::get_if<Reduce>(&made);
+    if (known && known->kind == reduce.kind && known->field == reduce.field && known->over == reduce.over) return known->result;
+  }
+  reduce.result = names_.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
+  preparations_.push_back(reduce);
+  return reduce.result;
 }
 
 Discretiser::Quotient Discretiser::interpolated_at(const model::Interpolate& e, const Place& place) {
@@ -273,6 +341,7 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
   if (as<model::Interpolate>(e)) return false;
+  if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)]) return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
     if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;
   }

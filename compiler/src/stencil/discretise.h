@@ -12,6 +12,8 @@
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
 //    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell: of a
 //    constant they are 0 exactly.
+//  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does not go
+//    over, it is the reduction of its operand at that place: walls and half points are then what they are for the operand.
 // Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
 #pragma once
 
@@ -19,6 +21,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "model/model.h"
@@ -45,18 +48,23 @@ struct Reading {
   Reading();
 };
 
+/// What is to be done before a kernel that reads the results of reductions: a kernel without a name, which stores what is
+/// reduced, or the reduction.
+using Preparation = std::variant<Kernel, Reduce>;
+
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
  public:
   /// `scheme.advect` is central or upwind. Lets take names that `names` does not know.
-  Discretiser(const model::Scheme& scheme, NameSupply names, Reading reading = {}, model::Placements placements = {});
+  Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading = {}, model::Placements placements = {});
 
-  /// `e`, which holds no Reduce, at the current cell's point of a placement.
+  /// `e` at the current cell's point of a placement.
   Expr operator()(const model::Expr& e, const model::Placement& placement = {});
   const model::Placements& placements() const { return placements_; }
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
   const std::vector<Let>& lets() const { return lets_; }
+  const std::vector<Preparation>& preparations() const { return preparations_; }
   /// Whether what was asked for had more than max_parts; it was not worked out then.
   bool gave_up() const { return parts_ > max_parts; }
 
@@ -79,6 +87,9 @@ class Discretiser {
   Quotient inside_difference(const model::Expr& e, const Place& place);
   Quotient at_halfway(const model::Expr& e, const Place& place, int axis);
   Quotient at_place(const model::Expr& e, const Place& place);
+  Quotient reduced_at(const model::Expr& e, Place place);
+  std::string stored_operand(const model::Expr& e, const Place& place);
+  std::string stored_reduction(Reduce reduce);
   Quotient interpolated_at(const model::Interpolate& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);
@@ -96,11 +107,13 @@ class Discretiser {
 
   model::Scheme scheme_;
   NameSupply names_;
+  int rank_;
   Reading reading_;
   model::Placements placements_;
   /// The placement of all fields of the expression, wanted there; nullopt: several, or somewhere else.
   std::optional<model::Placement> base_ = model::Placement{};
   std::vector<Let> lets_;
+  std::vector<Preparation> preparations_;
   int parts_ = 0;
   int nesting_ = 0;                                     // > 0 inside a difference, where nothing is named
   std::map<std::string, std::string> derivative_lets_;  // field, axis, order and accuracy -> let

@@ -64,7 +64,7 @@ class EventStages {
     return found == stores.end() ? nullptr : &*found;
   }
 
-  /// Whether the last kernel stores all that changes, and nobody looks at neighbours of what it stores.
+  /// Whether the last kernel stores all that changes, and nobody looks at neighbours of what it stores or reduces anything.
   bool is_at_the_point(const model::Event& event) const {
     for (const model::Event::Update& update : event.updates) {
       if (!last_store(ends_.at(update.state))) return false;
@@ -72,6 +72,7 @@ class EventStages {
       Kernel probe = lowering_.kernel("probe");
       probe.stores.push_back({"probe", false, at_point(update.value, lowering_.placement_of(update.state)), {}});
       probe.lets = at_point.lets();
+      if (!at_point.preparations().empty()) return false;
       for (const Signature::Read& read : signature(probe).reads) {
         const bool beyond = read.interpolated || std::any_of(read.halo.begin(), read.halo.end(), [](int h) { return h > 0; });
         if (beyond && last_store(read.field)) return false;
@@ -129,8 +130,7 @@ class EventStages {
       kernel.stores.push_back({into, false, happens ? select(*happens, value, before) : value, event.origin});
       changed[update.state] = into;
     }
-    kernel.lets = at_point.lets();
-    stages_.push_back({std::move(kernel), time_at_end()});
+    stages_.push_back(Lowering::stage(std::move(kernel), at_point, time_at_end()));
     ends_ = changed;
   }
 

@@ -114,6 +114,9 @@ class ModuleReader {
       if (const auto* axes = std::get_if<ast::AxesItem>(&item.kind)) {
         return std::min(static_cast<int>(axes->axes.size()), max_rank);
       }
+      if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
+        for (const ast::Identifier& axis : reduce->axes) rank = std::max(rank, axis_of(axis) + 1);
+      }
       const auto* fill = std::get_if<ast::FillItem>(&item.kind);
       if (!fill) continue;
       for (const ast::BoundarySide& side : fill->sides) {
@@ -163,6 +166,10 @@ class ModuleReader {
     std::vector<std::string> fields;
     fields_known_ = true;
     for (const ast::Item& item : source.items) {
+      if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
+        fields.push_back(reduce->field.name);
+        fields.push_back(reduce->result.name);
+      }
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
       fields_known_ = fields_known_ && (!run || kernel);
@@ -207,6 +214,8 @@ class ModuleReader {
   void read_item(const ast::Item& item) {
     if (const auto* fill = std::get_if<ast::FillItem>(&item.kind)) {
       read_fill(*fill, item.range);
+    } else if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
+      read_reduce(*reduce, item.range);
     } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
@@ -310,6 +319,28 @@ class ModuleReader {
     }
   }
 
+  void read_reduce(const ast::ReduceItem& source, SourceRange range) {
+    Reduce reduce{source.result.name, source.kind, source.field.name, {}};
+    const int rank = static_cast<int>(program_.axes.size());
+    for (const ast::Identifier& name : source.axes) {
+      const int axis = axis_of(name);
+      if (axis < 0 || axis >= rank) {
+        sink_.report("unknown-axis", name.range, {name.name}, fmt::format("{} has {}", program_.name, axes_phrase(rank)));
+        return;
+      }
+      reduce.over[static_cast<std::size_t>(axis)] = true;
+    }
+    if (source.axes.empty()) std::fill_n(reduce.over.begin(), rank, true);
+    ranges_.push_back(range);
+    program_.body.push_back(reduce);
+  }
+
+  /// -1 for other names.
+  static int axis_of(const ast::Identifier& name) {
+    const std::size_t axis = name.name.size() == 1 ? axis_names.find(name.name) : std::string_view::npos;
+    return axis == std::string_view::npos ? -1 : static_cast<int>(axis);
+  }
+
   void read_run(const ast::RunItem& run, SourceRange range) {
     const Kernel* kernel = module_.find_kernel(run.kernel.name);
     if (!kernel) {
@@ -346,6 +377,7 @@ class ModuleReader {
   void check_written(const ast::Identifier& field) {
     std::vector<std::string> written;
     for (const Statement& statement : program_.body) {
+      if (const Reduce* reduce = std::get_if<Reduce>(&statement)) written.push_back(reduce->result);
       const Run* run = std::get_if<Run>(&statement);
       if (!run) continue;
       const Signature s = signature(*module_.find_kernel(run->kernel));

@@ -19,10 +19,10 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Lowers `e` to see whether its differences stay within reason.
-void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink) {
+/// Lowers `e` to see whether its differences stay within reason. `is_quantity`: a number made of sums over the grid.
+void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink, bool is_quantity = false) {
   Discretiser at_point = lowering.discretiser();
-  if (model::holds_reduction(e)) {
+  if (is_quantity) {
     cell_share(e, lowering.rank(), at_point);
   } else {
     const model::Placements& placements = at_point.placements();
@@ -58,13 +58,13 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   }
   check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
-  for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink);
+  for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink, true);
   if (problem.scheme.advect == model::Advection::semi_lagrangian) check_semi_lagrangian(problem, sink);
   if (problem.task) {
     for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from);
-    for (const model::Loss& loss : problem.task->losses) check_size(lowering, loss.value, loss.origin, sink);
+    for (const model::Loss& loss : problem.task->losses) check_size(lowering, loss.value, loss.origin, sink, true);
     for (const model::Test& test : problem.task->tests) {
-      check_size(lowering, test.quantity.value, test.quantity.origin, sink);
+      check_size(lowering, test.quantity.value, test.quantity.origin, sink, true);
     }
   }
   return sink.all().size() == before;
@@ -91,8 +91,7 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
     stored.clear();
   };
   const auto end = [&] {
-    kernel.lets = at_point.lets();
-    stages.push_back(Lowering::stage(kernel));
+    stages.push_back(Lowering::stage(std::move(kernel), at_point));
   };
   begin();
   for (const Formula& formula : formulas) {
@@ -195,8 +194,7 @@ void add_sums(Module& module, const Lowering& lowering, const std::string& name,
   Discretiser at_point = lowering.discretiser();
   Kernel kernel = lowering.kernel(name);
   for (const NamedValue& v : values) kernel.sums.push_back({v.sum, cell_share(v.value, lowering.rank(), at_point)});
-  kernel.lets = at_point.lets();
-  lowering.add_program(module, name, {Lowering::stage(kernel)});
+  lowering.add_program(module, name, {Lowering::stage(std::move(kernel), at_point)});
 }
 
 void add_task(Module& module, const Lowering& lowering, const model::Task& task) {

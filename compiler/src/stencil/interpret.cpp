@@ -347,6 +347,28 @@ void apply(State& state, const Fold& fold, const Params& params) {
   }
 }
 
+void apply(State& state, const Reduce& reduce) {
+  const Cell& cells = state.grid().cells;
+  Cell groups = cells, along{1, 1, 1};
+  for (int axis = 0; axis < max_rank; ++axis) {
+    if (reduce.over[axis]) std::swap(groups[axis], along[axis]);
+  }
+  const double count = static_cast<double>(along[0]) * along[1] * along[2];
+  const bool adds = reduce.kind == Reduction::mean || reduce.kind == Reduction::sum;
+  if (!state.has(reduce.result)) state.poison(reduce.result);
+  for_each_cell({}, groups, [&](const Cell& begin) {
+    double value = adds ? 0 : state.at(reduce.field, begin);
+    const auto place = [&](const Cell& way) { return displaced(begin, way); };
+    for_each_cell({}, along, [&](const Cell& way) {
+      const double next = state.at(reduce.field, place(way));
+      const bool is_better = next != next || (reduce.kind == Reduction::max ? next > value : next < value);
+      value = adds ? value + next : is_better ? next : value;
+    });
+    if (reduce.kind == Reduction::mean) value /= count;
+    for_each_cell({}, along, [&](const Cell& way) { state.at(reduce.result, place(way)) = state.stored(value); });
+  });
+}
+
 std::map<std::string, double> interpret(const Module& module, const Program& program, State& state,
                                         const Params& params) {
   require(static_cast<int>(program.axes.size()) == state.grid().rank, "one topology an axis");
@@ -355,6 +377,7 @@ std::map<std::string, double> interpret(const Module& module, const Program& pro
   for (const Statement& statement : program.body) {
     match(
         statement, [&](const Fill& fill) { apply(state, fill, params); }, [&](const Fold& fold) { apply(state, fold, params); },
+        [&](const Reduce& reduce) { apply(state, reduce); },
         [&](const Run& run) {
           run_kernel(*module.find_kernel(run.kernel), run.grow, program.axes, state, params, sums);
         });

@@ -61,6 +61,9 @@ void apply(State& state, const Fill& fill, const Params& params);
 /// Adds `grow` halo cells of a field on each side of bounded axes onto its interior, and clears them.
 void apply(State& state, const Fold& fold, const Params& params);
 
+/// Sets the interior of the result.
+void apply(State& state, const Reduce& reduce);
+
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or
 /// wider.

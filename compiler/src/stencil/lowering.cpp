@@ -27,14 +27,62 @@ bool is_read_beyond_the_cell(const Signature::Read& read) {
   return false;
 }
 
+/// All that a preparation reads.
+std::vector<Signature::Read> reads_of(const Preparation& preparation) {
+  if (const Kernel* kernel = std::get_if<Kernel>(&preparation)) return signature(*kernel).reads;
+  return {{std::get<Reduce>(preparation).field, {}, false}};
+}
+
+/// All that a stage reads.
+std::vector<Signature::Read> reads_of(const Stage& stage) {
+  std::vector<Signature::Read> reads = signature(stage.kernel).reads;
+  for (const Preparation& preparation : stage.before) {
+    const std::vector<Signature::Read> more = reads_of(preparation);
+    reads.insert(reads.end(), more.begin(), more.end());
+  }
+  return reads;
+}
+
 int widest_read(const std::vector<Stage>& stages) {
   int width = 0;
   for (const Stage& stage : stages) {
-    for (const Signature::Read& read : signature(stage.kernel).reads) {
+    for (const Signature::Read& read : reads_of(stage)) {
       width = std::max(width, *std::max_element(read.halo.begin(), read.halo.end()));
     }
   }
   return width;
+}
+
+/// Reductions of one stage know nothing of those of another: gives the fields of each names of their own.
+std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
+  for (const Stage& stage : stages) {
+    for (const Let& let : stage.kernel.lets) taken.reserve(let.name);
+  }
+  for (Stage& stage : stages) {
+    if (stage.before.empty()) continue;
+    std::map<std::string, std::string> names;
+    const auto renamed = [&](const std::string& field) {
+      const auto found = names.find(field);
+      return found == names.end() ? field : found->second;
+    };
+    const auto rename = [&](Kernel& kernel) {
+      kernel = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, renamed); });
+    };
+    for (Preparation& preparation : stage.before) {
+      if (Kernel* kernel = std::get_if<Kernel>(&preparation)) {
+        rename(*kernel);
+        std::string& field = kernel->stores[0].field;
+        field = names[field] = taken.fresh("operand");
+        kernel->name = stage.kernel.name + "_" + field;
+      } else {
+        Reduce& reduce = std::get<Reduce>(preparation);
+        reduce.field = renamed(reduce.field);
+        reduce.result = names[reduce.result] = taken.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
+      }
+    }
+    rename(stage.kernel);
+  }
+  return stages;
 }
 
 }  // namespace
@@ -67,7 +115,7 @@ Discretiser Lowering::discretiser(Reading reading, const std::vector<Let>& taken
   }
   NameSupply names = names_;
   for (const Let& let : taken) names.reserve(let.name);
-  return {scheme, std::move(names), std::move(reading), placements_};
+  return {scheme, std::move(names), rank(), std::move(reading), placements_};
 }
 
 Kernel Lowering::kernel(const std::string& name) const {
@@ -75,6 +123,11 @@ Kernel Lowering::kernel(const std::string& name) const {
   kernel.name = name;
   kernel.rank = rank();
   return kernel;
+}
+
+Stage Lowering::stage(Kernel kernel, const Discretiser& at_point, Expr time) {
+  kernel.lets = at_point.lets();
+  return {std::move(kernel), std::move(time), at_point.preparations()};
 }
 
 /// Of a field without a boundary of its own.
@@ -102,7 +155,9 @@ const model::State* Lowering::state_on_walls(const std::string& field) const {
 std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const {
   const auto time_of = [&](const std::string& field, std::size_t after) {
     for (std::size_t later = after + 1; later < stages.size(); ++later) {
-      if (signature(stages[later].kernel).find_read(field)) return stages[later].time;
+      const std::vector<Signature::Read> reads = reads_of(stages[later]);
+      const auto is_of_field = [&](const Signature::Read& read) { return read.field == field; };
+      if (std::any_of(reads.begin(), reads.end(), is_of_field)) return stages[later].time;
     }
     return time_of_results;
   };
@@ -115,28 +170,39 @@ std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const E
   return stages;
 }
 
+bool Lowering::needs_fill(const Signature::Read& read) const {
+  return !is_coordinate(read.field) && (is_read_beyond_the_cell(read) || state_on_walls(read.field));
+}
+
 Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given, const Expr& time_of_results) const {
-  const std::vector<Stage> stages = with_wall_values(given, time_of_results);
+  const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_);
   Program program;
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
   std::set<std::string> filled;
   Walls walls(problem_, names_, widest_read(stages));
-  for (const Stage& stage : stages) {
-    const Signature signature = stencil::signature(stage.kernel);
-    for (const Signature::Read& read : signature.reads) {
-      const bool needs_fill = is_read_beyond_the_cell(read) || state_on_walls(read.field);
-      if (!needs_fill || is_coordinate(read.field) || !filled.insert(read.field).second) continue;
+  const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time) {
+    for (const Signature::Read& read : reads) {
+      if (!needs_fill(read) || !filled.insert(read.field).second) continue;
       const auto state = state_of_.find(read.field);
       std::vector<AxisBoundary> boundary = plain_boundary();
-      if (state != state_of_.end()) {
-        boundary = walls.boundary(*problem_.find_state(state->second), stage.time, module, program);
-      }
+      if (state != state_of_.end()) boundary = walls.boundary(*problem_.find_state(state->second), time, module, program);
       program.body.push_back(Fill{read.field, std::move(boundary)});
     }
-    program.body.push_back(Run{stage.kernel.name});
-    for (const std::string& field : signature.writes) filled.erase(field);
-    module.kernels.push_back(stage.kernel);
+  };
+  const auto run = [&](const Kernel& kernel) {
+    program.body.push_back(Run{kernel.name});
+    for (const std::string& field : signature(kernel).writes) filled.erase(field);
+    module.kernels.push_back(kernel);
+  };
+  for (const Stage& stage : stages) {
+    for (const Preparation& preparation : stage.before) {
+      fill(reads_of(preparation), stage.time);
+      if (const Kernel* kernel = std::get_if<Kernel>(&preparation)) run(*kernel);
+      if (const Reduce* reduce = std::get_if<Reduce>(&preparation)) program.body.push_back(*reduce);
+    }
+    fill(signature(stage.kernel).reads, stage.time);
+    run(stage.kernel);
   }
   module.programs.push_back(std::move(program));
   return module.programs.back();

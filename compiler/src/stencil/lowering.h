@@ -8,16 +8,18 @@
 #include <vector>
 
 #include "model/model.h"
+#include "stencil/build.h"
 #include "stencil/discretise.h"
 #include "stencil/stencil.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
 
-/// One kernel of a program and the time of the fields it reads (for boundary values that vary).
+/// One kernel of a program, what is done before it, and the time of the fields that these read (for boundary values that vary).
 struct Stage {
   Kernel kernel;
   Expr time;
+  std::vector<Preparation> before;
 };
 
 class Lowering {
@@ -37,8 +39,8 @@ class Lowering {
   Discretiser discretiser(Reading reading = {}, const std::vector<Let>& taken = {}) const;
 
   Kernel kernel(const std::string& name) const;
-  /// `kernel` reads the fields at the time t.
-  static Stage stage(Kernel kernel) { return {std::move(kernel), Reading().time}; }
+  /// `kernel` with the lets of `at_point`, and behind what they need; it reads the fields at `time`.
+  static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Reading().time);
   /// Adds the kernels and the program that runs them; swaps and keeps are the caller's.
   /// What is stored for a state that lies on walls is, there, the wall's value: at the time of the stage that reads it, else
   /// at that of the results.
@@ -49,6 +51,7 @@ class Lowering {
   const model::State* state_on_walls(const std::string& field) const;
   std::vector<Stage> with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const;
   std::vector<AxisBoundary> plain_boundary() const;
+  bool needs_fill(const Signature::Read& read) const;
 
   const model::Problem& problem_;
   model::Placements placements_;

@@ -98,8 +98,7 @@ std::vector<Stage> Multistep::stages(Kernel kernel) {
     const Expr value = state.history_of.empty() ? next(advance) : next_history(state);
     kernel.stores.push_back({advance.into, false, value, advance.origin});
   }
-  kernel.lets = at_point_.lets();
-  return {Lowering::stage(kernel)};
+  return {Lowering::stage(std::move(kernel), at_point_)};
 }
 
 }  // namespace

@@ -186,10 +186,20 @@ std::string boundary_text(const std::vector<AxisBoundary>& axes) {
 
 std::string grow_text(int grow) { return grow == 0 ? "" : fmt::format(" grow {}", grow); }
 
-std::string statement_text(const Statement& statement) {
+std::string reduce_text(const Reduce& reduce, std::size_t rank) {
+  std::vector<char> axes;
+  for (std::size_t a = 0; a < rank; ++a) {
+    if (reduce.over[a]) axes.push_back(axis_names[a]);
+  }
+  const std::string over = axes.size() == rank ? "" : fmt::format(" over {}", fmt::join(axes, ", "));
+  return fmt::format("reduce {} = {} {}{}", reduce.result, name_of(reduce.kind), reduce.field, over);
+}
+
+std::string statement_text(const Statement& statement, std::size_t rank) {
   return match(
       statement, [](const Fill& f) { return fmt::format("fill {} {}", f.field, boundary_text(f.axes)); },
       [](const Fold& f) { return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(f.axes)); },
+      [&](const Reduce& r) { return reduce_text(r, rank); },
       [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); });
 }
 
@@ -197,7 +207,8 @@ std::string statement_text(const Statement& statement) {
 std::string axes_text(const Program& program) {
   bool has_fill = false, has_run = false;
   for (const Statement& statement : program.body) {
-    (std::holds_alternative<Run>(statement) ? has_run : has_fill) = true;
+    has_run = has_run || std::holds_alternative<Run>(statement);
+    has_fill = has_fill || std::holds_alternative<Fill>(statement) || std::holds_alternative<Fold>(statement);
   }
   const bool all_periodic = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) == 0;
   if (has_fill && (!all_periodic || has_run || program.axes.size() == 1)) return "";
@@ -233,7 +244,7 @@ std::string print(const Program& program) {
   std::string out = fmt::format("program {} {{\n", program.name);
   const std::string axes = axes_text(program);
   if (!axes.empty()) out += fmt::format("  {}\n", axes);
-  for (const Statement& statement : program.body) out += fmt::format("  {}\n", statement_text(statement));
+  for (const Statement& statement : program.body) out += fmt::format("  {}\n", statement_text(statement, program.axes.size()));
   for (const Swap& swap : program.swaps) out += fmt::format("  swap {}, {}\n", swap.state, swap.next);
   if (!program.keeps.empty()) out += fmt::format("  keep {}\n", fmt::join(program.keeps, ", "));
   return out + "}\n";

@@ -147,8 +147,7 @@ std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<
     const Expr value = transport ? arrival_value(*transport, field, lowering, at_point) : access(field);
     kernel.stores.push_back({into[i], false, value, states[i].origin});
   }
-  kernel.lets = at_point.lets();
-  stages.push_back({kernel, reading.time});
+  stages.push_back(Lowering::stage(std::move(kernel), at_point, reading.time));
   return stages;
 }
 

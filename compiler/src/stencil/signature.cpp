@@ -202,6 +202,10 @@ Interface interface_of(const Module& module, const Program& program) {
           for (const std::string& field : folded) add_once(result.written, field);
           add_boundary_params(result.params, fold.axes);
         },
+        [&](const Reduce& reduce) {
+          add_input(result, reduce.field);
+          add_once(result.written, reduce.result);
+        },
         [&](const Run& run) { add_run(result, kernel_of(module, run)); });
   }
   return result;
@@ -223,7 +227,12 @@ std::map<std::string, Halo> required_halo(const Module& module, const Program& p
   for (const Statement& statement : program.body) {
     match(
         statement, [&](const Fill& fill) { result[fill.field]; },
-        [&](const Fold& fold) { widen(result[fold.field], on_bounded_axes(program, fold.grow)); }, add_run);
+        [&](const Fold& fold) { widen(result[fold.field], on_bounded_axes(program, fold.grow)); },
+        [&](const Reduce& reduce) {
+          result[reduce.field];
+          result[reduce.result];
+        },
+        add_run);
   }
   return result;
 }

@@ -7,8 +7,8 @@
 //    All reads of a point see the fields as they were before the kernel ran; therefore a field that is stored
 //    may be read in the same kernel only at offset 0, and only when its store accumulates (`+=`).
 //  - Stores and sums of all points happen first, scatters after them, in the order of the points.
-//  - A program is a straight line of fills, folds and kernel runs. Every field is written by one kernel with `=`
-//    before any `+=` to it; inputs are the fields that are read before they are written.
+//  - A program is a straight line of fills, folds, reductions and kernel runs. Every field is written by one kernel (or
+//    reduction) with `=` before any `+=` to it; inputs are the fields that are read before they are written.
 //  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.
 //    periodic: u[p] = u[p mod n]. Bounded: the place -1-k (or n+k) from its mirror image k (or n-1-k), outwards from k = 0,
 //    so that the image is set and any n >= 1 and any width is defined. With u, v at the image and the place and
@@ -27,6 +27,9 @@
 //    adds the halo value, times the weight of c, onto that field at the same place. On walls that holds for n-1 too, and
 //    for n-1+g with the high side's g+1 layers. Along the other
 //    axes it acts on the interior grown by g likewise (axes not yet folded) or the interior (axes folded already).
+//  - reduce m = mean u over y: m at each interior cell is the mean of u over the interior cells along y through it, so
+//    that m is the same along y; sum, max and min likewise, over all axes where none are named. Sums are added up in f64.
+//    A NaN makes the result NaN. m is a field like any other: its halo is what a fill makes of it.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): multilinear interpolation of u at the point displaced by `offset` and then d (in cells, one value an
@@ -37,7 +40,7 @@
 //  - Parameters hx, hy, hz (spacing), dt, t (time at the start of the step) and cells (number of cells of the
 //    grid) are bound by the scene; the fields x, y, z are the cells' coordinates, halo included.
 //  - Kinks: at a tie max(a,b) has the derivative of a and min(a,b) that of b (so their sum has that of a + b); abs has
-//    derivative 0 at 0.
+//    derivative 0 at 0. Where several cells share the max or min of a reduction, each takes an equal part of the derivative.
 #pragma once
 
 #include <array>
@@ -190,12 +193,20 @@ struct Fold {
   std::vector<AxisBoundary> axes;
   bool operator==(const Fold&) const = default;
 };
+/// result = the mean, sum, ... of `field` along the axes named, at all interior cells.
+struct Reduce {
+  std::string result;
+  Reduction kind = Reduction::mean;
+  std::string field;
+  std::array<bool, max_rank> over{};
+  bool operator==(const Reduce&) const = default;
+};
 struct Run {
   std::string kernel;
   int grow = 0;
   bool operator==(const Run&) const = default;
 };
-using Statement = std::variant<Fill, Fold, Run>;
+using Statement = std::variant<Fill, Fold, Reduce, Run>;
 
 /// After the program `next` becomes `state`.
 struct Swap {

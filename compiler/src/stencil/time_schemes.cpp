@@ -48,8 +48,7 @@ class Stages {
       const Expr value = is_at_rest(advance) ? access(advance.state) : update(advance.state, at_point(advance.rate, lowering_.placement_of(advance.state)));
       kernel.stores.push_back({target->second, false, value, advance.origin});
     }
-    kernel.lets = at_point.lets();
-    return {kernel, time};
+    return Lowering::stage(std::move(kernel), at_point, time);
   }
 
   std::map<std::string, std::string> results() const {

@@ -162,7 +162,7 @@ class ProgramCheck {
       ++statement_;
       match(
           statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
-          [&](const Run& run) { check_run(run); });
+          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Run& run) { check_run(run); });
     }
     statement_ = -1;
     check_results();
@@ -239,6 +239,20 @@ class ProgramCheck {
       if (!written_.contains(wall)) problem("folds {} into {} before that is written", fold.field, wall);
     }
     filled_.erase(fold.field);
+  }
+
+  void check_reduce(const Reduce& reduce) {
+    fields_.insert(reduce.field);
+    if (!filled_.contains(reduce.field)) read_unfilled_.insert(reduce.field);
+    if (reduce.field == reduce.result) problem("reduces {} to itself", reduce.field);
+    int axes = 0;
+    for (std::size_t axis = 0; axis < max_rank; ++axis) {
+      axes += reduce.over[axis];
+      if (reduce.over[axis] && axis >= program_.axes.size()) problem("reduces {} along an axis it does not have", reduce.field);
+    }
+    if (axes == 0) problem("reduces {} along no axis", reduce.field);
+    check_write(reduce.result);
+    grown_[reduce.result] = 0;
   }
 
   void check_run(const Run& run) {

@@ -15,7 +15,7 @@ namespace {
 Expr lowered(const model::Expr& value, const Expr& time, const model::Placement& placement) {
   Reading reading;
   reading.time = time;
-  return Discretiser(model::Scheme{}, NameSupply(), reading)(value, placement);
+  return Discretiser(model::Scheme{}, NameSupply(), 1, reading)(value, placement);
 }
 
 /// `e` with the coordinate along the axis replaced by that of the wall.

@@ -74,6 +74,23 @@ std::optional<Fn> find_fn(std::string_view name) {
   return std::nullopt;
 }
 
+std::string_view name_of(Reduction reduction) {
+  switch (reduction) {
+    case Reduction::mean: return "mean";
+    case Reduction::sum: return "sum";
+    case Reduction::max: return "max";
+    case Reduction::min: return "min";
+  }
+  unreachable("reduction");
+}
+
+std::optional<Reduction> find_reduction(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(Reduction::min); ++i) {
+    if (name_of(static_cast<Reduction>(i)) == name) return static_cast<Reduction>(i);
+  }
+  return std::nullopt;
+}
+
 std::string_view name_of(Precision real) { return real == Precision::f32 ? "f32" : "f64"; }
 
 int bytes_of(Precision real) { return real == Precision::f32 ? 4 : 8; }

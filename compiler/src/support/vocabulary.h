@@ -13,6 +13,8 @@ enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqr
 enum class Topology { periodic, bounded };
 /// on_wall: the value at a side where the axis's last entry lies on the wall itself, of a field that is staggered along it.
 enum class SideKind { value, zero_gradient, gradient, mixed, on_wall };
+/// How the values of a field along some axes become one.
+enum class Reduction { mean, sum, max, min };
 /// What the values of fields are, and what is computed with them.
 enum class Precision { f64, f32 };
 
@@ -25,6 +27,9 @@ constexpr int unary_precedence = 6;
 std::string_view name_of(Fn fn);
 std::optional<Fn> find_fn(std::string_view name);
 int arity(Fn fn);
+
+std::string_view name_of(Reduction reduction);
+std::optional<Reduction> find_reduction(std::string_view name);
 
 /// "f64", "f32"
 std::string_view name_of(Precision real);

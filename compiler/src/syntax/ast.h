@@ -231,6 +231,12 @@ struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high 
   int grow = 0;       // only of fold
   std::vector<BoundarySide> sides;  // place "all" when no axis is written
 };
+struct ReduceItem {  // reduce m = mean u      reduce m = max u over x, y
+  Identifier result;
+  Reduction kind = Reduction::mean;
+  Identifier field;
+  std::vector<Identifier> axes;  // none: all
+};
 struct RunItem {  // run burgers_step      run k grow 1
   Identifier kernel;
   int grow = 0;
@@ -251,7 +257,7 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
 
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, EventItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
-                              AssignItem, ScatterItem, FillItem, RunItem, SwapItem, KeepItem, AxesItem>;
+                              AssignItem, ScatterItem, FillItem, ReduceItem, RunItem, SwapItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;

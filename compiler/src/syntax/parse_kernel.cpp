@@ -86,6 +86,25 @@ ItemKind parse_fold(Cursor& cursor) {
   return FillItem{field, true, grow, parse_sides(cursor)};
 }
 
+ItemKind parse_reduce(Cursor& cursor) {
+  ReduceItem item;
+  item.result = cursor.expect_component("the name of a field");
+  cursor.expect(TokenKind::assign);
+  const auto kind = find_reduction(cursor.peek().spelling);
+  if (!kind) {
+    cursor.fail_expected("'mean', 'sum', 'max' or 'min'");
+    return item;
+  }
+  cursor.take();
+  item.kind = *kind;
+  item.field = cursor.expect_component("the name of a field");
+  if (!cursor.accept_word("over")) return item;
+  do {
+    item.axes.push_back(cursor.expect_name("an axis: x, y or z"));
+  } while (cursor.accept(TokenKind::comma));
+  return item;
+}
+
 ItemKind parse_run(Cursor& cursor) {
   RunItem item;
   item.kernel = cursor.expect_name("the name of a kernel");
@@ -141,6 +160,7 @@ BlockRule program_rule() {
   return {"program",
           {{"fill", parse_fill},
            {"fold", parse_fold},
+           {"reduce", parse_reduce},
            {"run", parse_run},
            {"swap", parse_swap},
            {"keep", parse_keep},

@@ -104,6 +104,11 @@ std::string print_using(const UsingItem& use) {
   return text;
 }
 
+std::string print_reduce(const ReduceItem& item) {
+  const std::string over = item.axes.empty() ? "" : " over " + print_names(item.axes);
+  return fmt::format("reduce {} = {} {}{}", item.result.name, name_of(item.kind), item.field.name, over);
+}
+
 std::string print_run(const RunItem& run) {
   return fmt::format("run {}{}", run.kernel.name, run.grow != 0 ? fmt::format(" grow {}", run.grow) : "");
 }
@@ -157,7 +162,8 @@ std::string print_item(const Item& item) {
         return fmt::format("{} {} {}", i.target.name, i.accumulate ? "+=" : "=", print(i.value));
       },
       [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },
-      [](const FillItem& i) { return print_fill(i); }, [](const RunItem& i) { return print_run(i); },
+      [](const FillItem& i) { return print_fill(i); }, [](const ReduceItem& i) { return print_reduce(i); },
+      [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); },
       [](const AxesItem& i) { return print_axes(i); });

@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 4
+#define DPDE_ABI_VERSION 5
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -84,7 +84,15 @@ typedef struct dpde_fill {
   dpde_boundary axes[DPDE_MAX_RANK];
 } dpde_fill;
 
-enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2 };
+enum { DPDE_MEAN = 0, DPDE_SUM = 1, DPDE_MAX = 2, DPDE_MIN = 3 };
+/* The values of a field over the interior cells along some axes become one, which `result` gets at all of them. */
+typedef struct dpde_reduce {
+  int32_t kind;
+  int32_t field, result;       /* indices into dpde_program.fields, never the same */
+  int32_t over[DPDE_MAX_RANK]; /* 1: along this axis */
+} dpde_reduce;
+
+enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3 };
 typedef struct dpde_operation {
   int32_t kind;
   dpde_fill fill;                      /* of DPDE_FILL and DPDE_FOLD */
@@ -94,6 +102,7 @@ typedef struct dpde_operation {
   int32_t serial;                      /* rows must run in order on one thread */
   int32_t then_count;                  /* fills to be done with the sweep */
   const dpde_fill* then;
+  dpde_reduce reduce;                  /* of DPDE_REDUCE */
 } dpde_operation;
 
 typedef struct dpde_swap {

@@ -78,7 +78,9 @@ std::string Tables::kernel(const dpde_kernel& k) {
 
 std::string Tables::operation(const dpde_operation& o) {
   const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, fill));
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial, o.then_count, then);
+  const dpde_reduce& r = o.reduce;
+  const std::string reduce = fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial, o.then_count, then, reduce);
 }
 
 std::string Tables::program(const dpde_program* source) {

@@ -62,9 +62,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "norm") return takes(e, 1) ? norm(numeric(e.arguments[0].value), range) : Typed{};
   if (name == "interpolate") return interpolation(e, range);
   if (name == "if") return choice(e, range);
-  if (name == "mean") return reduction(Reduce::Kind::mean, e, range);
-  if (name == "sum") return reduction(Reduce::Kind::sum, e, range);
-  if (name == "integral") return reduction(Reduce::Kind::integral, e, range);
+  if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
   if (name == "sample") return sampling(e, range);
   if (name == "inject") return injection(e, range);
   if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
@@ -182,16 +180,6 @@ std::optional<int> Expressions::order_of(const ast::Expr& e) {
   draft_.sink.report("wrong-order", e.range(), {number ? number->spelling : "this"},
                      "nest derivatives, as in lap(lap(lap(u))), for higher orders");
   return std::nullopt;
-}
-
-Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity) return refuse("the reduction " + e.callee, e.callee_range);
-  if (!takes(e, 1)) return {};
-  const SourceRange inside = e.arguments[0].value.range();
-  const auto operand = as_number(any(e.arguments[0].value), inside);
-  if (!operand || is_too_large(number_of(*operand), inside)) return {};
-  if (holds_reduction(*operand)) return refuse("the reduction inside of " + e.callee, inside);
-  return number_of(reduce(kind, *operand, {range}));
 }
 
 }  // namespace dpde::model

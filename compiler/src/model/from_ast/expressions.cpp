@@ -32,8 +32,7 @@ struct Rules {
 Rules rules_of(Purpose purpose) {
   switch (purpose) {
     case Purpose::equation:
-      return {true,  true, true,          true,
-              false, true, "an equation", "mean, sum and integral stand in losses, tests and observables"};
+      return {true, true, true, true, true, true, "an equation", ""};
     case Purpose::initial:
       return {false,
               true,
@@ -85,7 +84,7 @@ Rules rules_of(Purpose purpose) {
               "a number of the scene",
               "it is made of numbers and of parameters given above it"};
     case Purpose::quantity:
-      return {true, true, true, true, true, true, "a sum over space", "reductions do not stand inside one another"};
+      return {true, true, true, true, true, true, "a sum over space", ""};
   }
   unreachable("purpose");
 }

@@ -75,7 +75,14 @@ class Expressions {
   Typed magnitude(const ast::Expr& operand, SourceRange range);
   Typed norm(const Typed& value, SourceRange range);
   Typed interpolation(const ast::Call& e, SourceRange range);
+
+  // reductions.cpp
+  /// mean, sum, integral, and max and min of one argument: over space.
+  static std::optional<Reduce::Kind> reduction_called(const ast::Call& e);
   Typed reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range);
+  std::optional<std::array<bool, 3>> axes_of_reduction(const ast::Call& e);
+  /// Marks the axis that `e` names.
+  bool add_axis(const ast::Expr& e, std::array<bool, 3>& over);
 
   // points.cpp
   Typed sampling(const ast::Call& e, SourceRange range);

@@ -42,7 +42,13 @@ void declare_states(Draft& draft) {
                     "write swap u, v where v is the next u");
 }
 
-/// Fields that a kernel reads before any has written them are given from outside.
+/// Fields that are read before any kernel has written them are given from outside.
+void declare_input(Draft& draft, const ast::Identifier& name, const std::set<std::string>& written) {
+  if (written.contains(name.name) || draft.scope.find(name.name)) return;
+  draft.scope.declare(name.name, {Role::coefficient, name.range});
+  draft.problem.coefficients.push_back({name.name, {}});
+}
+
 void declare_kernel(Draft& draft, const ast::Kernel& kernel, std::set<std::string>& written) {
   for (const ast::KernelParameter& parameter : kernel.parameters) {
     const std::string& name = parameter.name.name;
@@ -51,11 +57,7 @@ void declare_kernel(Draft& draft, const ast::Kernel& kernel, std::set<std::strin
       case ast::KernelRole::sum: break;
       case ast::KernelRole::out:
       case ast::KernelRole::inout: written.insert(name); break;
-      case ast::KernelRole::in:
-        if (written.contains(name) || draft.scope.find(name)) break;
-        draft.scope.declare(name, {Role::coefficient, parameter.name.range});
-        draft.problem.coefficients.push_back({name, {}});
-        break;
+      case ast::KernelRole::in: declare_input(draft, parameter.name, written); break;
     }
   }
 }
@@ -166,7 +168,10 @@ void bind_fill(Draft& draft, const ast::FillItem& fill, State& state) {
 void declare_program(Draft& draft) {
   declare_states(draft);
   std::set<std::string> written;
+  const auto reductions = items_of<ast::ReduceItem>(draft.program->items);
+  for (const auto& [reduce, range] : reductions) written.insert(reduce.result.name);
   for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
+  for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
   for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
     for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value, written);
   }

@@ -47,7 +47,7 @@ void bind_time_of(Draft& draft, const ast::Expr& at, Source& source) {
 
 /// The part of `e` that keeps it from being a sum of reductions with constant factors, or nullptr.
 const Expr* find_mistake(const Expr& e) {
-  if (std::holds_alternative<Reduce>(e->kind)) return nullptr;
+  if (const auto* reduce = std::get_if<Reduce>(&e->kind)) return reduce->is_over_all() ? nullptr : &e;
   if (!holds_reduction(e)) return is_uniform(e) ? nullptr : &e;
   if (const auto* neg = std::get_if<Neg>(&e->kind)) return find_mistake(neg->operand);
   const auto* b = std::get_if<Binary>(&e->kind);
@@ -58,6 +58,15 @@ const Expr* find_mistake(const Expr& e) {
   if (!is_sum && !is_product && !(b->op == BinaryOp::divide && !in_right)) return &e;
   const Expr* left = find_mistake(b->left);
   return left ? left : find_mistake(b->right);
+}
+
+/// A max or min over the grid is the mean of itself, which is a sum.
+Expr extremes_as_means(const Expr& e) {
+  if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(extremes_as_means(neg->operand), e->origin);
+  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, extremes_as_means(b->left), extremes_as_means(b->right), e->origin);
+  const auto* reduce = std::get_if<Reduce>(&e->kind);
+  const bool is_extreme = reduce && (reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min);
+  return is_extreme && reduce->is_over_all() ? model::reduce(Reduce::Kind::mean, e, e->origin) : e;
 }
 
 }  // namespace
@@ -181,7 +190,7 @@ void bind_coefficients(Draft& draft) {
 std::optional<Expr> quantity_of(Draft& draft, const ast::Expr& e, const std::string& what) {
   auto value = Expressions(draft, Purpose::quantity, what).number(e);
   if (!value) return std::nullopt;
-  value = over_one_cell(draft, *value);
+  value = extremes_as_means(over_one_cell(draft, *value));
   const Expr* mistake = find_mistake(*value);
   if (!mistake) return value;
   const SourceRange range = (*mistake)->origin.range;

@@ -58,7 +58,8 @@ class Liveness {
     for (auto statement = program_.body.rbegin(); statement != program_.body.rend(); ++statement) {
       const bool has_effect = match(
           *statement, [&](const Fill& fill) { return pass_fill(fill); },
-          [&](const Fold& fold) { return pass_fold(fold); }, [&](const Run& run) { return pass_run(run); });
+          [&](const Fold& fold) { return pass_fold(fold); },
+          [&](const Reduce& reduce) { return pass_reduce(reduce); }, [&](const Run& run) { return pass_run(run); });
       if (!has_effect) continue;
       const Fold* fold = std::get_if<Fold>(&*statement);
       kept.push_back(fold ? without_dead_walls(*fold) : *statement);
@@ -85,6 +86,13 @@ class Liveness {
     if (!has_effect) return false;
     live_.insert(fold.field);
     live_halos_.insert(fold.field);
+    return true;
+  }
+
+  bool pass_reduce(const Reduce& reduce) {
+    if (!is_live(reduce.result)) return false;
+    live_.erase(reduce.result);
+    live_.insert(reduce.field);
     return true;
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs compiled programs: fills, folds and sweeps of row functions over the fields of one layout.
+// Runs compiled programs: fills, folds, reductions and sweeps of row functions over the fields of one layout.
 //
 //  - run() allocates nothing, looks nothing up and takes no lock; the constructor resolves everything.
 //  - Results, sums included, are bit-identical for any number of threads.

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/regions.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+/// What an expression stands behind: the places where all these are true.
+using Insides = std::vector<Inside>;
+
+void add_insides(const Expr& condition, Insides& insides) {
+  const Binary* both = std::get_if<Binary>(&condition->kind);
+  if (const Inside* inside = std::get_if<Inside>(&condition->kind)) insides.push_back(*inside);
+  if (!both || both->op != BinaryOp::logical_and) return;
+  add_insides(both->left, insides);
+  add_insides(both->right, insides);
+}
+
+}  // namespace
+
+bool has_bounded_axis(const std::vector<Topology>& axes) {
+  return std::find(axes.begin(), axes.end(), Topology::bounded) != axes.end();
+}
+
+int reach(const Module& module, const Program& program, const Varied& varied) {
+  if (!has_bounded_axis(program.axes)) return 0;
+  int result = 0;
+  for (const Statement& statement : program.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (!run) continue;
+    const Kernel& kernel = *module.find_kernel(run->kernel);
+    for (const Scatter& scatter : kernel.scatters) {
+      if (varied.fields.contains(scatter.target.field)) result = std::max(result, 1);
+    }
+    for (const auto& read : signature(kernel).reads) {
+      if (!varied.fields.contains(read.field)) continue;
+      int width = 0;
+      for (size_t axis = 0; axis < program.axes.size(); ++axis) {
+        if (program.axes[axis] == Topology::bounded) width = std::max(width, read.halo[axis]);
+      }
+      result = std::max(result, run->grow + width);
+    }
+  }
+  return result;
+}
+
+bool reads_around(const Kernel& kernel, const std::string& field, const std::vector<Topology>& axes) {
+  bool found = false;
+  map_kernel(kernel, [&](const Expr& value) {
+    visit(value, [&](const Expr& e) {
+      const Access* a = std::get_if<Access>(&e->kind);
+      if (!a || a->field != field) return;
+      for (size_t axis = 0; axis < axes.size(); ++axis) found |= axes[axis] == Topology::periodic && a->offset[axis] != 0;
+    });
+    return value;
+  });
+  return found;
+}
+
+std::set<std::string> filled_at_the_end(const Module& module, const Program& program) {
+  std::set<std::string> filled;
+  for (const Statement& statement : program.body) {
+    match(
+        statement, [&](const Fill& fill) { filled.insert(fill.field); }, [&](const Fold& fold) { filled.erase(fold.field); },
+        [&](const Reduce& reduce) { filled.erase(reduce.result); },
+        [&](const Run& run) {
+          const Signature s = signature(*module.find_kernel(run.kernel));
+          for (const auto* changed : {&s.writes, &s.updates}) {
+            for (const std::string& field : *changed) filled.erase(field);
+          }
+        });
+  }
+  return filled;
+}
+
+int extent_of(const Kernel& kernel, const std::string& field, int grow, const std::vector<Topology>& axes) {
+  int extent = 0;
+  const std::function<void(const Expr&, const Insides&)> look = [&](const Expr& e, const Insides& insides) {
+    if (const Select* select = std::get_if<Select>(&e->kind)) {
+      Insides inner = insides;
+      add_insides(select->condition, inner);
+      look(select->condition, insides);
+      look(select->yes, inner);
+      return look(select->no, insides);
+    }
+    const Access* a = std::get_if<Access>(&e->kind);
+    const Interp* i = std::get_if<Interp>(&e->kind);
+    for (size_t axis = 0; axis < axes.size(); ++axis) {
+      if (axes[axis] == Topology::periodic) continue;
+      if (i && i->field == field) extent = std::max(extent, 1);
+      if (!a || a->field != field) continue;
+      int most = grow + std::abs(a->offset[axis]);
+      for (const Inside& inside : insides) {
+        most = std::min(most, inside.grow + std::abs(a->offset[axis] - inside.offset[axis]));
+      }
+      extent = std::max(extent, most);
+    }
+    for_each_child(e, [&](const Expr& child) { look(child, insides); });
+  };
+  map_kernel(kernel, [&](const Expr& value) { return look(value, {}), value; });
+  return extent;
+}
+
+std::set<std::string> grown_fields(const Module& module, const Program& program) {
+  std::set<std::string> fields;
+  for (const Statement& statement : program.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (!run || run->grow == 0 || !has_bounded_axis(program.axes)) continue;
+    const Signature s = signature(*module.find_kernel(run->kernel));
+    fields.insert(s.writes.begin(), s.writes.end());
+  }
+  return fields;
+}
+
+}  // namespace dpde::adjoint

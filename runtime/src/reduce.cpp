@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "reduce.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "real.h"
+
+namespace dpde {
+namespace {
+
+constexpr int64_t lanes = 8;    // of a row: sums that do not wait for each other
+constexpr int64_t chunk = 128;  // cells of a row that are combined with those of the other rows at a time
+constexpr int64_t least_cells_for_threads = 32 * 1024;
+
+struct Add {
+  double operator()(double a, double b) const { return a + b; }
+};
+/// NaN stays, so that a field that is broken shows.
+struct Larger {
+  double operator()(double a, double b) const { return b > a || b != b ? b : a; }
+};
+struct Smaller {
+  double operator()(double a, double b) const { return b < a || b != b ? b : a; }
+};
+
+template <class Real, class Combine>
+double value_of_row(const Real* row, int64_t count, double first, const Combine& combine) {
+  double lane[lanes];
+  std::fill(lane, lane + lanes, first);
+  const int64_t whole = count / lanes * lanes;
+  for (int64_t i = 0; i < whole; i += lanes) {
+    for (int64_t l = 0; l < lanes; ++l) lane[l] = combine(lane[l], row[i + l]);
+  }
+  for (int64_t i = whole; i < count; ++i) lane[i - whole] = combine(lane[i - whole], row[i]);
+  for (int64_t width = lanes / 2; width > 0; width /= 2) {
+    for (int64_t l = 0; l < width; ++l) lane[l] = combine(lane[l], lane[l + width]);
+  }
+  return lane[0];
+}
+
+}  // namespace
+
+FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, int threads) : reduce_(reduce), real_(layout.real) {
+  int64_t all = 1;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const bool exists = static_cast<int32_t>(axis) < layout.rank;
+    cells_[axis] = exists ? layout.cells[axis] : 1;
+    stride_[axis] = exists ? layout.stride[axis] : 0;
+    all *= cells_[axis];
+    if (over(axis)) count_ *= static_cast<double>(cells_[axis]);
+  }
+  threads_ = all >= least_cells_for_threads ? threads : 1;
+  if (over(0)) rows_.assign(static_cast<size_t>(cells_[1] * cells_[2]), 0.0);
+}
+
+void FieldReduction::run(void* const* fields) {
+  with_real(real_, [&](auto real) {
+    using Real = decltype(real);
+    const Real* from = static_cast<const Real*>(fields[reduce_.field]);
+    Real* to = static_cast<Real*>(fields[reduce_.result]);
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    if (reduce_.kind == DPDE_MAX) return reduce(from, to, -infinity, Larger{});
+    if (reduce_.kind == DPDE_MIN) return reduce(from, to, infinity, Smaller{});
+    reduce(from, to, 0.0, Add{});
+  });
+}
+
+template <class Real, class Combine>
+void FieldReduction::reduce(const Real* from, Real* to, double first, const Combine& combine) {
+  if (over(0)) return reduce_rows(from, to, first, combine);
+  reduce_across_rows(from, to, first, combine);
+}
+
+/// Each row by itself, then rows with rows.
+template <class Real, class Combine>
+void FieldReduction::reduce_rows(const Real* from, Real* to, double first, const Combine& combine) {
+  const int64_t count = cells_[1] * cells_[2];
+  const auto place = [&](int64_t row) { return row % cells_[1] * stride_[1] + row / cells_[1] * stride_[2]; };
+#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
+  for (int64_t row = 0; row < count; ++row) rows_[static_cast<size_t>(row)] = value_of_row(from + place(row), cells_[0], first, combine);
+  combine_rows(first, combine);
+#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
+  for (int64_t row = 0; row < count; ++row) {
+    std::fill_n(to + place(row), cells_[0], static_cast<Real>(rows_[static_cast<size_t>(row)]));
+  }
+}
+
+/// The values of rows that belong together become one.
+template <class Combine>
+void FieldReduction::combine_rows(double first, const Combine& combine) {
+  for (int64_t z = 0; z < groups(2); ++z) {
+    for (int64_t y = 0; y < groups(1); ++y) {
+      double* const begin = rows_.data() + z * cells_[1] + y;
+      double value = first;
+      for (int64_t k = 0; k < length(2); ++k) {
+        for (int64_t j = 0; j < length(1); ++j) value = combine(value, begin[k * cells_[1] + j]);
+      }
+      value = finished(value);
+      for (int64_t k = 0; k < length(2); ++k) std::fill_n(begin + k * cells_[1], length(1), value);
+    }
+  }
+}
+
+/// Row by row, a piece of them at a time.
+template <class Real, class Combine>
+void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) const {
+  const int64_t pieces = (cells_[0] + chunk - 1) / chunk, tasks = pieces * groups(1) * groups(2);
+#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
+  for (int64_t task = 0; task < tasks; ++task) {
+    const int64_t x = task % pieces * chunk, group = task / pieces;
+    const int64_t begin = x + group % groups(1) * stride_[1] + group / groups(1) * stride_[2];
+    const int64_t width = std::min(chunk, cells_[0] - x);
+    double values[chunk];
+    std::fill_n(values, width, first);
+    for (int64_t k = 0; k < length(2); ++k) {
+      for (int64_t j = 0; j < length(1); ++j) {
+        const Real* row = from + begin + j * stride_[1] + k * stride_[2];
+        for (int64_t i = 0; i < width; ++i) values[i] = combine(values[i], row[i]);
+      }
+    }
+    for (int64_t i = 0; i < width; ++i) values[i] = finished(values[i]);
+    for (int64_t k = 0; k < length(2); ++k) {
+      for (int64_t j = 0; j < length(1); ++j) std::transform(values, values + width, to + begin + j * stride_[1] + k * stride_[2], [](double v) { return static_cast<Real>(v); });
+    }
+  }
+}
+
+}  // namespace dpde

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reductions over axes, resolved for one layout: the mean, sum, maximum or minimum of a field over each line, plane or grid
+// along these axes, stored at all of its cells.
+//
+// Values are combined in f64, in an order that does not depend on the number of threads: along x in lanes of a row, then
+// row by row.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+class FieldReduction {
+ public:
+  FieldReduction() = default;
+  FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, int threads);
+
+  /// `fields` point at their cells (0,0,0). Allocates nothing.
+  void run(void* const* fields);
+
+ private:
+  template <class Real, class Combine>
+  void reduce(const Real* from, Real* to, double first, const Combine& combine);
+  template <class Real, class Combine>
+  void reduce_rows(const Real* from, Real* to, double first, const Combine& combine);
+  template <class Real, class Combine>
+  void reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) const;
+  template <class Combine>
+  void combine_rows(double first, const Combine& combine);
+  bool over(std::size_t axis) const { return reduce_.over[axis] != 0; }
+  /// How many lines, planes or grids there are along an axis, and how many rows of each lie along it.
+  int64_t groups(std::size_t axis) const { return over(axis) ? 1 : cells_[axis]; }
+  int64_t length(std::size_t axis) const { return over(axis) ? cells_[axis] : 1; }
+  double finished(double value) const { return reduce_.kind == DPDE_MEAN ? value / count_ : value; }
+
+  dpde_reduce reduce_{};
+  int32_t real_ = DPDE_F64;
+  int threads_ = 1;
+  double count_ = 1;  // cells that make one value
+  std::array<int64_t, 3> cells_{1, 1, 1}, stride_{};
+  std::vector<double> rows_;  // where x is reduced: the value of each row
+};
+
+}  // namespace dpde
