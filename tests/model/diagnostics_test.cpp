@@ -167,6 +167,21 @@ TEST(Diagnostics, OfScenes) {
   }
 }
 
+TEST(Diagnostics, OfSubcycles) {
+  const auto with = [](const std::string& scheme, const std::string& line) {
+    return outcome_of("model m { field u, v; dt(u) = -advect(1, u); dt(v) = lap(v) }\nscheme c { " + scheme +
+                      " }\nscene s : m with c {\n grid x = 0 .. 1, cells 8, periodic\n initial u = 0\n initial v = 0\n time 0 .. 1, step 1\n " + line + "\n}")
+        .code_and_hint();
+  };
+  const std::string shorter = "E0428 with more of them, take a shorter step for the scene";
+  EXPECT_EQ(with("time = rk4", "subcycle u in 65"), shorter);
+  EXPECT_EQ(with("time = rk4", "subcycle u in 0"), shorter);
+  EXPECT_EQ(with("time = rk4", "subcycle u, v in 2; subcycle u in 4"), "E0303 ");
+  EXPECT_EQ(with("time = rk4", "subcycle w in 4").substr(0, 5), "E0301");
+  EXPECT_EQ(with("time = ab2", "subcycle v in 4"), "E0555 take time = rk2 or verlet");
+  EXPECT_EQ(with("time = rk4; advect = semi_lagrangian", "subcycle v in 4"), "E0311 take advect = upwind(3) or central(4)");
+}
+
 TEST(Diagnostics, OfNumbers) {
   const auto number = [](const std::string& value) {
     const Outcome outcome = outcome_of(

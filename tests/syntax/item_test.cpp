@@ -51,6 +51,7 @@ TEST(Items, OfScenes) {
       "  observe e = mean(u^2)\n"
       "  initial v = load(\"run.nc\", v) at t = 1/2\n"
       "  output u, v every 0.1\n"
+      "  subcycle u, w.x in 4\n"
       "  output w\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);

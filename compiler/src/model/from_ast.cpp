@@ -27,6 +27,7 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
   if (draft.model) add_histories(draft);
   bind_coefficients(draft);
   bind_courant(draft);
+  bind_subcycles(draft);
   bind_observables(draft);
   bind_outputs(draft);
   bind_events(draft);

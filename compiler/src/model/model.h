@@ -151,6 +151,7 @@ struct State {
   std::string history_of;           // what a time scheme keeps of that one's last step; has no equation; "" otherwise
   Placement placement{};
   std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
+  int parts = 1;                    // its equation makes so many equal steps within each, after those that make fewer
   std::optional<Expr> rhs;          // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
   std::optional<Expr> exact;        // of x, y, z, t, params

@@ -200,6 +200,9 @@ std::vector<std::string> scene_lines(const Problem& p) {
   lines.push_back(
       fmt::format("time {} .. {}, step {}  # {} steps", p.t_begin, p.t_begin + p.steps * p.step, p.step, p.steps));
   if (p.rate) lines.push_back(fmt::format("# parts of a step: courant {}, rate {}", p.courant, print(*p.rate)));
+  for (const State& state : p.states) {
+    if (state.parts > 1) lines.push_back(fmt::format("subcycle {} in {}", state.name, state.parts));
+  }
   for (const std::string& words : p.dropped) lines.push_back("# dropped: " + words);
   return lines;
 }

@@ -114,6 +114,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0423", "outside-the-grid", Severity::error, "the place of {} is outside the grid: {}"},
     {"E0427", "too-many-values", Severity::error, "control {} has {} values, more than {}"},
     {"E0426", "missing-speed", Severity::error, "scene {} has a Courant number, but nothing says how fast things move"},
+    {"E0428", "bad-subcycles", Severity::error, "the parts of a step are a whole number from 1 to {}, not {}"},
     {"E0424", "empty-condition", Severity::error, "mixed(0, 0, ...) says nothing about {}"},
     {"E0425", "wall-needs-value", Severity::error, "{} is staggered along {} and takes a value at its walls, no condition"},
     {"E0501", "unknown-scheme-key", Severity::error, "{} is not a key of a scheme"},

@@ -13,6 +13,7 @@
 #include "stencil/multistep.h"
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
+#include "stencil/subcycles.h"
 #include "stencil/time_schemes.h"
 
 namespace dpde::stencil {
@@ -169,7 +170,7 @@ void add_step(Module& module, Lowering& lowering) {
       advances.push_back({state.name, state.rhs.value_or(0.0), next[i], state.origin});
     }
     const bool remembers = is_multistep(problem.scheme.time);
-    stages = remembers ? multistep_stages(lowering, advances, name) : time_stages(lowering, advances, name);
+    stages = remembers ? multistep_stages(lowering, advances, name) : subcycled_stages(lowering, advances, name);
   }
   std::map<std::string, std::string> ends;
   for (std::size_t i = 0; i < next.size(); ++i) ends[problem.states[i].name] = next[i];

@@ -135,7 +135,7 @@ std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<
   }
   const std::string& scene = lowering.problem().scene;
   std::vector<Stage> stages;
-  if (!advances.empty()) stages = time_stages(lowering, advances, scene + "_terms");
+  if (!advances.empty()) stages = time_stages(lowering, advances, scene + "_terms", scene);
 
   reading.time = param("t") + param("dt");
   Discretiser at_point = lowering.discretiser(reading);

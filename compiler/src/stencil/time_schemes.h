@@ -6,6 +6,7 @@
 // first order, for u and its velocity u_t; velocity Verlet alone treats them differently.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,21 @@ struct Advance {
   Origin origin;
 };
 
-/// One step of the scheme's time integrator, which has no memory (multistep.h has those). A single kernel is called `name`, several S_stage1, S_stage2, ...
-/// Rates have no semi-Lagrangian advect. A state whose rate is 0 has no stages of its own.
-std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name);
+/// One of `of` equal parts of the step.
+struct StepPart {
+  int number = 0, of = 1;
+  /// The fields that stand for the states where the part begins; those not named stand for themselves.
+  std::map<std::string, std::string> fields;
+  /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what they are.
+  std::map<double, std::map<std::string, std::string>> others;
+
+  double length() const { return 1.0 / of; }  // in steps, as is the next
+  double time(double fraction) const { return (number + fraction) / of; }
+};
+
+/// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it. A single kernel is called
+/// `name`, several PREFIX_stage1, PREFIX_stage2, ... Rates have no semi-Lagrangian advect. A state whose rate is 0 has no stages of its own.
+std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
+                               const std::string& prefix, const StepPart& part = {});
 
 }  // namespace dpde::stencil

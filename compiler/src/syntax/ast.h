@@ -169,6 +169,10 @@ struct EventItem {
   std::vector<Expr> times;
   std::vector<Update> updates;
 };
+struct SubcycleItem {  // subcycle b, c in 4
+  std::vector<Identifier> fields;
+  Expr parts;
+};
 struct ObserveItem {  // observe energy = 0.5*integral(u^2)
   Identifier name;
   Expr value;
@@ -256,7 +260,7 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
 };
 
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
-                              BoundaryItem, TimeItem, StepItem, EventItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
+                              BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
                               AssignItem, ScatterItem, FillItem, ReduceItem, RunItem, SwapItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;

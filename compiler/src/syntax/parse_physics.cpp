@@ -221,6 +221,12 @@ ItemKind parse_at(Cursor& cursor) {
   return item;
 }
 
+ItemKind parse_subcycle(Cursor& cursor) {
+  std::vector<Identifier> fields = parse_components(cursor, "the name of a field");
+  cursor.expect_word("in");
+  return SubcycleItem{std::move(fields), parse_expression(cursor)};
+}
+
 bool begins_value(const Cursor& cursor) {
   const TokenKind second = cursor.peek_second().kind;
   return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::dot);
@@ -328,6 +334,7 @@ BlockRule scene_rule() {
            {"after", parse_after},
            {"every", parse_every},
            {"at", parse_at},
+           {"subcycle", parse_subcycle},
            {"observe", parse_observe},
            {"output", parse_output}},
           {begins_value, parse_value, "parameter = value"}};

@@ -150,6 +150,7 @@ std::string print_item(const Item& item) {
       [](const ExactItem& i) { return print_definition("exact ", i.field, i.value); },
       [](const BoundaryItem& i) { return print_boundary(i); }, [](const TimeItem& i) { return print_time(i); },
       [](const StepItem& i) { return "step " + print(i.step); }, [](const EventItem& i) { return print_event(i); },
+      [](const SubcycleItem& i) { return fmt::format("subcycle {} in {}", print_names(i.fields), print(i.parts)); },
       [](const ObserveItem& i) { return print_definition("observe ", i.name, i.value); },
       [](const OutputItem& i) {
         return "output " + print_names(i.fields) + (i.every ? " every " + print(*i.every) : "");

@@ -68,6 +68,8 @@ void bind_grid(Draft& draft);
 void bind_time(Draft& draft);
 /// The Courant number, and what moves how fast; after the equations.
 void bind_courant(Draft& draft);
+/// Equations that make several steps within each.
+void bind_subcycles(Draft& draft);
 /// Times of `at t = ...`, each the end of a step of this run, when `on_steps`.
 When when_of(Draft& draft, const ast::When& when, bool on_steps);
 
