@@ -29,7 +29,7 @@ TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
 }
 
 TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
-  const Outcome outcome = interrupted("optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here", "0.5");
+  const Outcome outcome = interrupted("optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here", "0", "here/optimiser.log");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0806"});
   EXPECT_TRUE(fs::exists(path("here/loss.csv")));

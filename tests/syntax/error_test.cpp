@@ -10,7 +10,7 @@ namespace {
 
 const std::string model_words = "understood here: field, vector, coefficient, param, control, let, dt";
 const std::string scene_words =
-    "understood here: grid, initial, exact, boundary, time, step, after, every, at, observe, output, parameter = value";
+    "understood here: grid, initial, exact, boundary, time, step, after, every, at, subcycle, observe, output, parameter = value";
 const std::string task_words = "understood here: data, unknown, minimise, using, test";
 const std::string file_words = "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, import";
 
