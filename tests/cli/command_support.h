@@ -67,10 +67,10 @@ class Command : public ::testing::Test {
   }
   Outcome dpde(const std::string& arguments) const { return shell("$DPDE " + arguments); }
   /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is SIGINT;
-  /// before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that has been written to.
-  Outcome interrupted(const std::string& arguments, const std::string& seconds, const std::string& file = "/proc/self/status") const {
+  /// before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that holds anything.
+  Outcome interrupted(const std::string& arguments, const std::string& seconds, const std::string& file = ".") const {
     return shell("$DPDE " + arguments + " & run=$!; for i in $(seq 6000); do "
-                 "[ $(grep -c -e '^Name:.dpde$' -e '^SigCgt:.*[2367abef]$' /proc/$run/status) = 2 ] && cat " + file + " 2>/dev/null | grep -q . && break; sleep 0.01; done; "
+                 "[ $(grep -c -e '^Name:.dpde$' -e '^SigCgt:.*[2367abef]$' /proc/$run/status) = 2 ] && [ -s " + file + " ] && break; sleep 0.01; done; "
                  "sleep " + seconds + "; kill -INT $run; wait $run");
   }
 
