@@ -94,7 +94,7 @@ TEST(Subcycle, DerivativesAreCertified) {
 
 TEST(Subcycle, SecondDerivativesAreCertified) {
   expect_certified(
-      "model m {\n  field u, v\n  param q\n  dt(u) = -u*dx(u)\n  dt(v) = q*u*v + 0.1*lap(v)\n}\nscheme c { time = rk2 }\n"
+      "model m {\n  field u, v\n  param q\n  dt(u) = -u*dx(u)\n  dt(v) = q*u*v + 0.1*lap(v) + mean(u*v)\n}\nscheme c { time = rk2 }\n"
       "scene s : m with c {\n  grid x = 0 .. 1, cells 7, periodic\n  q = 0.3\n  initial u = sin(6*x)/4\n  initial v = cos(6*x)\n  time 0 .. 1/4, step 1/32\n  subcycle v in 3\n}\n"
       "task t : s {\n  unknown initial u\n  unknown q from 0.4\n  minimise mean(u^2 + v^3)\n}\n", true);
 }

@@ -33,16 +33,6 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
   return {{std::get<Reduce>(preparation).field, {}, false}};
 }
 
-/// All that a stage reads.
-std::vector<Signature::Read> reads_of(const Stage& stage) {
-  std::vector<Signature::Read> reads = signature(stage.kernel).reads;
-  for (const Preparation& preparation : stage.before) {
-    const std::vector<Signature::Read> more = reads_of(preparation);
-    reads.insert(reads.end(), more.begin(), more.end());
-  }
-  return reads;
-}
-
 int widest_read(const std::vector<Stage>& stages) {
   int width = 0;
   for (const Stage& stage : stages) {
@@ -86,6 +76,15 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
 }
 
 }  // namespace
+
+std::vector<Signature::Read> reads_of(const Stage& stage) {
+  std::vector<Signature::Read> reads = signature(stage.kernel).reads;
+  for (const Preparation& preparation : stage.before) {
+    const std::vector<Signature::Read> more = reads_of(preparation);
+    reads.insert(reads.end(), more.begin(), more.end());
+  }
+  return reads;
+}
 
 Lowering::Lowering(const model::Problem& problem) : problem_(problem), placements_(problem) {
   for (const std::string& name : names_of_the_scene()) names_.reserve(name);

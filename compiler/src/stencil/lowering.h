@@ -21,6 +21,8 @@ struct Stage {
   Expr time;
   std::vector<Preparation> before;
 };
+/// All that a stage reads.
+std::vector<Signature::Read> reads_of(const Stage& stage);
 
 class Lowering {
  public:

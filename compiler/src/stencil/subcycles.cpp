@@ -72,7 +72,7 @@ class Subcycles {
       kernel.stores.push_back({field, false, (1 - time) * access(state) + time * access(end), {}});
       fields[state] = field;
     }
-    if (!fields.empty()) between_.emplace(time, Between{fields, {std::move(kernel), param("t") + time * param("dt")}});
+    if (!fields.empty()) between_.emplace(time, Between{fields, {std::move(kernel), param("t") + time * param("dt"), {}}});
     return fields;
   }
 
@@ -82,8 +82,11 @@ class Subcycles {
     if (found == between_.end() || found->second.is_used) return;
     Between& between = found->second;
     between.is_used = std::any_of(readers.begin(), readers.end(), [&](const Stage& stage) {
-      const Signature signature = stencil::signature(stage.kernel);
-      return std::any_of(between.fields.begin(), between.fields.end(), [&](const auto& entry) { return signature.find_read(entry.second) != nullptr; });
+      const std::vector<Signature::Read> reads = reads_of(stage);
+      const auto is_between = [&](const Signature::Read& read) {
+        return std::any_of(between.fields.begin(), between.fields.end(), [&](const auto& entry) { return entry.second == read.field; });
+      };
+      return std::any_of(reads.begin(), reads.end(), is_between);
     });
     if (!between.is_used) return;
     between.stage.kernel.name = lowering_.problem().scene + "_between" + std::to_string(++between_count_);
