@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* operator_names[] = {"dx",  "dy",   "dz",   "d",  "lap",  "grad", "div",
                                           "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral",
-                                          "inject", "sample", "interpolate"};
+                                          "inject", "sample", "interpolate", "random_field", "random_signal"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -65,6 +65,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (const auto kind = reduction_called(e)) return reduction(*kind, e, range);
   if (name == "sample") return sampling(e, range);
   if (name == "inject") return injection(e, range);
+  if (name == "random_field" || name == "random_signal") return random_waves(e, range);
   if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
   return unknown_call(e);
 }

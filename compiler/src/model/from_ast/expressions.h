@@ -84,6 +84,13 @@ class Expressions {
   /// Marks the axis that `e` names.
   bool add_axis(const ast::Expr& e, std::array<bool, 3>& over);
 
+  // random.cpp
+  struct Spectrum {
+    double seed = 0, lowest = 1, highest = 1, slope = 0;
+  };
+  std::optional<Spectrum> spectrum(const ast::Call& e);
+  Typed random_waves(const ast::Call& e, SourceRange range);
+
   // points.cpp
   Typed sampling(const ast::Call& e, SourceRange range);
   Typed injection(const ast::Call& e, SourceRange range);
