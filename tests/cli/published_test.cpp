@@ -41,6 +41,7 @@ TEST_F(Examples, AllTasksAndScenesAreCertified) {
       {"burgers_1d/burgers.dpde", {"wave", "recover", "ends", "viscosity"}},
       {"burgers_2d/burgers_2d.dpde", {"swirl", "recover"}},
       {"wave/inversion.dpde", {"image"}},
+      {"wave/block.dpde", {"image"}},
       {"shallow_water/shallow_water.dpde", {"canal", "heap", "basin", "bank", "break"}},
       {"gray_scott/gray_scott.dpde", {"rates"}},
       {"fitzhugh_nagumo/fitzhugh_nagumo.dpde", {"scar"}}};

@@ -70,7 +70,7 @@ TEST(RandomField, DrawsManyWavesByTheirEnergy) {
       }
     }
   }
-  // the weights 1/|n|^2 of all n in |n| <= 8 over those in |n| <= 16; drawing without replacement takes a little from the low ones
+  // the weights 1/|n|^2 of all n in |n| <= 8 over those in |n| <= 16
   double below = 0, all = 0;
   for (int ny = -16; ny <= 16; ++ny) {
     for (int nx = -16; nx <= 16; ++nx) {
@@ -80,7 +80,7 @@ TEST(RandomField, DrawsManyWavesByTheirEnergy) {
       below += size <= 8 ? 1 / (size * size) : 0;
     }
   }
-  EXPECT_NEAR(low, below / all, 0.1);
+  EXPECT_NEAR(low, below / all, 0.02);
 }
 
 TEST(RandomField, IsTheSameOnEveryGrid) {

@@ -55,18 +55,30 @@ std::vector<Wave> waves_between(double lowest, double highest, double slope, int
   return waves;
 }
 
-/// Of too many, some drawn without replacement by their weights (Efraimidis and Spirakis 2006, Inf. Process. Lett. 97: those
-/// with the largest u^(1/w)), which then are of the same weight.
+/// Of too many, `most_waves`: those of large energy surely, of the others some with probabilities as their energies, which are
+/// then of the same energy. So each wave has its energy in the mean, and all that are drawn together have that of all.
 void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   if (waves.size() <= most_waves) return;
-  std::vector<std::pair<double, Wave>> keyed;
-  for (const Wave& wave : waves) keyed.push_back({std::log1p(-uniform(random)) / wave.weight, wave});
-  std::ranges::stable_sort(keyed, std::ranges::greater{}, [](const auto& entry) { return entry.first; });
-  waves.clear();
-  for (std::size_t i = 0; i < most_waves; ++i) {
-    waves.push_back(keyed[i].second);
-    waves.back().weight = 1;
+  std::ranges::stable_sort(waves, std::ranges::greater{}, &Wave::weight);
+  double rest = 0;  // energy of those that are not sure
+  for (const Wave& wave : waves) rest += wave.weight;
+  std::size_t sure = 0;
+  while (waves[sure].weight * static_cast<double>(most_waves - sure) >= rest) rest -= waves[sure++].weight;
+  for (std::size_t i = waves.size() - 1; i > sure; --i) {
+    std::swap(waves[i], waves[sure + static_cast<std::size_t>(uniform(random) * static_cast<double>(i - sure + 1))]);
   }
+  // systematic sampling: the energies in a row, and places at equal distances on them
+  std::vector<Wave> chosen(waves.begin(), waves.begin() + static_cast<std::ptrdiff_t>(sure));
+  const double distance = rest / static_cast<double>(most_waves - sure);
+  double next = uniform(random) * distance, end = 0;
+  for (std::size_t i = sure; i < waves.size() && chosen.size() < most_waves; ++i) {
+    end += waves[i].weight;
+    if (end <= next) continue;
+    chosen.push_back(waves[i]);
+    chosen.back().weight = distance;
+    next += distance;
+  }
+  waves = std::move(chosen);
 }
 
 Expr times(double factor, const Expr& e) { return binary(BinaryOp::multiply, factor, e); }
