@@ -66,7 +66,7 @@ TEST(VerifyModel, FindsEachBreakage) {
       {"initial state of u: a field cannot stand here", [&](Problem& p) { p.states[0].initial.formula = u; }},
       {"initial state of u: neither a formula nor a file, or both",
        [](Problem& p) { p.states[0].initial.file = "u.npy"; }},
-      {"boundary of u: a field cannot stand here", [&](Problem& p) { p.states[0].boundary[0].low.value = u; }},
+      {"the boundary of u reads state u", [&](Problem& p) { p.states[0].boundary[0].low.value = u; }},
       {"boundary of u: a coordinate cannot stand here", [](Problem& p) { p.states[0].boundary[0].low.a = coordinate(0); }},
       {"a weight at the boundary of u depends on an unknown",
        [](Problem& p) { p.states[0].boundary[0].low.b = param("k"); }},

@@ -32,6 +32,7 @@ struct Allowed {
 constexpr Allowed equation{true, true, true, true, true};
 constexpr Allowed formula{false, true, false, false, false};
 constexpr Allowed exact{false, true, true, false, false};
+constexpr Allowed at_wall{true, true, true, false, false};
 constexpr Allowed start{false, false, false, false, false};
 constexpr Allowed weight{false, false, true, false, false};
 constexpr Allowed quantity{true, true, true, true, true};
@@ -107,7 +108,10 @@ class Verifier {
              fmt::format("state {} has boundaries on {} axes", state.name, state.boundary.size()));
       for (const AxisSides& sides : state.boundary) {
         for (const Side* side : {&sides.low, &sides.high}) {
-          check(side->value, "boundary of " + state.name, exact);
+          check(side->value, "boundary of " + state.name, at_wall);
+          for (const State& read : problem_.states) {
+            demand(!reads(side->value, read.name), fmt::format("the boundary of {} reads state {}", state.name, read.name));
+          }
           for (const Expr* part : {&side->a, &side->b}) {
             check(*part, "boundary of " + state.name, weight);
             demand(!reads_unknown(*part), fmt::format("a weight at the boundary of {} depends on an unknown", state.name));

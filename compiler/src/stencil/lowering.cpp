@@ -179,7 +179,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
   std::set<std::string> filled;
-  Walls walls(problem_, names_, widest_read(stages));
+  Walls walls(problem_, names_, widest_read(stages), plain_boundary(), filled);
   const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time) {
     for (const Signature::Read& read : reads) {
       if (!needs_fill(read) || !filled.insert(read.field).second) continue;

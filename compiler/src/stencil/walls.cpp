@@ -56,7 +56,7 @@ bool Walls::varies(const model::Expr& value) const {
     const auto* param = std::get_if<model::Param>(&part->kind);
     const model::Parameter* known = param ? problem_.find_param(param->name) : nullptr;
     const bool is_control = param && problem_.find_control(param->name) != nullptr;  // a halo filled a step before would hold its last value
-    return std::holds_alternative<model::Coordinate>(part->kind) || (known && known->unknown) || is_control;
+    return std::holds_alternative<model::Coordinate>(part->kind) || std::holds_alternative<model::Field>(part->kind) || (known && known->unknown) || is_control;
   });
 }
 
@@ -99,6 +99,10 @@ std::string Walls::stored(const std::string& state, const Expr& value, Module& m
   kernel.name = program.name + "_" + field;
   kernel.rank = static_cast<int>(problem_.axes.size());
   kernel.stores.push_back({field, false, value, {}});
+  for (const Signature::Read& read : signature(kernel).reads) {
+    const bool is_coefficient = problem_.find_coefficient(read.field) != nullptr;
+    if (is_coefficient && filled_.insert(read.field).second) program.body.push_back(Fill{read.field, mirrored_});
+  }
   program.body.push_back(Run{kernel.name, width_});
   module.kernels.push_back(std::move(kernel));
   stored_.emplace_back(value, field);

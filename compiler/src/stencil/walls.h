@@ -4,6 +4,7 @@
 // is all they need.
 #pragma once
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,9 +20,10 @@ Expr with_wall_value(const model::State& state, const model::Problem& problem, c
 
 class Walls {
  public:
-  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know.
-  Walls(const model::Problem& problem, NameSupply names, int width)
-      : problem_(problem), names_(std::move(names)), width_(width) {}
+  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. Coefficients have at walls
+  /// what they have in the cells there: a fill of `mirrored` sets them, unless they are among those that are `filled`.
+  Walls(const model::Problem& problem, NameSupply names, int width, std::vector<AxisBoundary> mirrored, std::set<std::string>& filled)
+      : problem_(problem), names_(std::move(names)), width_(width), mirrored_(std::move(mirrored)), filled_(filled) {}
 
   /// What a fill of `state` at `time` needs; what it reads is added to the module and the program.
   std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program);
@@ -33,6 +35,8 @@ class Walls {
   const model::Problem& problem_;
   NameSupply names_;
   const int width_;
+  std::vector<AxisBoundary> mirrored_;
+  std::set<std::string>& filled_;
   std::vector<std::pair<Expr, std::string>> stored_;  // values, and the fields that hold them
 };
 

@@ -62,7 +62,7 @@ Rules rules_of(Purpose purpose) {
               false,
               true,
               "a boundary value",
-              "a boundary value is made of numbers, parameters, coordinates and t"};
+              "a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres"};
     case Purpose::control:
       return {false, false, true, false, false, false, "a control", "a control is made of numbers, parameters and t"};
     case Purpose::boundary_weight:
@@ -252,7 +252,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::state:
     case Role::coefficient:
     case Role::datum:
-      if (!rules.fields) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range);
+      if (!rules.fields && !is_known_at_walls(*meaning, e.name)) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range);
       if (meaning->is_vector) return vector(e.name, range);
       draft_.used.insert(e.name);
       return number_of(field(e.name, {range}));
@@ -273,6 +273,13 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::constant: return number_of(model::number(3.141592653589793, {range}));
   }
   unreachable("role");
+}
+
+/// At a wall a coefficient has the value of the cell that touches it.
+bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& name) const {
+  if (purpose_ != Purpose::boundary || meaning.role != Role::coefficient || meaning.is_vector) return false;
+  const Coefficient* coefficient = draft_.problem.find_coefficient(name);
+  return coefficient != nullptr && coefficient->placement == Placement{};
 }
 
 Typed Expressions::parameter(const std::string& name, SourceRange range) {

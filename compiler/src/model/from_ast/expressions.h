@@ -43,6 +43,7 @@ class Expressions {
   };
 
   Typed name(const ast::Name& e, SourceRange range);
+  bool is_known_at_walls(const Meaning& meaning, const std::string& name) const;
   Typed parameter(const std::string& name, SourceRange range);
   Typed unary(const ast::Unary& e, SourceRange range);
   Typed chain(const ast::Expr& e);

@@ -14,6 +14,10 @@ template <class F>
 void for_each_reader(const Problem& problem, const F& f) {
   for (const State& state : problem.states) {
     if (state.rhs) f(*state.rhs);
+    for (const AxisSides& sides : state.boundary) {
+      f(sides.low.value);
+      f(sides.high.value);
+    }
   }
   if (problem.rate) f(*problem.rate);
   for (const Event& event : problem.events) {
