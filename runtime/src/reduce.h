@@ -40,6 +40,7 @@ class FieldReduction {
   dpde_reduce reduce_{};
   int32_t real_ = DPDE_F64;
   int threads_ = 1;
+  int64_t piece_ = 1;  // cells of a row that are combined with those of other rows at a time
   double count_ = 1;  // cells that make one value
   std::array<int64_t, 3> cells_{1, 1, 1}, stride_{};
   std::vector<double> rows_;  // where x is reduced: the value of each row

@@ -86,7 +86,7 @@ void for_each_case(const std::vector<Cells>& grids, const F& f) {
   }
 }
 
-const std::vector<Cells> small{{1}, {2}, {7}, {8}, {9}, {300}, {1, 1}, {5, 1}, {1, 6}, {3, 4}, {130, 3}, {1, 1, 1}, {2, 3, 4}, {9, 1, 2}, {1, 5, 3}};
+const std::vector<Cells> small{{1}, {2}, {7}, {8}, {9}, {300}, {2100}, {2100, 2}, {1, 1}, {5, 1}, {1, 6}, {3, 4}, {130, 3}, {1, 1, 1}, {2, 3, 4}, {9, 1, 2}, {1, 5, 3}};
 
 TEST(Reduce, IsWhatItSays) {
   for_each_case(small, [](const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
@@ -109,7 +109,7 @@ TEST(Reduce, AddsFloatsUpAsDoubles) {
 }
 
 TEST(Reduce, DoesNotDependOnTheNumberOfThreads) {
-  for_each_case({{70000}, {300, 200}, {1000, 40}, {3, 20000}, {40, 50, 60}}, [](const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
+  for_each_case({{70000}, {300, 200}, {1000, 40}, {5000, 12}, {3, 20000}, {40, 50, 60}}, [](const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
     const std::vector<double> one = run(DPDE_SUM, cells, over, values, 1);
     for (const int threads : {2, 3, 5}) EXPECT_TRUE(run(DPDE_SUM, cells, over, values, threads) == one) << threads;
   });

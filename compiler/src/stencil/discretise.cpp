@@ -253,25 +253,51 @@ Discretiser::Quotient Discretiser::reduced_at(const model::Expr& e, Place place)
 
 /// The field that holds `e` at `place` of each cell: one that is there, or that a kernel stores before.
 std::string Discretiser::stored_operand(const model::Expr& e, const Place& place) {
+  for (const Operand& known : operands_) {
+    if (known.place == place && known.value == e) return known.field;
+  }
   Discretiser inner(scheme_, names_, rank_, reading_, placements_);
   inner.parts_ = parts_;
   inner.preparations_ = preparations_;
+  inner.operands_ = operands_;
+  for (const Preparation& made : preparations_) {  // what it shares may go into a kernel that is there
+    const Kernel* kernel = std::get_if<Kernel>(&made);
+    for (std::size_t i = 0; kernel && i < kernel->lets.size(); ++i) inner.names_.reserve(kernel->lets[i].name);
+  }
   const Expr value = inner.at(e, place).value();
   parts_ = inner.parts_;
   preparations_ = inner.preparations_;
+  operands_ = inner.operands_;
   for (const Preparation& made : preparations_) {  // by the inner one too
     if (const Reduce* reduce = std::get_if<Reduce>(&made)) names_.reserve(reduce->result);
-    if (const Kernel* kernel = std::get_if<Kernel>(&made)) names_.reserve(kernel->stores[0].field);
+    const Kernel* kernel = std::get_if<Kernel>(&made);
+    for (std::size_t i = 0; kernel && i < kernel->stores.size(); ++i) names_.reserve(kernel->stores[i].field);
   }
   const Access* field = std::get_if<Access>(&value->kind);
-  if (field && field->offset == Offset{}) return field->field;
-  for (const Preparation& made : preparations_) {
-    const Kernel* kernel = std::get_if<Kernel>(&made);
-    if (kernel && kernel->lets == inner.lets_ && kernel->stores[0].value == value) return kernel->stores[0].field;
+  const bool is_there = field && field->offset == Offset{};
+  operands_.push_back({e, place, is_there ? field->field : store_before(inner, value, e->origin)});
+  return operands_.back().field;
+}
+
+/// Operands that hold no reduction share a kernel, the first.
+std::string Discretiser::store_before(const Discretiser& inner, const Expr& value, const Origin& origin) {
+  const std::string field = names_.fresh("operand");
+  const Kernel kernel{"", rank_, inner.lets_, {{field, false, value, origin}}, {}, {}};
+  const Signature reads = signature(kernel);
+  const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Preparation& made) {
+    const Reduce* reduce = std::get_if<Reduce>(&made);
+    return reduce && reads.find_read(reduce->result);
+  });
+  Kernel* const first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
+  if (is_nested) {
+    preparations_.push_back(kernel);
+  } else if (!first) {
+    preparations_.insert(preparations_.begin(), kernel);
+  } else {
+    first->lets.insert(first->lets.end(), kernel.lets.begin(), kernel.lets.end());
+    first->stores.push_back(kernel.stores[0]);
   }
-  const std::string result = names_.fresh("operand");
-  preparations_.push_back(Kernel{"", rank_, inner.lets_, {{result, false, value, e->origin}}, {}, {}});
-  return result;
+  return field;
 }
 
 /// The field that holds the result.

@@ -49,7 +49,7 @@ struct Reading {
 };
 
 /// What is to be done before a kernel that reads the results of reductions: a kernel without a name, which stores what is
-/// reduced, or the reduction.
+/// reduced, or a reduction.
 using Preparation = std::variant<Kernel, Reduce>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
@@ -89,6 +89,7 @@ class Discretiser {
   Quotient at_place(const model::Expr& e, const Place& place);
   Quotient reduced_at(const model::Expr& e, Place place);
   std::string stored_operand(const model::Expr& e, const Place& place);
+  std::string store_before(const Discretiser& inner, const Expr& value, const Origin& origin);
   std::string stored_reduction(Reduce reduce);
   Quotient interpolated_at(const model::Interpolate& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
@@ -114,6 +115,12 @@ class Discretiser {
   std::optional<model::Placement> base_ = model::Placement{};
   std::vector<Let> lets_;
   std::vector<Preparation> preparations_;
+  struct Operand {
+    model::Expr value;
+    Place place;
+    std::string field;
+  };
+  std::vector<Operand> operands_;  // what is reduced, and where it is stored
   int parts_ = 0;
   int nesting_ = 0;                                     // > 0 inside a difference, where nothing is named
   std::map<std::string, std::string> derivative_lets_;  // field, axis, order and accuracy -> let

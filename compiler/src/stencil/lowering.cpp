@@ -61,9 +61,8 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
     for (Preparation& preparation : stage.before) {
       if (Kernel* kernel = std::get_if<Kernel>(&preparation)) {
         rename(*kernel);
-        std::string& field = kernel->stores[0].field;
-        field = names[field] = taken.fresh("operand");
-        kernel->name = stage.kernel.name + "_" + field;
+        for (Store& store : kernel->stores) store.field = names[store.field] = taken.fresh("operand");
+        kernel->name = stage.kernel.name + "_" + kernel->stores[0].field;
       } else {
         Reduce& reduce = std::get<Reduce>(preparation);
         reduce.field = renamed(reduce.field);
