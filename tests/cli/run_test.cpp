@@ -160,6 +160,30 @@ TEST_F(CheckCommand, SaysWhatAZeroCoefficientDrops) {
   EXPECT_EQ(check.json()["dropped"].size(), 1u) << check.out;
 }
 
+/// By hand: the step reads u and writes u_next, in full it reads w too. Of what is sought the adjoint is a number times the seed; in full
+/// it reads u and w and writes w_bar, and needs u of each step.
+TEST_F(CheckCommand, SaysWhatIsSaved) {
+  const std::string text = "model m { field u; coefficient w; param c; dt(u) = -2*u + c*w*u }\n"
+                           "scheme e { time = euler }\n"
+                           "scene s : m with e { grid x = 0 .. 1, cells 8, periodic\n  c = 0\n  w = x\n  initial u = x\n  time 0 .. 1, step 0.1 }\n"
+                           "task t : s { unknown initial u\n  minimise mean(u^2) }\n";
+  write("m.dpde", text);
+  Json saved = dpde("check m.dpde t --json").json()["saved"];
+  EXPECT_EQ(saved, Json({{"step_bytes_per_point", 8}, {"adjoint_bytes_per_point", 24}, {"stored_bytes_per_point", 8}}));
+  EXPECT_NE(dpde("check m.dpde t").out.find("saved a cell: 8 of 24 bytes of a step, 24 of 40 bytes of an adjoint step, 8 of 8 bytes of each state that a gradient stores\n"),
+            std::string::npos);
+  EXPECT_EQ(dpde("check m.dpde s --json").json()["saved"], Json({{"step_bytes_per_point", 8}}));
+  saved = dpde("check m.dpde t --set c=1 --json").json()["saved"];
+  EXPECT_EQ(saved["step_bytes_per_point"], 0);
+  EXPECT_EQ(saved["stored_bytes_per_point"], 8);
+  write("floor.dpde", std::string(text).replace(text.find("c*w*u"), 5, "floor(w)*u"));
+  saved = dpde("check floor.dpde t --json").json()["saved"];
+  EXPECT_TRUE(saved["adjoint_bytes_per_point"].is_null()) << "no derivative by w";
+  EXPECT_EQ(saved["step_bytes_per_point"], 0);
+  write("all.dpde", std::string(text).replace(text.find("unknown initial u"), 17, "unknown initial u; unknown w; unknown c from 2"));
+  EXPECT_EQ(dpde("check all.dpde t").out.find("saved"), std::string::npos) << "nothing is left out";
+}
+
 TEST_F(CheckCommand, ShowsSeveralMistakesAtOnce) {
   std::string text = rod_text;
   text.replace(text.find("sin(x)"), 6, "sine(x)");

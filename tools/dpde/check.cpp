@@ -8,6 +8,7 @@
 #include "command.h"
 #include "driver/data.h"
 #include "driver/cost.h"
+#include "driver/savings.h"
 #include "model/build.h"
 #include "verbs.h"
 
@@ -67,6 +68,26 @@ Json cost_json(const driver::Cost& cost, double copy_rate) {
           {"roofline_points_per_s", cost.bytes > 0 ? json_number(copy_rate / cost.bytes) : Json(nullptr)}};
 }
 
+/// What dropping terms and leaving out derivatives that nobody asks for saves, against the scene with all of them.
+std::string report_savings(const Job& job, const driver::Compiled& compiled, Json& result) {
+  const std::optional<driver::Traffic> full = driver::traffic_in_full(job.source(), compiled);
+  const driver::Traffic used = driver::traffic_of(compiled);
+  std::string text;
+  Json saved = Json::object();
+  const auto add = [&](const char* key, const char* what, std::optional<double> without, std::optional<double> with) {
+    const bool is_known = without && with;
+    saved[key] = is_known ? Json(*without - *with) : Json(nullptr);
+    if (is_known && *without > *with) text += fmt::format("{} {} of {} bytes {}", text.empty() ? "saved a cell:" : ",", *without - *with, *without, what);
+  };
+  add("step_bytes_per_point", "of a step", full ? std::optional(full->step) : std::nullopt, used.step);
+  if (compiled.problem->task) {
+    add("adjoint_bytes_per_point", "of an adjoint step", full ? full->adjoint : std::nullopt, used.adjoint);
+    add("stored_bytes_per_point", "of each state that a gradient stores", full ? full->stored : std::nullopt, used.stored);
+  }
+  result["saved"] = std::move(saved);
+  return text.empty() ? "" : text + "\n";
+}
+
 void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
@@ -109,6 +130,7 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
   text += "\n";
   result["dropped"] = problem.dropped;
   for (const std::string& dropped : problem.dropped) text += fmt::format("dropped: {}\n", dropped);
+  text += report_savings(job, compiled, result);
   job.say(text);
 }
 

@@ -201,11 +201,11 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   }
   for (const model::State& state : compiled.problem->states) wrt.fields.insert(state.name);
   for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
-    if (is_sought(*compiled.problem, coefficient)) wrt.fields.insert(coefficient.name);
+    if (options.by_everything || is_sought(*compiled.problem, coefficient)) wrt.fields.insert(coefficient.name);
   }
   for (const model::Parameter& param : compiled.problem->params) {
-    if (!param.unknown) continue;
-    if (options.certify) {
+    if (!param.unknown && !options.by_everything) continue;
+    if (options.certify || options.by_everything) {
       add_param(param.name);
     } else {
       wrt.params.insert(param.name);

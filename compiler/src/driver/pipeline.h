@@ -40,6 +40,7 @@ struct CompileOptions {
   bool without_task = false;        // of a task only its scene and scheme; "" is the only scene, if there is just one
   /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up functional.
   bool certify = false;
+  bool by_everything = false;       // derivatives by all coefficients and parameters, sought or not
   bool verify = false;              // check every level's invariants after each stage
   StageObserver after;              // may be empty
   std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/savings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <string>
+
+namespace dpde::driver {
+
+namespace {
+
+bool reads_states(const Compiled& compiled, const std::string& program) {
+  const auto found = std::ranges::find(compiled.loop.programs, program, &loop::Program::name);
+  if (found == compiled.loop.programs.end()) return false;
+  const auto inputs = std::span(found->fields).first(static_cast<std::size_t>(found->input_count));
+  return std::ranges::any_of(inputs, [&](const std::string& field) { return compiled.problem->find_state(field) != nullptr; });
+}
+
+/// The first time a loss is taken at.
+double begin_of(const model::When& when, const model::Problem& problem) {
+  const double end = problem.t_begin + problem.steps * problem.step;
+  if (when.kind == model::When::Kind::over) return problem.t_begin;
+  return when.kind == model::When::Kind::end || when.times.empty() ? end : *std::ranges::min_element(when.times);
+}
+
+double end_of(const model::When& when, const model::Problem& problem) {
+  const double end = problem.t_begin + problem.steps * problem.step;
+  return when.kind != model::When::Kind::at || when.times.empty() ? end : *std::ranges::max_element(when.times);
+}
+
+/// Whether a gradient keeps states: when the way back reads any but the last, or has to know into how many parts a step was split.
+bool keeps_states(const Compiled& compiled, const std::string& adjoint) {
+  const model::Problem& problem = *compiled.problem;
+  if (reads_states(compiled, adjoint) || reads_states(compiled, problem.scene + "_rate")) return true;
+  const std::vector<model::Loss>& losses = problem.task->losses;
+  double last = problem.t_begin;
+  for (const model::Loss& loss : losses) last = std::max(last, end_of(loss.when, problem));
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    const auto derived = compiled.derived.find(fmt::format("{}_loss_{}", problem.task->name, i + 1));
+    if (derived == compiled.derived.end() || !derived->second.adjoint) continue;
+    if (begin_of(losses[i].when, problem) < last && reads_states(compiled, derived->second.adjoint->program)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Traffic traffic_of(const Compiled& compiled) {
+  Traffic traffic{cost_of(compiled.loop, compiled.step_name()).bytes, {}, {}};
+  const auto derived = compiled.derived.find(compiled.step_name());
+  if (!compiled.problem->task || derived == compiled.derived.end() || !derived->second.adjoint) return traffic;
+  const std::string& adjoint = derived->second.adjoint->program;
+  traffic.adjoint = cost_of(compiled.loop, adjoint).bytes;
+  const double state = bytes_of(compiled.real()) * static_cast<double>(compiled.problem->states.size());
+  traffic.stored = keeps_states(compiled, adjoint) ? state : 0;
+  return traffic;
+}
+
+std::optional<Traffic> traffic_in_full(const SourceFile& source, const Compiled& compiled) {
+  CompileOptions options = compiled.options;
+  options.selection.keeps_params = true;
+  options.by_everything = true;
+  options.backend.reset();
+  options.after = {};
+  for (const bool adjoint : {true, false}) {
+    DiagnosticSink silent;  // what is wrong with the scene itself was said before
+    options.adjoint = adjoint && compiled.problem->task;
+    const std::optional<Compiled> full = compile(source, options, silent);
+    if (full && full->problem) return traffic_of(*full);
+  }
+  return std::nullopt;
+}
+
+}  // namespace dpde::driver
