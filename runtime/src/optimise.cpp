@@ -107,4 +107,15 @@ OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::V
   });
 }
 
+OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
+                        int iterations, const IterationObserver& observer, const Bounds& bounds) {
+  switch (method.kind) {
+    case Method::Kind::gradient_descent: return minimise(GradientDescent{method.rate}, objective, std::move(x), iterations, observer, 0, bounds);
+    case Method::Kind::adam: return minimise(Adam{method.rate}, objective, std::move(x), iterations, observer, 0, bounds);
+    case Method::Kind::newton_cg: return minimise(NewtonCg{}, objective, hessian, std::move(x), iterations, observer, 0, bounds);
+    case Method::Kind::lbfgs: break;
+  }
+  return minimise(Lbfgs{}, objective, std::move(x), iterations, observer, 0, bounds);
+}
+
 }  // namespace dpde

@@ -40,6 +40,7 @@ const GradientResult& Rollout::Impl::gradient() {
   loss_value = 0;
   current = front = 0;
   bar = 0;
+  steps_worked = 0;
   add_losses(0, buffers.front());
   const bool complete = !step_frames.empty() ? run_frames() : keeps_trajectory ? run_with_checkpoints() : run_without_trajectory();
   result.stopped = !complete;
@@ -48,6 +49,34 @@ const GradientResult& Rollout::Impl::gradient() {
   result.checkpoint_bytes = planned_bytes + static_cast<int64_t>(part_buffers.size() * state_names.size()) * FieldPool::stride_of(setup.layout);
   result.total_seconds = seconds_since(start);
   return result;
+}
+
+/// Counts a step, forward or back, that led to `state`; false when whoever watches wants no more.
+bool Rollout::Impl::go_on(int state) {
+  ++steps_worked;
+  const int64_t total = 2 * int64_t{last_loss} + result.recomputed_steps;
+  if (!watch || (steps_worked % watch_every != 0 && steps_worked != total)) return true;
+  return watch({steps_worked, total, time(state)});
+}
+
+FieldView Rollout::Impl::bar_of(std::string_view field) const {
+  const auto state = std::ranges::find(state_names, field);
+  if (state != state_names.end()) return result.state_bars[static_cast<size_t>(state - state_names.begin())];
+  const auto sought = std::ranges::find(setup.sought, field);
+  return sought == setup.sought.end() ? FieldView{} : result.field_bars[static_cast<size_t>(sought - setup.sought.begin())];
+}
+
+void Rollout::Impl::copy_param_bar(std::string_view param, std::span<double> to) const {
+  std::ranges::fill(to, 0.0);
+  const auto found = std::ranges::find(param_bar_names, param);
+  if (found == param_bar_names.end()) return;
+  const auto number = static_cast<size_t>(found - param_bar_names.begin());
+  const std::vector<double>& of_control = result.control_bars[number];
+  if (of_control.empty()) {
+    to[0] = result.param_bars[number];
+  } else {
+    std::ranges::copy(of_control, to.begin());
+  }
 }
 
 void Rollout::Impl::forward_done() { result.forward_seconds = seconds_since(start); }
@@ -60,6 +89,7 @@ bool Rollout::Impl::run_without_trajectory() {
     step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     current = next;
     if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(current)]);
+    if (!go_on(n + 1)) return false;
   }
   forward_done();
   const StateBuffer& last = buffers[static_cast<size_t>(current)];
@@ -67,6 +97,7 @@ bool Rollout::Impl::run_without_trajectory() {
   for (int n = last_loss - 1; n >= 0; --n) {
     if (stopping()) return false;
     reverse(n, last);
+    if (!go_on(n)) return false;
   }
   return true;
 }
@@ -103,6 +134,7 @@ bool Rollout::Impl::run_with_checkpoints() {
       case checkpoint::ActionKind::reverse:
         if (stopping() || !start_reverse(action.from)) return false;
         reverse(action.from, buffers[static_cast<size_t>(current)]);
+        if (!go_on(action.from)) return false;
         break;
     }
   }
@@ -127,6 +159,7 @@ bool Rollout::Impl::advance(int from, int to) {
     step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     release(current);
     current = next;
+    if (!go_on(n + 1)) return false;
     if (n + 1 <= front) continue;
     front = n + 1;
     if (has_losses(front)) add_losses(front, buffers[static_cast<size_t>(current)]);
@@ -145,7 +178,7 @@ bool Rollout::Impl::start_reverse(int n) {
   forward_done();
   seed_end(last);
   release(next);
-  return true;
+  return go_on(last_loss);
 }
 
 void Rollout::Impl::seed_end(const StateBuffer& state) {
@@ -295,6 +328,7 @@ bool Rollout::Impl::run_frames() {
     set_step(step, n);
     step.executor.run_frame(frame);
     if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(n) + 1]);
+    if (!go_on(n + 1)) return false;
   }
   forward_done();
   seed_end(buffers[static_cast<size_t>(n)]);
@@ -311,6 +345,7 @@ bool Rollout::Impl::run_frames() {
     adjoint.executor.run_frame(frame);
     after_reverse(n);
     if (has_losses(n)) add_seeds(n, state);
+    if (!go_on(n)) return false;
   }
   return true;
 }

@@ -190,6 +190,9 @@ struct Rollout::Impl {
   void add_param_bars(const Executor& executor, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields);
   void after_reverse(int n);
+  bool go_on(int state);
+  FieldView bar_of(std::string_view field) const;
+  void copy_param_bar(std::string_view param, std::span<double> to) const;
 
   RolloutSetup setup;
   std::vector<std::string> state_names, next_names;
@@ -233,6 +236,9 @@ struct Rollout::Impl {
   std::vector<StateBuffer> bars;  // two, and one for seeds to be added
   std::vector<char> is_seeded;    // of each state
   size_t bar = 0;                 // bars[bar] holds the seeds
+  GradientCallback watch;
+  int watch_every = 1;
+  int64_t steps_worked = 0;       // of this gradient, in any direction
   GradientResult result;
   std::chrono::steady_clock::time_point start;
 };

@@ -375,6 +375,13 @@ const std::vector<void*>& Rollout::present() const { return impl_->final_states;
 double Rollout::loss() { return impl_->loss(); }
 const GradientResult& Rollout::gradient() { return impl_->gradient(); }
 const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->param_bar_names; }
+FieldView Rollout::bar_of(std::string_view field) const { return impl_->bar_of(field); }
+void Rollout::copy_field_bar(std::string_view field, std::span<double> to) const { copy_out(impl_->bar_of(field), to); }
+void Rollout::copy_param_bar(std::string_view param, std::span<double> to) const { impl_->copy_param_bar(param, to); }
+void Rollout::watch_gradient(GradientCallback call, int every) {
+  impl_->watch = std::move(call);
+  impl_->watch_every = std::max(every, 1);
+}
 
 const std::vector<std::string>& Rollout::sought() const { return impl_->setup.sought; }
 

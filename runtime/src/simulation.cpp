@@ -35,33 +35,30 @@ double Simulation::Impl::param_at(std::string_view name, double t) const {
   return value == params.end() ? 0 : value->second;
 }
 
-void Simulation::Impl::run_single(std::unique_ptr<SingleRun>& run, const dpde_program& program, double t) {
-  if (!run) run = std::make_unique<SingleRun>(program, layout, options.threads);
-  Executor& executor = run->executor;
-  for (int f = 0; f < program.field_count; ++f) {
-    if (executor.bound(f) == nullptr) executor.bind(f, field(program.fields[f]).base());
+const Executor& Simulation::Impl::execute(const dpde_program& program, double t) {
+  auto found = executors.find(&program);
+  if (found == executors.end()) {
+    found = executors.emplace(&program, Executor(program, layout, options.threads)).first;
+    for (int f = 0; f < program.field_count; ++f) found->second.bind(f, field(program.fields[f]).base());
   }
+  Executor& executor = found->second;
   for (int p = 0; p < program.param_count; ++p) {
     executor.set_param(p, param_at(program.params[p], t));
   }
   executor.update_uniforms();
   executor.prepare();
   executor.run();
+  return executor;
 }
 
 /// Coefficients with formulas, except those the host gave, and initial states.
 void Simulation::Impl::update_formulas() {
   if (!formulas_are_stale) return;
   formulas_are_stale = false;
-  std::map<std::string, std::vector<double>> kept;
-  for (const auto& [name, host] : host_fields) {
-    if (!host.is_given || host.states != 1) continue;
-    kept[name].resize(size);
-    field(name).copy_out(kept[name]);
-  }
-  if (scene.coefficient_formulas != nullptr) run_single(run_coefficients, *scene.coefficient_formulas, scene.t_begin);
-  update_initial();  // and where the task's coefficients start
-  for (const auto& [name, values] : kept) field(name).copy_in(values);
+  keeping_given([&] {
+    if (scene.coefficient_formulas != nullptr) execute(*scene.coefficient_formulas);
+    update_initial();  // and where the task's coefficients start
+  });
 }
 
 void Simulation::Impl::update_initial() {
@@ -73,9 +70,9 @@ void Simulation::Impl::update_initial() {
       initial[s].copy_in(values);
     }
   };
-  if (scene.initial != nullptr) run_single(run_initial, *scene.initial, scene.t_begin);
+  if (scene.initial != nullptr) execute(*scene.initial);
   take(DPDE_START_SCENE);
-  if (scene.start != nullptr) run_single(run_start, *scene.start, scene.t_begin);
+  if (scene.start != nullptr) execute(*scene.start);
   take(DPDE_START_FORMULA);
 }
 
@@ -165,24 +162,28 @@ std::vector<double> Simulation::coordinates(int axis) const {
   return centres;
 }
 
-void Simulation::set(std::string_view name, double value) {
-  impl_->param_named(name) = value;
-  impl_->params.find(name)->second = value;
-  impl_->stepper->set_param(name, value);
-  if (impl_->losses) impl_->losses->set_param(name, value);
-  impl_->formulas_are_stale = true;
+void Simulation::Impl::set_param(std::string_view name, double value) {
+  param_named(name) = value;
+  params.find(name)->second = value;
+  for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
+    if (*rollout) (*rollout)->set_param(name, value);
+  }
+  formulas_are_stale = true;
 }
 
-void Simulation::set_control(std::string_view name, Values values) {
-  std::vector<double>& control = impl_->control_named(name);
+void Simulation::Impl::set_control(std::string_view name, Values values) {
+  std::vector<double>& control = control_named(name);
   if (values.size() != control.size()) {
     throw Error(ErrorKind::input, fmt::format("control {} needs {} values, not {}", name, control.size(), values.size()));
   }
   control.assign(values.begin(), values.end());
-  impl_->give_controls(*impl_->stepper);
-  if (impl_->losses) impl_->give_controls(*impl_->losses);
+  for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
+    if (*rollout) give_controls(**rollout);
+  }
 }
 
+void Simulation::set(std::string_view name, double value) { impl_->set_param(name, value); }
+void Simulation::set_control(std::string_view name, Values values) { impl_->set_control(name, values); }
 std::span<const double> Simulation::control(std::string_view name) const { return impl_->control_named(name); }
 
 double Simulation::param(std::string_view name) const { return impl_->param_named(name); }
@@ -244,8 +245,7 @@ double Simulation::Impl::observe(std::string_view name) {
   for (size_t s = 0; s < initial_states.size(); ++s) {
     copy_all(layout, field(initial_states[s].name).base(), stepper->present()[s]);
   }
-  run_single(run_observe, *program, scene.t_begin + reached * scene.step);
-  return run_observe->executor.sums()[static_cast<size_t>(sum)];
+  return execute(*program, scene.t_begin + reached * scene.step).sums()[static_cast<size_t>(sum)];
 }
 
 double Simulation::observe(std::string_view name) { return impl_->observe(name); }
@@ -282,17 +282,8 @@ bool Simulation::run(const ProgressCallback& progress, int every) {
 
 double Simulation::loss() {
   Rollout& objective = impl_->objective();
-  impl_->begin_objective();
+  impl_->begin_objective(objective);
   return objective.loss();
-}
-
-double Simulation::gradient() { return impl_->gradient(); }
-
-std::span<const double> Simulation::gradient_of(std::string_view name) const {
-  const auto found = std::ranges::find(impl_->unknowns, name, &UnknownGradient::name);
-  if (found != impl_->unknowns.end()) return found->values;
-  const std::string task = impl_->scene.task == nullptr ? "a task" : std::string("task ") + impl_->scene.task;
-  throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
 }
 
 }  // namespace dpde

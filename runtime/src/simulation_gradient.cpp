@@ -1,74 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
 // Losses and gradients of a simulation with a task.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/through_formula.h"
 #include "simulation_impl.h"
 
 namespace dpde {
 
 /// Puts the initial state into the rollout of the losses.
-void Simulation::Impl::begin_objective() {
+void Simulation::Impl::begin_objective(Rollout& rollout) {
   update_formulas();
   require_host_fields(true);
   for (size_t s = 0; s < initial.size(); ++s) {
-    Field& to = losses->initial(static_cast<int>(s));
+    Field& to = rollout.initial(rollout.state_index(initial_states[s].name));
     copy_all(layout, to.base(), initial[s].base());
   }
 }
 
 double Simulation::Impl::gradient() {
   Rollout& rollout = objective();
-  begin_objective();
+  begin_objective(rollout);
   const GradientResult& result = rollout.gradient();
-  if (result.stopped) return std::numeric_limits<double>::quiet_NaN();
-  for (UnknownGradient& unknown : unknowns) {
-    const auto index = static_cast<size_t>(unknown.index);
-    switch (unknown.kind) {
-      case DPDE_UNKNOWN_INITIAL: copy_out(result.state_bars[index], unknown.values); break;
-      case DPDE_UNKNOWN_COEFFICIENT: copy_out(result.field_bars[index], unknown.values); break;
-      case DPDE_UNKNOWN_CONTROL:
-        if (unknown.index >= 0) unknown.values = result.control_bars[index];
-        break;
-      default: unknown.values[0] = unknown.index < 0 ? 0.0 : result.param_bars[index];
-    }
-  }
-  if (scene.initial_adjoint != nullptr) add_gradient_through_initial(result);
-  if (scene.coefficient_adjoint != nullptr) add_gradient_through_coefficients(result);
+  was_stopped = result.stopped;
+  if (was_stopped) return std::numeric_limits<double>::quiet_NaN();
+  copy_bars(rollout, false, gradient_values);
+  add_through_formulas(rollout, false, scene.initial_adjoint, scene.coefficient_adjoint, gradient_values);
   return result.loss;
 }
 
-/// What unknown parameters do by the formulas of the initial states, where those are used.
-void Simulation::Impl::add_gradient_through_initial(const GradientResult& result) {
-  for (size_t s = 0; s < initial_states.size(); ++s) {
-    Field& seed = field(initial_states[s].name + "_bar");
-    const InitialState& state = initial_states[s];
-    seed.fill(0);
-    if (state.is_given || state.is_unknown || state.start != DPDE_START_SCENE) continue;
-    copy_interior(layout, seed.base(), result.state_bars[s]);
+/// What the last gradient of `rollout` says of the unknowns, or of their rates.
+void Simulation::Impl::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const {
+  for (const Unknown& unknown : unknowns) {
+    const std::string& variable = of_rates ? unknown.rate : unknown.name;
+    if (unknown.is_field()) rollout.copy_field_bar(variable, unknown.part_of(to));
+    if (!unknown.is_field()) rollout.copy_param_bar(variable, unknown.part_of(to));
   }
-  run_single(run_initial_adjoint, *scene.initial_adjoint, scene.t_begin);
-  add_sums(run_initial_adjoint->executor);
 }
 
-/// The same for coefficients.
-void Simulation::Impl::add_gradient_through_coefficients(const GradientResult& result) {
-  for (int32_t c = 0; c < scene.coefficient_count; ++c) field(std::string(scene.coefficients[c].name) + "_bar").fill(0);
-  for (int32_t c = 0; c < scene.sought_count; ++c) {
-    const HostField& coefficient = host_field_named(scene.sought[c]);
-    if (coefficient.is_given || coefficient.is_unknown) continue;
-    Field& seed = field(std::string(scene.sought[c]) + "_bar");
-    copy_interior(layout, seed.base(), result.field_bars[static_cast<size_t>(c)]);
-  }
-  run_single(run_coefficient_adjoint, *scene.coefficient_adjoint, scene.t_begin);
-  add_sums(run_coefficient_adjoint->executor);
+/// A state at the start, or a coefficient, or the rate of one of them.
+bool Simulation::Impl::comes_from_formula(std::string_view field) const {
+  if (field.ends_with("_dot")) field.remove_suffix(4);
+  const auto state = std::ranges::find(initial_states, field, &InitialState::name);
+  if (state != initial_states.end()) return !state->is_given && !state->is_unknown && state->start == DPDE_START_SCENE;
+  const auto coefficient = host_fields.find(field);
+  return coefficient != host_fields.end() && !coefficient->second.is_given && !coefficient->second.is_unknown;
 }
 
-void Simulation::Impl::add_sums(const Executor& adjoint) {
-  for (UnknownGradient& unknown : unknowns) {
-    if (unknown.kind != DPDE_UNKNOWN_PARAM) continue;
-    const int sum = adjoint.sum_index(unknown.name + "_bar");
-    if (sum >= 0) unknown.values[0] += adjoint.sums()[static_cast<size_t>(sum)];
+/// What unknown parameters do by the formulas of initial states and coefficients, where those are used. Of rates only what comes
+/// by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
+void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial_program,
+                                            const dpde_program* coefficient_program, std::span<double> to) {
+  const auto counts = [&](std::string_view name) { return comes_from_formula(name) && (!of_rates || name.ends_with("_dot")); };
+  const auto add = [&](std::string_view param, double value) {
+    for (const Unknown& unknown : unknowns) {
+      if (unknown.kind == DPDE_UNKNOWN_PARAM && (of_rates ? unknown.rate : unknown.name) == param) to[unknown.offset] += value;
+    }
+  };
+  for (const dpde_program* program : {coefficient_program, initial_program}) {
+    if (program != nullptr) add_through_formula(*this, *program, rollout, counts, add);
+  }
+}
+
+const Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
+  const auto found = std::ranges::find(unknowns, name, &Unknown::name);
+  if (found != unknowns.end()) return *found;
+  const std::string task = scene.task == nullptr ? "a task" : std::string("task ") + scene.task;
+  throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
+}
+
+double Simulation::gradient() { return impl_->gradient(); }
+
+std::span<const double> Simulation::gradient_vector() const { return impl_->gradient_values; }
+
+std::span<const double> Simulation::gradient_of(std::string_view name) const {
+  return impl_->unknown_named(name).part_of(gradient_vector());
+}
+
+void Simulation::watch_gradients(GradientCallback progress, int every) {
+  impl_->watch = std::move(progress);
+  impl_->watch_every = every;
+  for (std::optional<Rollout>* rollout : {&impl_->losses, &impl_->full, &impl_->gauss_newton}) {
+    if (*rollout) (*rollout)->watch_gradient(impl_->watch, every);
   }
 }
 

@@ -6,20 +6,16 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "dpde/runtime/optimise.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/simulation.h"
 
 namespace dpde {
-
-/// A program run now and then on fields of these names: formulas of fields, observables, the adjoint of initial states.
-struct SingleRun {
-  SingleRun(const dpde_program& program, const dpde_layout& layout, int threads) : executor(program, layout, threads) {}
-  Executor executor;
-};
 
 /// An initial state and who gives it.
 struct InitialState {
@@ -37,11 +33,17 @@ struct HostField {
   bool is_unknown = false;
 };
 
-struct UnknownGradient {
-  std::string name;
+/// An unknown and its part of the vector of all of them.
+struct Unknown {
+  std::string name, rate;  // x and x_dot
   int32_t kind;
-  int index;  // of the state; of the sought field or parameter gradient of the rollout, -1 when the loss does not depend on it
-  std::vector<double> values;
+  double low, high;
+  std::size_t offset, size;
+  bool is_field() const { return kind == DPDE_UNKNOWN_INITIAL || kind == DPDE_UNKNOWN_COEFFICIENT; }
+  template <class Number>
+  std::span<Number> part_of(std::span<Number> all) const {
+    return all.subspan(offset, size);
+  }
 };
 
 struct Simulation::Impl {
@@ -52,11 +54,11 @@ struct Simulation::Impl {
   void make_params();
   void make_fields();
   void make_unknowns();
-  Field& field(const std::string& name);
+  Field& field(std::string_view name);
   RolloutSetup setup() const;
   std::vector<int> steps_of(const dpde_instants& instants) const;
   void* datum_at(const dpde_datum& datum, int step);
-  LossTerm loss_term(const dpde_loss& loss);
+  LossTerm loss_term(const dpde_loss& loss, const dpde_program& program);
   std::vector<const dpde_program*> programs() const;
 
   // Names
@@ -68,7 +70,13 @@ struct Simulation::Impl {
 
   // Values
   double param_at(std::string_view name, double t) const;
-  void run_single(std::unique_ptr<SingleRun>& run, const dpde_program& program, double t);
+  void set_param(std::string_view name, double value);
+  void set_control(std::string_view name, Values values);
+  /// Runs a program once on the fields of these names: formulas of fields, observables, their adjoints.
+  const Executor& execute(const dpde_program& program, double t);
+  const Executor& execute(const dpde_program& program) { return execute(program, scene.t_begin); }
+  template <class Run>
+  void keeping_given(const Run& run);
   void update_formulas();
   void update_initial();
   void require_host_fields(bool with_data) const;
@@ -82,11 +90,26 @@ struct Simulation::Impl {
 
   // Losses
   Rollout& objective();
-  void begin_objective();
+  void begin_objective(Rollout& rollout);
   double gradient();
-  void add_gradient_through_initial(const GradientResult& result);
-  void add_gradient_through_coefficients(const GradientResult& result);
-  void add_sums(const Executor& adjoint);
+  bool comes_from_formula(std::string_view field) const;
+  void copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const;
+  void add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial, const dpde_program* coefficients,
+                            std::span<double> to);
+
+  // The unknowns as one vector
+  const Unknown& unknown_named(std::string_view name) const;
+  void require_size(Values values, std::string_view what) const;
+  void values_of(const Unknown& unknown, std::span<double> to);
+  void set_unknowns(Values x);
+  Optimised optimise(const OptimiserCallback& progress, int iterations);
+  Bounds bounds() const;
+
+  // Products of second derivatives
+  Rollout& second_order(Curvature curvature);
+  RolloutSetup second_setup(Curvature curvature);
+  void set_direction(Rollout& rollout, Values direction);
+  void product(Values direction, Target to, Curvature curvature);
 
   const dpde_scene& scene;
   SimulationOptions options;
@@ -102,9 +125,26 @@ struct Simulation::Impl {
   std::vector<Field> initial;
   bool formulas_are_stale = true, has_begun = false;
   int reached = 0, looked_at = 0;  // steps
-  std::unique_ptr<SingleRun> run_initial, run_initial_adjoint, run_coefficients, run_coefficient_adjoint, run_start, run_observe;
-  std::optional<Rollout> stepper, losses;
-  std::vector<UnknownGradient> unknowns;
+  std::map<const dpde_program*, Executor> executors;  // of execute()
+  std::optional<Rollout> stepper, losses, full, gauss_newton;  // the last two are for products
+  std::vector<Unknown> unknowns;
+  std::vector<double> gradient_values;  // of all unknowns
+  GradientCallback watch;
+  int watch_every = 1;
+  bool was_stopped = false;  // the last gradient or product
 };
+
+/// What `run` computes, but for the coefficients and data that the host has given, which stay.
+template <class Run>
+void Simulation::Impl::keeping_given(const Run& run) {
+  std::map<std::string, std::vector<double>> kept;
+  for (const auto& [name, host] : host_fields) {
+    if (!host.is_given || host.states != 1) continue;
+    kept[name].resize(size);
+    field(name).copy_out(kept[name]);
+  }
+  run();
+  for (const auto& [name, values] : kept) field(name).copy_in(values);
+}
 
 }  // namespace dpde

@@ -42,7 +42,11 @@ Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, 
 std::vector<const dpde_program*> Simulation::Impl::programs() const {
   std::vector<const dpde_program*> all{scene.program, scene.adjoint,  scene.initial, scene.initial_adjoint, scene.coefficient_formulas,
                                        scene.coefficient_adjoint, scene.start, scene.observe, scene.rate};
-  for (int32_t i = 0; i < scene.loss_count; ++i) all.insert(all.end(), {scene.losses[i].loss, scene.losses[i].adjoint});
+  for (int32_t i = 0; i < scene.loss_count; ++i) {
+    const dpde_loss& loss = scene.losses[i];
+    all.insert(all.end(), {loss.loss, loss.adjoint, loss.full.tangent, loss.full.adjoint, loss.squares.tangent, loss.squares.adjoint});
+  }
+  for (const dpde_second& second : {scene.second, scene.initial_second, scene.coefficient_second}) all.insert(all.end(), {second.tangent, second.adjoint});
   std::erase(all, nullptr);
   return all;
 }
@@ -112,7 +116,8 @@ void Simulation::Impl::make_unknowns() {
     const int state = is_initial ? state_named(unknown.name) : -1;
     std::size_t count = unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size;
     if (unknown.kind == DPDE_UNKNOWN_CONTROL) count = control_named(unknown.name).size();
-    unknowns.push_back({unknown.name, unknown.kind, state, std::vector<double>(count)});
+    unknowns.push_back({unknown.name, std::string(unknown.name) + "_dot", unknown.kind, unknown.low, unknown.high, gradient_values.size(), count});
+    gradient_values.resize(gradient_values.size() + count);
     const auto seek = [&](auto& field) {
       field.is_unknown = true;
       if (unknown.start != DPDE_START_SCENE) field.start = unknown.start;
@@ -125,10 +130,10 @@ void Simulation::Impl::make_unknowns() {
   }
 }
 
-Field& Simulation::Impl::field(const std::string& name) {
-  std::unique_ptr<Field>& slot = fields[name];
-  if (!slot) slot = std::make_unique<Field>(layout, static_cast<int>(fields.size()) - 1);
-  return *slot;
+Field& Simulation::Impl::field(std::string_view name) {
+  const auto found = fields.find(name);
+  if (found != fields.end()) return *found->second;
+  return *fields.emplace(name, std::make_unique<Field>(layout, static_cast<int>(fields.size()))).first->second;
 }
 
 RolloutSetup Simulation::Impl::setup() const {
@@ -170,14 +175,15 @@ void* Simulation::Impl::datum_at(const dpde_datum& datum, int step) {
   return field(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k)).base();
 }
 
-LossTerm Simulation::Impl::loss_term(const dpde_loss& loss) {
+/// `program` is the loss, or what takes its place.
+LossTerm Simulation::Impl::loss_term(const dpde_loss& loss, const dpde_program& program) {
   LossTerm term;
-  term.loss = loss.loss;
+  term.loss = &program;
   term.adjoint = loss.adjoint;
   term.at_steps = steps_of(loss.at);
   for (int32_t d = 0; d < scene.datum_count; ++d) {
     const dpde_datum& datum = scene.data[d];
-    if (!has_input(*loss.loss, datum.name)) continue;
+    if (!has_input(program, datum.name)) continue;
     LossData data{datum.name, {}};
     for (const int step : term.at_steps) data.at.push_back(datum_at(datum, step));
     if (datum.at.count == 0) data.at.resize(1);
@@ -191,16 +197,11 @@ Rollout& Simulation::Impl::objective() {
   if (!losses) {
     RolloutSetup full = setup();
     full.adjoint = scene.adjoint;
-    for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i]));
+    for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i], *scene.losses[i].loss));
     full.sought.assign(scene.sought, scene.sought + scene.sought_count);
     losses.emplace(std::move(full));
     give_controls(*losses);
-    for (UnknownGradient& unknown : unknowns) {
-      if (unknown.kind == DPDE_UNKNOWN_INITIAL) continue;
-      const std::vector<std::string>& bars = unknown.kind == DPDE_UNKNOWN_COEFFICIENT ? losses->sought() : losses->param_bar_names();
-      const auto bar = std::ranges::find(bars, unknown.name);
-      unknown.index = bar == bars.end() ? -1 : static_cast<int>(bar - bars.begin());
-    }
+    losses->watch_gradient(watch, watch_every);
   }
   return *losses;
 }

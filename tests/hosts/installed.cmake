@@ -28,6 +28,7 @@ run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D
 run(COMMAND ${CMAKE_COMMAND} --build ${work}/build)
 run(COMMAND ${work}/build/in_memory)
 run(COMMAND ${work}/build/ahead_of_time)
+run(COMMAND ${work}/build/fit)
 
 run(COMMAND ldd ${work}/build/in_memory OUTPUT libraries)
 if(NOT libraries MATCHES "LLVM")

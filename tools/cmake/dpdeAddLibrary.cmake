@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# dpde_add_library(NAME FILE.dpde [SCENE|TASK name] [SCHEME name] [MARCH cpu] [SET key=value ...] [DEPENDS files ...])
+# dpde_add_library(NAME FILE.dpde [SCENE|TASK name] [SCHEME name] [MARCH cpu] [SECOND_ORDER] [SET key=value ...] [DEPENDS files ...])
 # Runs `dpde build` whenever FILE, a file it imports or one of DEPENDS has changed. Link NAME and include "NAME.h".
 
 # Files that `file` imports, and those that they import, so that a change in one builds anew.
@@ -25,7 +25,7 @@ function(dpde_imports_of file result)
 endfunction()
 
 function(dpde_add_library name file)
-  cmake_parse_arguments(PARSE_ARGV 2 ARG "" "SCENE;TASK;SCHEME;MARCH" "SET;DEPENDS")
+  cmake_parse_arguments(PARSE_ARGV 2 ARG "SECOND_ORDER" "SCENE;TASK;SCHEME;MARCH" "SET;DEPENDS")
   if(ARG_UNPARSED_ARGUMENTS OR (ARG_SCENE AND ARG_TASK))
     message(FATAL_ERROR "dpde_add_library(${name}): give one of SCENE and TASK; not understood: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -39,6 +39,9 @@ function(dpde_add_library name file)
   endif()
   if(ARG_MARCH)
     list(APPEND options --march "${ARG_MARCH}")
+  endif()
+  if(ARG_SECOND_ORDER)
+    list(APPEND options --second-order)
   endif()
   foreach(setting IN LISTS ARG_SET)
     list(APPEND options --set "${setting}")

@@ -15,6 +15,7 @@ namespace {
 
 struct BuildOptions : CommonOptions {
   std::string folder, class_name, march = "native";
+  bool second_order = false;
 };
 
 Json build(Job& job, const BuildOptions& options) {
@@ -23,7 +24,7 @@ Json build(Job& job, const BuildOptions& options) {
   const std::optional<driver::CompileOptions> common = job.compile_options();
   if (!common) return result;
   const std::optional<driver::LibraryFiles> files =
-      driver::build_library(job.source(), {common->selection, options.folder, options.class_name, options.march}, job.sink());
+      driver::build_library(job.source(), {common->selection, options.folder, options.class_name, options.march, options.second_order}, job.sink());
   if (!files) return result;
   for (const std::string& path : files->paths) job.wrote(path);
   job.say(fmt::format("with CMake: include({0}/{1}.cmake) and link {1}; or write dpde_add_library({1} {2} ...) and leave this to the build\n",
@@ -44,6 +45,7 @@ void add_build(CLI::App& app, int& status) {
   verb->add_option("--set", options->set, "as for run")->type_name("NAME=VALUE")->allow_extra_args(false);
   verb->add_option("--scheme", options->scheme, "use this scheme block of the file")->type_name("NAME");
   verb->add_option("--march", options->march, "processor to compile for, as the C++ compiler calls it")->type_name("CPU")->capture_default_str();
+  verb->add_flag("--second-order", options->second_order, "of a task also products with the Hessian (hessian_vector); newton_cg has them anyway");
   verb->footer("Examples:\n  dpde build heat.dpde rod -o generated\n  dpde build burgers.dpde recover -o generated --march x86-64-v3\n"
                "The C++ compiler is $CXX, or else c++.");
   on_call(*verb, status, [options] {

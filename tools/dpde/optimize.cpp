@@ -60,26 +60,29 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   return key;
 }
 
-OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& method, const Objective& objective,
-                             const IterationObserver& observer) {
-  const Eigen::VectorXd& start = run.inverse->start();
-  const Bounds bounds = run.inverse->bounds();
-  switch (method.kind) {
-    case model::Optimiser::Kind::gradient_descent:
-      return minimise(GradientDescent{method.rate}, objective, start, method.iterations, observer, 0, bounds);
-    case model::Optimiser::Kind::adam: return minimise(Adam{method.rate}, objective, start, method.iterations, observer, 0, bounds);
+Method method_of(const model::Optimiser& optimiser) {
+  switch (optimiser.kind) {
+    case model::Optimiser::Kind::gradient_descent: return {Method::Kind::gradient_descent, optimiser.rate};
+    case model::Optimiser::Kind::adam: return {Method::Kind::adam, optimiser.rate};
     case model::Optimiser::Kind::lbfgs: break;
-    case model::Optimiser::Kind::newton_cg: {
-      const auto curvature = method.gauss_newton ? driver::Curvature::gauss_newton : driver::Curvature::full;
-      const auto second = driver::SecondOrder::open(*run.session, *run.inverse, curvature);
-      if (!second) throw Error(ErrorKind::run, "the programs of this task have no second derivatives");
-      const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
-        second->product(x, v, result);
-      };
-      return minimise(NewtonCg{}, objective, product, start, method.iterations, observer, 0, bounds);
-    }
+    case model::Optimiser::Kind::newton_cg: return {Method::Kind::newton_cg};
   }
-  return minimise(Lbfgs{}, objective, start, method.iterations, observer, 0, bounds);
+  return {Method::Kind::lbfgs};
+}
+
+OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& optimiser, const Objective& objective,
+                             const IterationObserver& observer) {
+  const Method method = method_of(optimiser);
+  std::unique_ptr<driver::SecondOrder> second;
+  if (method.kind == Method::Kind::newton_cg) {
+    const auto curvature = optimiser.gauss_newton ? driver::Curvature::gauss_newton : driver::Curvature::full;
+    second = driver::SecondOrder::open(*run.session, *run.inverse, curvature);
+    if (!second) throw Error(ErrorKind::run, "the programs of this task have no second derivatives");
+  }
+  const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+    second->product(x, v, result);
+  };
+  return minimise(method, objective, product, run.inverse->start(), optimiser.iterations, observer, run.inverse->bounds());
 }
 
 /// Iterations worth a line: the first ones, then about forty.

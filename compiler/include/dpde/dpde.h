@@ -32,6 +32,7 @@ struct HostOptions {
   int slots = 0;
   const std::atomic<bool>* stop = nullptr;
   std::optional<bool> certify{};             // a task's derivatives on a few cells; unset: where that is cheap
+  bool second_order = false;                 // of a task: hessian_vector(); newton_cg has it anyway. Compiling takes up to twice as long
 };
 
 /// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins with

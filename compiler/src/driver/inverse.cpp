@@ -10,8 +10,8 @@
 
 #include "driver/array_file.h"
 #include "driver/data.h"
+#include "dpde/runtime/through_formula.h"
 #include "model/placement.h"
-#include "support/assert.h"
 
 namespace dpde::driver {
 
@@ -29,20 +29,6 @@ std::unique_ptr<Inverse> Inverse::open(Session& session, const SourceFile& sourc
   return inverse;
 }
 
-int Inverse::index_of(const model::Unknown& unknown) const {
-  const auto position = [&](const std::vector<std::string>& names) {
-    const auto found = std::find(names.begin(), names.end(), unknown.name);
-    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
-  };
-  switch (unknown.kind) {
-    case model::Unknown::Kind::initial: return session_.rollout().state_index(unknown.name);
-    case model::Unknown::Kind::coefficient: return position(session_.rollout().sought());
-    case model::Unknown::Kind::parameter:
-    case model::Unknown::Kind::control: return position(session_.rollout().param_bar_names());
-  }
-  unreachable("kind of unknown");
-}
-
 Eigen::Index Inverse::size_of(const model::Unknown& unknown) const {
   if (unknown.is_field()) return static_cast<Eigen::Index>(session_.workspace().cell_count());
   const auto control = session_.workspace().controls().find(unknown.name);
@@ -57,13 +43,12 @@ bool Inverse::make_parts(DiagnosticSink& sink) {
     const auto derived = session_.compiled().derived.find(name);
     if (derived != session_.compiled().derived.end() && derived->second.adjoint) formulas_.push_back(name);
   }
-  using Kind = model::Unknown::Kind;
   Eigen::Index offset = 0;
-  for (const Kind kind : {Kind::initial, Kind::coefficient, Kind::parameter, Kind::control}) {
+  for (const model::Unknown::Kind kind : unknown_kinds) {
     for (const model::Unknown& unknown : task.unknowns) {
       if (unknown.kind != kind) continue;
       const Eigen::Index size = size_of(unknown);
-      parts_.push_back({unknown.name, kind, index_of(unknown), offset, size});
+      parts_.push_back({unknown.name, kind, session_.rollout().state_index(unknown.name), offset, size});
       offset += size;
     }
   }
@@ -155,55 +140,39 @@ double Inverse::value(const Eigen::VectorXd& x) {
   return session_.rollout().loss();
 }
 
-FieldView Inverse::bar_of(const std::string& field) const {
-  const int state = session_.rollout().state_index(field);
-  if (state >= 0) return last_->state_bars[static_cast<std::size_t>(state)];
-  const std::vector<std::string>& sought = session_.rollout().sought();
-  const auto found = std::find(sought.begin(), sought.end(), field);
-  return found == sought.end() ? FieldView{} : last_->field_bars[static_cast<std::size_t>(found - sought.begin())];
-}
-
 double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
   assign(x);
   last_ = &session_.rollout().gradient();
   if (last_->stopped) return NAN;
-  for (const Part& part : parts_) {
-    if (part.is_field()) {
-      copy_out(bar_of(part.name), {gradient.data() + part.offset, static_cast<std::size_t>(part.size)});
-    } else if (part.is_control()) {
-      auto values = gradient.segment(part.offset, part.size);
-      values.setZero();
-      if (part.index >= 0) values = Eigen::Map<const Eigen::VectorXd>(last_->control_bars[static_cast<std::size_t>(part.index)].data(), part.size);
-    } else {
-      gradient[part.offset] = part.index < 0 ? 0.0 : last_->param_bars[static_cast<std::size_t>(part.index)];
-    }
+  copy_bars(session_.rollout(), false, gradient);
+  for (const std::string& program : formulas_) {
+    add_through_formula(session_.rollout(), *session_.compiled().adjoint_of(program), false, gradient);
   }
-  add_gradient_through_formulas(gradient);
   return last_->loss;
 }
 
-void Inverse::add_gradient_through_formulas(Eigen::VectorXd& gradient) {
-  Workspace& workspace = session_.workspace();
-  for (const std::string& program : formulas_) {
-    const adjoint::Derivative& derivative = *session_.compiled().derived.at(program).adjoint;
-    for (const std::string& kept : session_.compiled().stencil.find_program(program)->keeps) {
-      const auto name = derivative.names.find(kept);
-      if (name == derivative.names.end()) continue;
-      const bool is_unknown = std::ranges::any_of(parts_, [&](const Part& p) { return p.is_field() && p.name == kept; });
-      const FieldView bar = bar_of(kept);
-      Field& field = workspace.field(name->second);
-      field.fill(0);
-      if (is_unknown || bar.base == nullptr) continue;  // the formula is not used
-      copy_interior(workspace.layout(), field.base(), bar);
-    }
-    const auto sums = workspace.run(*session_.compiled().program(derivative.program), session_.problem().t_begin);
-    for (const Part& part : parts_) {
-      const auto name = derivative.names.find(part.name);
-      if (part.is_field() || part.is_control() || name == derivative.names.end()) continue;
-      const auto sum = sums.find(name->second);
-      if (sum != sums.end()) gradient[part.offset] += sum->second;
-    }
+void Inverse::copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& to) const {
+  for (const Part& part : parts_) {
+    const std::span<double> values(to.data() + part.offset, static_cast<std::size_t>(part.size));
+    const std::string variable = of_rates ? part.name + "_dot" : part.name;
+    if (part.is_field()) rollout.copy_field_bar(variable, values);
+    if (!part.is_field()) rollout.copy_param_bar(variable, values);
   }
+}
+
+void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates, Eigen::VectorXd& to) {
+  const auto counts = [&](std::string_view field) {
+    if (of_rates && !field.ends_with("_dot")) return false;
+    if (field.ends_with("_dot")) field.remove_suffix(4);
+    return std::ranges::none_of(parts_, [&](const Part& p) { return p.is_field() && p.name == field; });  // else the formula is not used
+  };
+  const auto add = [&](std::string_view param, double value) {
+    for (const Part& part : parts_) {
+      const std::string variable = of_rates ? part.name + "_dot" : part.name;
+      if (!part.is_field() && !part.is_control() && variable == param) to[part.offset] += value;
+    }
+  };
+  dpde::add_through_formula(session_.workspace(), adjoint, rollout, counts, add);
 }
 
 std::vector<std::pair<std::string, double>> Inverse::tests(const Eigen::VectorXd& x) {

@@ -14,12 +14,16 @@
 
 namespace dpde::driver {
 
+/// The order of the unknowns in the vector; within a kind that of the task.
+inline constexpr model::Unknown::Kind unknown_kinds[] = {model::Unknown::Kind::initial, model::Unknown::Kind::coefficient,
+                                                         model::Unknown::Kind::parameter, model::Unknown::Kind::control};
+
 class Inverse {
  public:
   struct Part {
     std::string name;
     model::Unknown::Kind kind;
-    int index;  // of the state, the sought field or the parameter gradient of the rollout (-1: none)
+    int index;  // of the state, of an initial one
     Eigen::Index offset, size;
     bool is_field() const { return kind == model::Unknown::Kind::initial || kind == model::Unknown::Kind::coefficient; }
     bool is_control() const { return kind == model::Unknown::Kind::control; }
@@ -50,16 +54,18 @@ class Inverse {
   /// Makes the rollout start from x.
   void assign(const Eigen::VectorXd& x);
 
+  /// What the last gradient of `rollout` says of the unknowns, or of their rates.
+  void copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& to) const;
+  /// What unknown parameters add to that through the fields of a formula; `adjoint` is the adjoint of its program, or of its
+  /// tangent. Of rates only what comes by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
+  void add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates, Eigen::VectorXd& to);
+
  private:
   explicit Inverse(Session& session) : session_(session) {}
   bool make_parts(DiagnosticSink& sink);
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
-  void add_gradient_through_formulas(Eigen::VectorXd& gradient);
   const model::Unknown& unknown_of(const Part& part) const;
   Eigen::Index size_of(const model::Unknown& unknown) const;
-  int index_of(const model::Unknown& unknown) const;
-  /// Of a state or sought coefficient, in the last gradient; base null when there is none.
-  FieldView bar_of(const std::string& field) const;
 
   Session& session_;
   std::vector<Part> parts_;

@@ -31,7 +31,7 @@ bool may_write(const fs::path& path, DiagnosticSink& sink) {
 }  // namespace
 
 std::optional<LibraryFiles> build_library(const SourceFile& source, const LibraryOptions& options, DiagnosticSink& sink) {
-  std::optional<Compiled> compiled = compile_for_hosts(source, options.selection, std::nullopt, sink);
+  std::optional<Compiled> compiled = compile_for_hosts(source, options.selection, std::nullopt, options.second_order, sink);
   if (!compiled) return std::nullopt;
   compiled->code = std::make_shared<codegen::CompiledModule>(codegen::ProgramTables(compiled->loop, {}, nullptr));
   const auto kept = std::make_shared<const Compiled>(std::move(*compiled));

@@ -17,6 +17,7 @@ struct LibraryOptions {
   std::filesystem::path folder;
   std::string name;               // of the class and the files; "": that of the task or scene
   std::string march = "native";   // the processor, as the C++ compiler calls it
+  bool second_order = false;      // of a task: products of second derivatives
 };
 struct LibraryFiles {
   std::string name;

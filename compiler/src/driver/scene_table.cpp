@@ -9,16 +9,37 @@
 #include <string>
 #include <vector>
 
+#include "driver/inverse.h"
+#include "support/assert.h"
+
 namespace dpde::driver {
 
+namespace {
+
+dpde_optimiser optimiser_of(const model::Optimiser& optimiser) {
+  const auto method = [&] {
+    switch (optimiser.kind) {
+      case model::Optimiser::Kind::gradient_descent: return DPDE_GRADIENT_DESCENT;
+      case model::Optimiser::Kind::adam: return DPDE_ADAM;
+      case model::Optimiser::Kind::lbfgs: return DPDE_LBFGS;
+      case model::Optimiser::Kind::newton_cg: return DPDE_NEWTON_CG;
+    }
+    unreachable("kind of optimiser");
+  };
+  return {method(), optimiser.rate, optimiser.gauss_newton, optimiser.iterations};
+}
+
+}  // namespace
+
 std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection, std::optional<Backend> backend,
-                                          DiagnosticSink& sink) {
+                                          bool second_order, DiagnosticSink& sink) {
   CompileOptions options;
   options.selection = std::move(selection);
   options.selection.keeps_params = true;
   DiagnosticSink first_sink;  // the same again comes from the second compilation
   const std::optional<Compiled> first = compile(source, options, first_sink);
   options.adjoint = first && first->problem && first->problem->task;
+  options.tangent = options.second = options.adjoint && second_order;
   options.backend = backend;
   std::optional<Compiled> compiled = compile(source, options, sink);
   if (!compiled || compiled->problem) return compiled;
@@ -32,6 +53,9 @@ struct SceneTable::Storage {
   dpde_instants instants(const model::When& when);
   void add_task(const model::Task& task);
   void add_unknown(const model::Task& task, const model::Unknown& unknown);
+  std::string why_no_second(const model::Task& task) const;
+  void add_second(const model::Task& task);
+  dpde_second second_of(const std::string& program) const;
   void fill();
 
   std::shared_ptr<const Compiled> compiled;
@@ -77,11 +101,47 @@ void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unkn
     case model::Unknown::Kind::initial: kind = DPDE_UNKNOWN_INITIAL; break;
     case model::Unknown::Kind::coefficient: kind = DPDE_UNKNOWN_COEFFICIENT; break;
   }
-  unknowns.push_back({text(unknown.name), kind, start});
+  unknowns.push_back({text(unknown.name), kind, start, unknown.low, unknown.high});
   if (unknown.is_field() || !unknown.from.formula) return;
   const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
   for (dpde_value& param : params) {
     if (from != nullptr && param.name == unknown.name) param.value = from->value;
+  }
+}
+
+/// Of the second derivatives; "" when they are there. A program that nothing sought acts through has none and needs none.
+std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
+  if (!compiled->options.tangent && std::ranges::none_of(compiled->derived, [](const auto& each) { return each.second.tangent.has_value(); })) {
+    return fmt::format("task {} was compiled without second derivatives: HostOptions::second_order, dpde build --second-order", task.name);
+  }
+  for (const auto& [name, derived] : compiled->derived) {
+    if (!derived.second) return fmt::format("task {}: program {} has no second derivatives", task.name, name);
+    for (const auto& [of, dot] : derived.tangent->names) {
+      if (dot != of + "_dot") return fmt::format("task {}: program {} has something called {}_dot, as the rate of {} would be", task.name, name, of, of);
+    }
+  }
+  return "";
+}
+
+dpde_second SceneTable::Storage::second_of(const std::string& program) const {
+  const auto found = compiled->derived.find(program);
+  if (found == compiled->derived.end()) return {};
+  return {compiled->program(found->second.tangent->program), compiled->program(found->second.second->program)};
+}
+
+void SceneTable::Storage::add_second(const model::Task& task) {
+  const std::string why = why_no_second(task);
+  scene.no_second = why.empty() ? nullptr : text(why);
+  if (!why.empty()) return;
+  scene.second = second_of(compiled->step_name());
+  scene.coefficient_second = second_of(compiled->formula_programs()[0]);
+  scene.initial_second = second_of(compiled->formula_programs()[1]);
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    const Derived& loss = compiled->derived.at(name);
+    losses[i].full = second_of(name);
+    if (!loss.squares || !loss.squares_adjoint) continue;
+    losses[i].squares = {compiled->program(loss.squares->program), compiled->program(loss.squares_adjoint->program)};
   }
 }
 
@@ -104,9 +164,15 @@ void SceneTable::Storage::add_task(const model::Task& task) {
   }
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
-    losses.push_back({compiled->program(name), compiled->adjoint_of(name), instants(task.losses[i].when)});
+    losses.push_back({compiled->program(name), compiled->adjoint_of(name), instants(task.losses[i].when), {}, {}});
   }
-  for (const model::Unknown& unknown : task.unknowns) add_unknown(task, unknown);
+  for (const model::Unknown::Kind kind : unknown_kinds) {
+    for (const model::Unknown& unknown : task.unknowns) {
+      if (unknown.kind == kind) add_unknown(task, unknown);
+    }
+  }
+  scene.optimiser = optimiser_of(task.optimiser.value_or(model::Optimiser{}));
+  add_second(task);
 }
 
 void SceneTable::Storage::fill() {

@@ -9,10 +9,11 @@
 
 namespace dpde::driver {
 
-/// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints.
-/// Without a backend there is no code. nullopt when `sink` has errors afterwards.
+/// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints; with
+/// second derivatives when they are wanted or its optimiser needs them. Without a backend there is no code. nullopt when `sink`
+/// has errors afterwards.
 std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection, std::optional<Backend> backend,
-                                          DiagnosticSink& sink);
+                                          bool second_order, DiagnosticSink& sink);
 
 /// Owns what a dpde_scene points to. The programs are those of `compiled`'s code, which is kept.
 class SceneTable {

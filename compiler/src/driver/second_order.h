@@ -29,18 +29,13 @@ class SecondOrder {
 
  private:
   SecondOrder(Session& session, Inverse& inverse, Curvature curvature, std::unique_ptr<Rollout> rollout)
-      : session_(session), inverse_(inverse), curvature_(curvature), directions_(session, inverse), rollout_(std::move(rollout)) {}
-  /// The name under which the product with respect to `name` comes back.
-  std::string variable(const std::string& name) const;
-  FieldView field_bar(const std::string& name) const;
-  void add_through_formula(const std::string& program, Eigen::VectorXd& result);
+      : inverse_(inverse), curvature_(curvature), directions_(session, inverse), rollout_(std::move(rollout)) {}
 
-  Session& session_;
   Inverse& inverse_;
   Curvature curvature_;
   Directions directions_;
   std::unique_ptr<Rollout> rollout_;
-  const GradientResult* last_ = nullptr;
+  std::vector<const dpde_program*> formulas_;  // adjoints of the tangents of those that hold an unknown
 };
 
 }  // namespace dpde::driver

@@ -109,8 +109,7 @@ double Workspace::param_at(const std::string& name, double t) const {
   return value == params_.end() ? 0 : value->second;
 }
 
-std::map<std::string, double> Workspace::run(const dpde_program& program, double t,
-                                             const std::map<std::string, void*>& bound) {
+const Executor& Workspace::execute(const dpde_program& program, double t, const std::map<std::string, void*>& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
   if (!executor) executor = std::make_unique<Executor>(program, layout_, threads_);
   for (int f = 0; f < program.field_count; ++f) {
@@ -123,8 +122,13 @@ std::map<std::string, double> Workspace::run(const dpde_program& program, double
   executor->update_uniforms();
   executor->prepare();
   executor->run();
+  return *executor;
+}
+
+std::map<std::string, double> Workspace::run(const dpde_program& program, double t, const std::map<std::string, void*>& bound) {
+  const Executor& executor = execute(program, t, bound);
   std::map<std::string, double> sums;
-  for (int s = 0; s < program.sum_count; ++s) sums[program.sums[s]] = executor->sums()[static_cast<std::size_t>(s)];
+  for (int s = 0; s < program.sum_count; ++s) sums[program.sums[s]] = executor.sums()[static_cast<std::size_t>(s)];
   return sums;
 }
 

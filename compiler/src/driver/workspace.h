@@ -51,8 +51,11 @@ class Workspace {
   const std::map<std::string, Control>& controls() const { return controls_; }
   void set_control(const std::string& name, int every, std::vector<double> values);
 
-  /// Runs a program once at time `t` on the fields of these names, `bound` ones taken from there instead; what the program
-  /// needs beside them is made. Returns its sums by name.
+  /// Runs a program once at time `t`, or at the begin, on the fields of these names, `bound` ones taken from there instead; what the program
+  /// needs beside them is made. The result has its sums, until the next run.
+  const Executor& execute(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
+  const Executor& execute(const dpde_program& program) { return execute(program, t_begin_); }
+  /// The same; returns the sums by name.
   std::map<std::string, double> run(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
 
  private:

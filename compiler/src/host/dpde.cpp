@@ -94,7 +94,7 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   const SourceFile source = driver::with_imports(file, sink);
   if (sink.has_errors()) fail(source, sink);
   std::optional<driver::Compiled> compiled =
-      driver::compile_for_hosts(source, {options.name, options.set, options.scheme}, backend_of(options.backend), sink);
+      driver::compile_for_hosts(source, {options.name, options.set, options.scheme}, backend_of(options.backend), options.second_order, sink);
   if (!compiled) fail(source, sink);
   driver::certify_quickly(*compiled, certifying(options), sink);
   if (sink.has_errors()) fail(source, sink);

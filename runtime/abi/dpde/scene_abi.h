@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 2
+#define DPDE_SCENE_VERSION 3
 
 typedef struct dpde_axis {
   const char* name;
@@ -50,10 +50,18 @@ typedef struct dpde_datum {
   dpde_instants at;
 } dpde_datum;
 
+/* For products of second derivatives: a tangent and the adjoint of that. The rate of x is called x_dot there. */
+typedef struct dpde_second {
+  const dpde_program* tangent;
+  const dpde_program* adjoint;
+} dpde_second;
+
 typedef struct dpde_loss {
   const dpde_program* loss;
   const dpde_program* adjoint;
   dpde_instants at;
+  dpde_second full;    /* null programs: see dpde_scene::no_second */
+  dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum of squares */
 } dpde_loss;
 
 enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2, DPDE_UNKNOWN_CONTROL = 3 };
@@ -62,7 +70,16 @@ typedef struct dpde_unknown {
   const char* name;
   int32_t kind;
   int32_t start; /* of a field: that of the scene, by the program `start`, or given by the host */
+  double low, high; /* infinite: no bounds */
 } dpde_unknown;
+
+enum { DPDE_GRADIENT_DESCENT = 0, DPDE_ADAM = 1, DPDE_LBFGS = 2, DPDE_NEWTON_CG = 3 };
+typedef struct dpde_optimiser {
+  int32_t method;
+  double rate;          /* of gradient descent and Adam */
+  int32_t gauss_newton; /* of Newton's method: in place of the full Hessian */
+  int32_t iterations;
+} dpde_optimiser;
 
 typedef struct dpde_scene {
   int32_t version; /* DPDE_SCENE_VERSION */
@@ -97,7 +114,10 @@ typedef struct dpde_scene {
   int32_t loss_count;
   const dpde_loss* losses;
   int32_t unknown_count;
-  const dpde_unknown* unknowns;
+  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls: the order of the vector of all of them */
+  dpde_optimiser optimiser;
+  const char* no_second; /* why there are no programs of second derivatives; null: there are */
+  dpde_second second, initial_second, coefficient_second; /* of the step and of the formulas */
 } dpde_scene;
 
 #ifdef __cplusplus

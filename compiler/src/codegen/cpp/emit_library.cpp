@@ -90,7 +90,8 @@ std::string library_name_clash(const dpde_scene& scene, const std::string& name)
   if (name.empty() || cpp_identifier(name) != name) return fmt::format("{} cannot be the name of a C++ class", name);
   std::set<std::string> taken{name,       "params",     "states",  "unknowns",     "cells",    "size",     "coordinates", "set",  "param",
                               "set_state", "set_initial", "set_field", "set_control", "control", "state",     "initial",  "observe",  "time",        "time_step",
-                              "steps_done", "reset",      "step",    "run_to",       "run",      "loss",     "gradient",    "gradient_of"};
+                              "steps_done", "reset",      "step",    "run_to",       "run",      "loss",     "gradient",    "gradient_of",
+                              "gradient_vector", "value_of", "unknown_values", "set_unknowns", "hessian_vector", "optimise", "watch_gradients"};
   for (const Member& member : members_of(scene)) {
     if (!taken.insert(member.name).second) return fmt::format("class {} would have two members called {}", name, member.name);
   }
@@ -100,7 +101,7 @@ std::string library_name_clash(const dpde_scene& scene, const std::string& name)
 std::string emit_library_header(const dpde_scene& scene, const std::string& name, const SourceFile& source) {
   const std::string what = scene.task ? fmt::format("task {} of scene {}", scene.task, scene.name) : fmt::format("scene {}", scene.name);
   std::string out = fmt::format("// {} from {}: {}, {} cells, {} steps.\n", generated_mark(), source.path(), what, cells_text(scene), scene.steps);
-  out += "// What the class can do beside this is in dpde/runtime/simulation.h: step, run_to, run, loss, gradient, reset.\n";
+  out += "// What the class can do beside this is in dpde/runtime/simulation.h: step, run_to, run, loss, gradient, optimise.\n";
   out += "#pragma once\n\n#include <dpde/runtime/simulation.h>\n\n";
   out += fmt::format("extern \"C\" const dpde_scene {}_scene;\n\n", name);
   out += fmt::format("class {} : public dpde::Simulation {{\n public:\n", name);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 
@@ -107,6 +108,16 @@ std::string Tables::program(const dpde_program* source) {
   return programs_[source] = "&" + name;
 }
 
+std::string number(double value) {
+  if (std::isfinite(value)) return fmt::format("{}", value);
+  return value < 0 ? "-__builtin_inf()" : "__builtin_inf()";
+}
+
+std::string second(const dpde_second& s, Tables& tables) {
+  const std::string tangent = tables.program(s.tangent), adjoint = tables.program(s.adjoint);
+  return fmt::format("{{{}, {}}}", tangent, adjoint);
+}
+
 std::string axis(const dpde_axis& a) {
   return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic);
 }
@@ -116,10 +127,11 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const auto value = [](const dpde_value& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.value); };
   const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
   const auto datum = [&](const dpde_datum& d) { return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at)); };
-  const auto unknown = [](const dpde_unknown& u) { return fmt::format("{{{}, {}, {}}}", quoted(u.name), u.kind, u.start); };
+  const auto unknown = [](const dpde_unknown& u) { return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(u.name), u.kind, u.start, number(u.low), number(u.high)); };
   const auto loss = [&](const dpde_loss& l) {
     const std::string program = tables.program(l.loss), adjoint = tables.program(l.adjoint);
-    return fmt::format("{{{}, {}, {}}}", program, adjoint, tables.instants(l.at));
+    const std::string full = second(l.full, tables), squares = second(l.squares, tables);
+    return fmt::format("{{{}, {}, {}, {}, {}}}", program, adjoint, tables.instants(l.at), full, squares);
   };
   std::string programs;
   for (const dpde_program* p : {s.program, s.adjoint, s.initial, s.initial_adjoint, s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe}) {
@@ -127,7 +139,6 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   }
   const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value));
   const auto control = [&](const dpde_control& c) {
-    const auto number = [](double v) { return fmt::format("{}", v); };
     return fmt::format("{{{}, {}, {}, {}}}", quoted(c.name), c.every, c.count, tables.array("double", "values", texts(c.values, c.count, number)));
   };
   const std::string controls = tables.array("dpde_control", "controls", texts(s.controls, s.control_count, control));
@@ -137,6 +148,8 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
   const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
   const std::string unknowns = tables.array("dpde_unknown", "unknowns", texts(s.unknowns, s.unknown_count, unknown));
+  std::string seconds;
+  for (const dpde_second& of : {s.second, s.initial_second, s.coefficient_second}) seconds += ", " + second(of, tables);
   std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
   out += fmt::format("    {{{}}},  // axes\n", fmt::join(texts(s.axes, s.rank, axis), ", "));
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
@@ -144,7 +157,9 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
                      tables.program(s.rate), s.courant);
   out += fmt::format("    {}, {}, {}, {}, {}, {},  // states, coefficients, sought ones\n", s.state_count, states, s.coefficient_count, coefficients, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
-  out += fmt::format("    {}, {}, {}, {}, {}, {}", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
+  out += fmt::format("    {}, {}, {}, {}, {}, {},\n", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
+  out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate, s.optimiser.gauss_newton, s.optimiser.iterations);
+  out += fmt::format("    {}{}", quoted(s.no_second), seconds);
   return out;
 }
 

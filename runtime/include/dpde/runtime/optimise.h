@@ -4,8 +4,9 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <string>
 #include <vector>
+
+#include "dpde/runtime/progress.h"
 
 namespace dpde {
 
@@ -34,15 +35,6 @@ struct Iteration {
 };
 /// Returns false to stop. May be empty.
 using IterationObserver = std::function<bool(const Iteration&)>;
-
-enum class StopReason {
-  iterations,       // all wanted updates were made
-  gradient_zero,    // the gradient's norm is below the tolerance
-  no_progress,      // L-BFGS, Newton: no step along the direction lowers the loss any more
-  not_finite,       // the loss or the gradient is not a finite number
-  observer,         // the observer said so
-};
-std::string describe(StopReason reason);
 
 struct OptimiseResult {
   Eigen::VectorXd x;          // after the last update; the best seen when the reason is not_finite
@@ -81,5 +73,14 @@ OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::
 /// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The Hessian need not be positive.
 OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
                         int iterations, const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+
+/// One of them, as a task names it.
+struct Method {
+  enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
+  double rate = 0;  // of gradient_descent and adam
+};
+/// `hessian` is asked by newton_cg alone.
+OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
+                        int iterations, const IterationObserver& observer = {}, const Bounds& bounds = {});
 
 }  // namespace dpde

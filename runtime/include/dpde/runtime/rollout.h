@@ -31,6 +31,7 @@
 
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
+#include "dpde/runtime/progress.h"
 
 namespace dpde {
 
@@ -175,6 +176,16 @@ class Rollout {
   double loss();
   /// @throws Error(run) when the adjoint of the step or of a loss is missing.
   const GradientResult& gradient();
+  /// Calls `call` every so many steps of gradient() and at its end; an empty one ends that.
+  void watch_gradient(GradientCallback call, int every);
+
+  // Of the last gradient(), by name.
+  /// Of a state at the start or a sought field; base null when it is neither.
+  FieldView bar_of(std::string_view field) const;
+  /// The interior of that.
+  void copy_field_bar(std::string_view field, std::span<double> to) const;
+  /// Of a parameter, or of a control for each interval; zeros where the loss does not depend on it.
+  void copy_param_bar(std::string_view param, std::span<double> to) const;
   /// Parameters whose gradient the adjoint programs compute (without `_bar`).
   const std::vector<std::string>& param_bar_names() const;
   /// As in the setup.

@@ -8,18 +8,20 @@
 //   sim.state("u", values);
 //   double loss = sim.gradient();              // from the initial state, whatever was stepped before
 //   sim.gradient_of("nu")[0];
+//   sim.hessian_vector(direction);             // the Hessian times a vector of all unknowns
+//   sim.optimise();                            // as the task says; then sim.value_of("nu")[0]
 //
 //  - loss() and gradient() start from the initial state: the scene's, or the `from` of the task's unknowns, or what
 //    set_initial() gave. They leave the state reached by stepping as it is. reset() makes the initial state the present one.
 //  - Formulas of initial states and coefficients are evaluated again after set(), except where the host gave values.
 //    Numbers that the .dpde file computed from parameters (extents, cells, other parameters) stay.
+//  - The vector of unknowns holds those of unknowns() one after the other.
 //  - step(), state(), loss() and gradient() allocate no memory after their first call.
 //  - One thread at a time may use a Simulation; several may run at once.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -27,6 +29,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dpde/runtime/progress.h"
 #include "dpde/runtime/values.h"
 #include "dpde/scene_abi.h"
 
@@ -42,12 +45,16 @@ struct SimulationOptions {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Told every so many steps; false stops the run.
-struct Progress {
-  int step, steps;  // of this call
-  double time;
+/// The Hessian of the loss, or what Gauss and Newton put in its place: without the curvature of the model, never negative.
+enum class Curvature { full, gauss_newton };
+
+/// What an optimiser did. The unknowns of the simulation have the values it found.
+struct Optimised {
+  StopReason reason = StopReason::iterations;
+  double loss = 0;             // with the values found
+  std::vector<double> losses;  // entry k: before update k; one entry more than updates were made
+  int iterations = 0, evaluations = 0, hessian_products = 0;
 };
-using ProgressCallback = std::function<bool(const Progress&)>;
 
 class Simulation {
  public:
@@ -61,7 +68,8 @@ class Simulation {
   // Names that are not there and arrays of another length are an Error(input) that says what would fit.
   std::vector<std::string> params() const;
   std::vector<std::string> states() const;
-  std::vector<std::string> unknowns() const;  // empty without a task
+  /// Initial states, then coefficients, parameters, controls; empty without a task.
+  std::vector<std::string> unknowns() const;
   const std::vector<std::int64_t>& cells() const;
   std::size_t size() const;  // values of a field
   /// Cell centres along axis 0, 1, 2.
@@ -98,6 +106,26 @@ class Simulation {
   double gradient();
   /// Of the last gradient(): size() values for an initial state or coefficient, one for a parameter, one an interval for a control; valid until the next.
   std::span<const double> gradient_of(std::string_view unknown) const;
+  /// The same of all unknowns, one after the other.
+  std::span<const double> gradient_vector() const;
+  /// The values that loss() and gradient() begin with, of one unknown and of all.
+  std::vector<double> value_of(std::string_view unknown);
+  std::vector<double> unknown_values();
+  void set_unknowns(Values values);
+
+  /// Second derivatives of the loss at the present values of the unknowns, times a vector; not a number when stopped.
+  /// @throws Error(input) when the scene was compiled without them (HostOptions::second_order, dpde build --second-order),
+  /// when it has none, and for gauss_newton when a loss is not a sum of squares.
+  std::vector<double> hessian_vector(Values direction, Curvature curvature = Curvature::full);
+  void hessian_vector(Values direction, Target product, Curvature curvature = Curvature::full);
+
+  /// The task's own optimiser within its bounds, from the present values of the unknowns. iterations > 0 overrides the task's.
+  /// Stopped, by `progress` or whatever stops gradients, it leaves the unknowns as they were after the last update.
+  Optimised optimise(const OptimiserCallback& progress = {}, int iterations = 0);
+
+  /// Calls `progress` every so many steps of each gradient and product from now on, those of optimise() too. When it returns
+  /// false, gradient() and products are not a number and optimise() ends with StopReason::observer. An empty one ends it.
+  void watch_gradients(GradientCallback progress, int every = 64);
 
  private:
   struct Impl;
