@@ -169,7 +169,10 @@ TEST(CppSinglePrecision, IsNeverPromoted) {
   stencil::Module module = samples_to_vectorise();
   const Expr u = access("u");
   Kernel functions{.name = "functions", .rank = 2};
-  Expr total = interp({"q", {}, {u, access("w")}, {true, false}}) + power(u, 0.3) + 0.1;
+  Expr total = power(u, 0.3) + 0.1;
+  for (int kind = 0; kind < along_count; ++kind) {
+    total = total + interp({"q", {}, {u, access("w")}, {static_cast<Along>(kind), static_cast<Along>((kind + 1) % along_count)}});
+  }
   for (int fn = 0; fn <= static_cast<int>(Fn::max); ++fn) {
     total = total + (arity(static_cast<Fn>(fn)) == 2 ? call(static_cast<Fn>(fn), {u, 0.7}) : call(static_cast<Fn>(fn), {u}));
   }

@@ -101,7 +101,7 @@ TEST(CppText, MasksAndSums) {
 
 TEST(CppText, Places) {
   Kernel kernel{.name = "k", .rank = 1};
-  kernel.stores = {{"v", false, interp({"u", {1}, {access("d") * param("a")}, {true}}), {}}};
+  kernel.stores = {{"v", false, interp({"u", {1}, {access("d") * param("a")}, {Along::slope}}), {}}};
   EXPECT_EQ(function_text(kernel, {Topology::periodic}),
             R"(static void k_cells(int64_t count, const dpde_row* row, double* __restrict v, const double* __restrict d,
                     const double* __restrict u_grid, const double a) {
@@ -109,7 +109,7 @@ TEST(CppText, Places) {
   const int64_t cells_x = row->layout->cells[0];
 #pragma omp simd
   for (int64_t i = 0; i < count; ++i) {
-    v[i] = dpde_interp_1(u_grid, dpde_periodic(first + i + 1, a*d[i], cells_x, true));
+    v[i] = dpde_interp_1(u_grid, dpde_slope(dpde_periodic(first + i + 1, a*d[i], cells_x)));
   }
 }
 )");

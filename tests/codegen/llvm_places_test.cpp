@@ -73,14 +73,17 @@ TEST(LlvmPlaces, InterpolationFromDisplacedAndGrownCells) {
   }
 }
 
-TEST(LlvmPlaces, SlopesAlongEveryAxis) {
+/// What is taken along an axis, each beside another along the others.
+TEST(LlvmPlaces, SlopesCellsAndCubicsAlongEveryAxis) {
   for (const std::vector<Topology>& axes : all_axes) {
-    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-      ModuleBuilder b(axes);
-      std::array<bool, loop::max_rank> slope{};
-      slope[axis] = true;
-      b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 2.5), {}, slope)));
-      expect_same_for_all_sizes(b.finish());
+    for (int kind = 1; kind < along_count; ++kind) {
+      for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+        ModuleBuilder b(axes);
+        std::array<Along, loop::max_rank> along{};
+        for (std::size_t a = 0; a < axes.size(); ++a) along[a] = static_cast<Along>((kind + a - axis + along_count) % along_count);
+        b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 2.5), {}, along)));
+        expect_same_for_all_sizes(b.finish());
+      }
     }
   }
 }
@@ -88,7 +91,7 @@ TEST(LlvmPlaces, SlopesAlongEveryAxis) {
 TEST(LlvmPlaces, WholeCellsTakeTheNeighbourAndTheSlopeToTheRight) {
   ModuleBuilder b({B});
   b.store("v", loop::make(b.place("u", {b.load("d")})));
-  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {true})));
+  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {Along::slope})));
   const loop::Module module = b.finish();
   const auto compiled = compile(module);
   for (const int d : {-2, -1, 0, 1}) {
@@ -104,7 +107,7 @@ TEST(LlvmPlaces, WholeCellsTakeTheNeighbourAndTheSlopeToTheRight) {
 
 TEST(LlvmPlaces, TheEdgeItselfIsNotClamped) {
   ModuleBuilder b({B});
-  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {true})));
+  b.store("s", loop::make(b.place("u", {b.load("d")}, {}, {Along::slope})));
   const loop::Module module = b.finish();
   const auto compiled = compile(module);
   const int n = 1000;
@@ -120,11 +123,12 @@ TEST(LlvmPlaces, TheEdgeItselfIsNotClamped) {
   EXPECT_EQ(memory.at("s", n - 1, 0, 0), memory.at("u", n, 0, 0) - memory.at("u", n - 1, 0, 0));
 }
 
-/// Cells an interpolation may read hold 1, all other memory holds NaN: a value that is 1 has read nothing else.
-void set_readable_cells(Memory& memory, const std::vector<Topology>& axes) {
+/// Cells an interpolation that reaches `reach` cells beyond walls may read hold 1, all other memory holds NaN: a value that is 1
+/// has read nothing else.
+void set_readable_cells(Memory& memory, const std::vector<Topology>& axes, int reach) {
   std::fill(memory.field("u").begin(), memory.field("u").end(), nan);
   std::array<int64_t, 3> edge{};
-  for (std::size_t a = 0; a < axes.size(); ++a) edge[a] = axes[a] == B ? 1 : 0;
+  for (std::size_t a = 0; a < axes.size(); ++a) edge[a] = axes[a] == B ? reach : 0;
   const dpde_layout& layout = memory.layout();
   for (int64_t z = -edge[2]; z < layout.cells[2] + edge[2]; ++z) {
     for (int64_t y = -edge[1]; y < layout.cells[1] + edge[1]; ++y) {
@@ -133,16 +137,16 @@ void set_readable_cells(Memory& memory, const std::vector<Topology>& axes) {
   }
 }
 
-TEST(LlvmPlaces, AnyDisplacementStaysInsideTheField) {
+void expect_any_displacement_stays_inside(Along along) {
   for (const std::vector<Topology>& axes : all_axes) {
     ModuleBuilder b(axes);
-    b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 0.5))));
+    b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 0.5), {}, {along, along, along})));
     const loop::Module module = b.finish();
     const auto compiled = compile(module);
     for (const double d : {1e300, -1e300, 1e18, -1e18, 3e9, -3e9, 1e-300, -1e-300, -0.0, nan, infinity, -infinity}) {
       for (const std::array<int, 3>& cells : sizes) {
         Memory memory(module, cells);
-        set_readable_cells(memory, axes);
+        set_readable_cells(memory, axes, reach_of(along));
         for (const char* name : {"dx", "dy", "dz"}) {
           if (memory.fields().contains(name)) std::fill(memory.field(name).begin(), memory.field(name).end(), d);
         }
@@ -159,10 +163,15 @@ TEST(LlvmPlaces, AnyDisplacementStaysInsideTheField) {
   }
 }
 
-TEST(LlvmPlaces, SlopeOfNoPlaceIsNan) {
-  for (const Topology axis : {P, B}) {
+TEST(LlvmPlaces, AnyDisplacementStaysInsideTheField) {
+  for (const Along along : {Along::linear, Along::lower, Along::upper, Along::cubic}) expect_any_displacement_stays_inside(along);
+}
+
+TEST(LlvmPlaces, NothingAtNoPlaceIsANumber) {
+  for (int kind = 0; kind < 2 * along_count; ++kind) {
+    const Topology axis = kind % 2 == 0 ? P : B;
     ModuleBuilder b({axis});
-    b.store("v", loop::make(b.place("u", {b.load("d")}, {}, {true})));
+    b.store("v", loop::make(b.place("u", {b.load("d")}, {}, {static_cast<Along>(kind / 2)})));
     const loop::Module module = b.finish();
     const auto compiled = compile(module);
     Memory memory(module, {23, 1, 1});
@@ -176,12 +185,16 @@ TEST(LlvmPlaces, ScatterOnAllRanks) {
   for (const std::vector<Topology>& axes : all_axes) {
     for (const double reach : {0.75, 40.0}) {
       ModuleBuilder b(axes);
-      std::array<bool, loop::max_rank> slope{};
-      slope[axes.size() - 1] = true;
+      std::array<Along, loop::max_rank> slope{}, cubic{};
+      slope[axes.size() - 1] = Along::slope;
+      cubic[0] = Along::cubic;
+      cubic[axes.size() - 1] = reach < 1 ? Along::cubic_slope : Along::cubic;
       const std::vector<Expr> d = displacements(b, axes.size(), reach);
       b.scatter(b.place("u_bar", d), b.load("v_bar"));
       b.scatter(b.place("w_bar", d, {1}), b.load("v_bar") * loop::make(b.place("u", d, {}, slope)));
       b.scatter(b.place("u_bar", d, {-1}), Expr(0.5));
+      b.scatter(b.place("w_bar", d, {}, cubic), b.load("v_bar"));
+      b.scatter(b.place("u_bar", d, {}, {Along::lower}), Expr(0.5));
       expect_same_for_all_sizes(b.finish());
     }
   }
@@ -209,10 +222,10 @@ TEST(LlvmPlaces, ScatterIsTheTransposeOfInterpolation) {
   }
 }
 
-TEST(LlvmPlaces, ScatterOfAnyDisplacementStaysInsideTheField) {
+void expect_any_scatter_stays_inside(Along along) {
   for (const std::vector<Topology>& axes : all_axes) {
     ModuleBuilder b(axes);
-    b.scatter(b.place("u", displacements(b, axes.size(), 0.5)), Expr(1.0));
+    b.scatter(b.place("u", displacements(b, axes.size(), 0.5), {}, {along, along, along}), Expr(1.0));
     const loop::Module module = b.finish();
     const auto compiled = compile(module);
     for (const double d : {1e300, -1e300, nan, infinity, -infinity}) {
@@ -222,7 +235,7 @@ TEST(LlvmPlaces, ScatterOfAnyDisplacementStaysInsideTheField) {
       }
       std::fill(memory.field("u").begin(), memory.field("u").end(), 0.0);
       Memory readable = memory;
-      set_readable_cells(readable, axes);
+      set_readable_cells(readable, axes, reach_of(along));
       run(*compiled->find("all"), axes, memory, {});
       for (std::size_t i = 0; i < memory.field("u").size(); ++i) {
         if (!std::isnan(readable.field("u")[i])) continue;
@@ -230,6 +243,10 @@ TEST(LlvmPlaces, ScatterOfAnyDisplacementStaysInsideTheField) {
       }
     }
   }
+}
+
+TEST(LlvmPlaces, ScatterOfAnyDisplacementStaysInsideTheField) {
+  for (const Along along : {Along::linear, Along::lower, Along::cubic}) expect_any_scatter_stays_inside(along);
 }
 
 }  // namespace

@@ -21,9 +21,9 @@ class Reference {
   }
 
  private:
-  struct Neighbours {
-    int64_t cell[2];
-    double weight[2];
+  struct Tap {
+    int64_t cell;
+    double weight;
   };
 
   void run_row(const loop::Row& row, int grow) {
@@ -53,7 +53,7 @@ class Reference {
     }
     for (const loop::Scatter& scatter : row_->scatters) {
       const double added = value(scatter.value);
-      for_each_corner(scatter.target, [&](double& place, double weight) { place += weight * added; });
+      for_each_tap(scatter.target, [&](double& place, double weight) { place += weight * added; });
     }
   }
 
@@ -62,32 +62,64 @@ class Reference {
     return memory_.at(s.field, cell_[0] + s.offset[0], cell_[1] + s.offset[1], cell_[2] + s.offset[2]);
   }
 
-  Neighbours neighbours(int axis, int64_t at, double d, bool slope) {
-    const int64_t n = memory_.layout().cells[axis];
-    if (row_->axes[axis] == Topology::periodic) {
-      int64_t j = (at + static_cast<int64_t>(std::floor(d))) % n;
-      if (j < 0) j += n;
-      const double f = d - std::floor(d);
-      return {{j, (j + 1) % n}, {slope ? -1 : 1 - f, slope ? 1 : f}};
+  /// Of the values p at -1, 0, 1, 2: Lagrange's polynomial at f, from its Newton form, by differences.
+  static std::array<double, 4> cubic_weights(double f, int derivative) {
+    std::array<double, 4> weights{};
+    const double a[] = {f + 1, f, f - 1};  // Newton's factors
+    const double first[] = {0, 1, a[0] + a[1], a[0] * a[1] + a[0] * a[2] + a[1] * a[2]};
+    const double second[] = {0, 0, 2, 2 * (a[0] + a[1] + a[2])};
+    const double third[] = {0, 0, 0, 6};
+    const double plain[] = {1, a[0], a[0] * a[1], a[0] * a[1] * a[2]};
+    const double* basis[] = {plain, first, second, third};
+    const double differences[4][4] = {{1, 0, 0, 0}, {-1, 1, 0, 0}, {0.5, -1, 0.5, 0}, {-1.0 / 6, 0.5, -0.5, 1.0 / 6}};
+    for (int order = 0; order < 4; ++order) {
+      for (int k = 0; k < 4; ++k) weights[k] += basis[derivative][order] * differences[order][k];
     }
-    const double position = std::clamp<double>(at + d, -0.5, n - 0.5);
-    const bool clamped = position != at + d;
-    const auto j = static_cast<int64_t>(std::floor(position));
-    const double f = position - std::floor(position);
-    const double rate = clamped ? 0 : 1;
-    return {{j, j + 1}, {slope ? -rate : 1 - f, slope ? rate : f}};
+    return weights;
+  }
+
+  static std::array<double, 4> weights_at(Along along, double f) {
+    switch (along) {
+      case Along::linear: return {0, 1 - f, f, 0};
+      case Along::slope: return {0, -1, 1, 0};
+      case Along::lower: return {0, 1, 0, 0};
+      case Along::upper: return {0, 0, 1, 0};
+      case Along::cubic: return cubic_weights(f, 0);
+      case Along::cubic_slope: return cubic_weights(f, 1);
+      case Along::cubic_bend: return cubic_weights(f, 2);
+      case Along::cubic_third: return cubic_weights(f, 3);
+    }
+    return {};
+  }
+
+  std::vector<Tap> taps(int axis, int64_t at, double d, Along along) {
+    const int64_t n = memory_.layout().cells[axis];
+    const bool periodic = row_->axes[axis] == Topology::periodic;
+    const double position = periodic ? at + d : std::clamp<double>(at + d, -0.5, n - 0.5);
+    const double whole = periodic ? at + std::floor(d) : std::floor(position);
+    const double f = periodic ? d - std::floor(d) : position - whole;
+    const bool is_slope = along == Along::slope || along == Along::cubic_slope || along == Along::cubic_bend || along == Along::cubic_third;
+    std::vector<Tap> result;
+    for (int k = 0; k < 4; ++k) {
+      const double weight = is_slope && !periodic && position != at + d ? 0 : weights_at(along, f)[k];
+      const int64_t cell = static_cast<int64_t>(whole) + k - 1;
+      if (weight != 0) result.push_back({periodic ? (cell % n + n) % n : cell, weight});
+    }
+    return result;
   }
 
   template <class F>
-  void for_each_corner(const loop::Interp& interp, const F& f) {
-    Neighbours along[3] = {{{0, 0}, {1, 0}}, {{0, 0}, {1, 0}}, {{0, 0}, {1, 0}}};
+  void for_each_tap(const loop::Interp& interp, const F& f) {
+    std::vector<Tap> along[3] = {{{0, 1}}, {{0, 1}}, {{0, 1}}};
     for (int a = 0; a < row_->rank; ++a) {
-      along[a] = neighbours(a, cell_[a] + interp.offset[a], value(interp.displacement[a]), interp.slope[a]);
+      along[a] = taps(a, cell_[a] + interp.offset[a], value(interp.displacement[a]), interp.along[a]);
     }
-    for (int corner = 0; corner < 1 << row_->rank; ++corner) {
-      const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2 & 1;
-      f(memory_.at(row_->grids.at(interp.grid), along[0].cell[i], along[1].cell[j], along[2].cell[k]),
-        along[0].weight[i] * along[1].weight[j] * along[2].weight[k]);
+    for (const Tap& z : along[2]) {
+      for (const Tap& y : along[1]) {
+        for (const Tap& x : along[0]) {
+          f(memory_.at(row_->grids.at(interp.grid), x.cell, y.cell, z.cell), x.weight * y.weight * z.weight);
+        }
+      }
     }
   }
 
@@ -102,7 +134,7 @@ class Reference {
 
   double interpolate(const loop::Interp& interp) {
     double total = 0;
-    for_each_corner(interp, [&](double& place, double weight) { total += weight * place; });
+    for_each_tap(interp, [&](double& place, double weight) { total += weight * place; });
     return total;
   }
 

@@ -67,12 +67,12 @@ class ModuleBuilder {
   }
   void sum(const std::string& name, Expr value) { row().sums.push_back({name, value}); }
   loop::Interp place(const std::string& field, std::vector<Expr> displacement, Offset offset = {},
-                     std::array<bool, loop::max_rank> slope = {}) {
+                     std::array<Along, loop::max_rank> along = {}) {
     std::vector<std::string>& grids = row().grids;
     const auto found = std::find(grids.begin(), grids.end(), field);
     const int index = static_cast<int>(found - grids.begin());
     if (found == grids.end()) grids.push_back(field);
-    return {index, offset, std::move(displacement), slope};
+    return {index, offset, std::move(displacement), along};
   }
   void scatter(loop::Interp target, Expr value) { row().scatters.push_back({std::move(target), value}); }
 

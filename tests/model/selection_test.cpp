@@ -104,6 +104,7 @@ TEST(Settings, Cells) {
 TEST(Settings, SchemeKeys) {
   EXPECT_EQ(with("a", {{"time", "rk2"}}).scheme.time, TimeScheme::rk2);
   EXPECT_EQ(with("a", {{"advect", "semi_lagrangian"}}).scheme.advect, Advection::semi_lagrangian);
+  EXPECT_EQ(with("a", {{"advect", "maccormack"}}).scheme.advect, Advection::maccormack);
   EXPECT_EQ(with("a", {{"advect", "central4"}}).scheme.advect_order, 4);
   EXPECT_EQ(with("a", {{"advect", "upwind1"}}).scheme.advect, Advection::upwind);
   EXPECT_EQ(with("a", {{"dx", "central(4)"}}).scheme.derivative_order, 4);

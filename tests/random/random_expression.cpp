@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arguments of functions with jumps (if, sign, floor, fraction, slopes of interpolation) are a single value with a generic
+// Arguments of functions with jumps (if, sign, floor, fraction, slopes and cells of interpolation) are a single value with a generic
 // number added: two sides that are equal but for rounding would make the results of two correct back ends differ.
 // Operands are drawn in statements of their own, as the order of arguments is the C++ compiler's choice.
 #include "random/random_expression.h"
@@ -211,8 +211,8 @@ Expr ExpressionGenerator::value(int depth) {
   Interp at = place(*field);
   // Slopes jump at cell centres: only at generic places.
   for (int axis = 0; axis < rank() && random_.percent(25); ++axis) {
-    at.slope[axis] = random_.percent(50);
-    if (at.slope[axis]) at.displacement[axis] = random_.uniform(-1.9, 1.9);
+    at.along[axis] = static_cast<Along>(random_.below(along_count));
+    if (at.along[axis] != Along::linear && at.along[axis] != Along::cubic) at.displacement[axis] = random_.uniform(-1.9, 1.9);
   }
   return interp(at);
 }

@@ -203,7 +203,7 @@ Scope Builder::scope(int grow, const std::string& without) const {
   Scope result{program_.axes, {}, params_, {}};
   for (const Known& field : known_) {
     if (field.name == without || field.reach < grow) continue;
-    const bool interpolates = field.is_filled && field.reach > grow;
+    const bool interpolates = field.is_filled && field.reach > grow + 1;  // as far as cubics do
     const bool is_active = !(field.is_input && !result_.wrt.fields.contains(field.name));
     result.fields.push_back({field.name, field.reach - grow, field.is_filled, interpolates || !has_bounded(), is_active, std::min(field.reach, 2)});
   }

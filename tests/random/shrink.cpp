@@ -62,7 +62,7 @@ std::vector<Expr> simpler(const Expr& e, const Kernel& kernel) {
     result.push_back(access(i->field));
     Interp plain = *i;
     plain.offset = {};
-    plain.slope = {};
+    plain.along = {};
     if (!(plain == *i)) result.push_back(interp(plain));
   }
   if (const Local* l = std::get_if<Local>(&e->kind)) {
@@ -153,7 +153,7 @@ Expr without_axis(const Expr& e, int axis) {
   if (const Interp* i = std::get_if<Interp>(&inner->kind)) {
     Interp lower = *i;
     lower.offset[axis] = 0;
-    lower.slope[axis] = false;
+    lower.along[axis] = Along::linear;
     lower.displacement.pop_back();
     return interp(lower);
   }

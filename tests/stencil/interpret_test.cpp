@@ -325,11 +325,11 @@ Module gather_and_scatter(int rank, const std::string& callee, const std::string
                    "kernel zero(out u_bar: field)" + on + " { u_bar = 0 }\n" + "kernel scatter(v_bar: field" + fields +
                    ", inout u_bar: field) { " + callee + "(u_bar" + d + ") += v_bar }\n" + "program forward { axes " +
                    axes + "; fill u " + halo + "; run gather; keep v }\n" + "program back { axes " + axes +
-                   "; run zero grow 1; run scatter; fold u_bar grow 1 " + halo + "; keep u_bar }\n");
+                   "; run zero grow 2; run scatter; fold u_bar grow 2 " + halo + "; keep u_bar }\n");
 }
 
 void check_scatter(const Module& m, const Grid& grid, Random& random) {
-  State state(grid, 1);
+  State state(grid, 2);
   for (const std::string field : {"u", "v_bar", "dx", "dy", "dz"}) random.fill_interior(state, field);
   for_each_cell(grid, 0, [&](int i, int j, int k) {
     for (const std::string field : {"dx", "dy", "dz"})
@@ -357,6 +357,12 @@ TEST(Interpret, ScatterIsTheTransposeOfInterp) {
       {1, "interp", "x bounded", "x.low = 0, x.high = zero_gradient"},
       {1, "interp_dx", "x bounded", "x.low = zero_gradient, x.high = 0"},
       {1, "interp_dx", "x periodic", "periodic"},
+      {1, "interp_cx", "x periodic", "periodic"},
+      {1, "interp_cx", "x bounded", "x.low = 0, x.high = zero_gradient"},
+      {1, "interp_cdx", "x bounded", "x.low = zero_gradient, x.high = 0"},
+      {2, "interp_lxuy", "x bounded, y periodic", "x = zero_gradient, y periodic"},
+      {2, "interp_cxcy", "x bounded, y bounded", "x = zero_gradient, y = 0"},
+      {3, "interp_cddxcdddyuz", "x bounded, y periodic, z bounded", "x = 0, y periodic, z = zero_gradient"},
       {2, "interp", "x periodic, y bounded", "x periodic, y = 0"},
       {2, "interp_dy", "x bounded, y bounded", "x = zero_gradient, y = 0"},
       {2, "interp_dxdy", "x bounded, y periodic", "x = 0, y periodic"},

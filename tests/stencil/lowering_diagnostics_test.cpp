@@ -26,9 +26,9 @@ std::vector<std::string> complaints(const model::Problem& problem) {
   return texts;
 }
 
-std::vector<std::string> semi_lagrangian(const Expr& rate) {
+std::vector<std::string> semi_lagrangian(const Expr& rate, model::Advection advect = model::Advection::semi_lagrangian) {
   model::Problem p = problem({state("u", rate), state("v", 0.0)});
-  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.advect = advect;
   p.scheme.advect_order = 1;
   return complaints(p);
 }
@@ -39,6 +39,7 @@ TEST(LoweringDiagnostics, FormOfSemiLagrangianEquations) {
   const Expr transport = at(7, advect({u}, u));
   EXPECT_EQ(semi_lagrangian(lap(u) - transport), std::vector<std::string>{});
   EXPECT_EQ(semi_lagrangian(lap(u) - (transport - v)), std::vector<std::string>{});
+  EXPECT_EQ(semi_lagrangian(lap(u) + transport, model::Advection::maccormack), wrong);
   EXPECT_EQ(semi_lagrangian(lap(u) + transport), wrong);                          // sign
   EXPECT_EQ(semi_lagrangian(lap(u) - (v - transport)), wrong);                    // sign
   EXPECT_EQ(semi_lagrangian(-at(7, 2.0 * advect({u}, u))), wrong);                // factor

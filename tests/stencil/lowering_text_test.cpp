@@ -188,6 +188,35 @@ TEST(LoweringText, SemiLagrangianWithoutOtherTermsAndWithoutTransport) {
   EXPECT_EQ(print(pure.kernels[0].stores[0].value, 1), "interp(u, -dt*u/hx)");
 }
 
+TEST(LoweringText, CubicSemiLagrangian) {
+  model::Problem p = problem({state("u", -advect({u, 0.5}, u))}, {4, 4});
+  p.scheme.advect = model::Advection::semi_lagrangian;
+  p.scheme.advect_order = 3;
+  EXPECT_EQ(print(lower(p).kernels.at(0).stores[0].value, 2), "interp_cxcy(u, -dt*u/hx, -dt*0.5/hy)");
+}
+
+/// Forwards with the flow at the begin, back with that at the end; a field that nothing carries has no step ahead.
+TEST(LoweringText, MacCormack) {
+  model::Problem p = problem({state("u", -advect({u}, u) + v), state("v", 1.0)}, {4}, 4, Topology::bounded);
+  p.scheme.advect = model::Advection::maccormack;
+  const dpde::stencil::Module module = lower(p);
+  EXPECT_EQ(print(*module.find_kernel("s_advect")), R"(kernel s_advect(u_mid: field halo 1, u: field, out u_ahead: field, dt, hx: param) {
+  u_ahead = interp(u_mid, -dt*u/hx)
+}
+)");
+  EXPECT_EQ(print(*module.find_kernel("s_correct")), R"(kernel s_correct(u: field, u_ahead: field halo 1, u_mid: field halo 1, x: field, v_mid: field, out u_next: field, out v_next: field, dt, hx: param) {
+  let back_x = -dt*u/hx
+  let forth_x = dt*u_ahead/hx
+  let u_mid_corner = interp_lx(u_mid, back_x)
+  let u_mid_corner_2 = interp_ux(u_mid, back_x)
+  let u_mid_least = min(u_mid_corner, u_mid_corner_2)
+  let u_mid_greatest = max(u_mid_corner, u_mid_corner_2)
+  u_next = min(u_mid_greatest, max(u_ahead + if(max(abs(back_x), abs(forth_x)) <= min(x, 4 - x)/hx, (u_mid - interp(u_ahead, forth_x))/2, 0), u_mid_least))
+  v_next = v_mid
+}
+)");
+}
+
 TEST(LoweringText, Upwind) {
   model::Problem p = problem({state("u", -advect({u, 0.0}, u)), state("v", advect({-2.0, u + v}, v))}, {4, 4});
   p.scheme.advect = model::Advection::upwind;

@@ -46,6 +46,49 @@ kernel s2(w: field halo 1, q: field halo 1, out v: field, c: param) {
 }
 )";
 
+/// A step along the flow, one back, and half of the difference between the corners of the cell that was read.
+const std::string maccormack_kernels = R"(
+kernel ahead(u: field halo 1, w: field, out a: field, c: param) { a = interp(u, -c*w) }
+kernel back(u: field halo 1, a: field halo 1, w: field, x: field, out v: field, c: param) {
+  let b = -c*w
+  let f = c*w*a
+  let lower = interp_lx(u, b)
+  let upper = interp_ux(u, b)
+  let corrected = a + if(max(abs(b), abs(f)) <= min(x, 5 - x), (u - interp(a, f))/2, 0)
+  v = min(max(lower, upper), max(corrected, min(lower, upper)))
+}
+)";
+
+const std::string maccormack_2d_kernels = R"(
+kernel ahead(u: field halo 1, w: field, out a: field, c: param) { a = interp(u, -c*w, 0.7*w*u) }
+kernel back(u: field halo 1, a: field halo 1, w: field, out v: field, c: param) {
+  let b = -c*w
+  let d = 0.7*w*u
+  let ll = interp_lxly(u, b, d)
+  let lu = interp_lxuy(u, b, d)
+  let ul = interp_uxly(u, b, d)
+  let uu = interp_uxuy(u, b, d)
+  let corrected = a + 0.5*(u - interp(a, c*w, -0.7*w*a))
+  v = min(max(max(ll, lu), max(ul, uu)), max(corrected, min(min(ll, lu), min(ul, uu))))
+}
+)";
+
+const std::string cubic_kernels = R"(
+kernel s2(u: field halo 2, q: field halo 2, out v: field, c: param) {
+  v = u*q^2 + interp_cx(u, -c*u*q) + interp_cdx(q, 0.4*u)*interp_lx(q[+1], -c*u) + interp_cddx(u[-2], c*q)*interp_cdddx(u, 1.7)
+}
+)";
+
+const std::string cubic_2d_kernels = R"(
+kernel s2(u: field halo 2, q: field halo 2, out v: field, c: param) {
+  v = u*q^2 + interp_cxcy(u, -c*u, 2.3*q)*q + interp_uxcdy(q, 0.4*u, -c*q) + interp_cddxuy(u[0, +1], c*q, 0.3)
+}
+)";
+
+const std::string cubic_3d_kernel = R"(
+kernel s2(u: field halo 2, out v: field, c: param) { v = u^3 + interp_cxcycz(u, -c*u, 1.3*u, 0.4*u) + interp_lxuycz(u, c, c*u, -c*u) }
+)";
+
 const std::string heat_3d_kernel = R"(
 kernel k(u: field halo 2, out v: field, nu, h: param) {
   v = u + nu*(u[-1, 0, 0] + u[+1, 0, 0] + u[0, -2, 0] + u[0, +2, 0] + u[0, 0, -1]*u[0, 0, +1] - 6*u)/h^2
@@ -180,6 +223,25 @@ std::vector<ProgramCase> program_cases() {
       {"interp 2-D bounded", 2,
        interp_2d_kernels + "program p { fill w x = 0.3, y periodic; fill q x = zero_gradient, y periodic; run s2; keep v }",
        {{"w", "q"}, {"c"}}},
+      {"maccormack periodic", 1, maccormack_kernels + "program p { fill u periodic; run ahead; fill a periodic; run back; swap u, v }",
+       {{"u", "w"}, {"c"}}},
+      {"maccormack bounded", 1, maccormack_kernels + "program p { fill u x.low = 0.4, x.high = zero_gradient; run ahead; "
+                                "fill a x.low = 0.4, x.high = zero_gradient; run back; swap u, v }",
+       {{"u", "w"}, {"c"}}},
+      {"maccormack 2-D mixed", 2, maccormack_2d_kernels + "program p { fill u x = zero_gradient, y periodic; run ahead; "
+                                  "fill a x = zero_gradient, y periodic; run back; swap u, v }",
+       {{"u", "w"}, {"c"}}},
+      {"cubic periodic", 1, cubic_kernels + "program p { fill u periodic; fill q periodic; run s2; keep v }", {{"u", "q"}, {"c"}}},
+      {"cubic bounded", 1, cubic_kernels + "program p { fill u x.low = 0.4, x.high = gradient(0.3); fill q x.low = 0.8, x.high = zero_gradient; run s2; keep v }",
+       {{"u", "q"}, {"c"}}},
+      {"cubic 2-D mixed", 2, cubic_2d_kernels + "program p { fill u x = 0.3, y periodic; fill q x = zero_gradient, y periodic; run s2; keep v }",
+       {{"u", "q"}, {"c"}}},
+      {"cubic 2-D bounded", 2, cubic_2d_kernels + "program p { fill u x = zero_gradient, y = 0.2; fill q x = 0.8, y = zero_gradient; run s2; keep v }",
+       {{"u", "q"}, {"c"}}},
+      {"cubic 3-D mixed", 3, cubic_3d_kernel + "program p { fill u x = 0.3, y periodic, z = zero_gradient; run s2; swap u, v }", {{"u"}, {"c"}}},
+      {"a place behind a condition", 1,
+       "kernel k(u: field halo 1, out v: field, c: param) { v = if(u > 0.8, interp(u, c*log(u - 0.7)), u^2) }\n"
+       "program p { fill u x = 0.4; run k; keep v }", {{"u"}, {"c"}}},
       {"heat 3-D", 3, heat_3d_kernel + "program p { fill u x periodic, y.low = 1, y.high = zero_gradient, z = 0; run k; swap u, v }",
        {{"u"}, {"nu"}}},
       {"halo read by the adjoint only", 1,

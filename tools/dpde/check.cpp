@@ -20,18 +20,23 @@ struct Order {
   int space = 0, time = 0;
 };
 
+bool is_transport_alone(const model::Expr& rate) {
+  const model::Neg* neg = std::get_if<model::Neg>(&rate->kind);
+  return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
+}
+
 /// The formal order of the scheme: the lowest of what the equations use.
 Order order_of(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
-  const bool semi_lagrangian = scheme.advect == model::Advection::semi_lagrangian;
   std::vector<int> space;
-  bool transports = false;
+  bool transports = false, split = false;
   for (const model::State& state : problem.states) {
     if (!state.rhs) continue;
     model::any_part(*state.rhs, [&](const model::Expr& e) {
       if (std::holds_alternative<model::Advect>(e->kind)) {
         space.push_back(scheme.advect_order);
         transports = true;
+        split = split || !is_transport_alone(*state.rhs);
       }
       if (const model::Derivative* d = std::get_if<model::Derivative>(&e->kind)) {
         space.push_back(d->order % 2 == 0 ? scheme.laplacian_order : scheme.derivative_order);
@@ -50,7 +55,8 @@ Order order_of(const model::Problem& problem) {
     case model::TimeScheme::rk4: order.time = 4; break;
     case model::TimeScheme::ssp_rk3: order.time = 3; break;
   }
-  if (semi_lagrangian && transports) order.time = 1;  // the split step
+  if (!model::follows_flow(scheme.advect) || !transports) return order;
+  order.time = split || scheme.advect == model::Advection::semi_lagrangian ? 1 : 2;
   return order;
 }
 

@@ -228,7 +228,7 @@ class Reversal {
     }
     for (const Scatter& scatter : primal.scatters) {
       const auto bar = bars_.find(scatter.target.field);
-      if (bar == bars_.end() || bar->second.grow >= 1) continue;
+      if (bar == bars_.end() || bar->second.grow >= reach_of(scatter.target, program_.axes)) continue;
       refused.emplace(primal.name, "interp(" + bar->first + ") += before it is read around a periodic axis or folded");
     }
     for (const Signature::Read& read : signature(gather).reads) {

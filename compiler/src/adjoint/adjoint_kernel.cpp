@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "stencil/passes/passes.h"
+#include "stencil/passes/polynomial.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -27,6 +28,14 @@ Expr guarded(Expr e, const Guards& guards) {
     e = guard->yes ? select(guard->condition, e, 0.0) : select(guard->condition, 0.0, e);
   }
   return e;
+}
+
+/// The same for a place: what is added there is 0, but not where the weights are NaN.
+Interp guarded(Interp i, const Guards& guards) {
+  for (Expr& d : i.displacement) {
+    if (!is_uniform(d)) d = guarded(d, guards);
+  }
+  return i;
 }
 
 /// Values that differ from point to point: what is left of an expression once its uniform factors are combined.
@@ -99,9 +108,10 @@ class Walk {
 
   void push_displacements(const Interp& i, const Expr& x, const Guards& guards) {
     for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
-      if (i.slope[axis] || !is_varied(i.displacement[axis], varied_)) continue;
+      const std::optional<Along> derivative = derivative_of(i.along[axis]);
+      if (!derivative || !is_varied(i.displacement[axis], varied_)) continue;
       Interp slope = i;
-      slope.slope[axis] = true;
+      slope.along[axis] = *derivative;
       push(i.displacement[axis], x * interp(slope), guards);
     }
   }
@@ -129,7 +139,7 @@ class Walk {
         [&](const Local& l) { push_local(l, x, guards); },
         [&](const Access& a) { add_read(a.field, a.offset, guarded(x, guards)); },
         [&](const Interp& i) {
-          if (varied_.fields.contains(i.field)) scatters.push_back({i, guarded(x, guards)});
+          if (varied_.fields.contains(i.field)) scatters.push_back({guarded(i, guards), guarded(x, guards)});
           push_displacements(i, x, guards);
         },
         [&](const Neg&) { push_parts(e, x, guards); }, [&](const Binary&) { push_parts(e, x, guards); },

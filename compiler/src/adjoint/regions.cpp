@@ -38,7 +38,7 @@ int reach(const Module& module, const Program& program, const Varied& varied) {
     if (!run) continue;
     const Kernel& kernel = *module.find_kernel(run->kernel);
     for (const Scatter& scatter : kernel.scatters) {
-      if (varied.fields.contains(scatter.target.field)) result = std::max(result, 1);
+      if (varied.fields.contains(scatter.target.field)) result = std::max(result, reach_of(scatter.target, program.axes));
     }
     for (const auto& read : signature(kernel).reads) {
       if (!varied.fields.contains(read.field)) continue;
@@ -93,9 +93,9 @@ int extent_of(const Kernel& kernel, const std::string& field, int grow, const st
     }
     const Access* a = std::get_if<Access>(&e->kind);
     const Interp* i = std::get_if<Interp>(&e->kind);
+    if (i && i->field == field) extent = std::max(extent, reach_of(*i, axes));
     for (size_t axis = 0; axis < axes.size(); ++axis) {
       if (axes[axis] == Topology::periodic) continue;
-      if (i && i->field == field) extent = std::max(extent, 1);
       if (!a || a->field != field) continue;
       int most = grow + std::abs(a->offset[axis]);
       for (const Inside& inside : insides) {

@@ -71,9 +71,10 @@ class KernelTangent {
     if (is_varied(scatter.value, varied_)) result.scatters.push_back({target, dot(scatter.value)});
     for (size_t axis = 0; axis < target.displacement.size(); ++axis) {
       const Expr& d = target.displacement[axis];
-      if (target.slope[axis] || !is_varied(d, varied_)) continue;
+      const std::optional<Along> slope = derivative_of(target.along[axis]);
+      if (!slope || !is_varied(d, varied_)) continue;
       Interp moved = target;
-      moved.slope[axis] = true;
+      moved.along[axis] = *slope;
       result.scatters.push_back({moved, scatter.value * dot(d)});
     }
   }
@@ -86,9 +87,10 @@ class KernelTangent {
       total = interp(moved);
     }
     for (size_t axis = 0; axis < i.displacement.size(); ++axis) {
-      if (i.slope[axis]) continue;  // piecewise linear: no second slope along one axis
+      const std::optional<Along> derivative = derivative_of(i.along[axis]);
+      if (!derivative) continue;
       Interp slope = i;
-      slope.slope[axis] = true;
+      slope.along[axis] = *derivative;
       total = total + interp(slope) * dot(i.displacement[axis]);
     }
     return total;

@@ -227,7 +227,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
     with_hessian.push_back({step, std::abs(rest - 0.5 * step * step * bend)});
   }
   const double rounding = 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps());
-  certificate.slope = remainder_slope(certificate.remainders, 10 * rounding);
+  certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
+                                           : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
   // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
   // in the others: its remainder is of first order.
@@ -307,19 +308,40 @@ double relative_difference(double a, double b, double scale) {
   return size > 0 ? std::abs(a - b) / size : 0;
 }
 
-std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor) {
-  std::optional<double> best;
-  double best_spread = INFINITY;
+namespace {
+
+/// Of three neighbouring points: their mean slope, and by how much the two differ.
+struct LocalSlope {
+  double mean, spread;
+};
+
+/// Those above `floor`, of larger steps first.
+std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, double floor) {
+  std::vector<LocalSlope> slopes;
   for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
     const Remainder &a = remainders[k], &b = remainders[k + 1], &c = remainders[k + 2];
     if (!(a.value > floor && b.value > floor && c.value > floor) || !std::isfinite(a.value + b.value + c.value)) continue;
     const double first = std::log(a.value / b.value) / std::log(a.step / b.step);
     const double second = std::log(b.value / c.value) / std::log(b.step / c.step);
-    if (std::abs(first - second) >= best_spread) continue;
-    best_spread = std::abs(first - second);
-    best = (first + second) / 2;
+    slopes.push_back({(first + second) / 2, std::abs(first - second)});
   }
-  return best;
+  return slopes;
+}
+
+}  // namespace
+
+std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor) {
+  const std::vector<LocalSlope> slopes = local_slopes(remainders, floor);
+  const auto best = std::min_element(slopes.begin(), slopes.end(),
+                                     [](const LocalSlope& a, const LocalSlope& b) { return a.spread < b.spread; });
+  return best == slopes.end() ? std::nullopt : std::optional(best->mean);
+}
+
+std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remainders, double floor) {
+  constexpr double agreement = 0.02;
+  const std::vector<LocalSlope> slopes = local_slopes(remainders, floor);
+  const auto last = std::find_if(slopes.rbegin(), slopes.rend(), [](const LocalSlope& s) { return s.spread < agreement; });
+  return last == slopes.rend() ? remainder_slope(remainders, floor) : std::optional(last->mean);
 }
 
 namespace {

@@ -82,5 +82,7 @@ double relative_difference(double a, double b, double scale);
 /// The slope of remainders over halved steps: the mean over the three neighbouring points whose slopes agree best, above
 /// `floor`; nullopt when no three points lie above it.
 std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor);
+/// The same where larger steps may cross kinks and jumps: of the smallest steps whose slopes agree.
+std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remainders, double floor);
 
 }  // namespace dpde::driver

@@ -45,12 +45,8 @@ class ExprPrinter {
   }
 
   std::string interp_text(const Interp& i) const {
-    std::string name = "interp";
-    for (int axis = 0; axis < row_->rank; ++axis) {
-      if (i.slope[axis]) name += fmt::format("{}d{}", name == "interp" ? "_" : "", axis_names[axis]);
-    }
     const std::string place = row_->grids[i.grid] + offset_text(i.offset, row_->rank);
-    return fmt::format("{}({}, {})", name, place, list(i.displacement));
+    return fmt::format("{}({}, {})", interp_name(i.along), place, list(i.displacement));
   }
 
  private:

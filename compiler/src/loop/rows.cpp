@@ -114,7 +114,7 @@ Interp Converter::interp(const stencil::Interp& i) {
   if (found == row_->grids.end()) row_->grids.push_back(i.field);
   std::vector<Expr> displacement;
   for (const stencil::Expr& d : i.displacement) displacement.push_back(value(d));
-  return {grid, i.offset, std::move(displacement), i.slope};
+  return {grid, i.offset, std::move(displacement), i.along};
 }
 
 Term Converter::convert(const stencil::Expr& e) {

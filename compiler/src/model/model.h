@@ -181,12 +181,14 @@ struct Quantity {
   Origin origin;
 };
 
-enum class Advection { central, upwind, semi_lagrangian };
+enum class Advection { central, upwind, semi_lagrangian, maccormack };
+/// Whether it goes back along the flow, and is no difference.
+constexpr bool follows_flow(Advection advect) { return advect == Advection::semi_lagrangian || advect == Advection::maccormack; }
 enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog };
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
-  int advect_order = 2;   // central: 2, 4, 6 or 8; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic interpolation)
+  int advect_order = 2;   // central: 2, 4, 6 or 8; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic interpolation); maccormack: 2
   int derivative_order = 2;  // key dx: 2, 4, 6 or 8
   int laplacian_order = 2;   // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;

@@ -248,6 +248,7 @@ std::string advect_text(const Scheme& scheme) {
     case Advection::central: return fmt::format("central({})", scheme.advect_order);
     case Advection::upwind: return fmt::format("upwind({})", scheme.advect_order);
     case Advection::semi_lagrangian: return scheme.advect_order == 3 ? "semi_lagrangian(cubic)" : "semi_lagrangian";
+    case Advection::maccormack: return "maccormack";
   }
   unreachable("advection");
 }

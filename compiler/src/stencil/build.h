@@ -38,6 +38,8 @@ void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f);
 /// Calls `f` on `e` and everything below it, parents first.
 void visit(const Expr& e, const std::function<void(const Expr&)>& f);
 
+/// How many cells beyond bounded axes `i` reads or adds to: its position is clamped, whatever its offset.
+int reach_of(const Interp& i, const std::vector<Topology>& axes);
 /// `e` evaluated at the point displaced by `k`: every Access, Interp and Inside moves by k. Locals are renamed by
 /// `rename` (they stand for values at a point, so a shifted use needs a shifted let).
 Expr shift(const Expr& e, Offset k, const std::function<std::string(const std::string&)>& rename);

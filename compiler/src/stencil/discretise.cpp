@@ -117,7 +117,7 @@ Reading::Reading() : time(param("t")) {}
 Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading, model::Placements placements)
     : scheme_(scheme), names_(std::move(names)), rank_(rank), reading_(std::move(reading)), placements_(std::move(placements)) {
   if (placements_.is_staggered()) base_.reset();
-  require(scheme_.advect != model::Advection::semi_lagrangian, "semi-Lagrangian advection is no difference");
+  require(!model::follows_flow(scheme_.advect), "advection along the flow is no difference");
 }
 
 /// Sets the base for a while.

@@ -21,6 +21,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -63,6 +64,11 @@ class Discretiser {
   const model::Placements& placements() const { return placements_; }
   /// Adds a let and returns its use; a literal, param, local or read is returned as it is.
   Expr shared(const std::string& wish, const Expr& value);
+  /// From now on states and t mean what `reading` says; lets and preparations go on.
+  void read(Reading reading) {
+    reading_ = std::move(reading);
+    derivative_lets_.clear();
+  }
   const std::vector<Let>& lets() const { return lets_; }
   const std::vector<Preparation>& preparations() const { return preparations_; }
   /// Whether what was asked for had more than max_parts; it was not worked out then.

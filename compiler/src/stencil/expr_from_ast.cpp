@@ -23,21 +23,6 @@ std::string did_you_mean(const std::string& name, const std::vector<std::string>
 
 }  // namespace
 
-std::optional<std::array<bool, max_rank>> interp_slopes(const std::string& callee) {
-  constexpr std::string_view stem = "interp";
-  if (!callee.starts_with(stem)) return std::nullopt;
-  for (int bits = 0; bits < 1 << max_rank; ++bits) {
-    std::array<bool, max_rank> slopes{};
-    std::string name(stem);
-    for (int axis = 0; axis < max_rank; ++axis) {
-      slopes[axis] = (bits >> axis & 1) != 0;
-      if (slopes[axis]) name += fmt::format("{}d{}", name == stem ? "_" : "", "xyz"[axis]);
-    }
-    if (name == callee) return slopes;
-  }
-  return std::nullopt;
-}
-
 bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink) {
   if (cells >= least && cells <= max_distance) return true;
   sink.report("distance-out-of-range", range,
@@ -85,7 +70,7 @@ bool ExprReader::are_positional(const ast::Call& call) {
 
 Expr ExprReader::read_call(const ast::Call& call, SourceRange range) {
   if (!are_positional(call)) return 0.0;
-  if (interp_slopes(call.callee)) return read_interp(call, range);
+  if (find_interp(call.callee)) return read_interp(call, range);
   const std::optional<Fn> fn = find_fn(call.callee);
   if (!fn && call.callee != "if") {
     sink_.report("kernel-unknown-function", call.callee_range, {call.callee},

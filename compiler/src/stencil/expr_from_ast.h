@@ -42,7 +42,4 @@ class ExprReader {
 /// Reports `cells` outside of least .. max_distance.
 bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink);
 
-/// The slopes that interp, interp_dx, interp_dxdz ... take; nothing for other names.
-std::optional<std::array<bool, max_rank>> interp_slopes(const std::string& callee);
-
 }  // namespace dpde::stencil

@@ -60,7 +60,7 @@ bool check(const Lowering& lowering, DiagnosticSink& sink) {
   check_time_scheme(problem, sink);
   for (const model::Coefficient& coefficient : problem.coefficients) check_source(coefficient.value);
   for (const model::Quantity& o : problem.observables) check_size(lowering, o.value, o.origin, sink, true);
-  if (problem.scheme.advect == model::Advection::semi_lagrangian) check_semi_lagrangian(problem, sink);
+  if (model::follows_flow(problem.scheme.advect)) check_semi_lagrangian(problem, sink);
   if (problem.task) {
     for (const model::Unknown& unknown : problem.task->unknowns) check_source(unknown.from);
     for (const model::Loss& loss : problem.task->losses) check_size(lowering, loss.value, loss.origin, sink, true);
@@ -161,7 +161,7 @@ void add_step(Module& module, Lowering& lowering) {
   for (const model::State& state : problem.states) next.push_back(lowering.field_beside(state.name, "next"));
   const std::string name = problem.scene + "_step";
   std::vector<Stage> stages;
-  if (problem.scheme.advect == model::Advection::semi_lagrangian) {
+  if (model::follows_flow(problem.scheme.advect)) {
     stages = semi_lagrangian_stages(lowering, next);
   } else {
     std::vector<Advance> advances;

@@ -92,35 +92,39 @@ void State::set_coordinate(int axis, Topology topology, double low, double spaci
 
 namespace {
 
-/// Two neighbouring cells of an axis and what an interpolation takes of each.
-struct Pair {
-  std::array<int, 2> cell{};
-  std::array<double, 2> weight{};
+/// A cell along one axis and what an interpolation takes of it.
+struct Tap {
+  int cell;
+  double weight;
 };
 
-/// Between which cells along one axis the point `at` displaced by `d` lies.
-Pair pair_along(Topology topology, int n, int at, double d, bool slope) {
+/// The cells along one axis around the point `at` displaced by `d`, and their weights.
+std::vector<Tap> taps_along(Topology topology, int n, int at, double d, Along along) {
   const double j = at + std::floor(d);
   double f = d - std::floor(d);
-  Pair pair;
+  const bool nowhere = !std::isfinite(d);  // no place: the weights are NaN and so is the result
+  int low = 0;
   bool clamped = false;
-  if (!std::isfinite(d)) {  // no place: the weights are NaN and so is the result
-    pair.cell = {0, topology == Topology::periodic ? modulo(1, n) : 1};
+  if (nowhere) {
     f = d - d;
-  } else if (topology == Topology::periodic) {
-    const int wrapped = modulo(static_cast<int>(std::fmod(j, n)), n);
-    pair.cell = {wrapped, modulo(wrapped + 1, n)};
-  } else {
+  } else if (topology == Topology::bounded) {
     const bool below = j < -1 || (j == -1 && f < 0.5);
     const bool above = j > n - 1 || (j == n - 1 && f > 0.5);
     clamped = below || above;
     if (clamped) f = 0.5;
-    const int left = below ? -1 : above ? n - 1 : static_cast<int>(j);
-    pair.cell = {left, left + 1};
+    low = below ? -1 : above ? n - 1 : static_cast<int>(j);
+  } else {
+    low = modulo(static_cast<int>(std::fmod(j, n)), n);
   }
-  const double rate = f != f ? f : clamped ? 0.0 : 1.0;
-  pair.weight = slope ? std::array{-rate, rate} : std::array{1 - f, f};
-  return pair;
+  std::vector<Tap> taps;
+  int cell = low - 1;
+  for (const std::array<double, 4>& c : weights_of(along)) {
+    const double weight = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
+    const int place = topology == Topology::periodic ? modulo(cell, n) : cell;
+    if (c != std::array<double, 4>{}) taps.push_back({place, clamped && is_derivative(along) ? 0 : weight});
+    ++cell;
+  }
+  return taps;
 }
 
 /// The scope of one point of one kernel run.
@@ -133,8 +137,8 @@ struct Point {
 
   double value(const Expr& e) const;
   bool is_inside(const Inside& inside) const;
-  /// Calls f(cell, weight) for each corner of the interpolation.
-  void for_each_corner(const Interp& interp, const std::function<void(const Cell&, double)>& f) const;
+  /// Calls f(cell, weight) for each cell the interpolation takes.
+  void for_each_tap(const Interp& interp, const std::function<void(const Cell&, double)>& f) const;
 };
 
 Cell displaced(Cell cell, const Offset& offset) {
@@ -152,18 +156,18 @@ bool Point::is_inside(const Inside& inside) const {
   return true;
 }
 
-void Point::for_each_corner(const Interp& interp, const std::function<void(const Cell&, double)>& f) const {
-  std::array<Pair, max_rank> pairs;
-  Cell corners{1, 1, 1};
-  for (Pair& pair : pairs) pair.weight = {1, 0};
+void Point::for_each_tap(const Interp& interp, const std::function<void(const Cell&, double)>& f) const {
+  std::array<std::vector<Tap>, max_rank> taps;
+  Cell counts{1, 1, 1};
+  taps.fill({{0, 1}});
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    pairs[axis] = pair_along(axes[axis], state.grid().cells[axis], cell[axis] + interp.offset[axis],
-                             value(interp.displacement[axis]), interp.slope[axis]);
-    corners[axis] = 2;
+    taps[axis] = taps_along(axes[axis], state.grid().cells[axis], cell[axis] + interp.offset[axis],
+                            value(interp.displacement[axis]), interp.along[axis]);
+    counts[axis] = static_cast<int>(taps[axis].size());
   }
-  for_each_cell({}, corners, [&](const Cell& c) {
-    f({pairs[0].cell[c[0]], pairs[1].cell[c[1]], pairs[2].cell[c[2]]},
-      pairs[0].weight[c[0]] * pairs[1].weight[c[1]] * pairs[2].weight[c[2]]);
+  for_each_cell({}, counts, [&](const Cell& c) {
+    const Tap &x = taps[0][c[0]], &y = taps[1][c[1]], &z = taps[2][c[2]];
+    f({x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
   });
 }
 
@@ -183,7 +187,7 @@ double Point::value(const Expr& e) const {
       [&](const Access& a) { return state.at(a.field, displaced(cell, a.offset)); },
       [&](const Interp& i) {
         double sum = 0;
-        for_each_corner(i, [&](const Cell& c, double weight) { sum += weight * state.at(i.field, c); });
+        for_each_tap(i, [&](const Cell& c, double weight) { sum += weight * state.at(i.field, c); });
         return sum;
       },
       [&](const Inside& i) { return is_inside(i) ? 1.0 : 0.0; }, [&](const Neg& n) { return -value(n.operand); },
@@ -216,7 +220,7 @@ void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axe
     for (const Sum& sum : kernel.sums) sums[sum.name] += point.value(sum.value);
     for (const Scatter& s : kernel.scatters) {
       const double value = point.value(s.value);
-      point.for_each_corner(s.target, [&](const Cell& corner, double weight) {
+      point.for_each_tap(s.target, [&](const Cell& corner, double weight) {
         scatters.push_back({s.target.field, corner, true, weight * value});
       });
     }

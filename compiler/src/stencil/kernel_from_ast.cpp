@@ -55,7 +55,7 @@ std::optional<int> shown_rank(const ast::Expr& e) {
         return left ? left : shown_rank(b.right);
       },
       [&](const ast::Call& c) {
-        if (interp_slopes(c.callee) && c.arguments.size() > 1) return Rank(static_cast<int>(c.arguments.size()) - 1);
+        if (find_interp(c.callee) && c.arguments.size() > 1) return Rank(static_cast<int>(c.arguments.size()) - 1);
         return in_all(c.arguments, [](const ast::Argument& argument) { return argument.value; });
       },
       [&](const ast::Tuple& t) { return in_all(t.elements, [](const ast::Expr& element) { return element; }); },
@@ -231,7 +231,7 @@ class KernelReader : public ExprReader {
   void read_scatter(const ast::ScatterItem& scatter) {
     const Expr value = value_of(scatter.value);
     const auto* call = std::get_if<ast::Call>(&scatter.target->kind);
-    if (!call || !interp_slopes(call->callee)) {
+    if (!call || !find_interp(call->callee)) {
       report("not-in-kernels", scatter.target.range(), {"an assignment to this"}, "write interp(field, ...) += value");
       return;
     }
@@ -330,7 +330,7 @@ class KernelReader : public ExprReader {
       return std::nullopt;
     }
     Interp interp;
-    interp.slope = *interp_slopes(call.callee);
+    interp.along = *find_interp(call.callee);
     const ast::Expr& place = call.arguments[0].value;
     if (const auto* name = std::get_if<ast::Name>(&place->kind)) {
       interp.field = name->name;

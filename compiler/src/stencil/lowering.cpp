@@ -107,7 +107,7 @@ std::string Lowering::field_beside(const std::string& state, const std::string& 
 
 Discretiser Lowering::discretiser(Reading reading, const std::vector<Let>& taken) const {
   model::Scheme scheme = problem_.scheme;
-  if (scheme.advect == model::Advection::semi_lagrangian) {
+  if (model::follows_flow(scheme.advect)) {
     scheme.advect = model::Advection::central;
     scheme.advect_order = 2;
   }

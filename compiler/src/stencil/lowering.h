@@ -36,7 +36,7 @@ class Lowering {
   /// A new field with no boundary of its own, as u_exact.
   std::string fresh_field(const std::string& wish) { return names_.fresh(wish); }
 
-  /// Semi-Lagrangian transport is no difference: where it was chosen, an advect that is left is central(2).
+  /// Transport along the flow is no difference: where it was chosen, an advect that is left is central(2).
   /// Lets get other names than those of `taken`.
   Discretiser discretiser(Reading reading = {}, const std::vector<Let>& taken = {}) const;
 

@@ -56,11 +56,7 @@ class ExprPrinter {
   }
 
   std::string interp_text(const Interp& i) const {
-    std::string name = "interp";
-    for (int axis = 0; axis < rank_; ++axis) {
-      if (i.slope[axis]) name += fmt::format("{}d{}", name == "interp" ? "_" : "", axis_names[axis]);
-    }
-    return fmt::format("{}({}, {})", name, access_text(i.field, i.offset, rank_), list(i.displacement));
+    return fmt::format("{}({}, {})", interp_name(i.along), access_text(i.field, i.offset, rank_), list(i.displacement));
   }
 
  private:

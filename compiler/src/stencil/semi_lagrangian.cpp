@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/semi_lagrangian.h"
 
+#include <algorithm>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -89,30 +91,146 @@ void check_state(const model::State& state, DiagnosticSink& sink) {
   }
 }
 
-/// `value` with its interpolations along `axis` and those behind it made cubic.
-Expr cubic(const Interp& value, const std::vector<model::Axis>& axes, std::size_t axis) {
-  if (axis == axes.size()) return interp(value);
-  if (axes[axis].topology == Topology::bounded) return cubic(value, axes, axis + 1);
-  const auto slope = [&](int cells) {
-    Interp moved = value;
-    moved.offset[axis] += cells;
-    moved.slope[axis] = true;
-    return cubic(moved, axes, axis + 1);
-  };
-  const Expr f = call(Fn::fraction, {value.displacement[axis]});
-  const Expr middle = slope(0), left = middle - slope(-1), right = slope(1) - middle;
-  return cubic(value, axes, axis + 1) - f * (1.0 - f) / 6.0 * ((2.0 - f) * left + (1.0 + f) * right);
+/// The way of the flow in a step, backwards or forwards, in cells.
+std::vector<Expr> way(const model::Advect& advect, bool backwards, Discretiser& at_point) {
+  std::vector<Expr> result;
+  for (int axis = 0; axis < static_cast<int>(advect.velocity.size()); ++axis) {
+    const Expr cells = param("dt") * at_point(advect.velocity[axis]) / spacing(axis);
+    result.push_back(backwards ? -cells : cells);
+  }
+  return result;
 }
 
-Expr arrival_value(const model::Advect& advect, const std::string& field, const Lowering& lowering, Discretiser& at_point) {
-  const bool is_cubic = lowering.problem().scheme.advect_order == 3;
-  Interp value;
-  value.field = field;
-  for (int axis = 0; axis < static_cast<int>(advect.velocity.size()); ++axis) {
-    const Expr displacement = -(param("dt") * at_point(advect.velocity[axis]) / spacing(axis));
-    value.displacement.push_back(is_cubic ? at_point.shared("departure_" + axis_letter(axis), displacement) : displacement);
+std::vector<Expr> shared_way(const std::string& wish, std::vector<Expr> way, Discretiser& at_point) {
+  for (std::size_t axis = 0; axis < way.size(); ++axis) {
+    way[axis] = at_point.shared(wish + "_" + axis_letter(static_cast<int>(axis)), way[axis]);
   }
-  return is_cubic ? cubic(value, lowering.problem().axes, 0) : interp(value);
+  return way;
+}
+
+Expr taken(const std::string& field, const std::vector<Expr>& way, Along along) {
+  Interp value{field, {}, way, {}};
+  std::fill_n(value.along.begin(), way.size(), along);
+  return interp(value);
+}
+
+/// The least and the greatest of the corners of the cell that `way` leads to.
+struct Bounds {
+  Expr least, greatest;
+};
+
+Bounds bounds_at(const std::string& field, const std::vector<Expr>& way, Discretiser& at_point) {
+  std::optional<Bounds> bounds;
+  for (int corner = 0; corner < 1 << way.size(); ++corner) {
+    Interp read{field, {}, way, {}};
+    for (std::size_t axis = 0; axis < way.size(); ++axis) read.along[axis] = corner >> axis & 1 ? Along::upper : Along::lower;
+    const Expr value = at_point.shared(field + "_corner", interp(read));
+    if (!bounds) {
+      bounds = {value, value};
+      continue;
+    }
+    bounds = {at_point.shared(field + "_least", call(Fn::min, {bounds->least, value})),
+              at_point.shared(field + "_greatest", call(Fn::max, {bounds->greatest, value}))};
+  }
+  return *bounds;
+}
+
+/// `value` where neither way leads beyond a wall, else 0.
+Expr within_walls(Expr value, const std::vector<model::Axis>& axes, const std::vector<Expr>& back, const std::vector<Expr>& forth) {
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis].topology == Topology::periodic) continue;
+    const Expr place = access(axis_letter(static_cast<int>(axis)));
+    const Expr room = call(Fn::min, {place - axes[axis].low, axes[axis].high - place}) / spacing(static_cast<int>(axis));
+    const Expr longest = call(Fn::max, {call(Fn::abs, {back[axis]}), call(Fn::abs, {forth[axis]})});
+    value = select(binary(BinaryOp::less_equal, longest, room), value, 0.0);
+  }
+  return value;
+}
+
+/// What the states are called in the parts of a step.
+using Fields = std::map<std::string, std::string>;
+
+std::string name_in(const Fields& fields, const std::string& state) {
+  const auto found = fields.find(state);
+  return found == fields.end() ? state : found->second;
+}
+
+/// All terms but transport, by the time integrator; `mid` gets the names of the fields that hold the states then.
+std::vector<Stage> stages_of_terms(Lowering& lowering, Fields& mid) {
+  std::vector<Advance> advances;
+  for (const model::State& state : lowering.problem().states) {
+    const std::optional<model::Expr> terms = without_transport(*state.rhs);
+    if (!terms || model::is_constant(*terms, 0)) continue;
+    mid[state.name] = lowering.field_beside(state.name, "mid");
+    advances.push_back({state.name, *terms, mid[state.name], state.origin});
+  }
+  if (advances.empty()) return {};
+  const std::string& scene = lowering.problem().scene;
+  return time_stages(lowering, advances, scene + "_terms", scene);
+}
+
+Stage semi_lagrangian_stage(const Lowering& lowering, const Fields& mid, const std::vector<std::string>& into) {
+  const model::Problem& problem = lowering.problem();
+  Reading reading;
+  reading.fields = mid;
+  reading.time = param("t") + param("dt");
+  Discretiser at_point = lowering.discretiser(reading);
+  Kernel kernel = lowering.kernel(problem.scene + "_advect");
+  const Along along = problem.scheme.advect_order == 3 ? Along::cubic : Along::linear;
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    const model::State& state = problem.states[i];
+    const std::string field = name_in(mid, state.name);
+    const model::Advect* transport = find_transport(state);
+    const Expr value = transport ? taken(field, way(*transport, true, at_point), along) : access(field);
+    kernel.stores.push_back({into[i], false, value, state.origin});
+  }
+  return Lowering::stage(std::move(kernel), at_point, reading.time);
+}
+
+/// The step forwards of MacCormack; `ahead` gets the names of its results.
+Stage prediction(Lowering& lowering, const Fields& mid, Fields& ahead) {
+  const model::Problem& problem = lowering.problem();
+  Discretiser at_point = lowering.discretiser();
+  Kernel kernel = lowering.kernel(problem.scene + "_advect");
+  ahead = mid;
+  for (const model::State& state : problem.states) {
+    const model::Advect* transport = find_transport(state);
+    if (!transport) continue;
+    ahead[state.name] = lowering.field_beside(state.name, "ahead");
+    const Expr value = taken(name_in(mid, state.name), way(*transport, true, at_point), Along::linear);
+    kernel.stores.push_back({ahead[state.name], false, value, state.origin});
+  }
+  return Lowering::stage(std::move(kernel), at_point, param("t") + param("dt"));
+}
+
+/// The step backwards and the correction by half of what it leaves.
+Stage correction(const Lowering& lowering, const Fields& mid, const Fields& ahead, const std::vector<std::string>& into) {
+  const model::Problem& problem = lowering.problem();
+  Discretiser at_point = lowering.discretiser();
+  std::vector<std::vector<Expr>> back;
+  for (const model::State& state : problem.states) {
+    const model::Advect* transport = find_transport(state);
+    back.push_back(transport ? shared_way("back", way(*transport, true, at_point), at_point) : std::vector<Expr>{});
+  }
+  Reading reading;
+  reading.fields = ahead;
+  reading.time = param("t") + param("dt");
+  at_point.read(reading);
+  Kernel kernel = lowering.kernel(problem.scene + "_correct");
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    const model::State& state = problem.states[i];
+    const std::string field = name_in(mid, state.name), predicted = name_in(ahead, state.name);
+    Expr value = access(field);
+    if (const model::Advect* transport = find_transport(state)) {
+      const std::vector<Expr> forth = shared_way("forth", way(*transport, false, at_point), at_point);
+      const Expr error = (value - taken(predicted, forth, Along::linear)) / 2.0;
+      const Expr corrected = access(predicted) + within_walls(error, problem.axes, back[i], forth);
+      const Bounds bounds = bounds_at(field, back[i], at_point);
+      value = call(Fn::min, {bounds.greatest, call(Fn::max, {corrected, bounds.least})});
+    }
+    kernel.stores.push_back({into[i], false, value, state.origin});
+  }
+  return Lowering::stage(std::move(kernel), at_point, reading.time);
 }
 
 }  // namespace
@@ -124,30 +242,15 @@ void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink) 
 }
 
 std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<std::string>& into) {
-  const std::vector<model::State>& states = lowering.problem().states;
-  std::vector<Advance> advances;
-  Reading reading;
-  for (const model::State& state : states) {
-    const std::optional<model::Expr> terms = without_transport(*state.rhs);
-    if (!terms || model::is_constant(*terms, 0)) continue;
-    reading.fields[state.name] = lowering.field_beside(state.name, "mid");
-    advances.push_back({state.name, *terms, reading.fields[state.name], state.origin});
+  Fields mid, ahead;
+  std::vector<Stage> stages = stages_of_terms(lowering, mid);
+  if (lowering.problem().scheme.advect == model::Advection::semi_lagrangian) {
+    stages.push_back(semi_lagrangian_stage(lowering, mid, into));
+  } else {
+    Stage first = prediction(lowering, mid, ahead);
+    if (!first.kernel.stores.empty()) stages.push_back(std::move(first));
+    stages.push_back(correction(lowering, mid, ahead, into));
   }
-  const std::string& scene = lowering.problem().scene;
-  std::vector<Stage> stages;
-  if (!advances.empty()) stages = time_stages(lowering, advances, scene + "_terms", scene);
-
-  reading.time = param("t") + param("dt");
-  Discretiser at_point = lowering.discretiser(reading);
-  Kernel kernel = lowering.kernel(scene + "_advect");
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const auto found = reading.fields.find(states[i].name);
-    const std::string field = found == reading.fields.end() ? states[i].name : found->second;
-    const model::Advect* transport = find_transport(states[i]);
-    const Expr value = transport ? arrival_value(*transport, field, lowering, at_point) : access(field);
-    kernel.stores.push_back({into[i], false, value, states[i].origin});
-  }
-  stages.push_back(Lowering::stage(std::move(kernel), at_point, reading.time));
   return stages;
 }
 

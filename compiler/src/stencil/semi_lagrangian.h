@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport along characteristics, split from the other terms. First the other terms advance every state to u_mid by
-// the time integrator; then u_next is u_mid interpolated where the flow comes from: one Euler step back from
-// the arrival point, with the velocity of the states just advanced.
+// Transport along the flow, split from the other terms. First the other terms advance every state to u_mid by the time
+// integrator; then u_next is what the flow brings, in one of two ways.
 //
-// Interpolation is linear, or cubic along periodic axes: with f the place between two cells and d the second difference of
-// a cell, linear - f (1 - f)/6 ((2 - f) d_left + (1 + f) d_right) is Lagrange's cubic (Everett's form). Second differences
-// are those of the slopes of linear interpolations one cell apart, so that derivatives and scatters are those of Interp;
-// the derivative through the place is that of the cubic, at a cell of the one to its right. Along bounded axes it is linear.
+// semi_lagrangian: u_mid interpolated where the flow comes from, one Euler step back from the arrival point, with the velocity
+// of the states just advanced. Linear, or cubic along every axis.
+//
+// maccormack (Selle, Fedkiw, Kim, Liu, Rossignac 2008): u_ahead = A(u_mid) by linear interpolation; the same step backwards,
+// A'(u_ahead), should give u_mid again, so that half of what it misses is the error of A:
+//   u_next = u_ahead + (u_mid - A'(u_ahead))/2, clamped to the corners of the cell of u_mid that A has read.
+// A goes with the velocity at t, A' with that at t + dt (of the states ahead): of order 2 also where the flow varies in time or
+// carries itself. Where one of the ways leads beyond a wall, A' says nothing about A, and u_ahead stays.
 #pragma once
 
 #include <vector>

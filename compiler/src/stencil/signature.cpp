@@ -37,7 +37,7 @@ void add_leaf(Signature& s, const Expr& e, int rank) {
   } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
     Signature::Read& read = read_of(s, i->field);
     read.interpolated = true;
-    for (int axis = 0; axis < rank; ++axis) read.halo[axis] = std::max(read.halo[axis], 1);
+    for (int axis = 0; axis < rank; ++axis) read.halo[axis] = std::max(read.halo[axis], reach_of(i->along[axis]));
   }
 }
 
@@ -80,14 +80,13 @@ Halo on_bounded_axes(const Program& program, int cells) {
   return halo;
 }
 
-void add_read_halo(std::map<std::string, Halo>& result, const Expr& e, const Halo& grown, const Halo& one) {
+void add_read_halo(std::map<std::string, Halo>& result, const Expr& e, const Halo& grown, const Program& program) {
   if (const Access* a = std::get_if<Access>(&e->kind)) {
     Halo needed = grown;
     for (int axis = 0; axis < max_rank; ++axis) needed[axis] += std::abs(a->offset[axis]);
     widen(result[a->field], needed);
   } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
-    // The position is clamped, so that neither the offset nor a grown region asks for more than one cell.
-    widen(result[i->field], one);
+    widen(result[i->field], on_bounded_axes(program, reach_of(*i, program.axes)));
   }
 }
 
@@ -165,6 +164,14 @@ std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::f
   return axes;
 }
 
+int reach_of(const Interp& i, const std::vector<Topology>& axes) {
+  int reach = 0;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis] == Topology::bounded) reach = std::max(reach, reach_of(i.along[axis]));
+  }
+  return reach;
+}
+
 Signature signature(const Kernel& kernel) {
   Signature s;
   const auto add = [&](const Expr& e) { visit(e, [&](const Expr& part) { add_leaf(s, part, kernel.rank); }); };
@@ -213,16 +220,15 @@ Interface interface_of(const Module& module, const Program& program) {
 
 std::map<std::string, Halo> required_halo(const Module& module, const Program& program) {
   std::map<std::string, Halo> result;
-  const Halo one = on_bounded_axes(program, 1);
   const auto add_run = [&](const Run& run) {
     const Kernel& kernel = kernel_of(module, run);
     const Halo grown = on_bounded_axes(program, run.grow);
     map_kernel(kernel, [&](const Expr& e) {
-      visit(e, [&](const Expr& part) { add_read_halo(result, part, grown, one); });
+      visit(e, [&](const Expr& part) { add_read_halo(result, part, grown, program); });
       return e;
     });
     for (const Store& store : kernel.stores) widen(result[store.field], grown);
-    for (const Scatter& scatter : kernel.scatters) widen(result[scatter.target.field], one);
+    for (const Scatter& scatter : kernel.scatters) widen(result[scatter.target.field], on_bounded_axes(program, reach_of(scatter.target, program.axes)));
   };
   for (const Statement& statement : program.body) {
     match(

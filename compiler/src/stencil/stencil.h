@@ -32,10 +32,13 @@
 //    A NaN makes the result NaN. m is a field like any other: its halo is what a fill makes of it.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
-//  - interp(u, d): multilinear interpolation of u at the point displaced by `offset` and then d (in cells, one value an
-//    axis). With f = d - floor(d): along a periodic axis the cell index wraps; along a bounded axis the position is
-//    clamped to [-1/2, n-1/2], so that the first halo cell is read at most. slope[a] replaces the interpolation along a
-//    by its derivative u[j+1] - u[j] (the right-hand one where d is an integer; 0 where the position was clamped).
+//  - interp(u, d): interpolation of u at the point displaced by `offset` and then d (in cells, one value an axis). The
+//    place lies f = d - floor(d) beyond the cell j; along a periodic axis the cell index wraps; along a bounded axis the
+//    position is clamped to [-1/2, n-1/2] (j = -1 or n-1, f = 1/2). along[a] says what is taken along axis a:
+//    linear: (1-f) u[j] + f u[j+1]. lower: u[j]. upper: u[j+1]. cubic: Lagrange's polynomial through u[j-1] to u[j+2],
+//    with the weights -f(1-f)(2-f)/6, (1+f)(1-f)(2-f)/2, f(1+f)(2-f)/2, -f(1-f)(1+f)/6. slope: the derivative of linear
+//    by d; cubic_slope, cubic_bend, cubic_third: those of cubic (the right-hand ones where d is an integer; 0 where the
+//    position was clamped). Cubics read two halo cells at most, the others one.
 //  - sums: name += value, added over all points of the region; they start at 0 when the program starts.
 //  - Parameters hx, hy, hz (spacing), dt, t (time at the start of the step) and cells (number of cells of the
 //    grid) are bound by the scene; the fields x, y, z are the cells' coordinates, halo included.
@@ -97,7 +100,7 @@ struct Interp {
   std::string field;
   Offset offset{};
   std::vector<Expr> displacement;  // one an axis
-  std::array<bool, max_rank> slope{};
+  std::array<Along, max_rank> along{};
   bool operator==(const Interp&) const = default;
 };
 struct Inside {

@@ -28,7 +28,7 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
       e->kind, [&](const Literal&) { return e; }, [&](const Param&) { return e; }, [&](const Local&) { return e; },
       [&](const Access&) { return e; }, [&](const Inside&) { return e; },
       [&](const Interp& i) {
-        return interp({i.field, i.offset, map_all(i.displacement, f), i.slope});
+        return interp({i.field, i.offset, map_all(i.displacement, f), i.along});
       },
       [&](const Neg& n) { return -f(n.operand); },
       [&](const Binary& b) {
@@ -71,7 +71,7 @@ Expr shift(const Expr& e, Offset k, const std::function<std::string(const std::s
   if (const Access* a = std::get_if<Access>(&e->kind)) return access(a->field, moved(a->offset, k));
   if (const Inside* i = std::get_if<Inside>(&e->kind)) return inside(moved(i->offset, k), i->grow);
   if (const Interp* i = std::get_if<Interp>(&e->kind)) {
-    return interp({i->field, moved(i->offset, k), map_all(i->displacement, below), i->slope});
+    return interp({i->field, moved(i->offset, k), map_all(i->displacement, below), i->along});
   }
   return map_children(e, below);
 }
@@ -88,7 +88,7 @@ Expr rename_fields(const Expr& e, const std::function<std::string(const std::str
   const auto below = [&](const Expr& child) { return rename_fields(child, rename); };
   if (const Access* a = std::get_if<Access>(&e->kind)) return access(rename(a->field), a->offset);
   if (const Interp* i = std::get_if<Interp>(&e->kind)) {
-    return interp({rename(i->field), i->offset, map_all(i->displacement, below), i->slope});
+    return interp({rename(i->field), i->offset, map_all(i->displacement, below), i->along});
   }
   return map_children(e, below);
 }

@@ -49,7 +49,7 @@ class KernelCheck {
       problem("interpolates {} with {} displacements", i.field, i.displacement.size());
     }
     for (int axis = kernel_.rank; axis < max_rank; ++axis) {
-      if (i.slope[axis]) problem("takes the slope of {} along an axis it does not have", i.field);
+      if (i.along[axis] != Along::linear) problem("takes a slope of {} along an axis it does not have", i.field);
     }
   }
 

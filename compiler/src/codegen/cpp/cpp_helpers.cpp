@@ -16,10 +16,14 @@ namespace {
 struct Uses {
   bool math = false, minimum = false, maximum = false, sign = false, fraction = false, inside = false, periodic = false, bounded = false;
   std::array<bool, loop::max_rank + 1> interp{}, scatter{};  // by rank
+  std::array<bool, along_count> along{};
 };
 
-void add_axes(Uses& uses, const loop::Row& row) {
-  for (const Topology topology : row.axes) (topology == Topology::periodic ? uses.periodic : uses.bounded) = true;
+void add_place(Uses& uses, const loop::Row& row, const loop::Interp& interp) {
+  for (std::size_t axis = 0; axis < row.axes.size(); ++axis) {
+    (row.axes[axis] == Topology::periodic ? uses.periodic : uses.bounded) = true;
+    uses.along.at(static_cast<std::size_t>(interp.along[axis])) = true;
+  }
 }
 
 void add_expression(Uses& uses, const loop::Row* row, Precision real, const loop::Expr& e) {
@@ -36,9 +40,10 @@ void add_expression(Uses& uses, const loop::Row* row, Precision real, const loop
     uses.math = uses.math || (binary && binary->op == BinaryOp::power && !is_small_power(*binary)) ||
                 (literal && !std::isfinite(rounded(literal->value, real)));  // INFINITY and NAN are macros of <math.h>
     uses.inside = uses.inside || std::holds_alternative<loop::Inside>(part->kind);
-    if (row && std::holds_alternative<loop::Interp>(part->kind)) {
+    const loop::Interp* interp = std::get_if<loop::Interp>(&part->kind);
+    if (row && interp) {
       uses.interp.at(row->rank) = true;
-      add_axes(uses, *row);
+      add_place(uses, *row, *interp);
     }
   });
 }
@@ -50,9 +55,10 @@ void add_uniforms(Uses& uses, const loop::Module& module) {
 void add_rows(Uses& uses, const loop::Module& module) {
   for (const loop::Row& row : module.rows) {
     loop::for_each_expression(row, [&](const loop::Expr& e) { add_expression(uses, &row, module.real, e); });
-    if (row.scatters.empty()) continue;
-    uses.scatter.at(row.rank) = true;
-    add_axes(uses, row);
+    for (const loop::Scatter& scatter : row.scatters) {
+      uses.scatter.at(row.rank) = true;
+      add_place(uses, row, scatter.target);
+    }
   }
 }
 
@@ -79,11 +85,19 @@ static inline bool dpde_inside(int64_t place, int64_t cells, int64_t grow) {
 }
 )";
 
-constexpr std::string_view pair_text = R"(
-// Two neighbouring cells of an axis and what an interpolation takes of each.
-struct dpde_pair {
-  int64_t cell[2];
-  double weight[2];
+constexpr std::string_view place_text = R"(
+// A place on an axis: f of the way from cell[1] to cell[2]. rate is that of f by the displacement: 1, or 0 where the place was
+// clamped. A displacement that is no number makes f and rate NaN.
+struct dpde_place {
+  int64_t cell[4];
+  double f, rate;
+};
+
+// Cells of an axis and what an interpolation takes of each.
+template <int n>
+struct dpde_taps {
+  int64_t cell[n];
+  double weight[n];
 };
 
 // A number that may be anything, NaN included, as a cell in [low, high].
@@ -91,56 +105,112 @@ static inline int64_t dpde_between(double cell, double low, double high) {
   const double at_least = cell > low ? cell : low;
   return (int32_t)(at_least < high ? at_least : high);
 }
-
-// Weights 1-f and f or, for the slope, -1 and 1 (0 and 0 where the place was clamped); NaN where f is.
-static inline dpde_pair dpde_weigh(int64_t low, int64_t high, double f, bool clamped, bool slope) {
-  const double rate = f != f ? f : clamped ? 0.0 : 1.0;
-  return {{low, high}, {slope ? -rate : 1.0 - f, slope ? rate : f}};
-}
 )";
 
 constexpr std::string_view periodic_text = R"(
-// Between which cells of a periodic axis the point `at` displaced by d cells lies.
-static inline dpde_pair dpde_periodic(int64_t at, double d, int64_t cells, bool slope) {
+// Where on a periodic axis the point `at` displaced by d cells lies.
+static inline dpde_place dpde_periodic(int64_t at, double d, int64_t cells) {
   const double whole = floor(d), n = (double)cells;
-  const double place = (double)at + whole;
+  const double place = (double)at + whole, f = d - whole;
   const int64_t low = dpde_between(place - n*floor(place/n), 0.0, n - 1.0);
-  return dpde_weigh(low, low + 1 == cells ? 0 : low + 1, d - whole, false, slope);
+  const int64_t high = low + 1 == cells ? 0 : low + 1;
+  return {{(low == 0 ? cells : low) - 1, low, high, high + 1 == cells ? 0 : high + 1}, f, f != f ? f : 1.0};
 }
 )";
 
 constexpr std::string_view bounded_text = R"(
 // The same for a bounded axis: places are clamped to [-1/2, cells - 1/2], half-way into the first halo cell.
-static inline dpde_pair dpde_bounded(int64_t at, double d, int64_t cells, bool slope) {
+static inline dpde_place dpde_bounded(int64_t at, double d, int64_t cells) {
   const double whole = floor(d), n = (double)cells;
   const double place = (double)at + whole, f = d - whole;
   const bool clamped = (f < -0.5 - place) | (f > n - 0.5 - place);  // no branch: the loop around must vectorise
   const int64_t low = dpde_between(place, -1.0, n - 1.0);
-  return dpde_weigh(low, low + 1, clamped ? 0.5 : f, clamped, slope);
+  return {{low - 1, low, low + 1, low + 2}, clamped ? 0.5 : f, f != f ? f : clamped ? 0.0 : 1.0};
 }
 )";
 
+struct AlongText {
+  std::string_view name, text;
+};
+
+constexpr std::array<AlongText, along_count> along_texts = {{
+    {"dpde_linear", R"(
+static inline dpde_taps<2> dpde_linear(dpde_place p) { return {{p.cell[1], p.cell[2]}, {1.0 - p.f, p.f}}; }
+)"},
+    {"dpde_slope", R"(
+// The derivative of dpde_linear.
+static inline dpde_taps<2> dpde_slope(dpde_place p) { return {{p.cell[1], p.cell[2]}, {-p.rate, p.rate}}; }
+)"},
+    {"dpde_lower", R"(
+static inline dpde_taps<1> dpde_lower(dpde_place p) { return {{p.cell[1]}, {p.f != p.f ? p.f : 1.0}}; }
+)"},
+    {"dpde_upper", R"(
+static inline dpde_taps<1> dpde_upper(dpde_place p) { return {{p.cell[2]}, {p.f != p.f ? p.f : 1.0}}; }
+)"},
+    {"dpde_cubic", R"(
+// Lagrange's polynomial through four cells.
+static inline dpde_taps<4> dpde_cubic(dpde_place p) {
+  const double f = p.f, g = 1.0 - f;
+  return {{p.cell[0], p.cell[1], p.cell[2], p.cell[3]},
+          {-f*g*(2.0 - f)/6.0, (1.0 + f)*g*(2.0 - f)/2.0, f*(1.0 + f)*(2.0 - f)/2.0, -f*g*(1.0 + f)/6.0}};
+}
+)"},
+    {"dpde_cubic_slope", R"(
+// The derivative of dpde_cubic.
+static inline dpde_taps<4> dpde_cubic_slope(dpde_place p) {
+  const double f = p.f, s = p.rate/6.0;
+  return {{p.cell[0], p.cell[1], p.cell[2], p.cell[3]},
+          {s*((6.0 - 3.0*f)*f - 2.0), s*((9.0*f - 12.0)*f - 3.0), s*((6.0 - 9.0*f)*f + 6.0), s*(3.0*f*f - 1.0)}};
+}
+)"},
+    {"dpde_cubic_bend", R"(
+// Its second derivative.
+static inline dpde_taps<4> dpde_cubic_bend(dpde_place p) {
+  const double f = p.f, s = p.rate;
+  return {{p.cell[0], p.cell[1], p.cell[2], p.cell[3]}, {s*(1.0 - f), s*(3.0*f - 2.0), s*(1.0 - 3.0*f), s*f}};
+}
+)"},
+    {"dpde_cubic_third", R"(
+// Its third derivative.
+static inline dpde_taps<4> dpde_cubic_third(dpde_place p) {
+  const double s = p.rate;
+  return {{p.cell[0], p.cell[1], p.cell[2], p.cell[3]}, {-s, 3.0*s, -3.0*s, s}};
+}
+)"},
+}};
+
 constexpr std::array<std::string_view, loop::max_rank + 1> interp_text = {"", R"(
-static inline double dpde_interp_1(const double* u, dpde_pair x) {
-  return x.weight[0]*u[x.cell[0]] + x.weight[1]*u[x.cell[1]];
+template <int nx>
+static inline double dpde_interp_1(const double* u, dpde_taps<nx> x) {
+  double sum = x.weight[0]*u[x.cell[0]];
+  for (int i = 1; i < nx; ++i) sum += x.weight[i]*u[x.cell[i]];
+  return sum;
 }
 )",
                                                                           R"(
-static inline double dpde_interp_2(const double* u, dpde_pair x, dpde_pair y, int64_t stride_y) {
-  const double* low = u + y.cell[0]*stride_y;
-  const double* high = u + y.cell[1]*stride_y;
-  return y.weight[0]*(x.weight[0]*low[x.cell[0]] + x.weight[1]*low[x.cell[1]]) +
-         y.weight[1]*(x.weight[0]*high[x.cell[0]] + x.weight[1]*high[x.cell[1]]);
+template <int nx, int ny>
+static inline double dpde_interp_2(const double* u, dpde_taps<nx> x, dpde_taps<ny> y, int64_t stride_y) {
+  double sum = 0.0;
+  for (int j = 0; j < ny; ++j) {
+    const double* along = u + y.cell[j]*stride_y;
+    double row = x.weight[0]*along[x.cell[0]];
+    for (int i = 1; i < nx; ++i) row += x.weight[i]*along[x.cell[i]];
+    sum += y.weight[j]*row;
+  }
+  return sum;
 }
 )",
                                                                           R"(
-static inline double dpde_interp_3(const double* u, dpde_pair x, dpde_pair y, dpde_pair z, int64_t stride_y,
+template <int nx, int ny, int nz>
+static inline double dpde_interp_3(const double* u, dpde_taps<nx> x, dpde_taps<ny> y, dpde_taps<nz> z, int64_t stride_y,
                                    int64_t stride_z) {
   double sum = 0.0;
-  for (int k = 0; k < 2; ++k) {
-    for (int j = 0; j < 2; ++j) {
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
       const double* along = u + y.cell[j]*stride_y + z.cell[k]*stride_z;
-      sum += z.weight[k]*y.weight[j]*(x.weight[0]*along[x.cell[0]] + x.weight[1]*along[x.cell[1]]);
+      double row = x.weight[0]*along[x.cell[0]];
+      for (int i = 1; i < nx; ++i) row += x.weight[i]*along[x.cell[i]];
+      sum += z.weight[k]*y.weight[j]*row;
     }
   }
   return sum;
@@ -148,25 +218,28 @@ static inline double dpde_interp_3(const double* u, dpde_pair x, dpde_pair y, dp
 )"};
 
 constexpr std::array<std::string_view, loop::max_rank + 1> scatter_text = {"", R"(
-static inline void dpde_scatter_1(double* u, double value, dpde_pair x) {
-  for (int i = 0; i < 2; ++i) u[x.cell[i]] += x.weight[i]*value;
+template <int nx>
+static inline void dpde_scatter_1(double* u, double value, dpde_taps<nx> x) {
+  for (int i = 0; i < nx; ++i) u[x.cell[i]] += x.weight[i]*value;
 }
 )",
                                                                            R"(
-static inline void dpde_scatter_2(double* u, double value, dpde_pair x, dpde_pair y, int64_t stride_y) {
-  for (int j = 0; j < 2; ++j) {
+template <int nx, int ny>
+static inline void dpde_scatter_2(double* u, double value, dpde_taps<nx> x, dpde_taps<ny> y, int64_t stride_y) {
+  for (int j = 0; j < ny; ++j) {
     double* along = u + y.cell[j]*stride_y;
-    for (int i = 0; i < 2; ++i) along[x.cell[i]] += x.weight[i]*y.weight[j]*value;
+    for (int i = 0; i < nx; ++i) along[x.cell[i]] += x.weight[i]*y.weight[j]*value;
   }
 }
 )",
                                                                            R"(
-static inline void dpde_scatter_3(double* u, double value, dpde_pair x, dpde_pair y, dpde_pair z, int64_t stride_y,
-                                  int64_t stride_z) {
-  for (int k = 0; k < 2; ++k) {
-    for (int j = 0; j < 2; ++j) {
+template <int nx, int ny, int nz>
+static inline void dpde_scatter_3(double* u, double value, dpde_taps<nx> x, dpde_taps<ny> y, dpde_taps<nz> z,
+                                  int64_t stride_y, int64_t stride_z) {
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
       double* along = u + y.cell[j]*stride_y + z.cell[k]*stride_z;
-      for (int i = 0; i < 2; ++i) along[x.cell[i]] += x.weight[i]*y.weight[j]*z.weight[k]*value;
+      for (int i = 0; i < nx; ++i) along[x.cell[i]] += x.weight[i]*y.weight[j]*z.weight[k]*value;
     }
   }
 }
@@ -182,9 +255,10 @@ std::string text_of(const Uses& uses) {
   add(uses.sign, sign_text);
   add(uses.fraction, fraction_text);
   add(uses.inside, inside_text);
-  add(uses.periodic || uses.bounded, pair_text);
+  add(uses.periodic || uses.bounded, place_text);
   add(uses.periodic, periodic_text);
   add(uses.bounded, bounded_text);
+  for (std::size_t a = 0; a < along_texts.size(); ++a) add(uses.along[a], along_texts[a].text);
   for (int rank = 1; rank <= loop::max_rank; ++rank) {
     add(uses.interp[rank], interp_text[rank]);
     add(uses.scatter[rank], scatter_text[rank]);
@@ -211,6 +285,8 @@ std::string in_single_precision(const std::string& text) {
 }
 
 }  // namespace
+
+std::string_view cpp_taps(Along along) { return along_texts.at(static_cast<std::size_t>(along)).name; }
 
 bool needs_math(const loop::Module& module) {
   Uses uses;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "codegen/cpp/cpp_expression.h"
+#include "codegen/cpp/cpp_helpers.h"
 #include "codegen/cpp/cpp_names.h"
 #include "codegen/cpp/emit_cpp.h"
 #include "loop/expressions.h"
@@ -80,7 +81,7 @@ class RowEmitter {
   std::string mask_name(const loop::Inside& mask) const;
   std::string mask_test(const loop::Inside& mask, int axis) const;
   std::string row_mask(const loop::Inside& mask) const;
-  std::string pairs(const loop::Interp& i, const std::vector<std::string>& displacement) const;
+  std::string taps(const loop::Interp& i, const std::vector<std::string>& displacement) const;
   std::string strides() const;
 
   std::string head() const;
@@ -117,7 +118,7 @@ void RowEmitter::set_leaves() {
   }
   leaves_.inside = [this](const loop::Inside& mask) { return mask_name(mask); };
   leaves_.interp = [this](const loop::Interp& i, const std::vector<std::string>& displacement) {
-    return fmt::format("dpde_interp_{}({}, {}{})", row_.rank, names_.grids[i.grid], pairs(i, displacement), strides());
+    return fmt::format("dpde_interp_{}({}, {}{})", row_.rank, names_.grids[i.grid], taps(i, displacement), strides());
   };
   for (const loop::Let& let : row_.lets) leaves_.let_is_truth.push_back(expression_.is_truth(let.value));
 }
@@ -153,13 +154,13 @@ std::string RowEmitter::row_mask(const loop::Inside& mask) const {
   return fmt::format("{}", fmt::join(tests, " && "));
 }
 
-/// One dpde_pair an axis.
-std::string RowEmitter::pairs(const loop::Interp& i, const std::vector<std::string>& displacement) const {
+/// One dpde_taps an axis.
+std::string RowEmitter::taps(const loop::Interp& i, const std::vector<std::string>& displacement) const {
   std::vector<std::string> texts;
   for (int axis = 0; axis < row_.rank; ++axis) {
     const std::string place = axis == 0 ? "first + i" : fmt::format("place_{}", axis_names[axis]);
-    texts.push_back(fmt::format("dpde_{}({}, {}, cells_{}, {})", is_bounded(axis) ? "bounded" : "periodic",
-                                plus(place, i.offset[axis]), displacement[axis], axis_names[axis], i.slope[axis]));
+    texts.push_back(fmt::format("{}(dpde_{}({}, {}, cells_{}))", cpp_taps(i.along[axis]), is_bounded(axis) ? "bounded" : "periodic",
+                                plus(place, i.offset[axis]), displacement[axis], axis_names[axis]));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
 }
@@ -253,7 +254,7 @@ std::string RowEmitter::loop() const {
     std::vector<std::string> displacement;
     for (const loop::Expr& d : scatter.target.displacement) displacement.push_back(expression_.number(d));
     out += fmt::format("    dpde_scatter_{}({}, {}, {}{});\n", row_.rank, names_.grids[scatter.target.grid],
-                       expression_.number(scatter.value), pairs(scatter.target, displacement), strides());
+                       expression_.number(scatter.value), taps(scatter.target, displacement), strides());
   }
   return out + "  }\n";
 }

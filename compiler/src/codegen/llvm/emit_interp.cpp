@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Multilinear interpolation at computed places and its transpose. Along every axis the point lies between two cells;
-// the value is the sum over their 2^rank combinations of value times the weights along the axes.
+// Interpolation at computed places and its transpose. Along every axis a few cells around the place have weights; the value
+// is the sum over their combinations of value times the weights along the axes.
 #include <llvm/IR/Intrinsics.h>
 
 #include "codegen/llvm/emit_place.h"
@@ -14,101 +14,120 @@ llvm::Value* PlaceEmitter::between(llvm::Value* cell, llvm::Value* low, llvm::Va
   return body_.CreateSExt(body_.CreateFPToSI(at_most, body_.getInt32Ty()), body_.getInt64Ty());
 }
 
-PlaceEmitter::Pair PlaceEmitter::weigh(const Spot& spot, bool slope) {
-  Pair result;
-  if (!slope) {
-    result.weight = {body_.CreateFSub(real(1), spot.fraction), spot.fraction};
-    return result;
-  }
-  // The weights -1 and 1 do not depend on the displacement, but one that is no place shall not go unseen.
-  llvm::Value* rate = spot.clamped == nullptr ? real(1) : body_.CreateSelect(spot.clamped, real(0), real(1));
-  llvm::Value* is_nan = body_.CreateFCmpUNO(spot.fraction, spot.fraction);
-  llvm::Value* one = body_.CreateSelect(is_nan, spot.fraction, rate);
-  result.weight = {body_.CreateFNeg(one), one};
-  return result;
-}
-
-PlaceEmitter::Pair PlaceEmitter::pair(int axis, int offset, llvm::Value* displacement, bool slope) {
-  llvm::Value* whole = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, displacement);
-  llvm::Value* start = cell_as_real(axis, offset);
+/// The cell below the place, and around it those that wrap.
+void PlaceEmitter::set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spot) {
   llvm::Value* count = cells_as_real(axis);
+  llvm::Value* turns = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, body_.CreateFDiv(low_cell, count));
   llvm::Value* last = before_.CreateFSub(count, real(1));
-  Spot spot{body_.CreateFAdd(start, whole), body_.CreateFSub(displacement, whole), nullptr};
+  llvm::Value* low = between(body_.CreateFSub(low_cell, body_.CreateFMul(turns, count)), real(0), last);
+  llvm::Value* zero = body_.getInt64(0);
   llvm::Value* one = body_.getInt64(1);
-  llvm::Value* low = nullptr;
-  llvm::Value* high = nullptr;
+  const auto after = [&](llvm::Value* cell) {
+    llvm::Value* next = body_.CreateNSWAdd(cell, one);
+    return body_.CreateSelect(body_.CreateICmpEQ(next, cells(axis)), zero, next);
+  };
+  llvm::Value* from = body_.CreateSelect(body_.CreateICmpEQ(low, zero), cells(axis), low);
+  llvm::Value* next = after(low);
+  spot.cells = {body_.CreateNSWSub(from, one), low, next, after(next)};
+}
+
+/// The position is clamped to [-1/2, n-1/2]: half-way between the outermost cell and its neighbour in the halo.
+/// The differences of cells are exact, so the decision is too; it is "no" where the fraction is NaN.
+void PlaceEmitter::set_bounded_cells(int axis, llvm::Value* low_cell, Spot& spot) {
+  llvm::Value* count = cells_as_real(axis);
+  llvm::Value* least = body_.CreateFSub(real(-0.5), low_cell);
+  llvm::Value* most = body_.CreateFSub(before_.CreateFSub(count, real(0.5)), low_cell);
+  llvm::Value* below = body_.CreateFCmpOLT(spot.fraction, least);
+  llvm::Value* above = body_.CreateFCmpOGT(spot.fraction, most);
+  llvm::Value* clamped = body_.CreateOr(below, above);
+  spot.fraction = body_.CreateSelect(clamped, real(0.5), spot.fraction);
+  spot.rate = body_.CreateSelect(clamped, real(0), real(1));
+  llvm::Value* low = between(low_cell, real(-1), before_.CreateFSub(count, real(1)));
+  for (int k = 0; k < 4; ++k) spot.cells.at(k) = body_.CreateNSWAdd(low, body_.getInt64(k - 1));
+}
+
+PlaceEmitter::Spot PlaceEmitter::spot(int axis, int offset, llvm::Value* displacement) {
+  llvm::Value* whole = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, displacement);
+  llvm::Value* low_cell = body_.CreateFAdd(cell_as_real(axis, offset), whole);
+  Spot result{{}, body_.CreateFSub(displacement, whole), real(1)};
   if (row_.axes.at(axis) == Topology::periodic) {
-    llvm::Value* turns = body_.CreateUnaryIntrinsic(llvm::Intrinsic::floor, body_.CreateFDiv(spot.low_cell, count));
-    low = between(body_.CreateFSub(spot.low_cell, body_.CreateFMul(turns, count)), real(0), last);
-    llvm::Value* next = body_.CreateNSWAdd(low, one);
-    high = body_.CreateSelect(body_.CreateICmpEQ(next, cells(axis)), body_.getInt64(0), next);
+    set_periodic_cells(axis, low_cell, result);
   } else {
-    // The position is clamped to [-1/2, n-1/2]: half-way between the outermost cell and its neighbour in the halo.
-    // The differences of cells are exact, so the decision is too; it is "no" where the fraction is NaN.
-    llvm::Value* least = body_.CreateFSub(real(-0.5), spot.low_cell);
-    llvm::Value* most = body_.CreateFSub(before_.CreateFSub(count, real(0.5)), spot.low_cell);
-    llvm::Value* below = body_.CreateFCmpOLT(spot.fraction, least);
-    llvm::Value* above = body_.CreateFCmpOGT(spot.fraction, most);
-    spot.clamped = body_.CreateOr(below, above);
-    spot.fraction = body_.CreateSelect(spot.clamped, real(0.5), spot.fraction);
-    low = between(spot.low_cell, real(-1), last);
-    high = body_.CreateNSWAdd(low, one);
-  }
-  Pair result = weigh(spot, slope);
-  result.element = {low, high};
-  if (axis > 0) {
-    for (llvm::Value*& element : result.element) element = body_.CreateNSWMul(element, stride(axis));
+    set_bounded_cells(axis, low_cell, result);
   }
   return result;
 }
 
-std::vector<PlaceEmitter::Pair> PlaceEmitter::pairs(const loop::Interp& interp,
-                                                    const std::vector<llvm::Value*>& displacement) {
-  std::vector<Pair> result;
+llvm::Value* PlaceEmitter::polynomial(const std::array<double, 4>& coefficients, llvm::Value* x) {
+  llvm::Value* result = nullptr;
+  for (int power = 3; power >= 0; --power) {
+    const double c = coefficients.at(power);
+    if (result != nullptr) result = body_.CreateFMul(result, x);
+    if (c == 0) continue;
+    result = result == nullptr ? real(c) : body_.CreateFAdd(result, real(c));
+  }
+  return result;
+}
+
+PlaceEmitter::Taps PlaceEmitter::weigh(const Spot& spot, Along along) {
+  // Where weights do not depend on the displacement, one that is no place shall not go unseen.
+  llvm::Value* is_nan = body_.CreateFCmpUNO(spot.fraction, spot.fraction);
+  llvm::Value* rate = body_.CreateSelect(is_nan, spot.fraction, is_derivative(along) ? spot.rate : real(1));
+  const AlongWeights weights = weights_of(along);
+  Taps taps;
+  for (int k = 0; k < 4; ++k) {
+    llvm::Value* weight = polynomial(weights.at(k), spot.fraction);
+    if (weight == nullptr) continue;
+    const bool sees_fraction = along == Along::linear || along == Along::cubic;
+    taps.push_back({spot.cells.at(k), sees_fraction ? weight : body_.CreateFMul(weight, rate)});
+  }
+  return taps;
+}
+
+std::vector<PlaceEmitter::Taps> PlaceEmitter::taps(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement) {
+  std::vector<Taps> result;
   for (int axis = 0; axis < row_.rank; ++axis) {
-    result.push_back(pair(axis, interp.offset.at(axis), displacement.at(axis), interp.slope.at(axis)));
+    result.push_back(weigh(spot(axis, interp.offset.at(axis), displacement.at(axis)), interp.along.at(axis)));
+    for (Tap& tap : result.back()) {
+      if (axis > 0) tap.element = body_.CreateNSWMul(tap.element, stride(axis));
+    }
   }
   return result;
 }
 
-/// Bit a of `corner` says which of the two cells along axis a.
-llvm::Value* PlaceEmitter::element_pointer(const std::vector<Pair>& pairs, int corner, llvm::Value* base) {
-  llvm::Value* element = nullptr;
-  for (int axis = row_.rank - 1; axis >= 0; --axis) {
-    llvm::Value* along = pairs[axis].element.at(corner >> axis & 1);
-    element = element == nullptr ? along : body_.CreateNSWAdd(element, along);
-  }
-  return body_.CreateInBoundsGEP(real_, base, element);
+/// `element`, further on by that of a tap.
+llvm::Value* PlaceEmitter::moved(llvm::Value* element, const Tap& tap) {
+  return element == nullptr ? tap.element : body_.CreateNSWAdd(element, tap.element);
 }
 
-/// Interpolates along axes 0 to `axis`; the bits of `corner` say where along the others.
-llvm::Value* PlaceEmitter::gather(const std::vector<Pair>& pairs, int axis, int corner, llvm::Value* base) {
-  if (axis < 0) {
-    return body_.CreateAlignedLoad(real_, element_pointer(pairs, corner, base), alignment());
+/// Interpolates along axes 0 to `axis`; `element` says where along the others.
+llvm::Value* PlaceEmitter::gather(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* base) {
+  if (axis < 0) return body_.CreateAlignedLoad(real_, body_.CreateInBoundsGEP(real_, base, element), alignment());
+  llvm::Value* sum = nullptr;
+  for (const Tap& tap : taps[axis]) {
+    llvm::Value* term = body_.CreateFMul(tap.weight, gather(taps, axis - 1, moved(element, tap), base));
+    sum = sum == nullptr ? term : body_.CreateFAdd(sum, term);
   }
-  llvm::Value* low = gather(pairs, axis - 1, corner, base);
-  llvm::Value* high = gather(pairs, axis - 1, corner | 1 << axis, base);
-  const Pair& along = pairs[axis];
-  llvm::Value* of_low = body_.CreateFMul(along.weight[0], low);
-  return body_.CreateFAdd(of_low, body_.CreateFMul(along.weight[1], high));
+  return sum;
 }
 
 llvm::Value* PlaceEmitter::interp(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement) {
-  return gather(pairs(interp, displacement), row_.rank - 1, 0, values_.grids.at(interp.grid));
+  return gather(taps(interp, displacement), row_.rank - 1, nullptr, values_.grids.at(interp.grid));
 }
 
-void PlaceEmitter::scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement,
-                           llvm::Value* value) {
-  const std::vector<Pair> along = pairs(target, displacement);
-  for (int corner = 0; corner < 1 << row_.rank; ++corner) {
-    llvm::Value* share = value;
-    for (int axis = 0; axis < row_.rank; ++axis) {
-      share = body_.CreateFMul(share, along[axis].weight.at(corner >> axis & 1));
-    }
-    llvm::Value* address = element_pointer(along, corner, values_.grids.at(target.grid));
-    llvm::Value* old = body_.CreateAlignedLoad(real_, address, alignment());
-    body_.CreateAlignedStore(body_.CreateFAdd(old, share), address, alignment());
+/// The transpose of gather: adds `share` times the weights along axes 0 to `axis`.
+void PlaceEmitter::spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share, llvm::Value* base) {
+  if (axis >= 0) {
+    for (const Tap& tap : taps[axis]) spread(taps, axis - 1, moved(element, tap), body_.CreateFMul(share, tap.weight), base);
+    return;
   }
+  llvm::Value* address = body_.CreateInBoundsGEP(real_, base, element);
+  llvm::Value* old = body_.CreateAlignedLoad(real_, address, alignment());
+  body_.CreateAlignedStore(body_.CreateFAdd(old, share), address, alignment());
+}
+
+void PlaceEmitter::scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement, llvm::Value* value) {
+  spread(taps(target, displacement), row_.rank - 1, nullptr, value, values_.grids.at(target.grid));
 }
 
 }  // namespace dpde::codegen

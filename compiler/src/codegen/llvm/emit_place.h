@@ -34,20 +34,27 @@ class PlaceEmitter {
   void scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement, llvm::Value* value);
 
  private:
-  /// The two cells along one axis between which is interpolated: distance from cell 0 in elements, and weight.
-  struct Pair {
-    std::array<llvm::Value*, 2> element{}, weight{};
+  /// Cells along one axis and what an interpolation takes of each: distance from cell 0 in elements, and weight.
+  struct Tap {
+    llvm::Value* element = nullptr;
+    llvm::Value* weight = nullptr;
   };
+  using Taps = std::vector<Tap>;
+  /// Where a displaced point lies along one axis.
   struct Spot {
-    llvm::Value* low_cell;  // a real, possibly not finite
-    llvm::Value* fraction;
-    llvm::Value* clamped;  // null along periodic axes
+    std::array<llvm::Value*, 4> cells;  // from the second one below the place to the second one above
+    llvm::Value* fraction;              // of the way from cells[1] to cells[2]
+    llvm::Value* rate;                  // of the fraction by the displacement: 0 where clamped, else 1
   };
-  Pair pair(int axis, int offset, llvm::Value* displacement, bool slope);
-  std::vector<Pair> pairs(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);
-  Pair weigh(const Spot& spot, bool slope);
-  llvm::Value* element_pointer(const std::vector<Pair>& pairs, int corner, llvm::Value* base);
-  llvm::Value* gather(const std::vector<Pair>& pairs, int axis, int corner, llvm::Value* base);
+  Spot spot(int axis, int offset, llvm::Value* displacement);
+  void set_periodic_cells(int axis, llvm::Value* low_cell, Spot& spot);
+  void set_bounded_cells(int axis, llvm::Value* low_cell, Spot& spot);
+  llvm::Value* polynomial(const std::array<double, 4>& coefficients, llvm::Value* x);
+  Taps weigh(const Spot& spot, Along along);
+  std::vector<Taps> taps(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);
+  llvm::Value* moved(llvm::Value* element, const Tap& tap);
+  llvm::Value* gather(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* base);
+  void spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share, llvm::Value* base);
 
   llvm::Value* cell(int axis, int offset);
   llvm::Value* cell_as_real(int axis, int offset);

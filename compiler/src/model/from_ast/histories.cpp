@@ -57,9 +57,9 @@ void add_histories(Draft& draft) {
 void check_histories(Draft& draft) {
   if (!draft.model || (!is_ab2(draft) && !is_leapfrog(draft))) return;
   const Problem& problem = draft.problem;
-  if (problem.scheme.advect == Advection::semi_lagrangian) {
-    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "advect = semi_lagrangian"},
-                      "take time = rk2, or another advect");
+  if (follows_flow(problem.scheme.advect)) {
+    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "advection along the flow"},
+                      "take time = rk2, or advect = central(2) or upwind(3)");
   }
   if (problem.courant > 0) {
     draft.sink.report("schemes-do-not-fit", problem.time_origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "steps limited by a Courant number"},

@@ -132,7 +132,7 @@ void check_placements(Draft& draft) {
     check_no_wall_values(draft, placements, value, false, origin.range);
   };
   for (const State& state : draft.problem.states) {
-    if (draft.problem.scheme.advect == Advection::semi_lagrangian && state.placement != Placement{}) {
+    if (follows_flow(draft.problem.scheme.advect) && state.placement != Placement{}) {
       draft.sink.report("transport-of-staggered", state.origin.range, {state.name}, "take advect = central(2) or upwind(3) in the scheme");
     }
     if (!state.rhs) continue;

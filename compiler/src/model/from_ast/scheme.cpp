@@ -52,6 +52,7 @@ constexpr Choice choices[] = {
     {"advect", "upwind(3)", {"upwind3"}, set_advect<Advection::upwind, 3>},
     {"advect", "semi_lagrangian", {"semi_lagrangian()"}, set_advect<Advection::semi_lagrangian, 1>},
     {"advect", "semi_lagrangian(cubic)", {"semi_lagrangian_cubic"}, set_advect<Advection::semi_lagrangian, 3>},
+    {"advect", "maccormack", {"maccormack()"}, set_advect<Advection::maccormack, 2>},
     {"dx", "central(2)", {"central2"}, set_derivative<2>},
     {"dx", "central(4)", {"central4"}, set_derivative<4>},
     {"dx", "central(6)", {"central6"}, set_derivative<6>},

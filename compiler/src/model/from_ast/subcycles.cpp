@@ -31,8 +31,8 @@ bool fits(Draft& draft, SourceRange range) {
                       "take time = rk2 or verlet");
   } else if (draft.program) {
     draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"}, "run the kernels several times in the program");
-  } else if (scheme.advect == Advection::semi_lagrangian) {
-    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene with advect = semi_lagrangian"}, "take advect = upwind(3) or central(4)");
+  } else if (follows_flow(scheme.advect)) {
+    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"}, "take advect = upwind(3) or central(4)");
   } else {
     return true;
   }

@@ -79,8 +79,7 @@ class Numbering {
         [&](const Interp& i) {
           varies();
           costs(8);
-          return fmt::format("interp {} {} {} {} {}{}{}", i.field, i.offset[0], i.offset[1], i.offset[2], i.slope[0],
-                             i.slope[1], i.slope[2]);
+          return fmt::format("{} {} {} {} {}", interp_name(i.along), i.field, i.offset[0], i.offset[1], i.offset[2]);
         },
         [&](const Inside& i) {
           varies();
