@@ -68,6 +68,7 @@ class Discretiser {
   void read(Reading reading) {
     reading_ = std::move(reading);
     derivative_lets_.clear();
+    operands_.clear();
   }
   const std::vector<Let>& lets() const { return lets_; }
   const std::vector<Preparation>& preparations() const { return preparations_; }
