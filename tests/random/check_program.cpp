@@ -26,6 +26,7 @@ using namespace stencil;
 
 namespace {
 
+constexpr double rounding_of_one = 1e-14;
 constexpr double largest_dot_error = 1e-11;
 constexpr double largest_difference = 1e-5;
 
@@ -107,8 +108,10 @@ class ProgramCheck {
     return true;
   }
 
-  /// Where the terms cancel: the products differ by no more than ten times what rounding does to them.
+  /// Where the terms cancel: the products differ by no more than ten times what rounding does to them. Inputs are of order 1, so
+  /// weights inside an interpolation that cancel, as those of a slope on a single cell, leave `rounding_of_one`.
   bool is_rounding_of_products(const Check& check) {
+    if (std::abs(check.forward - check.reverse) <= rounding_of_one) return true;
     const auto rounded = [](const adjoint::Derivative& d) { return adjoint::Derivative{with_rounding(d.module), d.program, d.names}; };
     const Derivatives noisy{rounded(derived_.tangent), rounded(derived_.adjoint)};
     const Check other = check_derivatives(random_.module, "p", noisy, random_.wrt, random_.grid, random_.seed);
