@@ -155,6 +155,7 @@ std::vector<double> Simulation::coordinates(int axis) const {
   if (axis < 0 || axis >= impl_->scene.rank) throw Error(ErrorKind::input, fmt::format("scene {} has no axis {}", impl_->scene.name, axis));
   const auto a = static_cast<size_t>(axis);
   const dpde_axis& from = impl_->scene.axes[a];
+  if (from.centres != nullptr) return {from.centres, from.centres + from.cells};
   std::vector<double> centres(static_cast<size_t>(impl_->cells[a]));
   for (size_t i = 0; i < centres.size(); ++i) {
     centres[i] = from.low + (static_cast<double>(i) + 0.5) * (from.high - from.low) / static_cast<double>(centres.size());

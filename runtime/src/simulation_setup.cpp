@@ -57,6 +57,11 @@ void Simulation::Impl::make_layout(const SimulationOptions& wanted) {
   if (!wanted.cells.empty() && wanted.cells.size() != rank) {
     throw Error(ErrorKind::input, fmt::format("scene {} has {} axes, cells are given for {}", scene.name, rank, wanted.cells.size()));
   }
+  for (size_t a = 0; a < rank; ++a) {
+    if (scene.axes[a].centres == nullptr || cells[a] == scene.axes[a].cells) continue;
+    throw Error(ErrorKind::input, fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number", scene.axes[a].name,
+                                              scene.name, scene.axes[a].cells));
+  }
   std::array<int64_t, 3> halo{};
   for (const dpde_program* program : programs()) {
     for (size_t a = 0; a < 3; ++a) halo[a] = std::max(halo[a], program->halo[a]);

@@ -49,7 +49,7 @@ TEST(Errors, SuggestTheWordThatWasMeant) {
             "2:3 E0203 'inital' is not understood in a scene | did you mean initial? " + scene_words + "\n" +
                 "3:3 E0203 'grd' is not understood in a scene | did you mean grid? " + scene_words + "\n");
   EXPECT_EQ(problems_of("scene s : m { grid x = 0 .. 1, cels 3 }"),
-            "1:32 E0207 'cels' is not an option of grid | did you mean cells? understood here: cells, periodic\n");
+            "1:32 E0207 'cels' is not an option of grid | did you mean cells? understood here: cells, periodic, stretched\n");
   EXPECT_EQ(problems_of("scene s : m { time 0 .. 1, every 3 }"),
             "1:28 E0207 'every' is not an option of time | understood here: step, courant, speed\n");
   EXPECT_EQ(problems_of("model m { initial u = 0 }"),

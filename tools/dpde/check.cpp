@@ -104,8 +104,8 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
   std::string text = fmt::format("scene {}:", problem.scene);
   double cells = 1;
   for (const model::Axis& axis : problem.axes) {
-    text += fmt::format(" {} = {} .. {} in {} {} cells,", axis.name, axis.low, axis.high, axis.cells,
-                        axis.topology == Topology::periodic ? "periodic" : "bounded");
+    text += fmt::format(" {} = {} .. {} in {} {}{} cells,", axis.name, axis.low, axis.high, axis.cells,
+                        axis.topology == Topology::periodic ? "periodic" : "bounded", axis.stretch ? " stretched" : "");
     cells *= axis.cells;
   }
   text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);

@@ -49,8 +49,8 @@ void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string
   places.attributes.insert(places.attributes.end(), {{"axis", letter}, {"bounds", bounds.name}});
   places.attributes.push_back({"boundary", axis.topology == Topology::periodic ? "periodic" : "bounded"});
   for (int i = 0; i < axis.cells; ++i) {
-    places.values.push_back(axis.low + (i + 0.5) * axis.spacing());
-    bounds.values.insert(bounds.values.end(), {axis.low + i * axis.spacing(), axis.low + (i + 1) * axis.spacing()});
+    places.values.push_back(axis.centre(i));
+    bounds.values.insert(bounds.values.end(), {axis.face(i), axis.face(i + 1)});
   }
   content.variables.push_back(std::move(places));
   content.variables.push_back(std::move(bounds));

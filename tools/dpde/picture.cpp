@@ -36,6 +36,42 @@ std::string data_of(const LinePanel& panel, int index) {
   return text;
 }
 
+/// The cells below equal pixels, fine enough to show the narrowest; of a uniform axis the cells themselves.
+std::vector<int> cells_below_pixels(int cells, const std::vector<double>& faces) {
+  std::vector<int> below;
+  if (faces.empty()) {
+    for (int i = 0; i < cells; ++i) below.push_back(i);
+    return below;
+  }
+  constexpr double most = 1000;
+  double narrowest = INFINITY;
+  for (std::size_t i = 1; i < faces.size(); ++i) narrowest = std::min(narrowest, faces[i] - faces[i - 1]);
+  const double length = faces.back() - faces.front();
+  const int pixels = std::max(cells, static_cast<int>(std::min(most, 2 * std::ceil(length / narrowest))));
+  for (int i = 0, cell = 0; i < pixels; ++i) {
+    while (cell + 1 < cells && faces[static_cast<std::size_t>(cell) + 1] <= faces.front() + (i + 0.5) * length / pixels) ++cell;
+    below.push_back(cell);
+  }
+  return below;
+}
+
+/// The panel with equal pixels in the place of cells.
+MapPanel with_pixels(MapPanel panel) {
+  if (panel.x_faces.empty() && panel.y_faces.empty()) return panel;
+  const std::vector<int> columns = cells_below_pixels(panel.nx, panel.x_faces), rows = cells_below_pixels(panel.ny, panel.y_faces);
+  std::vector<double> values;
+  for (const int y : rows) {
+    for (const int x : columns) values.push_back(panel.values[std::size_t(y) * std::size_t(panel.nx) + std::size_t(x)]);
+  }
+  panel.values = std::move(values);
+  panel.nx = static_cast<int>(columns.size());
+  panel.ny = static_cast<int>(rows.size());
+  panel.x_faces = panel.y_faces = {};
+  return panel;
+}
+
+LinePanel with_pixels(LinePanel panel) { return panel; }
+
 std::string data_of(const MapPanel& panel, int index) {
   std::string text = fmt::format("$p{} << EOD\n", index);
   for (int y = 0; y < panel.ny; ++y) {
@@ -96,7 +132,9 @@ std::string plot_of(const MapPanel& panel, int index) {
   return text;
 }
 
-std::string script_for(const std::vector<Panel>& panels, const std::string& terminal, const fs::path& output) {
+std::string script_for(const std::vector<Panel>& given, const std::string& terminal, const fs::path& output) {
+  std::vector<Panel> panels;
+  for (const Panel& panel : given) panels.push_back(match(panel, [](const auto& p) { return Panel(with_pixels(p)); }));
   std::string text = fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
   text +=
       "set linetype 1 lc rgb '#1f77b4'\nset linetype 2 lc rgb '#d62728'\nset linetype 3 lc rgb '#2ca02c'\n"

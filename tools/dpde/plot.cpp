@@ -41,7 +41,10 @@ Panel panel_of(const StoredField& field, std::size_t state, const std::optional<
     panel.range = range;
     Curve curve{panel.title, {}, values};
     const double spacing = (x.high - x.low) / static_cast<double>(x.cells);
-    for (std::size_t i = 0; i < values.size(); ++i) curve.x.push_back(x.low + (static_cast<double>(i) + 0.5) * spacing);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const bool is_uniform = x.faces.empty();
+      curve.x.push_back(is_uniform ? x.low + (static_cast<double>(i) + 0.5) * spacing : (x.faces[i] + x.faces[i + 1]) / 2);
+    }
     panel.curves.push_back(std::move(curve));
     return panel;
   }
@@ -56,6 +59,8 @@ Panel panel_of(const StoredField& field, std::size_t state, const std::optional<
   panel.x_high = x.high;
   panel.y_low = y.low;
   panel.y_high = y.high;
+  panel.x_faces = x.faces;
+  panel.y_faces = y.faces;
   panel.range = range;
   const std::int64_t plane = x.cells * y.cells;
   const std::int64_t first = field.axes.size() == 3 ? plane * (field.axes[2].cells / 2) : 0;

@@ -16,6 +16,13 @@ namespace {
 
 fs::path out_path(const Job& job, const std::string& name) { return fs::path(job.options().out) / name; }
 
+/// None where all cells are of one width.
+std::vector<double> faces_of(const model::Axis& axis) {
+  std::vector<double> faces;
+  for (int i = 0; axis.stretch && i <= axis.cells; ++i) faces.push_back(axis.face(i));
+  return faces;
+}
+
 MapPanel map_of(const driver::Workspace& workspace, const std::string& title, const NamedState& state) {
   const std::vector<model::Axis> axes = model::axes_at(workspace.axes(), state.placement);
   const std::vector<double>& values = state.values;
@@ -25,16 +32,18 @@ MapPanel map_of(const driver::Workspace& workspace, const std::string& title, co
   panel.y_label = axes[1].name;
   panel.nx = axes[0].cells;
   panel.ny = axes[1].cells;
-  panel.x_low = axes[0].low;
-  panel.x_high = axes[0].high;
-  panel.y_low = axes[1].low;
-  panel.y_high = axes[1].high;
+  panel.x_faces = faces_of(axes[0]);
+  panel.y_faces = faces_of(axes[1]);
+  panel.x_low = axes[0].face(0);
+  panel.x_high = axes[0].face(axes[0].cells);
+  panel.y_low = axes[1].face(0);
+  panel.y_high = axes[1].face(axes[1].cells);
   const std::size_t plane = std::size_t(panel.nx) * std::size_t(panel.ny);
   std::size_t first = 0;
   if (axes.size() == 3) {
     const int middle = axes[2].cells / 2;
     first = plane * std::size_t(middle);
-    panel.title += fmt::format(", {} = {:.4g}", axes[2].name, axes[2].low + (middle + 0.5) * axes[2].spacing());
+    panel.title += fmt::format(", {} = {:.4g}", axes[2].name, axes[2].centre(middle));
   }
   panel.values.assign(values.begin() + std::ptrdiff_t(first), values.begin() + std::ptrdiff_t(first + plane));
   return panel;
@@ -45,7 +54,7 @@ MapPanel map_of(const driver::Workspace& workspace, const std::string& title, co
 std::vector<double> places_along_x(const driver::Workspace& workspace, const model::Placement& placement) {
   const model::Axis axis = model::axes_at(workspace.axes(), placement)[0];
   std::vector<double> places;
-  for (int i = 0; i < axis.cells; ++i) places.push_back(axis.low + (i + 0.5) * axis.spacing());
+  for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
   return places;
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "driver/files.h"
 #include "dpde/runtime/error.h"
@@ -73,7 +74,28 @@ class NetcdfFields {
   StoredAxis axis(const std::string& dimension, std::int64_t length) const {
     const std::vector<double> centres = places(dimension, length);
     const double half = length > 1 ? (centres.back() - centres.front()) / static_cast<double>(length - 1) / 2 : 0.5;
-    return {dimension, centres.front() - half, centres.back() + half, length};
+    if (are_uniform(centres)) return {dimension, centres.front() - half, centres.back() + half, length};
+    const std::vector<double> faces = faces_between(dimension, centres);
+    return {dimension, faces.front(), faces.back(), length, faces};
+  }
+  static bool are_uniform(const std::vector<double>& centres) {
+    const double step = centres.size() > 1 ? (centres.back() - centres.front()) / static_cast<double>(centres.size() - 1) : 1;
+    for (std::size_t i = 0; i < centres.size(); ++i) {
+      if (std::abs(centres[i] - centres[0] - static_cast<double>(i) * step) > 1e-3 * std::abs(step)) return false;
+    }
+    return true;
+  }
+  /// Those of the variable of bounds, else midway.
+  std::vector<double> faces_between(const std::string& dimension, const std::vector<double>& centres) const {
+    const auto count = static_cast<std::int64_t>(centres.size());
+    const NetcdfReader::Variable* bounds = file_.find(file_.text(dimension, "bounds").value_or(""));
+    const std::vector<double> both = bounds != nullptr && bounds->shape == std::vector<std::int64_t>{count, 2} ? file_.read(*bounds) : std::vector<double>{};
+    std::vector<double> faces{both.empty() ? centres[0] - (centres[1] - centres[0]) / 2 : both[0]};
+    for (std::size_t i = 0; i < centres.size(); ++i) {
+      const double midway = i + 1 < centres.size() ? (centres[i] + centres[i + 1]) / 2 : 2 * centres[i] - faces.back();
+      faces.push_back(both.empty() ? midway : both[2 * i + 1]);
+    }
+    return faces;
   }
 
   const NetcdfReader& file_;

@@ -14,6 +14,7 @@ struct StoredAxis {
   std::string label;
   double low = 0, high = 1;  // its ends
   std::int64_t cells = 1;
+  std::vector<double> faces = {};  // of cells of different widths, one more than cells; empty where they are uniform
 };
 struct StoredField {
   std::string name;

@@ -124,8 +124,8 @@ class NetcdfField {
     const std::vector<double> places = file_.read(*coordinate);
     constexpr double tolerance = 1e-3;  // of a cell: single precision passes, another grid does not
     for (int i = 0; i < axis.cells; ++i) {
-      const double centre = axis.low + (i + 0.5) * axis.spacing();
-      if (std::abs(places[static_cast<std::size_t>(i)] - centre) <= tolerance * axis.spacing()) continue;
+      const double centre = axis.centre(i);
+      if (std::abs(places[static_cast<std::size_t>(i)] - centre) <= tolerance * axis.width(i)) continue;
       fail(fmt::format("it is of another grid: cell {} lies at {} = {:.6g}, here at {} = {:.6g}", i, dimension,
                        places[static_cast<std::size_t>(i)], axis.name, centre));
       return false;

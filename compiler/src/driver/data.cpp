@@ -27,11 +27,13 @@ int step_at(const Session& session, double t) {
 std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
                                  const std::vector<model::Axis>& to, const model::Placement& placement) {
   std::array<int, 3> n{1, 1, 1}, ratio{1, 1, 1};
-  double weight = 1;
+  std::array<std::vector<double>, 3> weights{{{1}, {1}, {1}}};  // of each fine cell in its coarse one
   for (std::size_t a = 0; a < to.size(); ++a) {
     n[a] = to[a].cells;
     ratio[a] = from[a].cells / to[a].cells;
-    if (!placement[a]) weight /= ratio[a];
+    weights[a].assign(static_cast<std::size_t>(from[a].cells), placement[a] ? 1.0 : 1.0 / ratio[a]);
+    if (!to[a].stretch || placement[a]) continue;
+    for (int i = 0; i < from[a].cells; ++i) weights[a][static_cast<std::size_t>(i)] = from[a].width(i) / to[a].width(i / ratio[a]);
   }
   const auto counts = [&](std::size_t axis, int place) { return !placement[axis] || (place + 1) % ratio[axis] == 0; };
   std::vector<double> result(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0.0);
@@ -41,6 +43,7 @@ std::vector<double> average_down(const std::vector<double>& fine, const std::vec
       for (int x = 0; x < n[0] * ratio[0]; ++x, ++i) {
         if (!counts(0, x) || !counts(1, y) || !counts(2, z)) continue;
         const std::size_t row = static_cast<std::size_t>(z / ratio[2]) * n[1] + y / ratio[1];
+        const double weight = weights[0][static_cast<std::size_t>(x)] * weights[1][static_cast<std::size_t>(y)] * weights[2][static_cast<std::size_t>(z)];
         result[row * n[0] + x / ratio[0]] += weight * fine[i];
       }
     }
@@ -58,6 +61,12 @@ std::string mismatch(const std::vector<model::Axis>& from, const std::vector<mod
     }
     if (from[a].cells % to[a].cells != 0) {
       return fmt::format("its {} cells along {} are no multiple of {}", from[a].cells, from[a].name, to[a].cells);
+    }
+    const int ratio = from[a].cells / to[a].cells;
+    for (int i = 0; i < to[a].cells; ++i) {
+      if (std::abs(from[a].face(std::int64_t{i} * ratio) - to[a].face(i)) <= 1e-9 * to[a].width(i)) continue;
+      return fmt::format("its axis {} is stretched in another way: a face lies at {:.6g}, here at {:.6g}", from[a].name,
+                         from[a].face(std::int64_t{i} * ratio), to[a].face(i));
     }
   }
   return "";

@@ -25,8 +25,9 @@ std::uint64_t hash_of(const std::vector<double>& values, std::uint64_t hash) {
 std::string grid_text(const model::Problem& problem) {
   std::string text;
   for (const model::Axis& axis : problem.axes) {
-    text += fmt::format("{}{} = {} .. {}, {} cells{}", text.empty() ? "" : "; ", axis.name, axis.low, axis.high, axis.cells,
-                        axis.topology == Topology::periodic ? ", periodic" : "");
+    text += fmt::format("{}{} = {} .. {}, {} cells{}{}", text.empty() ? "" : "; ", axis.name, axis.low, axis.high, axis.cells,
+                        axis.topology == Topology::periodic ? ", periodic" : "",
+                        axis.stretch ? ", stretched " + model::print(axis.stretch->map) : "");
   }
   return text;
 }

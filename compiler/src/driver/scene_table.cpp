@@ -50,6 +50,7 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
 struct SceneTable::Storage {
   explicit Storage(std::shared_ptr<const Compiled> from) : compiled(std::move(from)) {}
   const char* text(const std::string& s) { return strings.emplace_back(s).c_str(); }
+  const double* centres_of(const model::Axis& axis);
   dpde_instants instants(const model::When& when);
   void add_task(const model::Task& task);
   void add_unknown(const model::Task& task, const model::Unknown& unknown);
@@ -61,6 +62,7 @@ struct SceneTable::Storage {
   std::shared_ptr<const Compiled> compiled;
   std::deque<std::string> strings;
   std::deque<std::vector<int32_t>> steps;
+  std::deque<std::vector<double>> centres;
   std::vector<dpde_value> params;
   std::vector<dpde_control> controls;
   std::vector<dpde_source> states, coefficients;
@@ -70,6 +72,13 @@ struct SceneTable::Storage {
   std::vector<dpde_unknown> unknowns;
   dpde_scene scene{};
 };
+
+const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
+  if (!axis.stretch) return nullptr;
+  std::vector<double>& places = centres.emplace_back();
+  for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
+  return places.data();
+}
 
 dpde_instants SceneTable::Storage::instants(const model::When& when) {
   const model::Problem& problem = *compiled->problem;
@@ -182,7 +191,7 @@ void SceneTable::Storage::fill() {
   scene.rank = static_cast<int32_t>(problem.axes.size());
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
     const model::Axis& axis = problem.axes[a];
-    scene.axes[a] = {text(axis.name), axis.low, axis.high, axis.cells, axis.topology == Topology::periodic};
+    scene.axes[a] = {text(axis.name), axis.low, axis.high, axis.cells, axis.topology == Topology::periodic, centres_of(axis)};
   }
   scene.t_begin = problem.t_begin;
   scene.step = problem.step;

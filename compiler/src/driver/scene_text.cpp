@@ -56,7 +56,8 @@ bool is_input(const stencil::Interface& interface, const std::string& field) {
 std::string scene_text(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
   // what the words of a scene of a program cannot say
-  const bool is_plain = problem.controls.empty() && !problem.rate && problem.events.empty() && problem.scheme.real == Precision::f64;
+  const bool is_plain = problem.controls.empty() && !problem.rate && problem.events.empty() && problem.scheme.real == Precision::f64 &&
+                        std::ranges::none_of(problem.axes, [](const model::Axis& axis) { return axis.stretch.has_value(); });
   if (!is_plain || model::Placements(problem).is_staggered()) return "";
   const std::string step = compiled.step_name();
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(step));

@@ -68,8 +68,7 @@ std::string Workspace::cell_text(const Cell& cell) const {
 std::string Workspace::place_text(const Cell& cell) const {
   std::vector<std::string> parts;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    const double place = axes_[a].low + (static_cast<double>(coordinate(cell, a)) + 0.5) * axes_[a].spacing();
-    parts.push_back(fmt::format("{} = {:.6g}", axes_[a].name, place));
+    parts.push_back(fmt::format("{} = {:.6g}", axes_[a].name, axes_[a].centre(coordinate(cell, a))));
   }
   return fmt::format("{}", fmt::join(parts, ", "));
 }

@@ -4,6 +4,7 @@
 
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
+#include "model/stretch.h"
 
 namespace dpde::model {
 
@@ -36,6 +37,7 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
   check_histories(draft);
   check_placements(draft);
   if (sink.has_errors()) return std::nullopt;
+  draft.problem = in_uniform_coordinates(std::move(draft.problem));
   drop_unused(draft);
   return std::move(draft.problem);
 }

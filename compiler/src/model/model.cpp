@@ -2,7 +2,10 @@
 #include "model/model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "model/formula.h"
 
 namespace dpde::model {
 
@@ -11,6 +14,19 @@ Expr::Expr(double value) : node_(std::make_shared<const Node>(Node{Number{value}
 Expr::Expr(Node node) : node_(std::make_shared<const Node>(std::move(node))) {}
 
 bool Expr::operator==(const Expr& other) const { return node_ == other.node_ || *node_ == *other.node_; }
+
+double Axis::place(double s) const {
+  if (!stretch) return s;
+  const auto inside = [&](double t) { return value_at(stretch->map, t); };
+  const double length = stretch->high - stretch->low;
+  if (topology == Topology::periodic) {
+    const double turns = std::floor((s - stretch->low) / length);
+    return inside(s - turns * length) + turns * length;
+  }
+  if (s < stretch->low) return 2 * stretch->low - inside(2 * stretch->low - s);
+  if (s > stretch->high) return 2 * stretch->high - inside(2 * stretch->high - s);
+  return inside(s);
+}
 
 const State* Problem::find_state(const std::string& name) const {
   const auto found = std::find_if(states.begin(), states.end(), [&](const State& s) { return s.name == name; });

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -113,12 +114,27 @@ struct Node {
   bool operator==(const Node&) const = default;
 };
 
+/// Where the points of a stretched axis lie: `map`, a formula of numbers and of the axis' coordinate, which runs uniformly
+/// from low to high.
+struct Stretch {
+  Expr map;
+  double low = 0, high = 1;
+};
+/// low, high and spacing() are those of the coordinate that runs uniformly, centre(i) and face(i) the places. They are the
+/// same where nothing is stretched.
 struct Axis {
   std::string name;  // x, y, z
   double low = 0, high = 1;
   int cells = 1;
   Topology topology = Topology::periodic;
+  std::optional<Stretch> stretch = {};
   double spacing() const { return (high - low) / cells; }
+  double centre(std::int64_t i) const { return place(low + (static_cast<double>(i) + 0.5) * spacing()); }
+  /// On the lower side of cell i.
+  double face(std::int64_t i) const { return place(low + static_cast<double>(i) * spacing()); }
+  double width(std::int64_t i) const { return stretch ? face(i + 1) - face(i) : spacing(); }
+  /// Where the uniform coordinate is s; beyond the ends the map goes on periodically, or as its odd image.
+  double place(double s) const;
 };
 
 struct Parameter {
@@ -158,10 +174,16 @@ struct State {
   Origin origin;                    // of the equation
 };
 
+/// What a coefficient is on the walls across one axis.
+struct WallValues {
+  int axis = 0;
+  double low = 0, high = 0;
+};
 struct Coefficient {
   std::string name;
   Source value;
   Placement placement{};
+  std::optional<WallValues> walls = {};  // elsewhere, and without them, it has no slope at walls
 };
 
 /// A parameter (`name`) with a value of its own for each interval of `every` steps, the last one maybe shorter.

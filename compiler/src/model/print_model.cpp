@@ -139,8 +139,9 @@ std::string text_of(const When& when) {
 }
 
 std::string text_of(const Axis& axis) {
-  return fmt::format("grid {} = {} .. {}, cells {}{}", axis.name, bare(axis.low), bare(axis.high), axis.cells,
-                     axis.topology == Topology::periodic ? ", periodic" : "");
+  const std::string stretched = axis.stretch ? ", stretched " + print(axis.stretch->map) : "";
+  return fmt::format("grid {} = {} .. {}, cells {}{}{}", axis.name, bare(axis.low), bare(axis.high), axis.cells,
+                     axis.topology == Topology::periodic ? ", periodic" : "", stretched);
 }
 
 /// "" when all axes are periodic.
@@ -184,6 +185,11 @@ std::vector<std::string> scene_lines(const Problem& p) {
   }
   for (const Coefficient& c : p.coefficients) {
     if (c.placement != Placement{}) lines.push_back(fmt::format("# {} on {}", c.name, describe(c.placement, axes)));
+  }
+  for (const Coefficient& c : p.coefficients) {
+    if (!c.walls) continue;
+    const std::string& axis = p.axes[static_cast<std::size_t>(c.walls->axis)].name;
+    lines.push_back(fmt::format("# boundary {0}: {1}.low = {2}, {1}.high = {3}", c.name, axis, bare(c.walls->low), bare(c.walls->high)));
   }
   for (const State& state : p.states) {
     const std::string boundary = boundary_text(p, state);

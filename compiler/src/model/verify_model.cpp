@@ -69,6 +69,7 @@ class Verifier {
       demand(axis.cells >= 1, fmt::format("axis {} has {} cells", axis.name, axis.cells));
       demand(std::isfinite(axis.low) && std::isfinite(axis.high) && axis.low < axis.high,
              fmt::format("axis {} reaches from {} to {}", axis.name, axis.low, axis.high));
+      if (axis.stretch) check(axis.stretch->map, "stretched axis " + axis.name, formula);
     }
   }
 

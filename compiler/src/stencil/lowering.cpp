@@ -139,6 +139,18 @@ std::vector<AxisBoundary> Lowering::plain_boundary() const {
   return boundary;
 }
 
+/// Of a field that is no state.
+std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const {
+  std::vector<AxisBoundary> boundary = plain_boundary();
+  const model::Coefficient* coefficient = problem_.find_coefficient(field);
+  if (coefficient && coefficient->walls) {
+    AxisBoundary& across = boundary[static_cast<std::size_t>(coefficient->walls->axis)];
+    across.low = {SideKind::value, coefficient->walls->low};
+    across.high = {SideKind::value, coefficient->walls->high};
+  }
+  return boundary;
+}
+
 /// The state that `field` stands for, when its values lie on walls; what time schemes remember is read nowhere else.
 const model::State* Lowering::state_on_walls(const std::string& field) const {
   const auto found = state_of_.find(field);
@@ -183,7 +195,7 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     for (const Signature::Read& read : reads) {
       if (!needs_fill(read) || !filled.insert(read.field).second) continue;
       const auto state = state_of_.find(read.field);
-      std::vector<AxisBoundary> boundary = plain_boundary();
+      std::vector<AxisBoundary> boundary = boundary_of(read.field);
       if (state != state_of_.end()) boundary = walls.boundary(*problem_.find_state(state->second), time, module, program);
       program.body.push_back(Fill{read.field, std::move(boundary)});
     }

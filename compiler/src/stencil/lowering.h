@@ -54,6 +54,7 @@ class Lowering {
   std::vector<Stage> with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const;
   std::vector<AxisBoundary> plain_boundary() const;
   bool needs_fill(const Signature::Read& read) const;
+  std::vector<AxisBoundary> boundary_of(const std::string& field) const;
 
   const model::Problem& problem_;
   model::Placements placements_;

@@ -122,6 +122,7 @@ struct GridItem {  // grid x = -1 .. 1, cells 128, periodic
   Expr low, high;
   std::optional<Expr> cells;
   bool periodic = false;
+  std::optional<Expr> stretched;  // where the points lie, of x running uniformly from low to high
 };
 struct ValueItem {  // nu = 0.01/pi          (parameter or coefficient; also the rows of a scheme block)
   Identifier name;

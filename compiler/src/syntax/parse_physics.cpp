@@ -95,8 +95,12 @@ ItemKind parse_grid(Cursor& cursor) {
       refuse_repetition(cursor, item.periodic);
       cursor.take();
       item.periodic = true;
+    } else if (cursor.at_word("stretched")) {
+      refuse_repetition(cursor, item.stretched.has_value());
+      cursor.take();
+      item.stretched = parse_expression(cursor);
     } else {
-      refuse_option(cursor, "grid", {"cells", "periodic"});
+      refuse_option(cursor, "grid", {"cells", "periodic", "stretched"});
     }
   }
   return item;

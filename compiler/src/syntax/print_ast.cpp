@@ -39,6 +39,7 @@ std::string print_grid(const GridItem& grid) {
   std::string text = fmt::format("grid {} = {} .. {}", grid.axis.name, print(grid.low), print(grid.high));
   if (grid.cells) text += ", cells " + print(*grid.cells);
   if (grid.periodic) text += ", periodic";
+  if (grid.stretched) text += ", stretched " + print(*grid.stretched);
   return text;
 }
 

@@ -11,13 +11,14 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 3
+#define DPDE_SCENE_VERSION 4
 
 typedef struct dpde_axis {
   const char* name;
   double low, high;
   int64_t cells; /* as the scene says; the programs run on any number */
   int32_t is_periodic;
+  const double* centres; /* null: uniform. Of a stretched axis, whose programs run on as many cells as the scene says */
 } dpde_axis;
 
 typedef struct dpde_value {

@@ -118,8 +118,10 @@ std::string second(const dpde_second& s, Tables& tables) {
   return fmt::format("{{{}, {}}}", tangent, adjoint);
 }
 
-std::string axis(const dpde_axis& a) {
-  return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic);
+std::string axis(const dpde_axis& a, Tables& tables) {
+  const int count = a.centres == nullptr ? 0 : static_cast<int>(a.cells);
+  const std::string centres = tables.array("double", "centres", texts(a.centres, count, number));
+  return fmt::format("{{{}, {}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic, centres);
 }
 
 /// The scene's initialiser; what it points to goes to `tables`.
@@ -150,8 +152,9 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const std::string unknowns = tables.array("dpde_unknown", "unknowns", texts(s.unknowns, s.unknown_count, unknown));
   std::string seconds;
   for (const dpde_second& of : {s.second, s.initial_second, s.coefficient_second}) seconds += ", " + second(of, tables);
+  const std::vector<std::string> axes = texts(s.axes, s.rank, [&](const dpde_axis& a) { return axis(a, tables); });
   std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
-  out += fmt::format("    {{{}}},  // axes\n", fmt::join(texts(s.axes, s.rank, axis), ", "));
+  out += fmt::format("    {{{}}},  // axes\n", fmt::join(axes, ", "));
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
   out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params, s.control_count, controls,
                      tables.program(s.rate), s.courant);

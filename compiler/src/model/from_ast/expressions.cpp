@@ -34,55 +34,27 @@ Rules rules_of(Purpose purpose) {
     case Purpose::equation:
       return {true, true, true, true, true, true, "an equation", ""};
     case Purpose::initial:
-      return {false,
-              true,
-              false,
-              false,
-              false,
-              true,
-              "an initial state",
+      return {false, true, false, false, false, true, "an initial state",
               "an initial state is made of numbers, parameters and coordinates"};
     case Purpose::coefficient:
-      return {false, true, false,           false,
-              false, true, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
+      return {false, true, false, false, false, true, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
     case Purpose::exact:
-      return {false,
-              true,
-              true,
-              false,
-              false,
-              true,
-              "an exact solution",
+      return {false, true, true, false, false, true, "an exact solution",
               "an exact solution is made of numbers, parameters, coordinates and t"};
     case Purpose::boundary:
-      return {false,
-              true,
-              true,
-              false,
-              false,
-              true,
-              "a boundary value",
+      return {false, true, true, false, false, true, "a boundary value",
               "a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres"};
     case Purpose::control:
       return {false, false, true, false, false, false, "a control", "a control is made of numbers, parameters and t"};
     case Purpose::boundary_weight:
-      return {false,
-              false,
-              true,
-              false,
-              false,
-              false,
-              "a weight of mixed",
+      return {false, false, true, false, false, false, "a weight of mixed",
               "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, parameters and t"};
     case Purpose::number:
-      return {false,
-              false,
-              false,
-              false,
-              false,
-              false,
-              "a number of the scene",
+      return {false, false, false, false, false, false, "a number of the scene",
               "it is made of numbers and of parameters given above it"};
+    case Purpose::stretch:
+      return {false, true, false, false, false, false, "a stretched axis",
+              "its formula is made of numbers, parameters and the coordinate of the axis itself"};
     case Purpose::quantity:
       return {true, true, true, true, true, true, "a sum over space", ""};
   }
@@ -299,13 +271,14 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
     const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::boundary_weight;
     return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range);
   }
+  const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch;
   const auto value = draft_.values.find(name);
   if (value == draft_.values.end()) {
-    if (purpose_ != Purpose::number) return number_of(param(name, {range}));  // reported at the end
+    if (!is_number) return number_of(param(name, {range}));  // reported at the end
     draft_.sink.report("used-before-value", range, {name}, fmt::format("write {} = ... above this", name));
     return {};
   }
-  if (!value->second) return purpose_ == Purpose::number ? Typed{} : number_of(param(name, {range}));
+  if (!value->second) return is_number ? Typed{} : number_of(param(name, {range}));
   const bool folds = purpose_ == Purpose::equation && !draft_.selection.keeps_params && !draft_.unknowns.contains(name);
   if (folds && (*value->second == 0 || *value->second == 1)) return number_of(model::number(*value->second, {range}));
   return number_of(param(name, {range}));

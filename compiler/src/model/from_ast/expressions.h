@@ -13,7 +13,7 @@
 namespace dpde::model {
 
 /// Where an expression stands; this decides what it may be made of.
-enum class Purpose { equation, initial, coefficient, exact, boundary, boundary_weight, control, number, quantity };
+enum class Purpose { equation, initial, coefficient, exact, boundary, boundary_weight, control, number, stretch, quantity };
 
 class Expressions {
  public:

@@ -65,6 +65,11 @@ Typed Expressions::name_in_function(const std::string& name, SourceRange range) 
     return {Typed::Type::number, {vector->second.parts[axis]}};
   }
   const int axis = function_->function.order ? spacing_of(name) : -1;
+  if (axis >= 0 && axis < axis_count() && draft_.problem.axes[static_cast<std::size_t>(axis)].stretch) {
+    draft_.sink.report("on-stretched-axis", range, {"the spacing " + name, axis_name(axis)},
+                       "spacings differ from cell to cell there; dx, lap and the like know them");
+    return {};
+  }
   if (axis >= 0) return has_axis(axis, range) ? Typed{Typed::Type::number, {param(name, {range})}} : Typed{};
   const Meaning* meaning = draft_.scope.find(name);
   if (meaning && !meaning->declared.is_known()) {  // a coordinate, t or pi

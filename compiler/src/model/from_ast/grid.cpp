@@ -81,6 +81,7 @@ void check_total(Draft& draft) {
 }  // namespace
 
 void bind_grid(Draft& draft) {
+  const std::size_t before = draft.sink.all().size();
   const std::vector<const ast::GridItem*> lines = grid_lines(draft);
   const auto for_all_axes = number_setting(draft, "cells");
   if (lines.empty() && items_of<ast::GridItem>(draft.scene->items).empty()) {
@@ -103,6 +104,10 @@ void bind_grid(Draft& draft) {
   }
   if (lines.empty()) draft.problem.axes.push_back({axis_name(0)});
   check_total(draft);
+  if (draft.sink.all().size() != before) return;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i] && lines[i]->stretched) bind_stretch(draft, *lines[i]->stretched, static_cast<int>(i));
+  }
 }
 
 }  // namespace dpde::model

@@ -64,6 +64,12 @@ void bind_parameters(Draft& draft);
 // grid.cpp
 void bind_grid(Draft& draft);
 
+// stretch.cpp
+/// The formula of a stretched axis, with its numbers; after all axes.
+void bind_stretch(Draft& draft, const ast::Expr& formula, int axis);
+/// Reports that `what` needs uniform axes, where one is not.
+bool refuses_stretched(Draft& draft, const std::string& what, SourceRange range, const std::string& hint);
+
 // time.cpp
 void bind_time(Draft& draft);
 /// The Courant number, and what moves how fast; after the equations.

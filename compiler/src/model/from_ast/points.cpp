@@ -6,6 +6,7 @@
 #include "model/build.h"
 #include "model/from_ast/constants.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
@@ -58,6 +59,8 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
                                          : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
     return std::nullopt;
   }
+  const char* hint = "points between cells are found on uniform axes; a density is exp(-((y - y0)/w)^2)";
+  if (refuses_stretched(draft_, e.callee, e.callee_range, hint)) return std::nullopt;
   const ast::Expr& place = e.arguments[1].value;
   const auto position = as_vector(any(place), place.range());
   if (!position) return std::nullopt;

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/formula.h"
+
+#include <vector>
+
+#include "model/build.h"
+#include "support/assert.h"
+#include "support/evaluate.h"
+#include "support/match.h"
+
+namespace dpde::model {
+
+namespace {
+
+Expr plus(const Expr& a, const Expr& b) { return binary(BinaryOp::add, a, b); }
+Expr minus(const Expr& a, const Expr& b) { return binary(BinaryOp::subtract, a, b); }
+Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, b); }
+Expr over(const Expr& a, const Expr& b) { return binary(BinaryOp::divide, a, b); }
+Expr square(const Expr& a) { return binary(BinaryOp::power, a, 2.0); }
+
+Expr slope_of_binary(const Binary& b) {
+  const Expr left = slope_of(b.left), right = slope_of(b.right);
+  switch (b.op) {
+    case BinaryOp::add: return plus(left, right);
+    case BinaryOp::subtract: return minus(left, right);
+    case BinaryOp::multiply: return plus(times(left, b.right), times(b.left, right));
+    case BinaryOp::divide:
+      if (is_uniform(b.right)) return over(left, b.right);
+      return over(minus(times(left, b.right), times(b.left, right)), square(b.right));
+    case BinaryOp::power: {
+      const Expr by_base = times(times(b.right, binary(BinaryOp::power, b.left, minus(b.right, 1.0))), left);
+      if (is_uniform(b.right)) return by_base;
+      return plus(by_base, times(times(binary(b.op, b.left, b.right), call(Fn::log, {b.left})), right));
+    }
+    case BinaryOp::less:
+    case BinaryOp::less_equal:
+    case BinaryOp::greater:
+    case BinaryOp::greater_equal:
+    case BinaryOp::equal:
+    case BinaryOp::not_equal:
+    case BinaryOp::logical_and:
+    case BinaryOp::logical_or: break;
+  }
+  unreachable("the slope of a condition");
+}
+
+/// The derivative by the only argument.
+Expr slope_of_function(Fn fn, const Expr& x) {
+  switch (fn) {
+    case Fn::sin: return call(Fn::cos, {x});
+    case Fn::cos: return negate(call(Fn::sin, {x}));
+    case Fn::tan: return over(1.0, square(call(Fn::cos, {x})));
+    case Fn::asin: return over(1.0, call(Fn::sqrt, {minus(1.0, square(x))}));
+    case Fn::acos: return over(-1.0, call(Fn::sqrt, {minus(1.0, square(x))}));
+    case Fn::atan: return over(1.0, plus(1.0, square(x)));
+    case Fn::sinh: return call(Fn::cosh, {x});
+    case Fn::cosh: return call(Fn::sinh, {x});
+    case Fn::tanh: return over(1.0, square(call(Fn::cosh, {x})));  // 1 - tanh^2 would lose its digits where tanh is near 1
+    case Fn::exp: return call(Fn::exp, {x});
+    case Fn::log: return over(1.0, x);
+    case Fn::sqrt: return over(0.5, call(Fn::sqrt, {x}));
+    case Fn::abs: return call(Fn::sign, {x});
+    case Fn::sign:
+    case Fn::floor: return 0.0;
+    case Fn::fraction: return 1.0;
+    case Fn::min:
+    case Fn::max: break;
+  }
+  unreachable("a function of two arguments");
+}
+
+Expr slope_of_call(const Call& c) {
+  if (c.fn != Fn::min && c.fn != Fn::max) return times(slope_of_function(c.fn, c.arguments[0]), slope_of(c.arguments[0]));
+  const BinaryOp takes_first = c.fn == Fn::min ? BinaryOp::less : BinaryOp::greater;
+  const Expr condition = binary(takes_first, c.arguments[0], c.arguments[1]);
+  return select(condition, slope_of(c.arguments[0]), slope_of(c.arguments[1]));
+}
+
+}  // namespace
+
+double value_at(const Expr& formula, double coordinate) {
+  const auto value = [&](const Expr& part) { return value_at(part, coordinate); };
+  const auto none = [](const auto&) -> double { unreachable("no formula of a coordinate"); };
+  return match(
+      formula->kind, [](const Number& n) { return n.value; }, [&](const Coordinate&) { return coordinate; },
+      [&](const Neg& n) { return -value(n.operand); },
+      [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
+      [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments.front()), value(c.arguments.back())); },
+      [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); }, [&](const Param& e) { return none(e); },
+      [&](const Field& e) { return none(e); }, [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
+      [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
+      [&](const Reduce& e) { return none(e); });
+}
+
+Expr slope_of(const Expr& formula) {
+  const auto none = [](const auto&) -> Expr { unreachable("no formula of a coordinate"); };
+  return match(
+      formula->kind, [](const Number&) { return Expr(0.0); }, [](const Coordinate&) { return Expr(1.0); },
+      [](const Neg& n) { return negate(slope_of(n.operand)); }, [](const Binary& b) { return slope_of_binary(b); },
+      [](const Call& c) { return slope_of_call(c); },
+      [](const Select& s) { return select(s.condition, slope_of(s.yes), slope_of(s.no)); }, [&](const Param& e) { return none(e); },
+      [&](const Field& e) { return none(e); }, [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
+      [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
+      [&](const Reduce& e) { return none(e); });
+}
+
+}  // namespace dpde::model
