@@ -229,15 +229,14 @@ double Rollout::Impl::loss() {
   loss_value = 0;
   current = 0;
   add_losses(0, buffers.front());
-  for (int n = 0; n < last_loss;) {
+  for (int n = 0, until = 0; n < last_loss;) {  // until: where the next loss is
     if (stopping()) return std::numeric_limits<double>::quiet_NaN();
-    int until = n + 1;
-    while (!has_losses(until)) ++until;
+    if (n == until) until = std::ranges::upper_bound(events, n, {}, &LossEvent::step)->step;
     const int next = free_buffer(current, current), count = steps_at_once(n, until);
     steps(n, count, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     current = next;
     n += count;
-    if (has_losses(n)) add_losses(n, buffers[static_cast<size_t>(current)]);
+    if (n == until) add_losses(n, buffers[static_cast<size_t>(current)]);
   }
   return loss_value;
 }

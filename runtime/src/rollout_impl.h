@@ -116,7 +116,6 @@ struct BoundTerm {
   BoundLoss loss;
   std::optional<BoundLossAdjoint> adjoint;
 };
-/// Loss `term` at a step, which is entry `entry` of the term's steps.
 /// Loss `term`, with its data of `entry`, counts at state `step`.
 struct LossEvent {
   int step;

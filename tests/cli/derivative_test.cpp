@@ -254,5 +254,13 @@ scene s : burgers {
   }
 }
 
+/// dx(g) is 0 on one and two cells: one product is 0, the other rounding.
+TEST_F(DerivativeCommand, AVanishingDerivativeIsCertified) {
+  write("zero.dpde", "model m { field s; coefficient g; dt(s) = s*(1 + dx(g)) }\nscheme e { time = euler }\nscene j : m with e {\n"
+                     "  grid x = 0 .. 2, cells 6, periodic\n  g = sin(pi*x)\n  initial s = x\n  time 0 .. 0.2, step 1/20\n}\n"
+                     "task r : j { unknown g; minimise mean(s^2) }\n");
+  EXPECT_EQ(dpde("verify zero.dpde r --json").status, 0);
+}
+
 }  // namespace
 }  // namespace dpde::testing

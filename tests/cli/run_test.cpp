@@ -150,6 +150,14 @@ TEST_F(CheckCommand, CountsBytesOrdersAndMemory) {
   EXPECT_TRUE(json["diagnostics"].empty());
 }
 
+/// What the adjoint recomputes of the first stage is less than that stage.
+TEST_F(CheckCommand, KnowsAdjointsThatRecomputePartsOfStages) {
+  write("two.dpde", "model m { field u, w; dt(u) = u^2; dt(w) = lap(w) }\nscheme e { time = rk2 }\nscene j : m with e {\n"
+                    "  grid x = 0 .. 1, cells 8, periodic\n  initial u = 0.1\n  initial w = x\n  time 0 .. 0.1, step 1/1000\n}\n");
+  const Outcome check = dpde("check two.dpde j --json");
+  EXPECT_EQ(check.status, 0) << check.err;
+}
+
 TEST_F(CheckCommand, SaysWhatAZeroCoefficientDrops) {
   std::string text = rod_text;
   text.replace(text.find("k = 0.3"), 7, "k = 0");

@@ -31,6 +31,7 @@ std::int64_t parts_of(const std::string& text) {
 TEST(Courant, CountsThePartsOfAStep) {
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5")), 80);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.4")), 104);
+  EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5", "  subcycle u in 5\n")), 16);  // speeds count by the parts
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 100")), 8);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8, courant 0.5, speed 2*a")), 160);
   EXPECT_EQ(parts_of(ring("0 .. 1, step 1/8")), 8);

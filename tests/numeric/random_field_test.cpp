@@ -83,6 +83,17 @@ TEST(RandomField, DrawsManyWavesByTheirEnergy) {
   EXPECT_NEAR(low, below / all, 0.02);
 }
 
+/// Energies over hundreds of orders of magnitude, each way.
+TEST(RandomField, MayBeSteep) {
+  for (const std::string slope : {"-20", "-12", "-10.5", "13", "20"}) {
+    for (const auto& cells : std::vector<std::vector<int>>{{160}, {40, 36}}) {
+      const std::string highest = cells.size() == 1 ? "64" : "16";
+      const std::vector<double> u = field("seed = 1, lowest = 1, highest = " + highest + ", slope = " + slope, cells);
+      EXPECT_NEAR(mean_square(u), 1, 1e-12) << slope;
+    }
+  }
+}
+
 TEST(RandomField, IsTheSameOnEveryGrid) {
   const std::string arguments = "seed = 5, lowest = 1, highest = 4, slope = -1";
   const std::vector<double> coarse = field(arguments, {12, 8}), fine = field(arguments, {36, 24});

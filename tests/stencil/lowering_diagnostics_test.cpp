@@ -64,4 +64,15 @@ TEST(LoweringDiagnostics, DifferencesWithoutEnd) {
             std::vector<std::string>{"E0552 at 5: the differences of this expression have more than 50000 parts"});
 }
 
+/// Both ends of the step are read behind one fill.
+TEST(LoweringDiagnostics, VelocityOfMacCormackBesideAWallThatMoves) {
+  model::Problem p = problem({state("u", -advect({at(5, d(v))}, u)), state("v", 0.0)});
+  p.scheme.advect = model::Advection::maccormack;
+  p.scheme.advect_order = 2;
+  p.axes[0].topology = dpde::Topology::bounded;
+  EXPECT_EQ(complaints(p), std::vector<std::string>{});
+  p.states[1].boundary[0].high.value = param("t");
+  EXPECT_EQ(complaints(p), std::vector<std::string>{"E0311 at 5: a velocity with differences of v, whose walls move, cannot appear in a scene with advect = maccormack"});
+}
+
 }  // namespace

@@ -38,7 +38,7 @@ std::string second_order_text(const driver::Certificate& certificate) {
   std::string text = fmt::format("Hessian: v.Hw against w.Hv on {} grids, at most {:.2e}; ", second.cases.size(), second.worst());
   text += second.slope ? fmt::format("slope of the remainder {:.4f}", *second.slope)
                        : "no slope of the remainder: " + std::string(second.only_rounding ? "it is rounding" : "it shows none");
-  return text + (second.has_kinks ? " (the programs have kinks: any slope from 2 to 3 is right)\n" : "\n");
+  return text + (second.has_kinks ? " (the programs have kinks, so it is not judged)\n" : "\n");
 }
 
 void show(Job& job, const std::string& target, const driver::Certificate& certificate) {

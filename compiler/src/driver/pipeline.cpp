@@ -281,7 +281,8 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
     if (options.second && !sink.has_errors()) differentiate_twice(compiled, name, wrt, derivatives);
   }
   if (sink.has_errors()) return;
-  merge(compiled.stencil, run_passes(std::move(derivatives)));
+  // What an adjoint recomputes of a stage may be less than the stage: a kernel of its own, as fills are gone with the rest.
+  merge(compiled.stencil, with_own_kernels(run_passes(std::move(derivatives)), compiled.stencil));
 }
 
 void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, DiagnosticSink& sink) {

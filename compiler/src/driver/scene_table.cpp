@@ -147,7 +147,9 @@ void SceneTable::Storage::add_second(const model::Task& task) {
   scene.initial_second = second_of(compiled->formula_programs()[1]);
   for (std::size_t i = 0; i < losses.size(); ++i) {
     const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
-    const Derived& loss = compiled->derived.at(name);
+    const auto found = compiled->derived.find(name);
+    if (found == compiled->derived.end()) continue;  // nothing that is sought reaches it
+    const Derived& loss = found->second;
     losses[i].full = second_of(name);
     if (!loss.squares || !loss.squares_adjoint) continue;
     losses[i].squares = {compiled->program(loss.squares->program), compiled->program(loss.squares_adjoint->program)};

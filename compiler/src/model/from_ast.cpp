@@ -27,8 +27,8 @@ std::optional<Problem> from_ast(const ast::File& file, const Selection& selectio
   bind_states(draft);
   if (draft.model) add_histories(draft);
   bind_coefficients(draft);
-  bind_courant(draft);
   bind_subcycles(draft);
+  bind_courant(draft);
   bind_observables(draft);
   bind_outputs(draft);
   bind_events(draft);

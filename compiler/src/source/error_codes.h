@@ -135,7 +135,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0702", "not-an-unknown", Severity::error, "{} is a {} and cannot be an unknown"},
     {"E0703", "bad-data", Severity::error, "data come from a file or from the field of a scene, not from this"},
     {"E0704", "no-such-field", Severity::error, "scene {} has no field {}"},
-    {"E0705", "not-reduced", Severity::error, "{} is not a sum of mean, sum or integral with constant factors"},
+    {"E0705", "not-reduced", Severity::error, "{} is not a sum of mean, sum, integral, max or min over all axes with constant factors"},
     {"E0706", "unknown-optimiser", Severity::error, "there is no optimiser called {}"},
     {"E0707", "bad-optimiser-option", Severity::error, "{} of {} {}"},
     {"E0708", "bad-iterations", Severity::error, "iterations is a whole number from 1 on, not {}"},

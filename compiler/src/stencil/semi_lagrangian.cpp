@@ -91,6 +91,38 @@ void check_state(const model::State& state, DiagnosticSink& sink) {
   }
 }
 
+bool has_moving_walls(const model::Problem& problem, const model::State& state) {
+  const auto moves = [&](const model::Expr& part) {
+    const auto* param = std::get_if<model::Param>(&part->kind);
+    return param && (param->name == "t" || problem.find_control(param->name) != nullptr);
+  };
+  return std::any_of(state.boundary.begin(), state.boundary.end(), [&](const model::AxisSides& sides) {
+    return model::any_part(sides.low.value, moves) || model::any_part(sides.high.value, moves);
+  });
+}
+
+/// MacCormack takes velocities at both ends of the step from states whose halos are filled for the later one: a velocity made
+/// of differences would see a wall that moves at the wrong time.
+void check_velocity(const model::Problem& problem, const model::State& state, DiagnosticSink& sink) {
+  const model::Advect* transport = find_transport(state);
+  if (!transport) return;
+  for (const model::State& read : problem.states) {
+    if (!has_moving_walls(problem, read)) continue;
+    const auto looks_around = [&](const model::Expr& part) {
+      const bool is_difference = std::holds_alternative<model::Derivative>(part->kind) || std::holds_alternative<model::Interpolate>(part->kind) ||
+                                 std::holds_alternative<model::Shift>(part->kind);
+      return is_difference && model::reads(part, read.name);
+    };
+    for (const model::Expr& component : transport->velocity) {
+      if (!model::any_part(component, looks_around)) continue;
+      sink.report("not-allowed-here", component->origin.range.is_known() ? component->origin.range : state.origin.range,
+                  {"a velocity with differences of " + read.name + ", whose walls move,", "a scene with advect = maccormack"},
+                  "take advect = semi_lagrangian or upwind(3)");
+      return;
+    }
+  }
+}
+
 /// The way of the flow in a step, backwards or forwards, in cells.
 std::vector<Expr> way(const model::Advect& advect, bool backwards, Discretiser& at_point) {
   std::vector<Expr> result;
@@ -236,8 +268,13 @@ Stage correction(const Lowering& lowering, const Fields& mid, const Fields& ahea
 }  // namespace
 
 void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink) {
+  const std::size_t before = sink.all().size();
   for (const model::State& state : problem.states) {
     if (state.rhs) check_state(state, sink);
+  }
+  if (problem.scheme.advect != model::Advection::maccormack || sink.all().size() > before) return;
+  for (const model::State& state : problem.states) {
+    if (state.rhs) check_velocity(problem, state, sink);
   }
 }
 

@@ -31,7 +31,7 @@ struct StepPart {
   /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what they are.
   std::map<double, std::map<std::string, std::string>> others;
 
-  double length() const { return 1.0 / of; }  // in steps, as is the next
+  /// In steps.
   double time(double fraction) const { return (number + fraction) / of; }
 };
 

@@ -60,16 +60,17 @@ std::vector<Wave> waves_between(double lowest, double highest, double slope, int
 void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   if (waves.size() <= most_waves) return;
   std::ranges::stable_sort(waves, std::ranges::greater{}, &Wave::weight);
-  double rest = 0;  // energy of those that are not sure
-  for (const Wave& wave : waves) rest += wave.weight;
+  std::vector<double> rest(waves.size() + 1, 0);  // energy of all from one on, added up from the small end so that nothing cancels
+  for (std::size_t i = waves.size(); i-- > 0;) rest[i] = rest[i + 1] + waves[i].weight;
   std::size_t sure = 0;
-  while (waves[sure].weight * static_cast<double>(most_waves - sure) >= rest) rest -= waves[sure++].weight;
+  while (sure < most_waves && waves[sure].weight * static_cast<double>(most_waves - sure) >= rest[sure]) ++sure;
+  if (sure == most_waves) return waves.resize(most_waves);
   for (std::size_t i = waves.size() - 1; i > sure; --i) {
     std::swap(waves[i], waves[sure + static_cast<std::size_t>(uniform(random) * static_cast<double>(i - sure + 1))]);
   }
   // systematic sampling: the energies in a row, and places at equal distances on them
   std::vector<Wave> chosen(waves.begin(), waves.begin() + static_cast<std::ptrdiff_t>(sure));
-  const double distance = rest / static_cast<double>(most_waves - sure);
+  const double distance = rest[sure] / static_cast<double>(most_waves - sure);
   double next = uniform(random) * distance, end = 0;
   for (std::size_t i = sure; i < waves.size() && chosen.size() < most_waves; ++i) {
     end += waves[i].weight;

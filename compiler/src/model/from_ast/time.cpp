@@ -112,23 +112,26 @@ Expr over_spacing(const Problem& problem, const Expr& speed, int axis) {
   return binary(BinaryOp::divide, model::call(Fn::abs, {centred}), param(std::string("h").append(axis_name(axis))));
 }
 
-/// Each velocity that something is carried with: the largest of their rates.
+/// Each velocity that something is carried with, in the steps that its equation makes: the largest of their rates.
 std::optional<Expr> rate_of_advection(const Problem& problem) {
   std::optional<Expr> rate;
-  std::vector<std::vector<Expr>> seen;
+  std::vector<std::pair<std::vector<Expr>, int>> seen;
+  int parts = 1;
   const std::function<void(const Expr&)> visit = [&](const Expr& e) {
     const auto* advect = std::get_if<Advect>(&e->kind);
-    if (advect && std::find(seen.begin(), seen.end(), advect->velocity) == seen.end()) {
-      seen.push_back(advect->velocity);
+    if (advect && std::find(seen.begin(), seen.end(), std::pair(advect->velocity, parts)) == seen.end()) {
+      seen.emplace_back(advect->velocity, parts);
       Expr own = 0.0;
       for (int axis = 0; axis < static_cast<int>(advect->velocity.size()); ++axis) {
         own = binary(BinaryOp::add, own, over_spacing(problem, advect->velocity[static_cast<std::size_t>(axis)], axis));
       }
+      if (parts > 1) own = binary(BinaryOp::divide, own, parts);
       rate = rate ? model::call(Fn::max, {*rate, own}) : own;
     }
     for_each_part(e, visit);
   };
   for (const State& state : problem.states) {
+    parts = state.parts;
     if (state.rhs) visit(*state.rhs);
   }
   return rate;
