@@ -183,7 +183,12 @@ bool has_kinks(const Compiled& compiled) {
     stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e); });
   };
   for (const auto& [name, derived] : compiled.derived) {
-    for (const stencil::Kernel& kernel : extract(compiled.stencil, {name}).kernels) {
+    const stencil::Module module = extract(compiled.stencil, {name});
+    for (const stencil::Statement& statement : module.programs.front().body) {
+      const auto* reduce = std::get_if<stencil::Reduce>(&statement);
+      found = found || (reduce != nullptr && (reduce->kind == Reduction::max || reduce->kind == Reduction::min));
+    }
+    for (const stencil::Kernel& kernel : module.kernels) {
       found = found || !kernel.scatters.empty();
       for (const stencil::Let& let : kernel.lets) look(let.value);
       for (const stencil::Store& store : kernel.stores) look(store.value);
