@@ -107,10 +107,6 @@ void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const State
   forward->block->run(to);
 }
 
-std::span<const LossEvent> Rollout::Impl::events_at(int k) const {
-  return std::ranges::equal_range(events, k, {}, &LossEvent::step);
-}
-
 void Rollout::Impl::add_losses(int k, const StateBuffer& state) {
   for (const LossEvent& event : events_at(k)) {
     BoundTerm& term = terms[event.term];

@@ -156,8 +156,15 @@ struct Rollout::Impl {
   void steps(int n, int count, const StateBuffer& from, const StateBuffer& to);
   void bind_buffers(const StateBuffer& from, const StateBuffer& to);
   void add_losses(int k, const StateBuffer& state);
-  std::span<const LossEvent> events_at(int k) const;
-  bool has_losses(int k) const { return !events_at(k).empty(); }
+  /// Steps are asked for one after the other, in either direction: the place in the list is kept, nothing is searched.
+  std::span<const LossEvent> events_at(int k) {
+    while (next_event > 0 && events[next_event - 1].step >= k) --next_event;
+    while (next_event < events.size() && events[next_event].step < k) ++next_event;
+    size_t end = next_event;
+    while (end < events.size() && events[end].step == k) ++end;
+    return {events.data() + next_event, end - next_event};
+  }
+  bool has_losses(int k) { return !events_at(k).empty(); }
   int free_buffer(int a, int b) const;
   std::optional<BlowUp> find_blow_up(int step, const StateBuffer& state) const;
   BlowUp locate_blow_up(int from, int safe, const BlowUp& found);
@@ -207,6 +214,7 @@ struct Rollout::Impl {
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
   std::vector<LossEvent> events;     // in order of their steps; not a list over all steps, of which there may be 1e9
+  size_t next_event = 0;             // of those at or behind the step that was asked for last
   int last_loss = 0;                 // the last step with a loss: the gradient runs so far
   std::vector<std::string> param_bar_names;
   std::vector<Control> controls;

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "../driver/driver_support.h"
+#include "driver/session.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -93,18 +95,31 @@ TEST(Reduction, OfStaggeredFields) {
   }
 }
 
-TEST(Reduction, InEventsObservablesAndLosses) {
+TEST(Reduction, InEventsAndObservables) {
   const std::string text = scene("1 + x", "x", "rk4",
                                  "after step: u = u - mean(u)\n  observe left = mean(u)\n  observe peak = max(u) - min(u)\n  observe spread = mean((u - mean(u, x))^2)");
   const SceneResult result = run_scene(text, "s");
-  double sum = 0, low = 1e9, high = -1e9;
+  double sum = 0, squares = 0, low = 1e9, high = -1e9;
   for (const double v : result.state.at("u")) {
     sum += v;
+    squares += v * v;
     low = std::min(low, v);
     high = std::max(high, v);
   }
   EXPECT_NEAR(sum, 0, 1e-12);
   EXPECT_NEAR(high - low, 2 * 1.75, 1e-12);  // x from 1/8 to 15/8, twice: at the start and by the slope
+  const SourceFile source("test.dpde", text);
+  driver::CompileOptions options;
+  options.backend = driver::Backend::jit;
+  DiagnosticSink sink;
+  const auto session = driver::Session::open(source, compiled(source, options), {}, sink);
+  ASSERT_TRUE(session);
+  session->rollout().run();
+  std::map<std::string, double> observed;
+  for (const auto& [name, value] : session->observe(1, session->rollout().final_states())) observed[name] = value;
+  EXPECT_NEAR(observed.at("left"), 0, 1e-12);
+  EXPECT_NEAR(observed.at("peak"), high - low, 1e-12);
+  EXPECT_NEAR(observed.at("spread"), squares / 48, 1e-12);  // the mean along x is 0
 }
 
 /// Dot products, Taylor slope and Hessian.
