@@ -9,7 +9,7 @@
 
 namespace dpde {
 
-/// 64-byte aligned (4 KiB from one page on), all zero; free with std::free. @throws Error(machine) naming the bytes.
+/// 64-byte aligned (4 KiB from one page on, 2 MiB and in huge pages where there are some from 4 MiB on), all zero; free with std::free. @throws Error(machine) naming the bytes.
 char* allocate_bytes(int64_t bytes);
 
 /// The same in a file of the folder, whose room is taken at once so that a full disk is told here; it has no name and vanishes
