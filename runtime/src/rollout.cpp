@@ -99,12 +99,7 @@ int Rollout::Impl::steps_at_once(int n, int until) const {
 
 void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const StateBuffer& to) {
   if (count == 1) return step(n, from, to);
-  for (int s = 0; s < count; ++s) {
-    set_step(forward->program, n + s);
-    forward->block->set_uniforms(s, forward->program.executor.uniforms());
-  }
-  forward->program.bind_states(from);
-  forward->block->run(to);
+  run_block(*forward->block, n, from, to);
 }
 
 void Rollout::Impl::add_losses(int k, const StateBuffer& state) {

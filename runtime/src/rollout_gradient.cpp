@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 #include "rollout_impl.h"
@@ -51,11 +52,11 @@ const GradientResult& Rollout::Impl::gradient() {
   return result;
 }
 
-/// Counts a step, forward or back, that led to `state`; false when whoever watches wants no more.
-bool Rollout::Impl::go_on(int state) {
-  ++steps_worked;
+/// Counts steps, forward or back, that led to `state`; false when whoever watches wants no more.
+bool Rollout::Impl::go_on(int state, int worked) {
+  const int64_t before = std::exchange(steps_worked, steps_worked + worked);
   const int64_t total = 2 * int64_t{last_loss} + result.recomputed_steps;
-  if (!watch || (steps_worked % watch_every != 0 && steps_worked != total)) return true;
+  if (!watch || (before / watch_every == steps_worked / watch_every && steps_worked != total)) return true;
   return watch({steps_worked, total, time(state)});
 }
 
@@ -83,21 +84,21 @@ void Rollout::Impl::forward_done() { result.forward_seconds = seconds_since(star
 
 /// When neither the adjoint of the step nor that of an earlier loss reads a state. False when stopped.
 bool Rollout::Impl::run_without_trajectory() {
-  for (int n = 0; n < last_loss; ++n) {
+  for (int leg = 0; leg < legs(); ++leg) {
     if (stopping()) return false;
-    const int next = free_buffer(current, current);
-    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    const int next = free_buffer(current, current), end = mark(leg + 1);
+    run_leg(leg, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     current = next;
-    if (has_losses(n + 1)) add_losses(n + 1, buffers[static_cast<size_t>(current)]);
-    if (!go_on(n + 1)) return false;
+    if (has_losses(end)) add_losses(end, buffers[static_cast<size_t>(current)]);
+    if (!go_on(end, end - mark(leg))) return false;
   }
   forward_done();
   const StateBuffer& last = buffers[static_cast<size_t>(current)];
   seed_end(last);
-  for (int n = last_loss - 1; n >= 0; --n) {
+  for (int leg = legs() - 1; leg >= 0; --leg) {
     if (stopping()) return false;
-    reverse(n, last);
-    if (!go_on(n)) return false;
+    reverse_leg(leg, last);
+    if (!go_on(mark(leg), mark(leg + 1) - mark(leg))) return false;
   }
   return true;
 }
@@ -133,8 +134,8 @@ bool Rollout::Impl::run_with_checkpoints() {
         break;
       case checkpoint::ActionKind::reverse:
         if (stopping() || !start_reverse(action.from)) return false;
-        reverse(action.from, buffers[static_cast<size_t>(current)]);
-        if (!go_on(action.from)) return false;
+        reverse_leg(action.from, buffers[static_cast<size_t>(current)]);
+        if (!go_on(mark(action.from), 2 * (mark(action.from + 1) - mark(action.from)) - 1)) return false;
         break;
     }
   }
@@ -153,32 +154,32 @@ void Rollout::Impl::release(int buffer) {
 }
 
 bool Rollout::Impl::advance(int from, int to) {
-  for (int n = from; n < to; ++n) {
+  for (int leg = from; leg < to; ++leg) {
     if (stopping()) return false;
-    const int next = take();
-    step(n, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+    const int next = take(), end = mark(leg + 1);
+    run_leg(leg, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     release(current);
     current = next;
-    if (!go_on(n + 1)) return false;
-    if (n + 1 <= front) continue;
-    front = n + 1;
+    if (!go_on(end, end - mark(leg))) return false;
+    if (end <= front) continue;
+    front = end;
     if (has_losses(front)) add_losses(front, buffers[static_cast<size_t>(current)]);
   }
   return true;
 }
 
-/// The first reversal is that of the last step: makes this step, counts its losses, and sets the seeds.
-bool Rollout::Impl::start_reverse(int n) {
+/// The first reversal is that of the last leg: makes its steps, counts its losses, and sets the seeds.
+bool Rollout::Impl::start_reverse(int leg) {
   if (front == last_loss) return true;
   const int next = take();
   const StateBuffer& last = buffers[static_cast<size_t>(next)];
-  step(n, buffers[static_cast<size_t>(current)], last);
+  run_leg(leg, buffers[static_cast<size_t>(current)], last);
   front = last_loss;
   add_losses(last_loss, last);
   forward_done();
   seed_end(last);
   release(next);
-  return go_on(last_loss);
+  return go_on(last_loss, last_loss - mark(leg));
 }
 
 void Rollout::Impl::seed_end(const StateBuffer& state) {
@@ -212,13 +213,12 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
     if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], {&setup.layout, bars[2][i]});
     is_seeded[i] = 1;
   }
-  add_param_bars(program.executor, adjoint.params, k);
+  add_param_bars(program.executor.sums(), adjoint.params, k);
   add_field_bars(program.executor, adjoint.fields);
 }
 
 /// Of a control the share of step n goes to its interval.
-void Rollout::Impl::add_param_bars(const Executor& executor, const std::vector<ParamBar>& params, int n) {
-  const std::span<const double> sums = executor.sums();
+void Rollout::Impl::add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n) {
   for (const ParamBar& param : params) {
     std::vector<double>& bars_of_control = result.control_bars[param.param];
     if (bars_of_control.empty()) {
@@ -298,7 +298,7 @@ void Rollout::Impl::prepare_seeds() {
 
 void Rollout::Impl::after_reverse(int n) {
   bar = 1 - bar;
-  add_param_bars(backward->program.executor, backward->params, n);
+  add_param_bars(backward->program.executor.sums(), backward->params, n);
   add_field_bars(backward->program.executor, backward->fields);
 }
 

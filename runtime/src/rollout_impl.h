@@ -82,6 +82,7 @@ struct BoundStep {
   BoundProgram program;
   std::vector<int> next;  // field of each state's next value
   std::optional<Wavefront> block;  // several steps at once
+  std::optional<Wavefront> leg;    // those whose adjoints are done at once
 };
 /// How fast things move at a state: 1/time, in each cell.
 struct BoundRate {
@@ -93,6 +94,8 @@ struct BoundAdjoint {
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
   std::vector<ParamBar> params;
   std::vector<FieldBar> fields;
+  std::optional<Wavefront> block;  // adjoints of several steps at once
+  std::vector<size_t> block_results;  // of its swaps: the state
 };
 /// Data of a loss: a field and its memory at each entry of at_steps (or the same for all).
 struct BoundData {
@@ -131,7 +134,6 @@ struct Rollout::Impl {
   void bind_params(BoundProgram& bound);
   void bind_step();
   void bind_rate();
-  void plan_block();
   void bind_adjoint();
   void bind_term(const LossTerm& term);
   std::vector<BoundData> bind_data(const LossTerm& term, BoundProgram& bound);
@@ -139,9 +141,20 @@ struct Rollout::Impl {
   std::vector<FieldBar> bind_field_bars(const Executor& executor) const;
   void schedule_losses();
   bool adjoint_reads_states() const;
+  int64_t recomputed_steps() const;
   void plan_memory();
   template <class Visit>
   void for_each_program(const Visit& visit);
+
+  // Several steps in one pass over memory (rollout_blocks.cpp)
+  void plan_block();
+  void plan_reverse_block();
+  void plan_marks();
+  int legs() const { return marks.empty() ? last_loss : static_cast<int>(marks.size()) - 1; }
+  int mark(int leg) const { return marks.empty() ? leg : marks[static_cast<size_t>(leg)]; }
+  void run_block(Wavefront& block, int n, const StateBuffer& from, std::span<void* const> results);
+  void run_leg(int leg, const StateBuffer& from, const StateBuffer& to);
+  void reverse_leg(int leg, const StateBuffer& state);
 
   // Running (rollout.cpp)
   double time(int step) const { return setup.t0 + step * setup.dt; }
@@ -180,7 +193,7 @@ struct Rollout::Impl {
   void make_frames();
   bool run_frames();
   bool advance(int from, int to);
-  bool start_reverse(int n);
+  bool start_reverse(int leg);
   void forward_done();
   int take();
   void release(int buffer);
@@ -193,10 +206,10 @@ struct Rollout::Impl {
   const StateBuffer& part_buffer(int part);
   void bind_reverse(const StateBuffer& state, size_t seeds);
   void prepare_seeds();
-  void add_param_bars(const Executor& executor, const std::vector<ParamBar>& params, int n);
+  void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields);
   void after_reverse(int n);
-  bool go_on(int state);
+  bool go_on(int state, int worked = 1);
   FieldView bar_of(std::string_view field) const;
   void copy_param_bar(std::string_view param, std::span<double> to) const;
 
@@ -227,7 +240,9 @@ struct Rollout::Impl {
   double loss_value = 0;
   int reached = 0;  // steps of advance() since restart()
 
-  // Gradient
+  // Gradient. It goes in legs, from state mark(i) to mark(i + 1), of one step or of those of a block; not empty: marks.
+  std::vector<int> marks;
+  std::vector<void*> leg_results;
   bool keeps_trajectory = false;
   std::vector<checkpoint::Action> actions;
   std::vector<int> slot_buffers;

@@ -13,8 +13,6 @@ namespace dpde {
 namespace {
 
 constexpr int64_t line = 64, page = 4096;  // bytes
-constexpr int64_t least_bytes_for_blocks = 2 << 20;
-constexpr double most_extra_work = 1.2;
 
 [[noreturn]] void not_bound(const dpde_program& program, std::string_view what, std::string_view name) {
   throw Error(ErrorKind::run, fmt::format("program {}: {} {} is not bound", program.name, what, name));
@@ -151,22 +149,6 @@ void Rollout::Impl::bind_rate() {
   if (rate->field < setup.rate->input_count) throw Error(ErrorKind::run, fmt::format("program {}: no result called courant_rate", setup.rate->name));
 }
 
-/// Blocks where a plain sweep would leave the core's own cache: as many steps as do not compute too much twice.
-void Rollout::Impl::plan_block() {
-  const Executor& executor = forward->program.executor;
-  if (setup.block_steps == 1 || setup.rate != nullptr) return;
-  if (setup.block_steps > 1) {
-    forward->block = Wavefront::make(executor, setup.block_steps, setup.threads);
-    return;
-  }
-  if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks) return;
-  for (const int steps : {16, 8, 4, 2}) {
-    forward->block = Wavefront::make(executor, steps, setup.threads);
-    if (forward->block && forward->block->work() <= most_extra_work) return;
-  }
-  forward->block.reset();
-}
-
 void Rollout::Impl::bind_adjoint() {
   const dpde_program& program = *setup.adjoint;
   std::vector<std::string> own;
@@ -181,7 +163,7 @@ void Rollout::Impl::bind_adjoint() {
     own.push_back(seed);
     own.emplace_back(program.fields[found->next]);
   }
-  backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}});
+  backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}, {}, {}});
   backward->fields = bind_field_bars(backward->program.executor);
 }
 
@@ -266,18 +248,29 @@ bool Rollout::Impl::adjoint_reads_states() const {
   });
 }
 
+/// Beyond the first pass: by the plan, and those inside of blocks.
+int64_t Rollout::Impl::recomputed_steps() const {
+  if (last_loss == 0) return 0;
+  int64_t made = mark(legs()) - mark(legs() - 1);  // the last leg, for the losses at its end
+  for (const checkpoint::Action& action : actions) {
+    if (action.kind == checkpoint::ActionKind::advance) made += mark(action.to) - mark(action.from);
+  }
+  return made - last_loss + (last_loss - legs());
+}
+
 void Rollout::Impl::plan_memory() {
   const auto states = static_cast<int64_t>(state_names.size());
   int slots = 1;
   const bool rate_reads = rate && std::ranges::any_of(rate->program.states, [](int field) { return field >= 0; });
   keeps_trajectory = backward && (adjoint_reads_states() || rate_reads);
   const int64_t state_bytes = states * FieldPool::stride_of(setup.layout);
+  if (backward) plan_reverse_block();
   if (keeps_trajectory) {
-    slots = setup.slots > 0 ? std::min(setup.slots, std::max(last_loss - 1, 1)) : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, last_loss);
-    actions = checkpoint::plan(last_loss, slots);
+    slots = setup.slots > 0 ? std::min(setup.slots, std::max(legs() - 1, 1)) : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, legs());
+    actions = checkpoint::plan(legs(), slots);
     slot_buffers.assign(static_cast<size_t>(slots), 0);
     result.stored_states = slots - 1;
-    result.recomputed_steps = last_loss == 0 ? 0 : checkpoint::advanced_steps(last_loss, slots) + 1 - last_loss;
+    result.recomputed_steps = recomputed_steps();
   }
   const int64_t count = std::max(slots - 1 + 2, 3);
   result.checkpoint_bytes = planned_bytes = backward ? (count + 1) * state_bytes : 0;
@@ -304,7 +297,12 @@ void Rollout::Impl::plan_memory() {
   bar_layout = setup.layout;
   bar_layout.real = DPDE_F64;
   field_bar_pool = FieldPool(bar_layout, sought);
-  for (int64_t i = 0; i < sought; ++i) result.field_bars.push_back({&bar_layout, field_bar_pool.base(i)});
+  std::vector<double*> totals;
+  for (int64_t i = 0; i < sought; ++i) {
+    totals.push_back(static_cast<double*>(field_bar_pool.base(i)));
+    result.field_bars.push_back({&bar_layout, totals.back()});
+  }
+  if (backward->block) backward->block->set_totals(totals);
   is_seeded.assign(state_names.size(), 0);
   result.state_bars.assign(state_names.size(), {});
 }
@@ -326,6 +324,7 @@ Rollout::Rollout(Rollout&&) noexcept = default;
 Rollout& Rollout::operator=(Rollout&&) noexcept = default;
 
 int Rollout::block_steps() const { return impl_->forward->block ? impl_->forward->block->steps() : 1; }
+int Rollout::gradient_block_steps() const { return impl_->marks.empty() ? 1 : impl_->backward->block->steps(); }
 int Rollout::state_count() const { return static_cast<int>(impl_->state_names.size()); }
 const std::string& Rollout::state_name(int state) const { return impl_->state_names[static_cast<size_t>(state)]; }
 int Rollout::state_index(std::string_view name) const {

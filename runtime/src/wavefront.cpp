@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront.h"
-
 #include <omp.h>
 
 #include <algorithm>
@@ -8,10 +6,12 @@
 #include <utility>
 
 #include "aligned_memory.h"
-#include "fill.h"
-#include "real.h"
+#include "wavefront_impl.h"
 
 namespace dpde {
+
+using wavefront::Access, wavefront::Place, wavefront::Range, wavefront::Rings, wavefront::Tile, wavefront::wrapped;
+
 namespace {
 
 using Kind = WavefrontStream::Kind;
@@ -21,17 +21,6 @@ constexpr int64_t line_bytes = 64, page_bytes = 4096;
 /// in the core's own cache, planes of 3-D grids with many steps in the shared one (256^3: 1.2 times the plain sweep, 0.9 else).
 constexpr int64_t strip_bytes = 1000 * 1024, tile_bytes = 6 * 1024 * 1024;
 constexpr int64_t least_strip = 128, least_rows = 8;
-
-struct Range {
-  int64_t from = 0, to = 1;
-  int64_t count() const { return to - from; }
-};
-/// Cells of the results one thread computes in one go; along the last axis the wavefront moves.
-using Tile = std::array<Range, 3>;
-using Place = std::array<int64_t, 3>;  // of a row; x is not looked at
-
-/// Into 0 .. cells - 1 from at most one period away.
-int64_t wrapped(int64_t place, int64_t cells) { return place < 0 ? place + cells : place >= cells ? place - cells : place; }
 
 std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
   std::vector<Range> ranges;
@@ -44,76 +33,21 @@ std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
   return ranges;
 }
 
-/// Where a level finds the rows of one stream in the tile that runs.
-struct Access {
-  char* base;           // cell x = 0 of the first row (of ring slot 0, or of the field) at the stream's offset along x
-  int64_t mask;         // of ring slots; -1: no ring
-  int64_t slab_stride, row_stride;  // bytes
-  int64_t slab_offset, row_offset;  // the stream's; row_offset counts from the first row of a slot
-};
-
-/// Rings and pointers of one thread.
-struct Rings {
-  std::unique_ptr<char, decltype(&std::free)> memory{nullptr, &std::free};
-  std::vector<char*> base;      // of each ring, then of each copy: the first element of slot 0
-  std::vector<void*> pointers;                // of the streams of a level: at the row
-  std::vector<char*> slabs;                   // and of its slab
-  std::vector<std::vector<Access>> accesses;  // of each level's streams
-  std::vector<Tile> regions;                  // of each level
-  std::array<int64_t, 3> first{};  // place of the first element of a slot
-  bool copies = false;             // the tile reads inputs through copies
-};
-
 }  // namespace
 
-struct Wavefront::Impl {
-  Impl(const Executor& from, WavefrontPlan made, int threads);
-  void make_tiles(int threads);
-  void allocate(Rings& rings) const;
-  bool needs_copies(const Tile& tile) const;
-  void begin_tile(Rings& rings, const Tile& tile) const;
-  void run_tile(Rings& rings, const Tile& tile) const;
-  void run_slab(size_t number, Rings& rings, const Tile& region, int64_t slab) const;
-  Access access_of(const WavefrontStream& stream, const Rings& rings) const;
-  void enter_slab(size_t number, Rings& rings, int64_t slab) const;
-  void run_row(size_t number, Rings& rings, Range x, Place place) const;
-  void fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const;
-  void copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const;
-  void image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const;
-  void image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const;
-  char* row_of(const WavefrontStream& output, const Rings& rings, Place place) const;
-  char* ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const;
-  Tile region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above, const Tile& tile) const;
-  void finish() const;
-  int64_t slots() const;
-  int64_t round_up(int64_t count) const { return (count + line - 1) / line * line; }
-  int64_t strip_margin() const { return round_up(plan.reach(0)); }
-  bool is_bounded(size_t axis) const { return !plan.periodic[axis]; }
-
-  const Executor* executor;
-  dpde_layout layout;
-  WavefrontPlan plan;
-  size_t last;    // axis
-  int64_t width;  // bytes of a value
-  int64_t line;   // values of a cache line
-  std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
-  std::vector<std::vector<double>> uniforms;  // of each step
-  std::vector<Tile> tiles;
-  bool splits_x = false;
-  std::array<int64_t, 3> before{}, extent{1, 1, 1};  // of a slot: cells before the tile's first, and in all
-  int64_t slot_size = 0;
-  std::vector<Rings> rings_of_threads;
-  std::span<void* const> results;
-};
-
-Wavefront::Impl::Impl(const Executor& from, WavefrontPlan made, int threads)
-    : executor(&from), layout(from.layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1), width(real_bytes(layout)), line(line_bytes / width) {
+Wavefront::Impl::Impl(std::array<const Executor*, 2> from, WavefrontPlan made, int threads)
+    : executors(from), layout(from[0]->layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1), width(real_bytes(layout)), line(line_bytes / width) {
   for (const WavefrontLevel& level : plan.levels) {
     fills.emplace_back();
     for (const WavefrontLevel::Output& output : level.outputs) fills.back().push_back(output.fill ? HaloFill(*output.fill, layout) : HaloFill());
   }
-  uniforms.assign(static_cast<size_t>(plan.steps), std::vector<double>(static_cast<size_t>(from.program().uniform_count)));
+  for (const WavefrontPass& pass : plan.passes) {
+    const dpde_program& program = executors[static_cast<size_t>(pass.program)]->program();
+    uniforms.emplace_back(static_cast<size_t>(program.uniform_count));
+    sums.emplace_back(static_cast<size_t>(program.sum_count));
+  }
   make_tiles(threads);
+  make_sums();
   rings_of_threads.resize(static_cast<size_t>(std::min<int64_t>(threads, static_cast<int64_t>(tiles.size()))));
   for (Rings& rings : rings_of_threads) allocate(rings);
 }
@@ -128,7 +62,7 @@ int64_t Wavefront::Impl::slots() const {
 void Wavefront::Impl::make_tiles(int threads) {
   const int64_t fitting = (last == 1 ? strip_bytes : tile_bytes) / (std::max<int64_t>(slots(), 1) * width);  // cells of a slot
   const auto [nx, ny, nz] = std::array{layout.cells[0], layout.cells[1], layout.cells[2]};
-  int64_t strips = 1, parts = std::min<int64_t>(threads, ny);
+  int64_t parts = std::min<int64_t>(threads, ny);
   if (last == 1) {
     const int64_t strip = std::max(fitting - 2 * strip_margin(), least_strip);
     if (nx >= strip_margin() + layout.halo[0]) strips = (nx + strip - 1) / strip;
@@ -139,6 +73,7 @@ void Wavefront::Impl::make_tiles(int threads) {
   for (const Range& y : split(ny, parts, 1)) {
     for (const Range& x : split(nx, strips, 2 * line)) tiles.push_back({x, y, Range{0, nz}});
   }
+  strips = static_cast<int64_t>(split(nx, strips, 2 * line).size());
   splits_x = tiles.front()[0].count() < nx;
   Tile widest = tiles.front();
   for (const Tile& tile : tiles) {
@@ -165,13 +100,16 @@ void Wavefront::Impl::allocate(Rings& rings) const {
   };
   for (const int64_t ring_slots : plan.ring_slots) place(ring_slots);
   for (const WavefrontCopy& copy : plan.copies) place(splits_x ? copy.slots : 0);
-  size_t most = 0;
+  size_t most = 0, most_sums = 0;
   for (const WavefrontLevel& level : plan.levels) {
     most = std::max(most, level.streams.size());
+    most_sums = std::max(most_sums, level.sums.size());
     rings.accesses.emplace_back(level.streams.size());
   }
   rings.regions.resize(plan.levels.size());
   rings.pointers.assign(most, nullptr);
+  rings.pieces.assign(most, nullptr);
+  rings.unused_sums.assign(most_sums, 0.0);
   rings.slabs.assign(most, nullptr);
 }
 
@@ -210,10 +148,10 @@ Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& ri
   };
   if (stream.kind == Kind::ring) return in_ring(index, plan.ring_slots[index]);
   if (stream.kind == Kind::input && rings.copies) {
-    const auto copy = std::ranges::find(plan.copies, stream.index, &WavefrontCopy::field);
+    const auto copy = std::ranges::find_if(plan.copies, [&](const WavefrontCopy& one) { return one.program == stream.program && one.field == stream.index; });
     return in_ring(plan.ring_slots.size() + static_cast<size_t>(copy - plan.copies.begin()), copy->slots);
   }
-  void* base = stream.kind == Kind::input ? executor->bound(stream.index) : results[index];
+  void* base = stream.kind == Kind::input ? executors[static_cast<size_t>(stream.program)]->bound(stream.index) : results[index];
   return {moved(base, stream.offset[0], width), -1, layout.stride[last] * width, layout.stride[1] * width, slab_offset, row_offset};
 }
 
@@ -228,7 +166,7 @@ void Wavefront::Impl::enter_slab(size_t number, Rings& rings, int64_t slab) cons
   }
 }
 
-void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place) const {
+void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, Range x, Place place) {
   const WavefrontLevel& level = plan.levels[number];
   const std::vector<Access>& accesses = rings.accesses[number];
   for (size_t s = 0; s < accesses.size(); ++s) {
@@ -239,77 +177,33 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, Range x, Place place)
   }
   dpde_row row{};
   row.streams = rings.pointers.data();
-  row.uniforms = uniforms[static_cast<size_t>(level.step)].data();
+  row.uniforms = uniforms[static_cast<size_t>(level.pass)].data();
   row.count = x.count();
   row.first = x.from;
   row.y = plan.periodic[1] ? wrapped(place[1], layout.cells[1]) : place[1];
   row.z = plan.periodic[2] ? wrapped(place[2], layout.cells[2]) : place[2];
   row.layout = &layout;
-  level.row(&row);
+  if (level.sums.empty()) {
+    level.row(&row);
+  } else {
+    call_with_sums(level, rings, row, tile, place);
+  }
+  keep_outputs(level, rings, tile, place);
   if (splits_x && !is_bounded(0)) return;
   for (size_t o = 0; o < level.outputs.size(); ++o) {
     if (level.outputs[o].fill) fill_ends(number, o, rings, x, place);
   }
 }
 
-/// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their ends.
-void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const {
-  const WavefrontLevel& level = plan.levels[number];
-  const double* values = uniforms[static_cast<size_t>(level.step)].data();
-  char* row = row_of(level.outputs[output].stream, rings, place);
-  if (!splits_x) return fills[number][output].run_row(row, values);
-  const dpde_boundary& sides = level.outputs[output].fill->axes[0];
-  const int64_t n = layout.cells[0];
-  const auto set = [&](int64_t to, int64_t from, const dpde_side& side, int64_t k) {
-    set_image(layout.real, row + to * width, row + from * width, 1, side, k, values);
-  };
-  for (int64_t k = 0; k < layout.halo[0]; ++k) {
-    if (x.from == 0) set(-1 - k, k, sides.low, k);
-    if (x.to == n) set(n + k, n - 1 - k, sides.high, k);
-  }
-}
-
-/// Row `from`, complete with its ends, as its image at place `to` along an axis.
-void Wavefront::Impl::image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const {
-  const WavefrontLevel& level = plan.levels[number];
-  const double* values = uniforms[static_cast<size_t>(level.step)].data();
-  Place target = from;
-  target[axis] = to;
-  const int64_t first = x.from == 0 ? -layout.halo[0] : x.from, end = x.to == layout.cells[0] ? x.to + layout.halo[0] : x.to;
-  for (const WavefrontLevel::Output& output : level.outputs) {
-    if (!output.fill) continue;
-    const dpde_boundary& sides = output.fill->axes[axis];
-    const int64_t layer = to < 0 ? -1 - to : to - layout.cells[axis];
-    const char* source = row_of(output.stream, rings, from) + first * width;
-    char* image = row_of(output.stream, rings, target) + first * width;
-    set_image(layout.real, image, source, end - first, to < 0 ? sides.low : sides.high, layer, values);
-  }
-}
-
-/// Images of a row (plane) beyond the walls of the last axis: those below with their row, those above when all are there.
-void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const {
-  if (!is_bounded(last)) return;
-  const int64_t n = layout.cells[last];
-  if (last == 2 && is_bounded(1)) {
-    if (region[1].from == 0) region[1].from -= layout.halo[1];
-    if (region[1].to == layout.cells[1]) region[1].to += layout.halo[1];
-  }
-  const auto image = [&](int64_t from, int64_t to) {
-    if (last == 1) return image_row(number, rings, region[0], 1, {0, from, 0}, to);
-    for (int64_t y = region[1].from; y < region[1].to; ++y) image_row(number, rings, region[0], 2, {0, y, from}, to);
-  };
-  if (slab < layout.halo[last]) image(slab, -1 - slab);
-  for (int64_t k = 0; slab == n - 1 && k < layout.halo[last]; ++k) image(n - 1 - k, n + k);
-}
-
-void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& region, int64_t slab) const {
+void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& tile, int64_t slab) {
+  const Tile& region = rings.regions[number];
   enter_slab(number, rings, slab);
   if (last == 1) {
-    run_row(number, rings, region[0], {0, slab, 0});
+    run_row(number, rings, tile, region[0], {0, slab, 0});
   } else {
     const int64_t n = layout.cells[1], halo = layout.halo[1];
     for (int64_t y = region[1].from; y < region[1].to; ++y) {
-      run_row(number, rings, region[0], {0, y, slab});
+      run_row(number, rings, tile, region[0], {0, y, slab});
       if (!is_bounded(1)) continue;
       if (y < halo) image_row(number, rings, region[0], 1, {0, y, slab}, -1 - y);
       if (y >= n - halo) image_row(number, rings, region[0], 1, {0, y, slab}, 2 * n - 1 - y);
@@ -325,7 +219,7 @@ void Wavefront::Impl::copy_slab(const WavefrontCopy& copy, const Rings& rings, c
   const size_t ring = plan.ring_slots.size() + static_cast<size_t>(&copy - plan.copies.data());
   char* to = ring_row(ring, copy.slots, rings, {0, slab, 0});
   const int64_t row = is_bounded(1) ? slab : wrapped(slab, layout.cells[1]), n = layout.cells[0];
-  const char* from = moved(executor->bound(copy.field), row * layout.stride[1], width);
+  const char* from = moved(executors[static_cast<size_t>(copy.program)]->bound(copy.field), row * layout.stride[1], width);
   const int64_t begin = tile[0].from - copy.below[0], end = tile[0].to + copy.above[0];
   const auto put = [&](int64_t first, int64_t last_one, int64_t shift) {
     if (first < last_one) std::memcpy(to + first * width, from + (first + shift) * width, static_cast<size_t>((last_one - first) * width));
@@ -354,7 +248,7 @@ void Wavefront::Impl::begin_tile(Rings& rings, const Tile& tile) const {
   }
 }
 
-void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) const {
+void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) {
   begin_tile(rings, tile);
   const std::vector<Tile>& regions = rings.regions;
   int64_t from = tile[last].from, to = tile[last].to;
@@ -368,25 +262,7 @@ void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) const {
     for (size_t number = 0; number < plan.levels.size(); ++number) {
       const int64_t slab = place - plan.levels[number].lag;
       const Range& range = regions[number][last];
-      if (slab >= range.from && slab < range.to) run_slab(number, rings, regions[number], slab);
-    }
-  }
-}
-
-/// The halos of the results that need rows or ends of other tiles.
-void Wavefront::Impl::finish() const {
-  const double* values = uniforms.back().data();
-  for (size_t number = 0; number < plan.levels.size(); ++number) {
-    for (size_t o = 0; o < plan.levels[number].outputs.size(); ++o) {
-      const WavefrontLevel::Output& output = plan.levels[number].outputs[o];
-      if (output.stream.kind != Kind::result || !output.fill) continue;
-      void* base = results[static_cast<size_t>(output.stream.index)];
-      if (splits_x) {
-        fills[number][o].run_plain(base, values);
-      } else {
-        fills[number][o].run_y(base, values);
-        fills[number][o].run_z(base, values);
-      }
+      if (slab >= range.from && slab < range.to) run_slab(number, rings, tile, slab);
     }
   }
 }
@@ -394,7 +270,13 @@ void Wavefront::Impl::finish() const {
 std::optional<Wavefront> Wavefront::make(const Executor& executor, int steps, int threads) {
   std::optional<WavefrontPlan> plan = plan_wavefront(executor.program(), executor.layout(), steps);
   if (!plan) return std::nullopt;
-  return Wavefront(std::make_unique<Impl>(executor, std::move(*plan), std::max(threads, 1)));
+  return Wavefront(std::make_unique<Impl>(std::array<const Executor*, 2>{&executor, nullptr}, std::move(*plan), std::max(threads, 1)));
+}
+
+std::optional<Wavefront> Wavefront::make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, int threads) {
+  std::optional<WavefrontPlan> plan = plan_reverse_wavefront(step.program(), adjoint.program(), fields, step.layout(), steps);
+  if (!plan) return std::nullopt;
+  return Wavefront(std::make_unique<Impl>(std::array<const Executor*, 2>{&step, &adjoint}, std::move(*plan), std::max(threads, 1)));
 }
 
 Wavefront::Wavefront(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -402,7 +284,8 @@ Wavefront::~Wavefront() = default;
 Wavefront::Wavefront(Wavefront&&) noexcept = default;
 Wavefront& Wavefront::operator=(Wavefront&&) noexcept = default;
 
-int Wavefront::steps() const { return impl_->plan.steps; }
+int Wavefront::steps() const { return std::ranges::max(impl_->plan.passes, {}, &WavefrontPass::step).step + 1; }
+const std::vector<WavefrontPass>& Wavefront::passes() const { return impl_->plan.passes; }
 
 double Wavefront::work() const {
   double computed = 0, needed = 0;
@@ -416,9 +299,9 @@ double Wavefront::work() const {
   return computed / needed;
 }
 
-void Wavefront::set_uniforms(int step, std::span<const double> uniforms) {
-  std::ranges::copy(uniforms, impl_->uniforms[static_cast<size_t>(step)].begin());
-}
+void Wavefront::set_uniforms(size_t pass, std::span<const double> uniforms) { std::ranges::copy(uniforms, impl_->uniforms[pass].begin()); }
+void Wavefront::set_totals(std::span<double* const> totals) { impl_->totals.assign(totals.begin(), totals.end()); }
+std::span<const double> Wavefront::sums(size_t pass) const { return impl_->sums[pass]; }
 
 void Wavefront::run(std::span<void* const> results) {
   Impl& impl = *impl_;
@@ -436,6 +319,7 @@ void Wavefront::run(std::span<void* const> results) {
     for (int part = omp_get_thread_num(); part < threads; part += omp_get_num_threads()) run_part(part);
   }
   impl.finish();
+  impl.add_sums();
 }
 
 }  // namespace dpde

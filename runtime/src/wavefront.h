@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "dpde/runtime/executor.h"
@@ -21,37 +22,46 @@ namespace dpde {
 /// How the rows that one sweep reads or writes are found.
 struct WavefrontStream {
   enum class Kind { input, result, ring } kind = Kind::input;
-  int index = 0;  // field of the program (input), swap (result) or ring
+  int index = 0;    // field of the program (input), swap (result) or ring
+  int program = 0;  // of an input: 0 the step, 1 its adjoint
   std::array<int64_t, 3> offset{};
 };
 
 struct WavefrontLevel {
   dpde_row_fn row = nullptr;
-  int step = 0;
+  int pass = 0;
   std::vector<WavefrontStream> streams;
   struct Output {
     WavefrontStream stream;  // offset 0
     int field = 0;
     std::optional<dpde_fill> fill;  // of its halo
+    int added = -1;                 // number of the total that the values are added to
+    int copied = -1;                // result (a swap) that the tile's own cells are copied to
   };
   std::vector<Output> outputs;
+  std::vector<int> sums;  // of the program
   int64_t lag = 0;                          // along the last axis
   std::array<int64_t, 3> below{}, above{};  // cells needed beyond the tile's, an axis
 };
 
 /// An input, for tiles that reach beyond the ends of a periodic x axis: its rows are copied into a ring.
 struct WavefrontCopy {
-  int field = 0;
+  int program = 0, field = 0;
   int64_t ahead = 0, slots = 1;
   std::array<int64_t, 3> below{}, above{};
 };
 
+/// One run of a program: of the step (0) or its adjoint (1), for a step of the block.
+struct WavefrontPass {
+  int program = 0, step = 0;
+};
+
 struct WavefrontPlan {
   std::vector<WavefrontLevel> levels;
+  std::vector<WavefrontPass> passes;
   std::vector<int64_t> ring_slots;  // rows (planes) of each ring, powers of two
   std::vector<WavefrontCopy> copies;
   std::array<bool, 3> periodic{true, true, true};
-  int steps = 0;
   /// Cells beyond a tile's along an axis, of all levels.
   int64_t reach(size_t axis) const;
 };
@@ -60,22 +70,39 @@ struct WavefrontPlan {
 /// fills, every field written once, and axes longer than what the levels reach.
 std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps);
 
+/// Fields of the adjoint of a step.
+struct AdjointFields {
+  std::vector<int> states;                   // of each state of the step; -1 where it is not read
+  std::vector<std::pair<int, int>> added;    // results that are added up over steps, and the number of their total
+};
+
+/// The same for the adjoints of `steps` steps; those may have sums.
+std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields,
+                                                    const dpde_layout& layout, int steps);
+
 class Wavefront {
  public:
   /// `executor` is the plain schedule of the program: its bindings, fills and uniforms are used. nullopt: see above.
   static std::optional<Wavefront> make(const Executor& executor, int steps, int threads);
+  /// Adjoints of steps, the last one first. What the adjoint reads of states need not be bound in `adjoint`.
+  static std::optional<Wavefront> make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, int threads);
   ~Wavefront();
   Wavefront(Wavefront&&) noexcept;
   Wavefront& operator=(Wavefront&&) noexcept;
 
   int steps() const;
+  const std::vector<WavefrontPass>& passes() const;
   /// Cells computed, over those of the plain schedule.
   double work() const;
-  /// Uniforms of step `step` of the block, from the executor's parameters as they are now.
-  void set_uniforms(int step, std::span<const double> uniforms);
-  /// From the executor's bound inputs, halos filled, to results[s] (base pointers, one a swap, not among the inputs):
-  /// the states after steps() steps with their halos.
+  /// Uniforms of a pass, from its program's parameters as they are now.
+  void set_uniforms(size_t pass, std::span<const double> uniforms);
+  /// Where results that are added up go: base pointers of fields of doubles, by their numbers.
+  void set_totals(std::span<double* const> totals);
+  /// From the bound inputs, halos filled, to results[s] (base pointers, one a swap of the last pass's program, not among the
+  /// inputs): the states after steps() steps, or adjoints before them, with their halos.
   void run(std::span<void* const> results);
+  /// Of the last run(): the sums of the program of a pass.
+  std::span<const double> sums(size_t pass) const;
 
  private:
   struct Impl;

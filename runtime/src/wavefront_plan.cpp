@@ -2,7 +2,9 @@
 // Which level reads what, how far it runs behind, and how many rows must be kept.
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <map>
+#include <tuple>
 
 #include "wavefront.h"
 
@@ -28,47 +30,58 @@ bool note_axes(const dpde_fill& fill, int rank, std::array<int, 3>& kinds) {
   return true;
 }
 
-bool is_plain_sweep(const dpde_program& program, const dpde_operation& operation) {
+bool is_plain_sweep(const dpde_program& program, const dpde_operation& operation, bool may_sum) {
   if (operation.kind != DPDE_SWEEP || operation.serial != 0) return false;
   if (std::ranges::any_of(operation.grow, [](int64_t grow) { return grow != 0; })) return false;
   const dpde_kernel& kernel = program.kernels[operation.kernel];
-  const std::span streams(kernel.streams, static_cast<size_t>(kernel.stream_count));
-  return kernel.grid_count == 0 && kernel.sum_count == 0 && std::ranges::none_of(streams, [](const dpde_stream& s) { return s.is_written == 2; });
+  return kernel.grid_count == 0 && (may_sum || kernel.sum_count == 0);
 }
 
-std::optional<std::array<bool, 3>> find_periodic(const dpde_program& program) {
-  std::array<int, 3> kinds{};
+/// Takes note of the axes of all that a program fills; false when it cannot be blocked.
+bool note_program(const dpde_program& program, bool may_sum, std::array<int, 3>& kinds) {
   for (int i = 0; i < program.prepare_count; ++i) {
-    if (!note_axes(program.prepare[i], program.rank, kinds)) return std::nullopt;
+    if (!note_axes(program.prepare[i], program.rank, kinds)) return false;
   }
   for (int i = 0; i < program.operation_count; ++i) {
     const dpde_operation& operation = program.operations[i];
-    if (!is_plain_sweep(program, operation)) return std::nullopt;
+    if (!is_plain_sweep(program, operation, may_sum)) return false;
     for (int f = 0; f < operation.then_count; ++f) {
-      if (!note_axes(operation.then[f], program.rank, kinds)) return std::nullopt;
+      if (!note_axes(operation.then[f], program.rank, kinds)) return false;
     }
   }
-  return std::array<bool, 3>{kinds[0] != 2, kinds[1] != 2, kinds[2] != 2};
+  return true;
 }
 
-/// Builds the levels of all steps, one after the other.
+/// Builds the levels of all passes, one after the other.
 class Planner {
  public:
-  Planner(const dpde_program& program, int steps) : program_(program) { plan_.steps = steps; }
+  explicit Planner(const dpde_program& step) : programs_{&step, nullptr} {}
+  Planner(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields) : programs_{&step, &adjoint}, adjoint_(fields) {}
 
-  std::optional<WavefrontPlan> run() {
-    for (int field = 0; field < program_.field_count; ++field) current_[field] = {Source{{Kind::input, field}, -1}};
-    for (int step = 0; step < plan_.steps; ++step) {
-      std::vector<bool> written(static_cast<size_t>(program_.field_count));
-      for (int i = 0; i < program_.operation_count; ++i) {
-        if (!add_level(step, program_.operations[i], written)) return std::nullopt;
-      }
-      const std::map<int, Source> before = current_;
-      for (int s = 0; s < program_.swap_count; ++s) current_[program_.swaps[s].state] = before.at(program_.swaps[s].next);
+  std::optional<WavefrontPlan> forward(int steps) {
+    Sources now = inputs(0);
+    for (int step = 0; step < steps; ++step) {
+      if (!add_pass({0, step}, now, step == steps - 1)) return std::nullopt;
     }
-    find_extents();
-    find_rings();
-    return std::move(plan_);
+    return finish();
+  }
+
+  std::optional<WavefrontPlan> reverse(int steps) {
+    const std::span swaps(programs_[0]->swaps, static_cast<size_t>(programs_[0]->swap_count));
+    const bool reads_states = std::ranges::any_of(adjoint_.states, [](int field) { return field >= 0; });
+    std::vector<Sources> before{inputs(0)};  // each step
+    for (int step = 0; reads_states && step < steps - 1; ++step) {
+      before.push_back(before.back());
+      if (!add_pass({0, step}, before.back(), false)) return std::nullopt;
+    }
+    Sources now = inputs(1);
+    for (int step = steps; step-- > 0;) {
+      for (size_t s = 0; s < swaps.size(); ++s) {
+        if (adjoint_.states[s] >= 0) now[adjoint_.states[s]] = before[static_cast<size_t>(step)].at(swaps[s].state);
+      }
+      if (!add_pass({1, step}, now, step == 0)) return std::nullopt;
+    }
+    return finish();
   }
 
  private:
@@ -78,47 +91,99 @@ class Planner {
     int level = -1;
     int field = -1;  // as that level calls it
   };
+  using Sources = std::map<int, Source>;  // by the fields of a program
   struct Read {
     int from, to;  // levels; from -1: an input
-    int index;     // ring, or field of the input
-    std::array<int64_t, 3> offset;
+    WavefrontStream stream;
   };
 
-  bool add_level(int step, const dpde_operation& operation, std::vector<bool>& written) {
-    const dpde_kernel& kernel = program_.kernels[operation.kernel];
+  Sources inputs(int program) const {
+    Sources sources;
+    for (int field = 0; field < programs_[static_cast<size_t>(program)]->field_count; ++field) sources[field] = {{Kind::input, field, program}, -1};
+    return sources;
+  }
+
+  /// `now`: fields before the pass, and then after it.
+  bool add_pass(WavefrontPass pass, Sources& now, bool is_last) {
+    const dpde_program& program = *programs_[static_cast<size_t>(pass.program)];
+    plan_.passes.push_back(pass);
+    std::vector<bool> written(static_cast<size_t>(program.field_count));
+    for (int i = 0; i < program.operation_count; ++i) {
+      if (!add_level(program, program.operations[i], now, written, is_last)) return false;
+    }
+    const Sources ended = now;
+    for (int s = 0; s < program.swap_count; ++s) now[program.swaps[s].state] = ended.at(program.swaps[s].next);
+    return true;
+  }
+
+  bool add_level(const dpde_program& program, const dpde_operation& operation, Sources& now, std::vector<bool>& written, bool is_last) {
+    const dpde_kernel& kernel = program.kernels[operation.kernel];
     const int number = static_cast<int>(plan_.levels.size());
     WavefrontLevel level;
     level.row = kernel.row;
-    level.step = step;
-    std::map<int, Source> outputs;
+    level.pass = static_cast<int>(plan_.passes.size()) - 1;
+    level.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
+    Sources outputs;
     for (int s = 0; s < kernel.stream_count; ++s) {
       const dpde_stream& stream = kernel.streams[s];
-      if (stream.is_written != 0) {
-        if (written[static_cast<size_t>(stream.field)] && !outputs.contains(stream.field)) return false;
-        written[static_cast<size_t>(stream.field)] = true;
-        if (!outputs.contains(stream.field)) outputs[stream.field] = Source{make_output(step, stream.field), number, stream.field};
-        level.streams.push_back(outputs[stream.field].stream);
+      if (stream.is_written == 0) {
+        if (!add_read(now.at(stream.field), stream, number, level)) return false;
         continue;
       }
-      const Source& source = current_.at(stream.field);
-      WavefrontStream read = source.stream;
-      read.offset = {stream.offset[0], stream.offset[1], stream.offset[2]};
-      level.streams.push_back(read);
-      reads_.push_back({source.level, number, read.index, read.offset});
-      if (source.level < 0) continue;
-      const bool is_shifted = std::ranges::any_of(read.offset, [](int64_t offset) { return offset != 0; });
-      if (read.kind != Kind::ring || (is_shifted && !is_filled(source))) return false;
-      level.lag = std::max(level.lag, plan_.levels[static_cast<size_t>(source.level)].lag + delay(read));
+      if (stream.is_written == 2) {
+        const std::optional<Source> sum = add_to(now.at(stream.field), number, level);
+        if (!sum || outputs.contains(stream.field)) return false;
+        outputs[stream.field] = *sum;
+        continue;
+      }
+      if (!outputs.contains(stream.field)) {
+        if (written[static_cast<size_t>(stream.field)]) return false;
+        written[static_cast<size_t>(stream.field)] = true;
+        outputs[stream.field] = Source{make_output(program, stream.field, is_last), number, stream.field};
+      }
+      level.streams.push_back(outputs[stream.field].stream);
     }
     for (const auto& [field, source] : outputs) {
-      level.outputs.push_back({source.stream, field, find_fill(operation, field)});
-      current_[field] = source;
+      level.outputs.push_back({source.stream, field, find_fill(operation, field), find_total(level.pass, field)});
+      now[field] = source;
     }
     plan_.levels.push_back(std::move(level));
     return true;
   }
 
-  size_t last() const { return static_cast<size_t>(program_.rank) - 1; }
+  /// A result of the same pass that a later level adds to, in its place: nobody may read it in between.
+  std::optional<Source> add_to(const Source& source, int number, WavefrontLevel& level) {
+    const auto is_read = [&](const Read& read) { return read.from == source.level && read.stream.kind == source.stream.kind && read.stream.index == source.stream.index; };
+    if (source.level < 0 || std::ranges::any_of(reads_, is_read)) return std::nullopt;
+    WavefrontLevel& before = plan_.levels[static_cast<size_t>(source.level)];
+    if (before.pass != level.pass) return std::nullopt;
+    std::ranges::find(before.outputs, source.field, &WavefrontLevel::Output::field)->added = -1;
+    level.streams.push_back(source.stream);
+    reads_.push_back({source.level, number, source.stream});
+    level.lag = std::max(level.lag, before.lag);
+    return Source{source.stream, number, source.field};
+  }
+
+  bool add_read(const Source& source, const dpde_stream& stream, int number, WavefrontLevel& level) {
+    WavefrontStream read = source.stream;
+    read.offset = {stream.offset[0], stream.offset[1], stream.offset[2]};
+    level.streams.push_back(read);
+    reads_.push_back({source.level, number, read});
+    if (source.level < 0) return true;
+    const bool is_shifted = std::ranges::any_of(read.offset, [](int64_t offset) { return offset != 0; });
+    if (read.kind != Kind::ring || (is_shifted && !is_filled(source))) return false;
+    level.lag = std::max(level.lag, plan_.levels[static_cast<size_t>(source.level)].lag + delay(read));
+    return true;
+  }
+
+  WavefrontPlan finish() {
+    find_extents();
+    for (const WavefrontLevel& level : plan_.levels) keep_to_tile(level);
+    find_rings();
+    return std::move(plan_);
+  }
+
+  size_t last() const { return static_cast<size_t>(programs_[0]->rank) - 1; }
 
   /// Rows by which a reader must be behind: row +k has to be there, and of a wall the row that row -k is the image of.
   int64_t delay(const WavefrontStream& stream) const {
@@ -126,13 +191,17 @@ class Planner {
     return std::max(offset, -offset - 1);
   }
 
-  WavefrontStream make_output(int step, int field) {
-    if (step == plan_.steps - 1) {
-      for (int s = 0; s < program_.swap_count; ++s) {
-        if (program_.swaps[s].next == field) return {Kind::result, s};
-      }
+  WavefrontStream make_output(const dpde_program& program, int field, bool is_last) {
+    for (int s = 0; is_last && s < program.swap_count; ++s) {
+      if (program.swaps[s].next == field) return {Kind::result, s};
     }
     return {Kind::ring, rings_++};
+  }
+
+  int find_total(int pass, int field) const {
+    if (plan_.passes[static_cast<size_t>(pass)].program == 0) return -1;
+    const auto found = std::ranges::find(adjoint_.added, field, &std::pair<int, int>::first);
+    return found == adjoint_.added.end() ? -1 : found->second;
   }
 
   static std::optional<dpde_fill> find_fill(const dpde_operation& operation, int field) {
@@ -152,41 +221,76 @@ class Planner {
   template <class From>
   static void reach_for(From& from, const Read& read, const WavefrontLevel& to) {
     for (size_t axis = 0; axis < 3; ++axis) {
-      from.below[axis] = std::max(from.below[axis], to.below[axis] - read.offset[axis]);
-      from.above[axis] = std::max(from.above[axis], to.above[axis] + read.offset[axis]);
+      from.below[axis] = std::max(from.below[axis], to.below[axis] - read.stream.offset[axis]);
+      from.above[axis] = std::max(from.above[axis], to.above[axis] + read.stream.offset[axis]);
     }
   }
 
   void find_extents() {
-    std::map<int, WavefrontCopy> copies;
+    std::map<std::pair<int, int>, WavefrontCopy> copies;  // by program and field
     for (auto read = reads_.rbegin(); read != reads_.rend(); ++read) {
       const WavefrontLevel& to = plan_.levels[static_cast<size_t>(read->to)];
       if (read->from >= 0) {
         reach_for(plan_.levels[static_cast<size_t>(read->from)], *read, to);
       } else {
-        WavefrontCopy& copy = copies[read->index];
+        WavefrontCopy& copy = copies[{read->stream.program, read->stream.index}];
         reach_for(copy, *read, to);
-        copy.ahead = std::max(copy.ahead, read->offset[last()] - to.lag);
+        copy.ahead = std::max(copy.ahead, read->stream.offset[last()] - to.lag);
       }
     }
-    for (auto& [field, copy] : copies) {
-      copy.field = field;
+    for (auto& [place, copy] : copies) {
+      std::tie(copy.program, copy.field) = place;
       plan_.copies.push_back(copy);
     }
+  }
+
+  /// Results hold the cells of all tiles: a level that computes those of neighbours again, for other fields of its own, must not
+  /// write there. Its results lie in rings and are copied.
+  void keep_to_tile(const WavefrontLevel& level) {
+    if (level.below == std::array<int64_t, 3>{} && level.above == std::array<int64_t, 3>{}) return;
+    for (const WavefrontLevel::Output& output : level.outputs) {
+      if (output.stream.kind == Kind::result) move_to_ring(output.stream.index);
+    }
+  }
+
+  void move_to_ring(int result) {
+    const int ring = rings_++;
+    const auto move = [&](WavefrontStream& stream) {
+      if (stream.kind != Kind::result || stream.index != result) return false;
+      stream.kind = Kind::ring;
+      stream.index = ring;
+      return true;
+    };
+    WavefrontLevel::Output* last_one = nullptr;
+    for (WavefrontLevel& level : plan_.levels) {
+      for (WavefrontStream& stream : level.streams) move(stream);
+      for (WavefrontLevel::Output& output : level.outputs) {
+        if (move(output.stream)) last_one = &output;
+      }
+    }
+    for (Read& read : reads_) move(read.stream);
+    last_one->copied = result;
   }
 
   /// A ring holds the rows from the lowest its slowest reader still needs to the one written last, and the images of rows
   /// beyond a wall.
   void find_rings() {
-    std::vector<int64_t> rows(static_cast<size_t>(rings_), 1);
+    std::vector<int64_t> rows(static_cast<size_t>(rings_), 1), first_lag(rows.size(), std::numeric_limits<int64_t>::max());
+    for (const WavefrontLevel& level : plan_.levels) {
+      for (const WavefrontLevel::Output& output : level.outputs) {
+        if (output.stream.kind != Kind::ring) continue;
+        int64_t& first = first_lag[static_cast<size_t>(output.stream.index)];
+        first = std::min(first, level.lag);
+      }
+    }
     for (const Read& read : reads_) {
-      const int64_t lag = plan_.levels[static_cast<size_t>(read.to)].lag - read.offset[last()];
+      const int64_t lag = plan_.levels[static_cast<size_t>(read.to)].lag - read.stream.offset[last()];
       if (read.from < 0) {
-        WavefrontCopy& copy = *std::ranges::find(plan_.copies, read.index, &WavefrontCopy::field);
+        WavefrontCopy& copy = *std::ranges::find_if(plan_.copies, [&](const WavefrontCopy& one) { return one.program == read.stream.program && one.field == read.stream.index; });
         copy.slots = std::max(copy.slots, lag + copy.ahead + 1);
-      } else {
-        int64_t& needed = rows[static_cast<size_t>(read.index)];
-        needed = std::max(needed, lag - plan_.levels[static_cast<size_t>(read.from)].lag + 1 + program_.halo[last()]);
+      } else if (read.stream.kind == Kind::ring) {
+        const auto ring = static_cast<size_t>(read.stream.index);
+        rows[ring] = std::max(rows[ring], lag - first_lag[ring] + 1 + halo());
       }
     }
     const auto round_up = [](int64_t count) { return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(count))); };
@@ -194,9 +298,11 @@ class Planner {
     for (WavefrontCopy& copy : plan_.copies) copy.slots = round_up(copy.slots);
   }
 
-  const dpde_program& program_;
+  int64_t halo() const { return std::max(programs_[0]->halo[last()], programs_[1] == nullptr ? 0 : programs_[1]->halo[last()]); }
+
+  std::array<const dpde_program*, 2> programs_;
+  AdjointFields adjoint_;
   WavefrontPlan plan_;
-  std::map<int, Source> current_;
   std::vector<Read> reads_;
   int rings_ = 0;
 };
@@ -209,17 +315,34 @@ int64_t WavefrontPlan::reach(size_t axis) const {
   return most;
 }
 
-std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps) {
-  if (program.rank < 2 || program.interpret != nullptr || program.swap_count == 0 || steps < 1) return std::nullopt;
-  const std::optional<std::array<bool, 3>> periodic = find_periodic(program);
-  if (!periodic) return std::nullopt;
-  std::optional<WavefrontPlan> plan = Planner(program, steps).run();
+namespace {
+
+bool is_known(const dpde_program& program) { return program.rank >= 2 && program.interpret == nullptr && program.swap_count > 0; }
+
+/// nullopt where an axis is too short.
+std::optional<WavefrontPlan> on_grid(std::optional<WavefrontPlan> plan, const std::array<int, 3>& kinds, const dpde_layout& layout) {
   if (!plan) return std::nullopt;
-  plan->periodic = *periodic;
-  for (int axis = 1; axis < program.rank; ++axis) {
+  plan->periodic = {kinds[0] != 2, kinds[1] != 2, kinds[2] != 2};
+  for (int axis = 1; axis < layout.rank; ++axis) {
     if (layout.cells[axis] <= std::max(2 * layout.halo[axis], plan->reach(static_cast<size_t>(axis)))) return std::nullopt;
   }
   return plan;
+}
+
+}  // namespace
+
+std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps) {
+  std::array<int, 3> kinds{};
+  if (!is_known(program) || steps < 1 || !note_program(program, false, kinds)) return std::nullopt;
+  return on_grid(Planner(program).forward(steps), kinds, layout);
+}
+
+std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields,
+                                                    const dpde_layout& layout, int steps) {
+  std::array<int, 3> kinds{};
+  if (!is_known(step) || !is_known(adjoint) || steps < 1) return std::nullopt;
+  if (!note_program(step, false, kinds) || !note_program(adjoint, true, kinds)) return std::nullopt;
+  return on_grid(Planner(step, adjoint, fields).reverse(steps), kinds, layout);
 }
 
 }  // namespace dpde

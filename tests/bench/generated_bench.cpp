@@ -34,6 +34,12 @@ scene s : burgers with plain {
 })";
 }
 const std::string burgers_2d = burgers_2d_with("euler"), burgers_2d_rk4 = burgers_2d_with("rk4");
+const std::string burgers_2d_task = burgers_2d + R"(
+task t : s {
+  unknown initial u
+  unknown initial v
+  minimise mean(u^2 + v^2) at t = 1e-3
+})";
 
 std::string heat_on(const std::string& axes) {
   std::string text = R"(
@@ -126,27 +132,55 @@ void burgers_1d_gradient(benchmark::State& state, Code code) {
   for (auto _ : state) benchmark::DoNotOptimize(inverse->value_and_gradient(inverse->start(), gradient));
 }
 
-/// 32 steps of a rollout: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses).
-void rollout_32(benchmark::State& state, const std::string& text, int block_steps, int threads) {
-  const auto compiled = compile(text, jit);
+/// 32 steps of the text's scene.
+RolloutSetup steps_32(const driver::Compiled& compiled, int64_t n, int block_steps, int threads) {
   RolloutSetup setup;
-  setup.step = compiled->program(compiled->step_name());
-  setup.layout = setup.step->rank == 3 ? cube(state.range(0)) : square(state.range(0));
+  setup.step = compiled.program(compiled.step_name());
+  setup.layout = setup.step->rank == 3 ? cube(n) : square(n);
   setup.steps = 32;
   setup.dt = 1e-2;
   setup.threads = threads;
   setup.block_steps = block_steps;
   for (int p = 0; p < setup.step->param_count; ++p) setup.params.push_back({setup.step->params[p], setup.step->params[p][0] == 'h' ? 1.0 : 1e-2});
-  Rollout rollout(setup);
+  return setup;
+}
+
+void set_initial(Rollout& rollout, const dpde_layout& layout) {
   for (int s = 0; s < rollout.state_count(); ++s) {
-    Field& field = rollout.initial(s);
-    std::vector<double> values(static_cast<size_t>(cell_count(setup.layout)));
+    std::vector<double> values(static_cast<size_t>(cell_count(layout)));
     for (size_t i = 0; i < values.size(); ++i) values[i] = std::sin(0.001 * static_cast<double>(i) + s);
-    field.copy_in(values);
+    rollout.initial(s).copy_in(values);
   }
+}
+
+/// A run of 32 steps: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses).
+void rollout_32(benchmark::State& state, const std::string& text, int block_steps, int threads) {
+  const auto compiled = compile(text, jit);
+  const RolloutSetup setup = steps_32(*compiled, state.range(0), block_steps, threads);
+  Rollout rollout(setup);
+  set_initial(rollout, setup.layout);
   for (auto _ : state) benchmark::DoNotOptimize(rollout.run().steps_done);
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(setup.layout) * setup.steps);
   state.counters["block"] = rollout.block_steps();
+}
+
+/// The gradient of a loss at the end of 32 steps, beside rollout_32 of the same size.
+void gradient_32(benchmark::State& state, const std::string& text, int block_steps, int threads) {
+  const auto compiled = compile(text, jit);
+  RolloutSetup setup = steps_32(*compiled, state.range(0), block_steps, threads);
+  setup.adjoint = compiled->adjoint_of(compiled->step_name());
+  LossTerm term;
+  term.loss = compiled->program("t_loss_1");
+  term.adjoint = compiled->adjoint_of("t_loss_1");
+  term.at_steps = {setup.steps};
+  setup.losses = {term};
+  for (const char* name : {"hx", "hy", "cells"}) setup.params.push_back({name, 1.0});
+  Rollout rollout(setup);
+  set_initial(rollout, setup.layout);
+  for (auto _ : state) benchmark::DoNotOptimize(rollout.gradient().loss);
+  state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(setup.layout) * setup.steps);
+  state.counters["block"] = rollout.gradient_block_steps();
+  state.counters["MiB"] = static_cast<double>(rollout.gradient().checkpoint_bytes) / (1 << 20);
 }
 
 /// From text to callable step, loss and adjoints; the first one of a process also pays for LLVM's start.
@@ -178,6 +212,9 @@ BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_plain, burgers_2d_rk4, 1, 1)->Arg(1
 BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_blocked, burgers_2d_rk4, 0, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, heat_3d_plain, heat_3d, 1, 1)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, heat_3d_blocked, heat_3d, 0, 1)->Arg(256)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(gradient_32, burgers_2d_plain, burgers_2d_task, 1, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(gradient_32, burgers_2d_blocked, burgers_2d_task, 0, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(gradient_32, burgers_2d_blocked_4, burgers_2d_task, 4, 1)->Arg(1024)->Unit(benchmark::kMillisecond);
 BENCHMARK(text_to_gradient)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -4,6 +4,7 @@
 //  - State k is the state after k steps, at the time t0 + k * dt; state 0 is initial().
 //  - loss = sum over terms and their steps k of weight * (sum `loss` of the term's program at state k).
 //  - The gradient is the exact adjoint of the loop; it is bit-identical for every number of checkpoint slots and threads.
+//    Where the adjoints of several steps are done in one pass (block_steps), states are stored between blocks only.
 //  - In single precision states and their adjoints are floats; what is added up over steps (losses, gradients of parameters
 //    and of sought fields) is added up in doubles.
 //  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field, but for the
@@ -86,8 +87,9 @@ struct RolloutSetup {
   int slots = 0;
   /// Not empty: the states of gradient() lie in a file of this folder.
   std::string checkpoint_folder;
-  /// Steps of run() and loss() done in one pass over memory (temporal blocking); 0: as many as pay, 1: one. Results are the
-  /// same to the last bit. Programs that cannot be blocked run step by step.
+  /// Steps of run(), loss() and gradient() done in one pass over memory (temporal blocking); 0: as many as pay, 1: one. States and
+  /// fields of gradients are the same to the last bit; gradients of parameters are added up in another order. Programs that
+  /// cannot be blocked run step by step, and so do adjoints between bounded axes.
   int block_steps = 0;
   /// Looked at before each step; when it becomes true the call returns early with `stopped`.
   const std::atomic<bool>* stop = nullptr;
@@ -145,6 +147,8 @@ class Rollout {
   int state_count() const;
   /// Steps that run() and loss() do in one pass over memory; 1 where nothing is blocked.
   int block_steps() const;
+  /// Steps whose adjoints gradient() does in one pass, making the states between them again; 1 where nothing is blocked.
+  int gradient_block_steps() const;
   const std::string& state_name(int state) const;
   /// -1 when there is no such state.
   int state_index(std::string_view name) const;

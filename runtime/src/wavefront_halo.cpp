@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Halos in a wavefront: ends of rows, images of rows and planes beyond walls, and at last those of the results.
+#include "wavefront_impl.h"
+
+namespace dpde {
+
+/// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their ends.
+void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const {
+  const WavefrontLevel& level = plan.levels[number];
+  const double* values = uniforms[static_cast<size_t>(level.pass)].data();
+  char* row = row_of(level.outputs[output].stream, rings, place);
+  if (!splits_x) return fills[number][output].run_row(row, values);
+  const dpde_boundary& sides = level.outputs[output].fill->axes[0];
+  const int64_t n = layout.cells[0];
+  const auto set = [&](int64_t to, int64_t from, const dpde_side& side, int64_t k) {
+    set_image(layout.real, row + to * width, row + from * width, 1, side, k, values);
+  };
+  for (int64_t k = 0; k < layout.halo[0]; ++k) {
+    if (x.from == 0) set(-1 - k, k, sides.low, k);
+    if (x.to == n) set(n + k, n - 1 - k, sides.high, k);
+  }
+}
+
+/// Row `from`, complete with its ends, as its image at place `to` along an axis.
+void Wavefront::Impl::image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const {
+  const WavefrontLevel& level = plan.levels[number];
+  const double* values = uniforms[static_cast<size_t>(level.pass)].data();
+  Place target = from;
+  target[axis] = to;
+  const int64_t first = x.from == 0 ? -layout.halo[0] : x.from, end = x.to == layout.cells[0] ? x.to + layout.halo[0] : x.to;
+  for (const WavefrontLevel::Output& output : level.outputs) {
+    if (!output.fill) continue;
+    const dpde_boundary& sides = output.fill->axes[axis];
+    const int64_t layer = to < 0 ? -1 - to : to - layout.cells[axis];
+    const char* source = row_of(output.stream, rings, from) + first * width;
+    char* image = row_of(output.stream, rings, target) + first * width;
+    set_image(layout.real, image, source, end - first, to < 0 ? sides.low : sides.high, layer, values);
+  }
+}
+
+/// Images of a row (plane) beyond the walls of the last axis: those below with their row, those above when all are there.
+void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const {
+  if (!is_bounded(last)) return;
+  const int64_t n = layout.cells[last];
+  if (last == 2 && is_bounded(1)) {
+    if (region[1].from == 0) region[1].from -= layout.halo[1];
+    if (region[1].to == layout.cells[1]) region[1].to += layout.halo[1];
+  }
+  const auto image = [&](int64_t from, int64_t to) {
+    if (last == 1) return image_row(number, rings, region[0], 1, {0, from, 0}, to);
+    for (int64_t y = region[1].from; y < region[1].to; ++y) image_row(number, rings, region[0], 2, {0, y, from}, to);
+  };
+  if (slab < layout.halo[last]) image(slab, -1 - slab);
+  for (int64_t k = 0; slab == n - 1 && k < layout.halo[last]; ++k) image(n - 1 - k, n + k);
+}
+
+/// The halos of the results that need rows or ends of other tiles.
+void Wavefront::Impl::finish() const {
+  const double* values = uniforms.back().data();
+  for (size_t number = 0; number < plan.levels.size(); ++number) {
+    for (size_t o = 0; o < plan.levels[number].outputs.size(); ++o) {
+      const WavefrontLevel::Output& output = plan.levels[number].outputs[o];
+      const bool is_copied = output.copied >= 0;
+      if ((output.stream.kind != Kind::result && !is_copied) || !output.fill) continue;
+      void* base = results[static_cast<size_t>(is_copied ? output.copied : output.stream.index)];
+      if (splits_x || is_copied) {
+        fills[number][o].run_plain(base, values);
+      } else {
+        fills[number][o].run_y(base, values);
+        fills[number][o].run_z(base, values);
+      }
+    }
+  }
+}
+
+}  // namespace dpde
