@@ -26,7 +26,7 @@ struct Case {
 };
 
 /// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts of steps,
-/// reductions.
+/// reductions, an adjoint that is given.
 const Case cases[] = {
     {"heat/heat.dpde", "conductivity", {{"cells", "24"}}, {}},
     {"heat/heat.dpde", "recover", {{"cells", "32"}}, {"u_ref"}},
@@ -39,6 +39,7 @@ const Case cases[] = {
     {"heat/steer.dpde", "steer", {{"cells", "16"}}, {}},
     {"burgers_1d/burgers.dpde", "viscosity", {{"cells", "24"}, {"step", "0.0625"}, {"courant", "0.2"}}, {}},
     {"../tests/golden/zonal_mean/in.dpde", "t", {}, {}},
+    {"../tests/golden/given_adjoint/in.dpde", "t", {}, {}},
 };
 
 std::string example(const Case& c) { return DPDE_SOURCE_DIR "/dsl-examples/" + c.file; }

@@ -6,6 +6,7 @@
 
 #include "adjoint/adjoint_kernel.h"
 #include "adjoint/extremes.h"
+#include "adjoint/given_check.h"
 #include "adjoint/plan.h"
 #include "adjoint/regions.h"
 #include "support/assert.h"
@@ -387,9 +388,8 @@ void add_results(const Program& program, const Varied& varied, const Activity& w
   }
 }
 
-}  // namespace
-
-Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+/// With the formulas that are given believed.
+Derivative reverse(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
   require(program != nullptr, "adjoint of a program that is not in the module");
   const Varied varied = find_varied(module, *program, wrt);
@@ -423,6 +423,15 @@ Derivative adjoint(const Module& module, const std::string& name, const Activity
   for (const std::string& p : wrt.params) names.of(p);
   result.names = names.all();
   return result;
+}
+
+}  // namespace
+
+Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+  const Program* program = module.find_program(name);
+  require(program != nullptr, "adjoint of a program that is not in the module");
+  if (!check_given(module, *program, find_varied(module, *program, wrt), reverse, sink)) return {};
+  return reverse(module, name, wrt, sink);
 }
 
 }  // namespace dpde::adjoint

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "stencil/given.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
 #include "support/assert.h"
@@ -255,9 +256,45 @@ Expr masked(const Expr& e, const Offset& k, const RunContext& run) {
   return needs_mask(k, run) ? select(inside(minus(k), run.grow), e, 0.0) : e;
 }
 
+/// A formula of a person, with the seeds of this run: where points may be missing around a point, the terms of each of them
+/// are selected by themselves, like those that are derived.
+Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied, const RunContext& run) {
+  const std::function<Expr(const Expr&)> with_seeds = [&](const Expr& e) -> Expr {
+    const Access* a = std::get_if<Access>(&e->kind);
+    const std::string* stored = a ? seeded_by(kernel, a->field) : nullptr;
+    if (!stored) return map_children(e, with_seeds);
+    const auto seed = varied.fields.contains(*stored) ? run.seed(*stored) : std::nullopt;
+    return seed ? shift(*seed, a->offset, [](const std::string& name) { return name; }) : Expr(0.0);
+  };
+  const std::map<Offset, Expr> terms = terms_by_seed(kernel, formula);
+  if (std::none_of(terms.begin(), terms.end(), [&](const auto& term) { return needs_mask(term.first, run); })) return with_seeds(formula);
+  Expr total = 0.0;
+  for (const auto& [k, term] : terms) {
+    const Expr value = with_seeds(term);
+    if (!is_literal(value, 0)) total = total + masked(value, minus(k), run);
+  }
+  return total;
+}
+
+void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names, KernelAdjoint& result) {
+  for (const Given& given : kernel.given) {
+    const bool is_field = varied.fields.contains(given.input);
+    if (!is_field && !varied.params.contains(given.input)) continue;
+    const Expr value = given_value(kernel, given.value, varied, run);
+    if (is_literal(value, 0)) continue;
+    if (!is_field) {
+      result.gather.sums.push_back({names.of(given.input), value});
+      continue;
+    }
+    result.gather.stores.push_back({names.of(given.input), run.is_initialised(given.input), value, given.origin});
+    result.contributed.push_back(given.input);
+  }
+}
+
 /// x_bar[i] = sum over k of (contribution of read k) at i - k.
-void add_gathers(const Walk& walk, const RunContext& run, DerivedNames& names, ShiftedLets& lets, KernelAdjoint& result) {
+void add_gathers(const Kernel& kernel, const Walk& walk, const RunContext& run, DerivedNames& names, ShiftedLets& lets, KernelAdjoint& result) {
   for (const ReadBars& read : walk.reads) {
+    if (find_given(kernel, read.field)) continue;
     Expr total = 0.0;
     for (auto term = read.by_offset.rbegin(); term != read.by_offset.rend(); ++term) {
       total = total + masked(lets.at(term->second, minus(term->first)), term->first, run);
@@ -266,13 +303,15 @@ void add_gathers(const Walk& walk, const RunContext& run, DerivedNames& names, S
     result.contributed.push_back(read.field);
   }
   for (const auto& [name, value] : walk.params) {
+    if (find_given(kernel, name)) continue;
     result.gather.sums.push_back({names.of(name), masked(lets.at(value, {}), {}, run)});
   }
 }
 
-void add_scatters(const Walk& walk, const RunContext& run, DerivedNames& names, KernelAdjoint& result) {
+void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run, DerivedNames& names, KernelAdjoint& result) {
   for (const Scatter& scatter : walk.scatters) {
     const std::string field = scatter.target.field;
+    if (find_given(kernel, field)) continue;
     auto& known = result.contributed;
     if (std::find(known.begin(), known.end(), field) == known.end()) {
       known.push_back(field);
@@ -292,12 +331,13 @@ KernelAdjoint adjoint_of(const Kernel& kernel, const Varied& varied, const RunCo
   result.gather.name = names.fresh_kernel(kernel.name + "_adjoint");
   result.gather.rank = kernel.rank;
   ShiftedLets lets(walk.lets, kernel.rank, names);
-  add_gathers(walk, run, names, lets, result);
+  add_given(kernel, varied, run, names, result);
+  add_gathers(kernel, walk, run, names, lets, result);
   result.gather.lets = lets.definitions();
   result.gather = with_lets_inlined(result.gather);
 
   result.scatter.rank = kernel.rank;
-  add_scatters(walk, run, names, result);
+  add_scatters(kernel, walk, run, names, result);
   if (!result.scatter.scatters.empty()) {
     result.scatter.name = names.fresh_kernel(kernel.name + "_adjoint_scatter");
     result.scatter.lets = walk.lets;

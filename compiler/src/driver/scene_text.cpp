@@ -40,7 +40,8 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
       [&](const model::Interpolate& i) { return model::interpolate(with_values(i.operand, values)); },
       [&](const model::Sample& s) { return model::sample(s.field, all(s.place)); },
-      [&](const model::Reduce& r) { return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over}); });
+      [&](const model::Reduce& r) { return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over}); },
+      [&](const model::Apply& a) { return model::apply({a.function, all(a.arguments)}); });
 }
 
 std::string text_of(const model::Source& source, const Values& values) {

@@ -116,6 +116,8 @@ Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
   return make(Reduce{reduction, operand}, origin);
 }
 
+Expr apply(Apply application, Origin origin) { return make(std::move(application), origin); }
+
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
 bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
@@ -152,7 +154,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       },
       [&](const Shift& s) { f(s.operand); }, [&](const Interpolate& i) { f(i.operand); },
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
-      [&](const Reduce& r) { f(r.operand); });
+      [&](const Reduce& r) { f(r.operand); }, [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); });
 }
 
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {

@@ -31,6 +31,7 @@ Expr sample(std::string field, std::vector<Expr> place, Origin origin = {});
 /// Over all axes.
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
 Expr reduce(Reduce reduction, Origin origin = {});
+Expr apply(Apply application, Origin origin = {});
 
 bool is_constant(const Expr& e, double value);
 /// Neither fields nor coordinates nor reductions: the same at all points.

@@ -89,7 +89,7 @@ double value_at(const Expr& formula, double coordinate) {
       [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); }, [&](const Param& e) { return none(e); },
       [&](const Field& e) { return none(e); }, [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
-      [&](const Reduce& e) { return none(e); });
+      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); });
 }
 
 Expr slope_of(const Expr& formula) {
@@ -101,7 +101,7 @@ Expr slope_of(const Expr& formula) {
       [](const Select& s) { return select(s.condition, slope_of(s.yes), slope_of(s.no)); }, [&](const Param& e) { return none(e); },
       [&](const Field& e) { return none(e); }, [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
-      [&](const Reduce& e) { return none(e); });
+      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); });
 }
 
 }  // namespace dpde::model

@@ -107,7 +107,29 @@ struct Reduce {
   bool operator==(const Reduce&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce>;
+/// An operator of the file whose adjoint is given.
+struct Operator {
+  std::string name;
+  std::vector<std::string> parameters;
+  Expr body = 0.0;  // parameters stand in it as fields
+  struct Adjoint {
+    std::string parameter;
+    bool of_field = true;  // else what each point adds for an argument that is one parameter of the scene
+    Expr value;  // of parameters and of NAME_bar, the seed, as fields
+    Origin origin;
+    bool operator==(const Adjoint&) const = default;
+  };
+  std::vector<Adjoint> adjoints;
+  bool operator==(const Operator&) const = default;
+};
+/// What an operator makes of its arguments: a field of its own, stored by a kernel whose adjoint is the given one.
+struct Apply {
+  Operator function;
+  std::vector<Expr> arguments;
+  bool operator==(const Apply&) const = default;
+};
+
+using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce, Apply>;
 struct Node {
   Kind kind;
   Origin origin;

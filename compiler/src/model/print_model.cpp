@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "support/assert.h"
+#include "model/build.h"
 #include "model/placement.h"
 #include "support/match.h"
 
@@ -111,7 +113,8 @@ Piece piece(const Expr& e) {
       [](const Shift& s) { return shift_piece(s); },
       [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
       [](const Sample& s) { return sample_piece(s); },
-      [](const Reduce& r) { return reduce_piece(r); });
+      [](const Reduce& r) { return reduce_piece(r); },
+      [](const Apply& a) { return Piece{fmt::format("{}({})", a.function.name, list(a.arguments))}; });
 }
 
 std::string load_text(const std::string& file, const std::string& variable) {
@@ -272,6 +275,39 @@ std::string time_text(TimeScheme time) {
   unreachable("time scheme");
 }
 
+/// An operator whose adjoint is given stands for itself in expressions: here is what it is.
+std::string text_of(const Operator& function) {
+  std::string text = fmt::format("operator {}({}) = {}\n", function.name, fmt::join(function.parameters, ", "), bare(function.body));
+  for (const Operator::Adjoint& adjoint : function.adjoints) {
+    text += fmt::format("  adjoint {}_bar {} {}\n", adjoint.parameter, adjoint.of_field ? "=" : "+=", bare(adjoint.value));
+  }
+  return text;
+}
+
+/// Those of a problem, each once.
+std::string operators_text(const Problem& problem) {
+  std::vector<Expr> all;
+  for (const State& state : problem.states) {
+    if (state.rhs) all.push_back(*state.rhs);
+  }
+  for (const Quantity& observable : problem.observables) all.push_back(observable.value);
+  for (const Event& event : problem.events) {
+    for (const Event::Update& update : event.updates) all.push_back(update.value);
+  }
+  for (std::size_t i = 0; problem.task && i < problem.task->losses.size(); ++i) all.push_back(problem.task->losses[i].value);
+  for (std::size_t i = 0; problem.task && i < problem.task->tests.size(); ++i) all.push_back(problem.task->tests[i].quantity.value);
+  std::vector<std::string> texts;
+  for (const Expr& e : all) {
+    any_part(e, [&](const Expr& part) {
+      const Apply* apply = std::get_if<Apply>(&part->kind);
+      const std::string text = apply ? text_of(apply->function) : "";
+      if (apply && std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+      return false;
+    });
+  }
+  return fmt::format("{}{}", fmt::join(texts, ""), texts.empty() ? "" : "\n");
+}
+
 std::string block(const std::string& head, const std::vector<std::string>& lines) {
   return fmt::format("{} {{\n  {}\n}}\n", head, fmt::join(lines, "\n  "));
 }
@@ -303,7 +339,7 @@ std::string print(const Output& output, double step) {
 std::string print(const Problem& problem) {
   const std::string of = problem.program.empty() ? problem.model : problem.program;
   std::string text =
-      block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
+      operators_text(problem) + block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
   text += "\n" + print(problem.scheme);
   if (problem.task) {
     text += "\n" + block(fmt::format("task {} : {}", problem.task->name, problem.scene), task_lines(*problem.task));

@@ -273,15 +273,23 @@ class Verifier {
         },
         [&](const Reduce& r) {
           need(allowed.reductions, "a reduction");
-          bool is_along_an_axis = r.is_over_all();
-          for (int axis = 0; axis < 3; ++axis) {
-            const bool over = r.over[static_cast<std::size_t>(axis)];
-            is_along_an_axis = is_along_an_axis || over;
-            demand(!over || has_axis(axis) || r.is_over_all(), fmt::format("{}: a reduction along axis {}", where, axis));
-          }
-          demand(is_along_an_axis, where + ": a reduction along no axis");
+          check_axes(r, where);
+        },
+        [&](const Apply& a) {
+          need(allowed.derivatives, "an operator");
+          demand(a.arguments.size() == a.function.parameters.size(), fmt::format("{}: {} has {} arguments", where, a.function.name, a.arguments.size()));
         });
     check_children(e, where, allowed);
+  }
+
+  void check_axes(const Reduce& r, const std::string& where) {
+    bool is_along_an_axis = r.is_over_all();
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool over = r.over[static_cast<std::size_t>(axis)];
+      is_along_an_axis = is_along_an_axis || over;
+      demand(!over || has_axis(axis) || r.is_over_all(), fmt::format("{}: a reduction along axis {}", where, axis));
+    }
+    demand(is_along_an_axis, where + ": a reduction along no axis");
   }
 
   void check_placements() {

@@ -61,6 +61,10 @@ int allowed_edits(std::size_t length) {
 Diagnostic& DiagnosticSink::report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
                                    std::string hint) {
   Diagnostic diagnostic{kind.kind, fill_in(kind.kind->message, arguments), range, std::move(hint), {}};
+  const auto same = std::find_if(diagnostics_.begin(), diagnostics_.end(), [&](const Diagnostic& other) {
+    return other.kind == diagnostic.kind && other.message == diagnostic.message && other.range == range;
+  });
+  if (same != diagnostics_.end()) return *same;  // several derivatives may stumble over one thing
   const Severity severity = kind.kind->severity;
   if (severity == Severity::error) ++error_count_;
   const auto kept = std::count_if(diagnostics_.begin(), diagnostics_.end(),

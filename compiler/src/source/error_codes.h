@@ -90,6 +90,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0368", "bad-program", Severity::error, "{}"},
     {"E0369", "program-without-result", Severity::error, "program {} has no result"},
     {"E0370", "distance-out-of-range", Severity::error, "{} cells is not a distance between {} and {}"},
+    {"E0371", "bad-given-adjoint", Severity::error, "the adjoint that is given for {} of {} {}"},
     {"E0401", "missing-grid", Severity::error, "scene {} has no grid"},
     {"E0402", "unknown-axis", Severity::error, "{} is not an axis"},
     {"E0403", "axes-not-in-order", Severity::error, "a grid with axis {} needs axis {} too"},
@@ -173,6 +174,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0602", "accumulates-onto-read-field", Severity::error, "kernel {} reads field {} and adds to it"},
     {"E0603", "overwritten-value", Severity::error, "the derivative of kernel {} needs field {} as it was before it is changed again"},
     {"E0604", "varied-boundary-value", Severity::error, "a boundary value of field {} depends on an unknown"},
+    {"E0606", "not-the-transpose", Severity::error, "the adjoint that is given for {} of {} is not its transpose: tangent and adjoint differ by {} (dot product)"},
     {"E0605", "unknown-in-boundary", Severity::error, "unknown {} appears in a weight at the boundary of {}"},
 };
 

@@ -84,6 +84,7 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
 /// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
 bool has_parts_midway(const model::Expr& e) {
+  if (as<model::Apply>(e)) return false;
   if (holds_derivative(e) || !reads_in_place(e)) return true;
   if (as<model::Neg>(e)) return true;
   const model::Binary* b = as<model::Binary>(e);
@@ -193,6 +194,8 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       e->kind, [](const model::Number& n) { return Quotient{n.value}; },
       [&](const model::Param& p) { return Quotient{p.name == "t" ? reading_.time : param(p.name)}; },
       [&](const model::Field& f) {
+        const auto value = reading_.values.find(f.name);
+        if (value != reading_.values.end()) return Quotient{value->second};
         const auto found = reading_.fields.find(f.name);
         Offset offset{};
         const model::Placement own = placements_.of(f.name);
@@ -227,6 +230,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       },
       [&](const model::Interpolate& i) { return interpolated_at(i, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
+      [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
       [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
 }
 
@@ -279,16 +283,19 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   return operands_.back().field;
 }
 
-/// Operands that hold no reduction share a kernel, the first.
+/// Operands that hold no reduction and no operator share a kernel, the first.
 std::string Discretiser::store_before(const Discretiser& inner, const Expr& value, const Origin& origin) {
   const std::string field = names_.fresh("operand");
   const Kernel kernel{"", rank_, inner.lets_, {{field, false, value, origin}}, {}, {}};
   const Signature reads = signature(kernel);
   const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Preparation& made) {
     const Reduce* reduce = std::get_if<Reduce>(&made);
+    const Kernel* applied = std::get_if<Kernel>(&made);
+    if (applied && !applied->name.empty()) return reads.find_read(applied->stores[0].field) != nullptr;
     return reduce && reads.find_read(reduce->result);
   });
-  Kernel* const first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
+  Kernel* first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
+  if (first && !first->name.empty()) first = nullptr;  // that of an operator
   if (is_nested) {
     preparations_.push_back(kernel);
   } else if (!first) {
@@ -366,7 +373,7 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
-  if (as<model::Interpolate>(e)) return false;
+  if (as<model::Interpolate>(e) || as<model::Apply>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)]) return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
     if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;

@@ -12,6 +12,8 @@
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
 //    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell: of a
 //    constant they are 0 exactly.
+//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint; at another
+//    place it is another field, the operator of its arguments displaced;
 //  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does not go
 //    over, it is the reduction of its operand at that place: walls and half points are then what they are for the operand.
 // Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
@@ -45,12 +47,13 @@ Expr scaled(const Expr& factor, const Expr& product);
 /// Which field stands for a state, and the time that is meant by t.
 struct Reading {
   std::map<std::string, std::string> fields;  // those not named here stand for themselves
+  std::map<std::string, Expr> values;         // of the parameters of an operator that are the same at all points
   Expr time;
   Reading();
 };
 
-/// What is to be done before a kernel that reads the results of reductions: a kernel without a name, which stores what is
-/// reduced, or a reduction.
+/// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a kernel
+/// without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
 using Preparation = std::variant<Kernel, Reduce>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
@@ -98,6 +101,9 @@ class Discretiser {
   std::string stored_operand(const model::Expr& e, const Place& place);
   std::string store_before(const Discretiser& inner, const Expr& value, const Origin& origin);
   std::string stored_reduction(Reduce reduce);
+  Expr applied_at(const model::Expr& e, const Place& place);
+  Reading reading_of(const model::Apply& e, const Place& place);
+  std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const std::string& result, const Offset& offset);
   Quotient interpolated_at(const model::Interpolate& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);

@@ -9,6 +9,7 @@
 #include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/events.h"
+#include "stencil/given.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
 #include "stencil/quantities.h"
@@ -20,6 +21,17 @@ namespace dpde::stencil {
 
 namespace {
 
+/// The formulas of an operator whose adjoint is given.
+void check_given(const Preparation& made, DiagnosticSink& sink) {
+  const Kernel* kernel = std::get_if<Kernel>(&made);
+  for (std::size_t i = 0; kernel && i < kernel->given.size(); ++i) {
+    const Given& given = kernel->given[i];
+    if (const auto problem = find_problem(*kernel, given)) {
+      sink.report("bad-given-adjoint", given.origin.range, {given.input, kernel->name, problem->what}, problem->hint);
+    }
+  }
+}
+
 /// Lowers `e` to see whether its differences stay within reason. `is_quantity`: a number made of sums over the grid.
 void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink, bool is_quantity = false) {
   Discretiser at_point = lowering.discretiser();
@@ -29,6 +41,7 @@ void check_size(const Lowering& lowering, const model::Expr& e, const Origin& or
     const model::Placements& placements = at_point.placements();
     at_point(e, placements.is_staggered() ? placements.natural(e).value_or(model::Placement{}) : model::Placement{});
   }
+  for (const Preparation& made : at_point.preparations()) check_given(made, sink);
   if (!at_point.gave_up()) return;
   sink.report("too-many-differences", e->origin.range.is_known() ? e->origin.range : origin.range,
               {std::to_string(max_parts)}, "nest fewer derivatives, or choose lower orders in the scheme");

@@ -5,6 +5,7 @@
 #include "stencil/kernel_from_ast.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -12,6 +13,7 @@
 
 #include "stencil/build.h"
 #include "stencil/expr_from_ast.h"
+#include "stencil/given.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -69,6 +71,7 @@ std::optional<int> shown_rank(const ast::Kernel& kernel) {
     if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = shown_rank(let->value);
     if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind)) rank = shown_rank(assign->value);
     if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) rank = shown_rank(scatter->target);
+    if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind)) rank = shown_rank(adjoint->value);
     if (rank) return rank;
   }
   return std::nullopt;
@@ -91,6 +94,10 @@ class KernelReader : public ExprReader {
     for (const ast::Item& item : source_.items) read_item(item);
     for (const ast::KernelParameter& parameter : source_.parameters) check_written(parameter);
     check_halos();
+    for (const ast::Item& item : source_.items) {
+      if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind)) read_adjoint(*adjoint);
+    }
+    kernel_ = without_idle_formulas(std::move(kernel_));
     return result_;
   }
 
@@ -149,7 +156,7 @@ class KernelReader : public ExprReader {
       read_assignment(*assign, item.range);
     } else if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
       read_scatter(*scatter);
-    } else {
+    } else if (!std::holds_alternative<ast::AdjointItem>(item.kind)) {
       report("not-in-kernels", item.range, {"this item"});
     }
   }
@@ -241,9 +248,54 @@ class KernelReader : public ExprReader {
     kernel_.scatters.push_back({*target, value});
   }
 
+  // ---- the adjoint that is given ------------------------------------------------------------------------------------
+  void read_adjoint(const ast::AdjointItem& item) {
+    const std::string& name = item.target.name;
+    const ast::KernelParameter* input = nullptr;
+    for (const ast::KernelParameter& parameter : source_.parameters) {
+      if (is_read(parameter.role) && bar_of(parameter.name.name) == name) input = &parameter;
+    }
+    if (!input) {
+      std::vector<std::string> inputs;
+      for (const ast::KernelParameter& p : source_.parameters) {
+        if (is_read(p.role)) inputs.push_back(bar_of(p.name.name));
+      }
+      report("bad-given-adjoint", item.target.range, {name, kernel_.name, "belongs to no input"},
+             fmt::format("inputs have {}", fmt::join(inputs, ", ")));
+      return;
+    }
+    const bool is_sum = input->role == KernelRole::param;
+    if (item.accumulate != is_sum || find_given(kernel_, input->name.name)) {
+      const char* wrong = item.accumulate == is_sum ? "is there already" : is_sum ? "is written with =" : "is written with +=";
+      report("bad-given-adjoint", item.target.range, {input->name.name, kernel_.name, wrong},
+             is_sum ? "all points add to the adjoint of a param: write +=" : "write one formula with =, for all terms");
+      return;
+    }
+    in_adjoint_ = true;
+    const Given given{input->name.name, with_lets_replaced(value_of(item.value)), {item.target.range}};
+    in_adjoint_ = false;
+    if (!result_.good) return;
+    if (const auto problem = find_problem(kernel_, given)) {
+      report("bad-given-adjoint", item.value.range(), {given.input, kernel_.name, problem->what}, problem->hint);
+    }
+    kernel_.given.push_back(given);
+  }
+
+  /// Formulas stand by themselves.
+  Expr with_lets_replaced(const Expr& e) const {
+    const Local* l = std::get_if<Local>(&e->kind);
+    if (!l) return map_children(e, [&](const Expr& child) { return with_lets_replaced(child); });
+    const auto let = std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
+    return with_lets_replaced(let->value);
+  }
+
+  /// The seed of a field that the kernel stores, in formulas of its adjoint.
+  bool is_seed(const std::string& name) const { return in_adjoint_ && !find(name) && seeded_by(kernel_, name); }
+
   // ---- expressions -------------------------------------------------------------------------------------------------
   Expr read_name(const std::string& name, SourceRange range) override {
     if (locals_.contains(name)) return local(name);
+    if (is_seed(name)) return access(name);
     const ast::KernelParameter* parameter = find(name);
     if (!parameter) {
       if (name == "pi") return 3.14159265358979323846;
@@ -317,6 +369,7 @@ class KernelReader : public ExprReader {
       const bool good = check_distance(o.grow, 0, range, sink());
       return offset && good ? inside(*offset, o.grow) : Expr(0.0);
     }
+    if (is_seed(o.name)) return offset ? access(o.name, *offset) : Expr(0.0);
     const ast::KernelParameter* parameter = find(o.name);
     if (offset && *offset == Offset{} && parameter && parameter->role == KernelRole::inout) return access(o.name);
     if (!is_field(o.name, range, KernelRole::in) || !offset) return 0.0;
@@ -359,6 +412,7 @@ class KernelReader : public ExprReader {
   Kernel& kernel_ = result_.kernel;
   std::map<std::string, const ast::KernelParameter*> parameters_;
   std::set<std::string> locals_, written_;
+  bool in_adjoint_ = false;  // a formula of it is read
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/given.h"
 #include "stencil/walls.h"
 
 namespace dpde::stencil {
@@ -33,11 +34,32 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
   return {{std::get<Reduce>(preparation).field, {}, false}};
 }
 
-int widest_read(const std::vector<Stage>& stages) {
+int width_of(const Signature::Read& read) { return *std::max_element(read.halo.begin(), read.halo.end()); }
+
+/// How far beyond walls, where there are any, each preparation of a stage has to go: as far as what it stores is read.
+std::vector<int> grows_of(const Stage& stage, bool has_walls) {
+  std::map<std::string, int> reach;
+  const auto note = [&](const std::vector<Signature::Read>& reads, int grow) {
+    for (const Signature::Read& read : reads) reach[read.field] = std::max(reach[read.field], grow + width_of(read));
+  };
+  note(signature(stage.kernel).reads, 0);
+  std::vector<int> grows(stage.before.size(), 0);
+  for (std::size_t i = stage.before.size(); i-- > 0;) {
+    if (const Kernel* kernel = std::get_if<Kernel>(&stage.before[i]); kernel && has_walls) {
+      for (const Store& store : kernel->stores) grows[i] = std::max(grows[i], reach[store.field]);
+    }
+    note(reads_of(stage.before[i]), grows[i]);
+  }
+  return grows;
+}
+
+int widest_read(const std::vector<Stage>& stages, bool has_walls) {
   int width = 0;
   for (const Stage& stage : stages) {
-    for (const Signature::Read& read : reads_of(stage)) {
-      width = std::max(width, *std::max_element(read.halo.begin(), read.halo.end()));
+    for (const Signature::Read& read : signature(stage.kernel).reads) width = std::max(width, width_of(read));
+    const std::vector<int> grows = grows_of(stage, has_walls);
+    for (std::size_t i = 0; i < grows.size(); ++i) {
+      for (const Signature::Read& read : reads_of(stage.before[i])) width = std::max(width, grows[i] + width_of(read));
     }
   }
   return width;
@@ -57,11 +79,19 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
     };
     const auto rename = [&](Kernel& kernel) {
       kernel = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, renamed); });
+      for (Given& given : kernel.given) {
+        given.input = renamed(given.input);
+        given.value = rename_fields(given.value, [&](const std::string& field) {
+          const std::string* stored = seeded_by(kernel, field);
+          return stored ? bar_of(renamed(*stored)) : renamed(field);
+        });
+      }
     };
     for (Preparation& preparation : stage.before) {
       if (Kernel* kernel = std::get_if<Kernel>(&preparation)) {
+        for (const Store& store : kernel->stores) names[store.field] = taken.fresh(kernel->name.empty() ? "operand" : kernel->name);
         rename(*kernel);
-        for (Store& store : kernel->stores) store.field = names[store.field] = taken.fresh("operand");
+        for (Store& store : kernel->stores) store.field = names[store.field];
         kernel->name = stage.kernel.name + "_" + kernel->stores[0].field;
       } else {
         Reduce& reduce = std::get<Reduce>(preparation);
@@ -190,29 +220,38 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   program.name = name;
   for (const model::Axis& axis : problem_.axes) program.axes.push_back(axis.topology);
   std::set<std::string> filled;
-  Walls walls(problem_, names_, widest_read(stages), plain_boundary(), filled);
-  const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time) {
-    for (const Signature::Read& read : reads) {
-      if (!needs_fill(read) || !filled.insert(read.field).second) continue;
+  const bool has_walls = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) > 0;
+  Walls walls(problem_, names_, widest_read(stages, has_walls), plain_boundary(), filled);
+  std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
+  const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow) {
+    for (Signature::Read read : reads) {
+      if (grow > 0) read.halo[0] += grow;
+      if (grown.contains(read.field) || !needs_fill(read) || !filled.insert(read.field).second) continue;
       const auto state = state_of_.find(read.field);
       std::vector<AxisBoundary> boundary = boundary_of(read.field);
       if (state != state_of_.end()) boundary = walls.boundary(*problem_.find_state(state->second), time, module, program);
       program.body.push_back(Fill{read.field, std::move(boundary)});
     }
   };
-  const auto run = [&](const Kernel& kernel) {
-    program.body.push_back(Run{kernel.name});
+  const auto run = [&](const Kernel& kernel, int grow) {
+    program.body.push_back(Run{kernel.name, grow});
     for (const std::string& field : signature(kernel).writes) filled.erase(field);
     module.kernels.push_back(kernel);
   };
   for (const Stage& stage : stages) {
-    for (const Preparation& preparation : stage.before) {
-      fill(reads_of(preparation), stage.time);
-      if (const Kernel* kernel = std::get_if<Kernel>(&preparation)) run(*kernel);
-      if (const Reduce* reduce = std::get_if<Reduce>(&preparation)) program.body.push_back(*reduce);
+    const std::vector<int> grows = grows_of(stage, has_walls);
+    for (std::size_t i = 0; i < stage.before.size(); ++i) {
+      fill(reads_of(stage.before[i]), stage.time, grows[i]);
+      if (const Kernel* kernel = std::get_if<Kernel>(&stage.before[i])) {
+        run(*kernel, grows[i]);
+        for (const Store& store : kernel->stores) {
+          if (grows[i] > 0) grown.insert(store.field);
+        }
+      }
+      if (const Reduce* reduce = std::get_if<Reduce>(&stage.before[i])) program.body.push_back(*reduce);
     }
-    fill(signature(stage.kernel).reads, stage.time);
-    run(stage.kernel);
+    fill(signature(stage.kernel).reads, stage.time, 0);
+    run(stage.kernel, 0);
   }
   module.programs.push_back(std::move(program));
   return module.programs.back();

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "stencil/build.h"
+#include "stencil/given.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -133,8 +134,18 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+void add_params_of_formulas(const Kernel& kernel, std::vector<std::string>& params) {
+  for (const Given& given : kernel.given) {
+    visit(given.value, [&](const Expr& e) {
+      const Param* p = std::get_if<Param>(&e->kind);
+      if (p && !contains(params, p->name)) params.push_back(p->name);
+    });
+  }
+}
+
 std::string parameters_text(const Kernel& kernel) {
-  const Signature s = signature(kernel);
+  Signature s = signature(kernel);
+  add_params_of_formulas(kernel, s.params);
   std::vector<std::string> parts;
   for (const Signature::Read& read : s.reads) {
     if (contains(s.writes, read.field) || contains(s.updates, read.field)) continue;
@@ -232,6 +243,10 @@ std::string print(const Kernel& kernel) {
   for (const Sum& sum : kernel.sums) out += fmt::format("  {} += {}\n", sum.name, printer.text(sum.value));
   for (const Scatter& scatter : kernel.scatters) {
     out += fmt::format("  {} += {}\n", printer.interp_text(scatter.target), printer.text(scatter.value));
+  }
+  for (const Given& given : kernel.given) {
+    const bool is_field = signature(kernel).find_read(given.input) != nullptr;
+    out += fmt::format("  adjoint {} {} {}\n", bar_of(given.input), is_field ? "=" : "+=", printer.text(given.value));
   }
   return out + "}\n";
 }

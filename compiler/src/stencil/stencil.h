@@ -161,6 +161,16 @@ struct Scatter {
   bool operator==(const Scatter&) const = default;
 };
 
+/// What a person gave as the adjoint of an input, a field or a parameter: x_bar of field x at each point, or what each point
+/// adds to p_bar of parameter p. Seeds are read as fields y_bar, for each field y that the kernel stores. `value` is linear
+/// in them, the transpose of the derivative where all points have cells around them; walls are the adjoint's affair.
+struct Given {
+  std::string input;
+  Expr value;
+  Origin origin;
+  bool operator==(const Given&) const = default;
+};
+
 struct Kernel {
   std::string name;
   int rank = 1;
@@ -168,6 +178,7 @@ struct Kernel {
   std::vector<Store> stores;
   std::vector<Sum> sums;
   std::vector<Scatter> scatters;
+  std::vector<Given> given = {};  // in place of what adjoint() would derive; no part of what the kernel does
   bool operator==(const Kernel&) const = default;
 };
 

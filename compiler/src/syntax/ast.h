@@ -230,6 +230,12 @@ struct ScatterItem {  // interp(u_bar, d) += expr
   Expr target;        // the Call interp(...)
   Expr value;
 };
+/// adjoint u_bar = expr     adjoint nu_bar += expr      (in a kernel: what stands in place of the derived formula; below an operator)
+struct AdjointItem {
+  Identifier target;
+  bool accumulate = false;
+  Expr value;
+};
 struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high = zero_gradient
   Identifier field;
   bool fold = false;  // fold u grow 1 ...: the transpose of the fill of 1 halo cell
@@ -262,7 +268,7 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
 
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
-                              AssignItem, ScatterItem, FillItem, ReduceItem, RunItem, SwapItem, KeepItem, AxesItem>;
+                              AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -293,7 +299,7 @@ struct Kernel {  // kernel NAME(u: field halo 1, out v: field, nu: param) [on 2 
   Identifier name;
   std::vector<KernelParameter> parameters;
   std::optional<int> axes;  // on 2 axes: where no offset in the body tells
-  std::vector<Item> items;  // LetItem, AssignItem, ScatterItem
+  std::vector<Item> items;  // LetItem, AssignItem, ScatterItem, AdjointItem
 };
 struct Program {  // program NAME { fill ...; run ...; swap ... }
   Identifier name;
@@ -310,6 +316,7 @@ struct Function {  // function f(a, b) = expr       operator lap9(u) order 2 = (
   std::vector<Identifier> parameters;
   std::optional<int> order;  // of operators, whose parameters are read at neighbours
   Expr body;
+  std::vector<AdjointItem> adjoints;  // of operators: lines below the body
 };
 
 struct Import {  // import "flow.dpde"       its blocks stand behind those of this file

@@ -190,7 +190,13 @@ void parse_loop(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(loop);
 }
 
-/// name(a, b), order 2 where it has one, = expr
+/// adjoint u_bar = ..., behind a line break or `;`.
+bool begins_adjoint(const Cursor& cursor) {
+  const bool is_behind = cursor.at(TokenKind::line_break) || cursor.at(TokenKind::semicolon);
+  return cursor.at_word("adjoint") || (is_behind && cursor.peek_second().spelling == "adjoint");
+}
+
+/// name(a, b), order 2 where it has one, = expr, and below an operator maybe its adjoint
 void parse_definition(Cursor& cursor, Declaration& declaration, const char* what, bool has_order) {
   Function function;
   function.name = cursor.expect_name(what);
@@ -206,6 +212,11 @@ void parse_definition(Cursor& cursor, Declaration& declaration, const char* what
   cursor.expect(TokenKind::assign);
   function.body = parse_expression(cursor);
   cursor.expect_end_of_item();
+  while (has_order && !cursor.failed() && begins_adjoint(cursor)) {
+    while (!cursor.accept_word("adjoint")) cursor.take();
+    function.adjoints.push_back(parse_adjoint(cursor));
+    cursor.expect_end_of_item();
+  }
   if (cursor.failed()) return;
   cursor.collect_inner_comments(declaration.trivia);
   declaration.trivia.after = cursor.take_comment_behind();

@@ -72,6 +72,19 @@ ItemKind parse_assignment(Cursor& cursor) {
   return AssignItem{target, accumulate, parse_expression(cursor)};
 }
 
+}  // namespace
+
+AdjointItem parse_adjoint(Cursor& cursor) {
+  AdjointItem item;
+  item.target = cursor.expect_component("the adjoint of an input, as u_bar");
+  item.accumulate = cursor.accept(TokenKind::plus_assign);
+  if (!item.accumulate) cursor.expect(TokenKind::assign);
+  item.value = parse_expression(cursor);
+  return item;
+}
+
+namespace {
+
 // ---- program -------------------------------------------------------------------------------------------------------
 ItemKind parse_fill(Cursor& cursor) {
   const Identifier field = cursor.expect_component("the name of a field");
@@ -153,7 +166,7 @@ std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor) {
 }
 
 BlockRule kernel_rule() {
-  return {"kernel", {{"let", parse_local}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
+  return {"kernel", {{"let", parse_local}, {"adjoint", [](Cursor& cursor) -> ItemKind { return parse_adjoint(cursor); }}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
 }
 
 BlockRule program_rule() {

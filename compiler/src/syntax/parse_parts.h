@@ -54,6 +54,8 @@ std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what);
 std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const char* what);
 /// x.low = 0, y periodic, ... with the place "all" where none is written
 std::vector<BoundarySide> parse_sides(Cursor& cursor);
+/// u_bar = expr, behind `adjoint`.
+AdjointItem parse_adjoint(Cursor& cursor);
 /// (u: field halo 1, out v: field)
 std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor);
 

@@ -114,6 +114,10 @@ std::string print_run(const RunItem& run) {
   return fmt::format("run {}{}", run.kernel.name, run.grow != 0 ? fmt::format(" grow {}", run.grow) : "");
 }
 
+std::string print_adjoint(const AdjointItem& item) {
+  return fmt::format("adjoint {} {} {}", item.target.name, item.accumulate ? "+=" : "=", print(item.value));
+}
+
 std::string print_axes(const AxesItem& item) {
   std::string text;
   for (const AxesItem::Axis& axis : item.axes) {
@@ -164,7 +168,7 @@ std::string print_item(const Item& item) {
         return fmt::format("{} {} {}", i.target.name, i.accumulate ? "+=" : "=", print(i.value));
       },
       [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },
-      [](const FillItem& i) { return print_fill(i); }, [](const ReduceItem& i) { return print_reduce(i); },
+      [](const AdjointItem& i) { return print_adjoint(i); }, [](const FillItem& i) { return print_fill(i); }, [](const ReduceItem& i) { return print_reduce(i); },
       [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); },
@@ -225,8 +229,10 @@ std::string print_header(const DeclarationKind& kind) {
       [](const Loop& d) { return fmt::format("loop {} in {} .. {}", d.counter.name, d.from, d.to); },
       [](const Function& d) {
         const std::string order = d.order ? fmt::format(" order {}", *d.order) : "";
-        return fmt::format("{} {}({}){} = {}", d.order ? "operator" : "function", d.name.name,
-                           print_names(d.parameters), order, print(d.body));
+        std::string text = fmt::format("{} {}({}){} = {}", d.order ? "operator" : "function", d.name.name,
+                                       print_names(d.parameters), order, print(d.body));
+        for (const AdjointItem& item : d.adjoints) text += "\n  " + print_adjoint(item);
+        return text;
       },
       [](const Import& d) { return fmt::format("import \"{}\"", d.path); });
 }

@@ -53,6 +53,10 @@ class Expressions {
   Typed tuple(const ast::Tuple& e);
   // functions.cpp: those of the file
   Typed user_call(const ast::Function& function, const ast::Call& e, SourceRange range);
+  // operators.cpp: those whose adjoint is given
+  Typed application(const FunctionScope& call, const ast::Call& e, SourceRange range);
+  bool can_apply(const FunctionScope& call, const ast::Call& e, SourceRange range);
+  std::optional<Expr> formula_of_parameters(const ast::Function& function, const ast::Expr& e, bool with_seed);
   Typed name_in_function(const std::string& name, SourceRange range);
   Typed offsets(const ast::Offsets& e, SourceRange range);
   Typed vector(const std::string& name, SourceRange range);

@@ -48,6 +48,7 @@ Typed Expressions::user_call(const ast::Function& function, const ast::Call& e, 
     if (argument.type == Typed::Type::none) return {};
     scope.arguments.emplace(function.parameters[i].name, std::move(argument));
   }
+  if (!function.adjoints.empty()) return application(scope, e, range);
   function_ = &scope;
   Typed value = any(function.body);
   function_ = scope.outer;

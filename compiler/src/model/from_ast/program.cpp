@@ -105,6 +105,7 @@ int rank_of(const ast::Kernel& kernel) {
     if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = std::max(rank, largest_rank(let->value));
     if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind))
       rank = std::max(rank, largest_rank(assign->value));
+    if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind)) rank = std::max(rank, largest_rank(adjoint->value));
     if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
       rank = std::max({rank, largest_rank(scatter->target), largest_rank(scatter->value)});
     }

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "stencil/build.h"
+#include "stencil/given.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
 
@@ -38,9 +39,8 @@ Kernel without_unused_lets(Kernel kernel) {
 
 /// The kernel with its sums and the stores and scatters to `fields`.
 Kernel restricted(Kernel kernel, const Names& fields) {
-  std::erase_if(kernel.stores, [&](const Store& store) { return !fields.contains(store.field); });
   std::erase_if(kernel.scatters, [&](const Scatter& scatter) { return !fields.contains(scatter.target.field); });
-  return without_unused_lets(std::move(kernel));
+  return without_idle_formulas(without_unused_lets(with_stores_only(std::move(kernel), fields)));
 }
 
 /// The statements of one program seen from its end.

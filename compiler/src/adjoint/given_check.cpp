@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/given_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "stencil/build.h"
+#include "stencil/given.h"
+#include "stencil/interpret.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+constexpr double largest_error = 1e-11;
+constexpr int most_cells = 4000;
+constexpr std::size_t longest_hint = 200;
+
+/// Where inputs are drawn from: functions may have no value for some, and other branches for others.
+constexpr std::array<std::array<double, 2>, 4> input_ranges{{{0.5, 1.5}, {-1.5, 1.5}, {5, 15}, {-15, -5}}};
+
+bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
+
+/// One run of a kernel between fills, as a program of its own.
+Module lone_program(const Kernel& kernel, Topology topology) {
+  Program program{"p", std::vector<Topology>(static_cast<std::size_t>(kernel.rank), topology), {}, {}, {}};
+  const Signature s = signature(kernel);
+  for (const Signature::Read& read : s.reads) {
+    const AxisBoundary boundary{topology, {SideKind::zero_gradient}, {SideKind::value, 0.7}};
+    if (!is_coordinate(read.field)) program.body.push_back(Fill{read.field, std::vector(program.axes.size(), boundary)});
+  }
+  Module module{{kernel}, {}, {}};
+  Kernel begin{kernel.name + "_begin", kernel.rank, {}, {}, {}, {}};  // of what is added to
+  for (const std::string& field : s.updates) begin.stores.push_back({field, false, 0.0, {}});
+  if (!begin.stores.empty()) {
+    program.body.push_back(Run{begin.name});
+    module.kernels.push_back(begin);
+  }
+  program.body.push_back(Run{kernel.name});
+  for (const Store& store : kernel.stores) program.keeps.push_back(store.field);
+  module.programs.push_back(std::move(program));
+  return module;
+}
+
+/// As many cells as tell all neighbours apart, where these are not too many.
+Grid grid_for(const Kernel& kernel) {
+  Grid grid{kernel.rank, {1, 1, 1}};
+  const int most = static_cast<int>(std::pow(most_cells, 1.0 / kernel.rank));
+  for (int axis = 0; axis < kernel.rank; ++axis) {
+    int reach = 0;
+    for (const Signature::Read& read : signature(kernel).reads) reach = std::max(reach, read.halo[axis]);
+    grid.cells[axis] = std::min(2 * reach + 3, most);
+  }
+  return grid;
+}
+
+/// Both numbers that must agree, and the sizes of their terms.
+struct Products {
+  double forward = 0, reverse = 0, scale = 0;
+  double error() const { return std::abs(forward - reverse) / std::max({std::abs(forward), std::abs(reverse), scale, 1e-300}); }
+};
+
+/// A program with its derivatives by one input.
+class Comparison {
+ public:
+  Comparison(const Module& module, const Derivative& tangent, const Derivative& adjoint, const Grid& grid, std::string input)
+      : program_(module.programs.front()), interface_(interface_of(module, program_)), tangent_(tangent), adjoint_(adjoint), grid_(grid),
+        input_(std::move(input)) {}
+
+  Products products(const std::array<double, 2>& range, std::mt19937_64& random) {
+    inputs_.clear();
+    for (const std::string& field : interface_.inputs) {
+      if (!is_coordinate(field)) inputs_[field] = draw(range, random);
+    }
+    for (const std::string& name : interface_.params) params_[name] = draw_one(range, random);
+    Products result;
+    const bool is_field = inputs_.contains(input_);
+    const std::vector<double> direction = draw({-1, 1}, random);
+    State forward = start(tangent_);
+    if (is_field) forward.set(tangent_.names.at(input_), direction);
+    if (!is_field) params_[tangent_.names.at(input_)] = direction.front();
+    interpret(tangent_.module, *tangent_.module.find_program(tangent_.program), forward, params_);
+    State back = start(adjoint_);
+    for (const std::string& result_field : program_.keeps) {
+      if (!adjoint_.names.contains(result_field) || !tangent_.names.contains(result_field)) continue;
+      const std::vector<double> seed = draw({-1, 1}, random);
+      back.set(adjoint_.names.at(result_field), seed);
+      add(seed, forward.get(tangent_.names.at(result_field)), result.forward, result.scale);
+    }
+    const auto sums = interpret(adjoint_.module, *adjoint_.module.find_program(adjoint_.program), back, params_);
+    if (is_field) {
+      add(direction, back.get(adjoint_.names.at(input_)), result.reverse, result.scale);
+    } else {
+      const auto sum = sums.find(adjoint_.names.at(input_));
+      add({direction.front()}, {sum == sums.end() ? 0.0 : sum->second}, result.reverse, result.scale);
+    }
+    return result;
+  }
+
+ private:
+  double draw_one(const std::array<double, 2>& range, std::mt19937_64& random) {
+    return std::uniform_real_distribution<double>(range[0], range[1])(random);
+  }
+  std::vector<double> draw(const std::array<double, 2>& range, std::mt19937_64& random) {
+    std::vector<double> values(static_cast<std::size_t>(grid_.cells[0]) * grid_.cells[1] * grid_.cells[2]);
+    for (double& value : values) value = draw_one(range, random);
+    return values;
+  }
+
+  State start(const Derivative& derivative) const {
+    const Program& program = *derivative.module.find_program(derivative.program);
+    int halo = 1;
+    for (const auto& [field, widths] : required_halo(derivative.module, program)) halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
+    State state(grid_, halo);
+    for (const auto& [field, values] : inputs_) state.set(field, values);
+    for (int axis = 0; axis < grid_.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, 0.3);
+    return state;
+  }
+
+  static void add(const std::vector<double>& a, const std::vector<double>& b, double& total, double& scale) {
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      total += a[i] * b[i];
+      scale += std::abs(a[i] * b[i]);
+    }
+  }
+
+  const Program& program_;
+  const Interface interface_;
+  const Derivative &tangent_, &adjoint_;
+  const Grid grid_;
+  const std::string input_;
+  std::map<std::string, std::vector<double>> inputs_;
+  Params params_;
+};
+
+Activity by_input(const Kernel& kernel, const std::string& input) {
+  const bool is_field = signature(kernel).find_read(input) != nullptr;
+  return is_field ? Activity{{input}, {}} : Activity{{}, {input}};
+}
+
+/// The largest error; NaN where no draw gave finite numbers. 0 where there is nothing to compare.
+double largest_error_of(const Kernel& kernel, const std::string& input, Reverse reverse) {
+  double worst = NAN;
+  std::mt19937_64 random(20240229);
+  for (const Topology topology : {Topology::periodic, Topology::bounded}) {
+    const Module module = lone_program(kernel, topology);
+    DiagnosticSink silent;
+    const Derivative tangent = adjoint::tangent(module, "p", by_input(kernel, input), silent);
+    const Derivative adjoint = reverse(module, "p", by_input(kernel, input), silent);
+    if (silent.has_errors()) return 0;  // reported where the program is differentiated
+    Comparison comparison(module, tangent, adjoint, grid_for(kernel), input);
+    for (const std::array<double, 2>& range : input_ranges) {
+      const Products products = comparison.products(range, random);
+      if (!std::isfinite(products.forward)) continue;
+      if (!std::isfinite(products.reverse)) return INFINITY;
+      worst = std::isnan(worst) ? products.error() : std::max(worst, products.error());
+    }
+  }
+  return worst;
+}
+
+/// What adjoint() would have written.
+std::string derived_formula(Kernel kernel, const std::string& input, Reverse reverse) {
+  kernel.given.clear();
+  DiagnosticSink silent;
+  const Derivative derived = reverse(lone_program(kernel, Topology::periodic), "p", by_input(kernel, input), silent);
+  for (const Kernel& found : derived.module.kernels) {
+    if (!found.lets.empty() || derived.module.kernels.size() != 1) break;
+    if (!found.stores.empty()) return fmt::format("adjoint {} = {}", bar_of(input), print(found.stores[0].value, kernel.rank));
+    if (!found.sums.empty()) return fmt::format("adjoint {} += {}", bar_of(input), print(found.sums[0].value, kernel.rank));
+  }
+  return "";
+}
+
+void report(const Kernel& kernel, const Given& given, double error, Reverse reverse, DiagnosticSink& sink) {
+  const std::string formula = derived_formula(kernel, given.input, reverse);
+  const bool is_short = !formula.empty() && formula.size() <= longest_hint;
+  sink.report("not-the-transpose", given.origin.range, {given.input, kernel.name, fmt::format("{:.1e}", error)},
+              is_short ? "derived it is " + formula : "leave the line out: what is not given is derived");
+}
+
+}  // namespace
+
+bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse, DiagnosticSink& sink) {
+  bool good = true;
+  std::set<std::string> checked;
+  for (const Statement& statement : program.body) {
+    const Run* run = std::get_if<Run>(&statement);
+    if (!run || !checked.insert(run->kernel).second) continue;
+    const Kernel& kernel = *module.find_kernel(run->kernel);
+    for (const Given& given : kernel.given) {
+      if (!varied.fields.contains(given.input) && !varied.params.contains(given.input)) continue;
+      const double error = largest_error_of(kernel, given.input, reverse);
+      if (error <= largest_error) continue;
+      report(kernel, given, error, reverse, sink);
+      good = false;
+    }
+  }
+  return good;
+}
+
+}  // namespace dpde::adjoint

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Operators whose adjoint is given: a kernel each, so that there is something that the adjoint can stand in for.
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "model/build.h"
+#include "stencil/build.h"
+#include "stencil/discretise.h"
+#include "stencil/given.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+Expr same_place(const Expr& e, const Offset& k) {
+  return shift(e, k, [](const std::string& name) { return name; });
+}
+
+Expr with_lets_replaced(const Expr& e, const std::vector<Let>& lets) {
+  const Local* l = std::get_if<Local>(&e->kind);
+  if (!l) return map_children(e, [&](const Expr& child) { return with_lets_replaced(child, lets); });
+  for (const Let& let : lets) {
+    if (let.name == l->name) return with_lets_replaced(let.value, lets);
+  }
+  return e;
+}
+
+/// A formula for a kernel that stores the operator at the point displaced by `k`: the seed of a point is `k` behind it.
+Expr with_seeds_behind(const Expr& e, const std::string& seed, const Offset& k) {
+  const Access* a = std::get_if<Access>(&e->kind);
+  if (!a) return map_children(e, [&](const Expr& child) { return with_seeds_behind(child, seed, k); });
+  return a->field == seed ? same_place(e, {-k[0], -k[1], -k[2]}) : e;
+}
+
+bool mentions(const Expr& e, const std::string& name) {
+  bool found = false;
+  visit(e, [&](const Expr& part) {
+    const Param* p = std::get_if<Param>(&part->kind);
+    found = found || (p && p->name == name);
+  });
+  return found;
+}
+
+/// The parameter of the scene that argument `name` is, and no other argument holds; "" where there is none.
+std::string lone_param(const Reading& reading, const std::string& name) {
+  const auto value = reading.values.find(name);
+  const Param* p = value == reading.values.end() ? nullptr : std::get_if<Param>(&value->second->kind);
+  if (!p) return "";
+  for (const auto& [other, held] : reading.values) {
+    if (other != name && mentions(held, p->name)) return "";
+  }
+  return p->name;
+}
+
+/// How many arguments are this field.
+int count_of(const Reading& reading, const std::string& field) {
+  int count = 0;
+  for (const auto& [parameter, read] : reading.fields) count += read == field;
+  return count;
+}
+
+}  // namespace
+
+/// What the parameters of the operator stand for: fields, and what is the same at all points.
+Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
+  Reading reading;
+  reading.time = reading_.time;
+  for (std::size_t i = 0; i < e.arguments.size(); ++i) {
+    const std::string& parameter = e.function.parameters[i];
+    if (model::is_uniform(e.arguments[i])) {
+      reading.values.emplace(parameter, at(e.arguments[i], place).value());
+    } else {
+      reading.fields.emplace(parameter, stored_operand(e.arguments[i], {}));
+    }
+  }
+  return reading;
+}
+
+/// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their formulas
+/// are added up; where some of these are missing, all are derived.
+std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& reading, const std::string& result, const Offset& offset) {
+  std::vector<Given> given;
+  std::map<std::string, int> counts;
+  for (const model::Operator::Adjoint& adjoint : e.function.adjoints) {
+    const auto field = reading.fields.find(adjoint.parameter);
+    const bool is_field = field != reading.fields.end();
+    const std::string input = is_field == adjoint.of_field ? (is_field ? field->second : lone_param(reading, adjoint.parameter)) : "";
+    if (input.empty()) continue;
+    Reading with_seed = reading;
+    with_seed.fields[bar_of(e.function.name)] = bar_of(result);
+    Discretiser formula(scheme_, names_, rank_, with_seed);
+    const Expr value = with_lets_replaced(formula(adjoint.value), formula.lets());
+    const Expr moved = with_seeds_behind(value, bar_of(result), offset);
+    const auto known = std::find_if(given.begin(), given.end(), [&](const Given& g) { return g.input == input; });
+    if (known == given.end()) {
+      given.push_back({input, moved, adjoint.origin});
+    } else {
+      known->value = known->value + moved;
+    }
+    ++counts[input];
+  }
+  std::erase_if(given, [&](const Given& g) { return count_of(reading, g.input) > counts[g.input]; });
+  return given;
+}
+
+Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
+  const model::Apply& apply = std::get<model::Apply>(e->kind);
+  for (const Operand& known : operands_) {
+    if (known.place == place && known.value == e) return access(known.field);
+  }
+  const Reading reading = reading_of(apply, place);
+  Discretiser body(scheme_, names_, rank_, reading);
+  body.parts_ = parts_;
+  const Expr value = body(apply.function.body);
+  parts_ = body.parts_;
+  const Offset offset{place[0] / 2, place[1] / 2, place[2] / 2};
+  const std::string field = names_.fresh(apply.function.name);
+  Kernel kernel{apply.function.name, rank_, body.lets_, {}, {}, {}};
+  for (Let& let : kernel.lets) let.value = same_place(let.value, offset);
+  kernel.stores.push_back({field, false, same_place(value, offset), e->origin});
+  kernel.given = given_of(apply, reading, field, offset);
+  preparations_.push_back(without_idle_formulas(std::move(kernel)));
+  operands_.push_back({e, place, field});
+  return access(field);
+}
+
+}  // namespace dpde::stencil

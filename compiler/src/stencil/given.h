@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adjoints that a person gives: what their formulas may be, and how they fall apart by the points whose seeds they hold.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "stencil/stencil.h"
+
+namespace dpde::stencil {
+
+/// x_bar: in formulas the seed of a field that the kernel stores, and what they give of an input.
+std::string bar_of(const std::string& name);
+/// The field that `kernel` stores and whose seed has this name; nullptr for other names.
+const std::string* seeded_by(const Kernel& kernel, const std::string& name);
+const Given* find_given(const Kernel& kernel, const std::string& input);
+
+/// A formula as a sum: the terms that hold seeds at the point displaced by k, for each k.
+std::map<Offset, Expr> terms_by_seed(const Kernel& kernel, const Expr& formula);
+
+struct GivenProblem {
+  std::string what;  // behind "the adjoint that is given for u of slope"
+  std::string hint;
+};
+/// Why no transpose has this formula; what remains is told from one by numbers (adjoint/given_check.h).
+std::optional<GivenProblem> find_problem(const Kernel& kernel, const Given& given);
+
+/// Without the formulas of what the kernel does not read.
+Kernel without_idle_formulas(Kernel kernel);
+/// Without the stores to other than these fields, and their seeds.
+Kernel with_stores_only(Kernel kernel, const std::set<std::string>& fields);
+
+}  // namespace dpde::stencil

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adjoints that a person gives, from the model to the gradient: the numbers are those without them, a wrong one stops the command.
+#include <cmath>
+#include <regex>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class GivenAdjointCommand : public Command {
+ protected:
+  static std::string replaced(const std::string& text, const std::string& a, const std::string& b) {
+    const std::string result = std::regex_replace(text, std::regex(a), b);
+    EXPECT_NE(result, text) << a;
+    return result;
+  }
+  static std::string derived(const std::string& text) { return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), ""); }
+  static std::string operator_text() { return content(fs::path(DPDE_SOURCE_DIR) / "tests/golden/given_adjoint/in.dpde"); }
+
+  /// Loss and gradients: of fields norm and largest value.
+  std::vector<double> numbers(const std::string& file, const std::string& more) {
+    const Outcome outcome = dpde("gradient " + file + " --json " + more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const Json json = outcome.json();
+    std::vector<double> values{json.value("loss", NAN)};
+    for (const Json& of_unknown : json["gradient"]) {
+      for (const Json& number : of_unknown) values.push_back(number.is_number() ? number.get<double>() : NAN);
+    }
+    return values;
+  }
+};
+
+/// Grids of 1, 2, 3 cells too, on one and two axes, with walls and without.
+TEST_F(GivenAdjointCommand, GradientsAreThoseThatAreDerived) {
+  const std::string periodic = replaced(replaced(operator_text(), "cells 8", "cells 8, periodic"), "  boundary [^\n]*\n", "");
+  write("walls.dpde", operator_text());
+  write("around.dpde", periodic);
+  write("walls_derived.dpde", derived(operator_text()));
+  write("around_derived.dpde", derived(periodic));
+  for (const std::string name : {"walls", "around"}) {
+    for (const std::string more : {"--set cells=1", "--set cells=2", "--set cells=3", "", "--backend cpp", "--set time=rk4", "--set time=ab2"}) {
+      const std::vector<double> a = numbers(name + ".dpde", more), b = numbers(name + "_derived.dpde", more);
+      ASSERT_EQ(a.size(), b.size());
+      ASSERT_GE(a.size(), 4u) << "loss and three gradients";
+      for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-13*std::max(1.0, std::abs(b[i]))) << name << " " << more << " " << i;
+    }
+  }
+}
+
+TEST_F(GivenAdjointCommand, IsCertified) {
+  write("walls.dpde", operator_text());
+  const Outcome outcome = dpde("verify walls.dpde t --json");
+  EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+  EXPECT_TRUE(outcome.json()["passed"].get<bool>());
+}
+
+TEST_F(GivenAdjointCommand, AWrongOneStopsWhateverMakesAGradient) {
+  write("wrong.dpde", replaced(operator_text(), "smooth_bar \\+ a", "smooth_bar - a"));
+  for (const char* command : {"verify wrong.dpde t", "gradient wrong.dpde t", "gradient wrong.dpde t --no-certify", "optimize wrong.dpde t",
+                              "build wrong.dpde t -o made", "gradient wrong.dpde t --backend cpp"}) {
+    const Outcome outcome = dpde(std::string(command) + " --json");
+    EXPECT_NE(outcome.status, 0) << command;
+    const std::vector<std::string> codes = outcome.codes();
+    ASSERT_FALSE(codes.empty()) << command;
+    EXPECT_EQ(codes[0], "E0606") << command;
+    const Json told = outcome.json()["diagnostics"][0];
+    EXPECT_EQ(told["line"], 3);
+    EXPECT_NE(told["message"].get<std::string>().find("smooth is not its transpose: tangent and adjoint differ by"), std::string::npos) << told;
+  }
+  EXPECT_EQ(dpde("run wrong.dpde s").status, 0) << "no gradient, no adjoint";
+}
+
+/// Of fields of two equations, of what another application gives, of expressions, and displaced by a derivative.
+TEST_F(GivenAdjointCommand, TwiceInOneStepAndInDerivatives) {
+  const std::string text = R"(
+operator upwind(u, c) order 1 = c*(u - u[-1, 0])
+  adjoint u_bar = c*upwind_bar - c[+1, 0]*upwind_bar[+1, 0]
+  adjoint c_bar = (u - u[-1, 0])*upwind_bar
+model m {
+  field u, v
+  param nu
+  dt(u) = -upwind(u, v) + dx(upwind(v*u, u)) + nu*lap(u)
+  dt(v) = -upwind(upwind(v, u), u) + upwind(u, u) - upwind(v, 2)
+}
+scene s : m {
+  grid x = 0 .. 1, cells 5
+  grid y = 0 .. 1, cells 3
+  boundary u: all = 0.2
+  boundary v: x.low = 0.1*y, x.high = gradient(0.3), y = zero_gradient
+  initial u = sin(3*x)*y
+  initial v = x + y^2
+  nu = 0.03
+  time 0 .. 1/16, step 1/64
+}
+scheme rk { time = rk2 }
+task t : s {
+  unknown initial u
+  unknown initial v
+  unknown nu
+  minimise mean(u^2 + upwind(u, v)^2)
+}
+)";
+  write("twice.dpde", text);
+  write("derived.dpde", derived(text));
+  write("around.dpde", replaced(replaced(text, "cells 5", "cells 5, periodic"), "cells 3\n  boundary [^\n]*\n  boundary [^\n]*", "cells 3, periodic"));
+  write("around_derived.dpde", derived(content(path("around.dpde"))));
+  for (const std::string name : {"twice", "around"}) {
+    const Outcome outcome = dpde("verify " + name + ".dpde t --json");
+    EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+  }
+  for (const auto& [a, b] : {std::pair("twice.dpde", "derived.dpde"), std::pair("around.dpde", "around_derived.dpde")}) {
+    const std::vector<double> given = numbers(a, ""), plain = numbers(b, "");
+    ASSERT_EQ(given.size(), plain.size());
+    for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], plain[i], 1e-13*std::max(1.0, std::abs(plain[i]))) << a << " " << i;
+  }
+}
+
+TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
+  const std::string body = "operator f(u) order 2 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar\n";
+  const std::string rest = "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; time 0 .. 1, step 1 }\n";
+  const auto codes = [&](const std::string& text) {
+    write("wrong.dpde", text);
+    return dpde("run wrong.dpde --json").codes();
+  };
+  const std::vector<std::string> none, not_here{"E0311"}, bad{"E0371"};
+  EXPECT_EQ(codes(body + "model m { field u; dt(u) = f(u*u) }\n" + rest), none);
+  EXPECT_EQ(codes(body + "model m { field u on faces.x; dt(u) = f(u) }\n" + rest), not_here);
+  const std::string body_2 = "operator f(u) order 2 = u[-1, 0] + u\n  adjoint u_bar = f_bar[+1, 0] + f_bar\n";
+  const std::string rest_2 = "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 2; boundary u: all = 0; initial u = x; time 0 .. 1, step 1 }\n";
+  EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u) + dy(f(u)) }\n" + rest_2), none);
+  EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(mean(u, x)) }\n" + rest_2), not_here);
+  EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u^2) }\n" + rest_2), not_here) << "walls along one of two axes";
+  EXPECT_EQ(codes(body + "model m { vector u; dt(u) = f(u) }\n" + rest), not_here);
+  EXPECT_EQ(codes("operator f(u) order 2 = u[-1]\n  adjoint v_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
+  EXPECT_EQ(codes("operator f(u) order 2 = u[-1]\n  adjoint u_bar = f_bar[-1]\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
+  EXPECT_EQ(codes("operator f(u) order 2 = mean(u)\n  adjoint u_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), not_here);
+}
+
+TEST_F(GivenAdjointCommand, IsFormattedAsItStands) {
+  const std::string text = "# a filter\noperator f(u) order 2 = u[-1] + u  # beside\n  # why\n  adjoint u_bar=f_bar[+1]+f_bar\n\nfunction g(x) = x\n";
+  write("f.dpde", text);
+  ASSERT_EQ(dpde("fmt f.dpde").status, 0);
+  const std::string once = content(path("f.dpde"));
+  EXPECT_NE(once.find("operator f(u) order 2 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar"), std::string::npos) << once;
+  for (const char* comment : {"# a filter", "# beside", "# why"}) EXPECT_NE(once.find(comment), std::string::npos) << once;
+  EXPECT_NE(once.find("\n\nfunction g(x) = x\n"), std::string::npos) << once;
+  ASSERT_EQ(dpde("fmt f.dpde").status, 0);
+  EXPECT_EQ(content(path("f.dpde")), once);
+}
+
+}  // namespace
+}  // namespace dpde::testing
