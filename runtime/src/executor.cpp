@@ -11,6 +11,8 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstring>
 
 #include "dpde/runtime/error.h"
@@ -18,6 +20,7 @@
 #include "fill.h"
 #include "real.h"
 #include "reduce.h"
+#include "sweep_tuner.h"
 
 namespace dpde {
 namespace {
@@ -26,6 +29,7 @@ constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
 constexpr int64_t least_cells_for_threads = 32 * 1024;
 constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
 constexpr int64_t cache_line = 64;                              // bytes
+constexpr int64_t least_tile = 8;                               // rows
 
 struct Stream {
   int field;
@@ -38,20 +42,20 @@ struct Range {
 };
 
 struct Sweep {
-  dpde_row_fn row = nullptr;
+  std::vector<dpde_variant> code;  // the row itself, and its variants
   std::vector<Stream> streams;
   std::vector<int> grids;
   std::vector<int> sums;  // program sums
   std::vector<HaloFill> then;
   /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is prefetched.
   std::vector<size_t> leading;
-  bool prefetches = false;
-  int64_t tile = 1;  // rows along y
+  SweepTuner tuner;
   int64_t first = 0, count = 0;
   Range y, z;
   int threads = 1;
   bool ordered = false;
   int64_t rows() const { return y.count() * z.count(); }
+  const dpde_variant& chosen() const { return code[static_cast<size_t>(tuner.choice().variant)]; }
 };
 
 struct Operation {
@@ -104,10 +108,29 @@ std::vector<size_t> leading_streams(const dpde_kernel& kernel) {
   return leading;
 }
 
+/// Where fields are larger than the core's own cache, it depends on the machine how a sweep is done best.
+SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
+  const bool is_large = field_bytes(layout) >= least_bytes_for_prefetch;
+  const int64_t plane_fields = std::max<int64_t>(1, is_large ? static_cast<int64_t>(sweep.leading.size()) : 0);
+  const bool has_tiles = sweep.z.count() > 1 && !sweep.ordered;
+  SweepChoice first{0, is_large ? 1 : 0, sweep.y.count()};
+  if (has_tiles) first.tile = std::max(least_tile, tile_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields));
+  std::vector<SweepTuner::Move> moves;
+  if (!is_large || sweep.ordered || layout.rank == 1) return {first, {}};
+  for (size_t v = 1; v < sweep.code.size(); ++v) {
+    if (sweep.code[v].streams == 0 || sweep.first == 0) moves.push_back({&SweepChoice::variant, static_cast<int64_t>(v)});
+  }
+  moves.push_back({&SweepChoice::prefetches, 0});
+  if (has_tiles && first.tile / 2 >= least_tile) moves.push_back({&SweepChoice::tile, first.tile / 2});
+  if (has_tiles && first.tile < sweep.y.count()) moves.push_back({&SweepChoice::tile, 2 * first.tile});
+  return {first, std::move(moves)};
+}
+
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
   const dpde_kernel& kernel = program.kernels[operation.kernel];
   Sweep sweep;
-  sweep.row = kernel.row;
+  sweep.code = {{kernel.row, 0}};
+  sweep.code.insert(sweep.code.end(), kernel.variants, kernel.variants + kernel.variant_count);
   sweep.first = -operation.grow[0];
   sweep.count = layout.cells[0] + 2 * operation.grow[0];
   sweep.y = {-operation.grow[1], layout.cells[1] + operation.grow[1]};
@@ -121,12 +144,9 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
   for (int f = 0; f < operation.then_count; ++f) sweep.then.emplace_back(operation.then[f], layout);
-  sweep.prefetches = field_bytes(layout) >= least_bytes_for_prefetch;
-  if (sweep.prefetches) sweep.leading = leading_streams(kernel);
   sweep.ordered = operation.serial != 0;
-  const int64_t plane_fields = std::max<int64_t>(1, static_cast<int64_t>(sweep.leading.size()));
-  const int64_t row_bytes = layout.stride[1] * real_bytes(layout);
-  sweep.tile = sweep.z.count() == 1 || sweep.ordered ? sweep.y.count() : std::max<int64_t>(8, tile_bytes / (row_bytes * plane_fields));
+  sweep.leading = leading_streams(kernel);
+  sweep.tuner = make_tuner(sweep, layout);
   const bool worth = sweep.rows() > 1 && sweep.rows() * sweep.count >= least_cells_for_threads;
   sweep.threads = worth && !sweep.ordered ? threads : 1;
   return sweep;
@@ -142,7 +162,7 @@ bool is_line(const Operation& operation, int rank) {
 }
 
 Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* uniforms, double* sums) {
-  Line line{sweep.row, {}, sweep.streams, sweep.grids, sweep.then};
+  Line line{sweep.code.front().row, {}, sweep.streams, sweep.grids, sweep.then};
   line.row.uniforms = uniforms;
   line.row.sums = sweep.sums.empty() ? sums : sums + sweep.sums.front();
   line.row.count = sweep.count;
@@ -173,7 +193,8 @@ struct Executor::Plan {
   std::vector<void*> grids;       // bases of the grids of the sweep that runs
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
 
-  void run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums);
+  void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
+  void run_all_parts(const Sweep& sweep, const Executor& executor);
   void run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y, int64_t z);
   void run_part(const Sweep& sweep, const Executor& executor, int part, int parts);
   void bind_grids(const Sweep& sweep, const Executor& executor);
@@ -272,6 +293,26 @@ void Executor::run() {
   }
 }
 
+std::string Executor::tuning() const {
+  std::string text;
+  for (const Operation& operation : plan_->operations) {
+    const SweepTuner& tuner = operation.sweep.tuner;
+    if (!tuner.is_done()) return "";
+    if (tuner.has_choice()) text += tuner.text() + '\n';
+  }
+  return text;
+}
+
+void Executor::set_tuning(std::string_view text) {
+  for (Operation& operation : plan_->operations) {
+    SweepTuner& tuner = operation.sweep.tuner;
+    if (!tuner.has_choice()) continue;
+    const size_t end = std::min(text.find('\n'), text.size());
+    tuner.set(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
 void Executor::make_frame(void** frame) const {
   void* const* fields = fields_.data();
   for (const Line& line : plan_->lines) {
@@ -296,17 +337,32 @@ void Executor::Plan::bind_grids(const Sweep& sweep, const Executor& executor) {
   for (size_t g = 0; g < sweep.grids.size(); ++g) grids[g] = executor.bound(sweep.grids[g]);
 }
 
-void Executor::Plan::run_sweep(const Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
+void Executor::Plan::run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums) {
   bind_grids(sweep, executor);
+  if (sweep.tuner.is_done()) {
+    run_all_parts(sweep, executor);
+  } else {
+    const auto start = std::chrono::steady_clock::now();
+    run_all_parts(sweep, executor);
+    sweep.tuner.took(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  const size_t count = sweep.sums.size();
+  for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
+}
+
+/// Rows and halos. A row that was written past the caches is not read at once: all its halos are filled at the end.
+void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor) {
   if (sweep.threads == 1) {
     run_part(sweep, executor, 0, 1);
   } else {
 #pragma omp parallel num_threads(sweep.threads)
     run_part(sweep, executor, omp_get_thread_num(), omp_get_num_threads());
   }
-  const size_t count = sweep.sums.size();
-  for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
   for (const HaloFill& fill : sweep.then) {
+    if (sweep.chosen().streams != 0) {
+      fill.run(executor.fields_.data(), executor.uniforms_.data());
+      continue;
+    }
     void* base = executor.bound(fill.field());
     if (!fill.images_are_direct()) fill.run_y(base, executor.uniforms_.data());
     fill.run_z(base, executor.uniforms_.data());
@@ -325,17 +381,18 @@ void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int 
   Range& split = z.count() >= parts ? z : y;
   const Range whole = split;
   split = {whole.from + whole.count() * part / parts, whole.from + whole.count() * (part + 1) / parts};
-  for (int64_t from = y.from; from < y.to; from += sweep.tile) {
-    const Range tile{from, std::min(from + sweep.tile, y.to)};
+  const int64_t rows = sweep.tuner.choice().tile;
+  for (int64_t from = y.from; from < y.to; from += rows) {
+    const Range tile{from, std::min(from + rows, y.to)};
     for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, *executor.layout_, caller, tile, place);
   }
+  if (sweep.chosen().streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
 }
 
 /// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane (measured:
 /// 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2).
 /// g++ takes a function that only prefetches for one without effect and drops its calls unless it is inlined early.
 [[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, void* const* pointers, int64_t stride, int64_t width) {
-  if (!sweep.prefetches) return;
   for (size_t s : sweep.leading) {
     const char* ahead = moved(pointers[s], stride, 1);
     for (int64_t x = 0; x < sweep.count * width; x += cache_line) __builtin_prefetch(ahead + x);
@@ -353,12 +410,14 @@ void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Cal
   dpde_row& row = caller.row;
   row.z = z;
   row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y_range.from - sweep.y.from)) * sum_count;
-  const bool fills_plane = fills > 0 && z >= 0 && z < layout.cells[2];
+  const bool fills_plane = fills > 0 && z >= 0 && z < layout.cells[2] && sweep.chosen().streams == 0;
+  const bool prefetches = sweep.tuner.choice().prefetches != 0;
+  const dpde_row_fn call = sweep.chosen().row;
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     row.y = y;
     for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
-    prefetch_next(sweep, pointers, stride, width);
-    sweep.row(&row);
+    if (prefetches) prefetch_next(sweep, pointers, stride, width);
+    call(&row);
     if (fills_plane && y >= 0 && y < layout.cells[1]) {
       for (size_t f = 0; f < fills; ++f) {
         sweep.then[f].run_row(pointers[streams + f], row.uniforms);

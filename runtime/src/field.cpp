@@ -188,15 +188,21 @@ std::optional<Cell> find_not_finite(const dpde_layout& layout, const void* base)
 
 double largest(const dpde_layout& layout, const void* base) {
   double result = -std::numeric_limits<double>::infinity();
+  int has_nan = 0;
   with_real(layout.real, [&](auto real) {
+    using Real = decltype(real);
     for_each_row(layout, [&](int64_t y, int64_t z) {
-      const auto* row = static_cast<const decltype(real)*>(base) + index_of(layout, 0, y, z);
+      const Real* row = static_cast<const Real*>(base) + index_of(layout, 0, y, z);
+      Real most = -std::numeric_limits<Real>::infinity();
+#pragma omp simd reduction(max : most) reduction(| : has_nan)  // g++ -O2 takes one value after the other, 8 times slower
       for (int64_t x = 0; x < layout.cells[0]; ++x) {
-        if (!std::isnan(result) && !(row[x] <= result)) result = row[x];  // takes what is not a number, and keeps it
+        most = row[x] > most ? row[x] : most;
+        has_nan |= static_cast<int>(row[x] != row[x]);
       }
+      result = std::max(result, static_cast<double>(most));
     });
   });
-  return result;
+  return has_nan != 0 ? std::numeric_limits<double>::quiet_NaN() : result;
 }
 
 bool is_finite(const dpde_layout& layout, const void* base) { return !find_not_finite(layout, base).has_value(); }

@@ -145,6 +145,8 @@ struct Rollout::Impl {
   void plan_memory();
   template <class Visit>
   void for_each_program(const Visit& visit);
+  std::string tuning();
+  void set_tuning(std::string_view text);
 
   // Several steps in one pass over memory (rollout_blocks.cpp)
   void plan_block();

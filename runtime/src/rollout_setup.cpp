@@ -77,6 +77,7 @@ Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
   for_each_program([&](BoundProgram& program) {
     program.executor.update_uniforms();
   });
+  set_tuning(setup.tuning);
 }
 
 void Rollout::Impl::bind_params(BoundProgram& bound) {
@@ -318,12 +319,32 @@ void Rollout::Impl::for_each_program(const Visit& visit) {
   }
 }
 
+/// Paragraphs: the name of a program, its sweeps, an empty line.
+std::string Rollout::Impl::tuning() {
+  std::string text;
+  for_each_program([&](BoundProgram& program) {
+    const std::string found = program.executor.tuning();
+    if (!found.empty()) text += program.executor.program().name + ('\n' + found) + '\n';
+  });
+  return text;
+}
+
+void Rollout::Impl::set_tuning(std::string_view text) {
+  for_each_program([&](BoundProgram& program) {
+    const std::string head = program.executor.program().name + std::string("\n");
+    for (size_t at = 0; at < text.size(); at = std::min(text.find("\n\n", at), text.size() - 2) + 2) {
+      if (text.substr(at).starts_with(head)) program.executor.set_tuning(text.substr(at + head.size()));
+    }
+  });
+}
+
 Rollout::Rollout(RolloutSetup setup) : impl_(std::make_unique<Impl>(std::move(setup))) {}
 Rollout::~Rollout() = default;
 Rollout::Rollout(Rollout&&) noexcept = default;
 Rollout& Rollout::operator=(Rollout&&) noexcept = default;
 
 int Rollout::block_steps() const { return impl_->forward->block ? impl_->forward->block->steps() : 1; }
+std::string Rollout::tuning() const { return impl_->tuning(); }
 int Rollout::gradient_block_steps() const { return impl_->marks.empty() ? 1 : impl_->backward->block->steps(); }
 int Rollout::state_count() const { return static_cast<int>(impl_->state_names.size()); }
 const std::string& Rollout::state_name(int state) const { return impl_->state_names[static_cast<size_t>(state)]; }

@@ -33,6 +33,7 @@ struct KernelStorage {
   std::string name;
   std::vector<dpde_stream> streams;
   std::vector<int32_t> grids, sums;
+  RowCode code;
 };
 
 int32_t kind_of(SideKind kind) {
@@ -128,10 +129,12 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const std::stri
   }
   for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(grid));
   for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(sum.name));
-  kernels.push_back({storage.name.c_str(), row_code ? row_code(row) : nullptr,
+  if (row_code) storage.code = row_code(row);
+  kernels.push_back({storage.name.c_str(), storage.code.row,
                      static_cast<int32_t>(storage.streams.size()), storage.streams.data(),
                      static_cast<int32_t>(storage.grids.size()), storage.grids.data(),
-                     static_cast<int32_t>(storage.sums.size()), storage.sums.data()});
+                     static_cast<int32_t>(storage.sums.size()), storage.sums.data(),
+                     static_cast<int32_t>(storage.code.variants.size()), storage.code.variants.data()});
   return static_cast<int32_t>(kernels.size()) - 1;
 }
 

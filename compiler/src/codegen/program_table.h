@@ -13,8 +13,14 @@
 
 namespace dpde::codegen {
 
-/// Code of a row function, by the name of the loop::Row.
-using RowResolver = std::function<dpde_row_fn(const std::string& row)>;
+/// Code of a row function.
+struct RowCode {
+  RowCode(dpde_row_fn function = nullptr) : row(function) {}  // NOLINT: a function is code
+  dpde_row_fn row;
+  std::vector<dpde_variant> variants;
+};
+/// By the name of the loop::Row.
+using RowResolver = std::function<RowCode(const std::string& row)>;
 /// Fills all uniforms of the module (order of Module::uniforms) from all its parameters (order of Module::params).
 using ComputeUniforms = void (*)(const double* params, double* uniforms);
 using Interpret = void (*)(void* context, const dpde_layout* layout, void* const* fields, const double* params,

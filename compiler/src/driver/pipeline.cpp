@@ -12,6 +12,7 @@
 #include "driver/interpreter_backend.h"
 #include "driver/lone_models.h"
 #include "driver/over_time.h"
+#include "driver/tuning.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
 #include "loop/verify_loop.h"
@@ -289,7 +290,7 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
   std::string error;
   switch (backend) {
     case Backend::jit: {
-      codegen::JitResult result = codegen::jit(compiled.loop, {}, cache);
+      codegen::JitResult result = codegen::jit(compiled.loop, {.variants = is_worth_tuning(compiled)}, cache);
       compiled.code = std::move(result.module);
       compiled.code_from_cache = result.from_cache;
       compiled.code_key = std::move(result.key);

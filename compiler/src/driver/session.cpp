@@ -10,6 +10,7 @@
 #include "driver/array_file.h"
 #include "driver/cost.h"
 #include "driver/data.h"
+#include "driver/tuning.h"
 #include "dpde/runtime/error.h"
 #include "model/placement.h"
 #include "support/evaluate.h"
@@ -170,8 +171,16 @@ bool Session::make_rollout(DiagnosticSink& sink) {
     return LossPrograms{compiled_->program(name), compiled_->adjoint_of(name), "loss"};
   };
   if (!add_losses(full, pick, sink)) return false;
+  full.tuning = tuning_ = find_tuning(*compiled_, full);
   rollout_ = std::make_unique<Rollout>(std::move(full));
   return true;
+}
+
+/// What the rollout has found out is kept for the next one.
+Session::~Session() {
+  if (rollout_ == nullptr) return;
+  const std::string found = rollout_->tuning();
+  if (found != tuning_) keep_tuning(*compiled_, setup(), found);
 }
 
 std::unique_ptr<Rollout> Session::second_order_rollout(bool gauss_newton) {

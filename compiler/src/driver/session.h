@@ -46,6 +46,8 @@ class Session {
   static std::unique_ptr<Session> open(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
                                        const SessionOptions& options, DiagnosticSink& sink);
 
+  ~Session();
+
   const Compiled& compiled() const { return *compiled_; }
   const model::Problem& problem() const { return *compiled_->problem; }
   const SessionOptions& options() const { return options_; }
@@ -105,6 +107,7 @@ class Session {
   std::vector<DataStates> data_;
   std::map<std::string, std::vector<double>> state_files_;  // initial states that come from files
   std::unique_ptr<Rollout> rollout_;
+  std::string tuning_;  // of the rollout, as it was found in the cache
 };
 
 /// A state that ended the last run far above where it began: finite, but not stable.

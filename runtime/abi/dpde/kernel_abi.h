@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 5
+#define DPDE_ABI_VERSION 6
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -52,6 +52,12 @@ typedef struct dpde_stream {
   int32_t is_written;            /* 0 read, 1 written, 2 read and written */
 } dpde_stream;
 
+/* Other code for a row that gives the same values to the last bit: which is fastest depends on processor and grid. */
+typedef struct dpde_variant {
+  dpde_row_fn row;
+  int32_t streams; /* 1: what it writes goes past the caches and is better not read soon; written streams begin on 64 bytes */
+} dpde_variant;
+
 typedef struct dpde_kernel {
   const char* name;
   dpde_row_fn row;
@@ -61,6 +67,8 @@ typedef struct dpde_kernel {
   const int32_t* grids; /* field indices */
   int32_t sum_count;
   const int32_t* sums; /* indices into dpde_program.sums */
+  int32_t variant_count;
+  const dpde_variant* variants;
 } dpde_kernel;
 
 enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3, DPDE_ON_WALL = 4 };

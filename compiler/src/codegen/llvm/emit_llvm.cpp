@@ -19,7 +19,7 @@ struct Optimised {
     std::string error;
     target = host_target(error);
     require(target != nullptr, error.c_str());
-    ir = emit_module(module, context);
+    ir = emit_module(module, context, variants_for_host(options));
     bind_to_target(*ir, *target, options);
     optimise(*ir, *target);
   }

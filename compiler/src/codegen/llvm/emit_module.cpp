@@ -45,10 +45,17 @@ void emit_uniforms(const loop::Module& module, llvm::Module& out) {
 
 }  // namespace
 
-std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context) {
+bool may_vary(const loop::Row& row) { return row.sums.empty() && row.scatters.empty(); }
+
+std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context, const std::vector<RowVariant>& variants) {
   auto out = std::make_unique<llvm::Module>("dpde", context);
   emit_uniforms(module, *out);
-  for (const loop::Row& row : module.rows) emit_row(module, row, *out);
+  for (const loop::Row& row : module.rows) {
+    emit_row(module, row, *out);
+    for (const RowVariant& variant : variants) {
+      if (may_vary(row)) emit_row(module, row, *out, variant);
+    }
+  }
   std::string problems;
   llvm::raw_string_ostream stream(problems);
   if (llvm::verifyModule(*out, &stream)) unreachable(stream.str().c_str());

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "loop/loop.h"
 
@@ -16,9 +17,21 @@ std::string row_symbol(const std::string& row);
 /// void(const double* params, double* uniforms)
 std::string uniforms_symbol();
 
-std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context);
+/// Other code for the same row.
+struct RowVariant {
+  std::string suffix;    // of its symbol; "": the row itself
+  int vector_width = 0;  // bits; 0: that of the module
+  bool streams = false;  // stores go past the caches
+};
+/// Attribute of functions whose vector stores do (optimise.cpp).
+inline constexpr const char* streaming_attribute = "dpde-streams";
+
+/// Rows without sums and scatters, whose values do not depend on the order of cells, may have variants.
+bool may_vary(const loop::Row& row);
+
+std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context, const std::vector<RowVariant>& variants = {});
 
 /// Adds the function of one row (emit_row.cpp).
-void emit_row(const loop::Module& module, const loop::Row& row, llvm::Module& out);
+void emit_row(const loop::Module& module, const loop::Row& row, llvm::Module& out, const RowVariant& variant = {});
 
 }  // namespace dpde::codegen

@@ -26,8 +26,8 @@ struct Line {
 
 class RowEmitter {
  public:
-  RowEmitter(const loop::Module& module, const loop::Row& row, llvm::Module& out)
-      : module_(module), row_(row), out_(out), before_(out.getContext()), body_(out.getContext()),
+  RowEmitter(const loop::Module& module, const loop::Row& row, llvm::Module& out, const RowVariant& variant)
+      : module_(module), row_(row), out_(out), variant_(variant), before_(out.getContext()), body_(out.getContext()),
         real_(module.real == Precision::f32 ? before_.getFloatTy() : before_.getDoubleTy()) {
     llvm::FastMathFlags flags;
     flags.setAllowContract();
@@ -69,6 +69,7 @@ class RowEmitter {
   const loop::Module& module_;
   const loop::Row& row_;
   llvm::Module& out_;
+  const RowVariant& variant_;
   llvm::IRBuilder<> before_, body_;
   llvm::Type* real_;  // of fields and of what is computed with them; uniforms and sums are doubles
   std::vector<Line> lines_;
@@ -179,6 +180,8 @@ llvm::Function* RowEmitter::create_function(const std::string& name, llvm::Globa
   auto* type = llvm::FunctionType::get(before_.getVoidTy(), types, false);
   auto* function = llvm::Function::Create(type, linkage, name, out_);
   function->setDoesNotThrow();
+  if (variant_.vector_width > 0) function->addFnAttr("prefer-vector-width", std::to_string(variant_.vector_width));
+  if (variant_.streams) function->addFnAttr(streaming_attribute);
   return function;
 }
 
@@ -195,7 +198,7 @@ llvm::Value* RowEmitter::member(std::size_t offset, llvm::Type* type, llvm::Valu
 
 void RowEmitter::emit_wrapper(const std::vector<Argument>& arguments) {
   llvm::Function* function =
-      create_function(row_symbol(row_.name), llvm::Function::ExternalLinkage, {before_.getPtrTy()});
+      create_function(row_symbol(row_.name) + variant_.suffix, llvm::Function::ExternalLinkage, {before_.getPtrTy()});
   llvm::Value* row = function->getArg(0);
   row->setName("row");
   before_.SetInsertPoint(llvm::BasicBlock::Create(out_.getContext(), "entry", function));
@@ -242,7 +245,7 @@ void RowEmitter::load_uniforms() {
 void RowEmitter::create_cells(const std::vector<Argument>& arguments) {
   std::vector<llvm::Type*> types;
   for (const Argument& argument : arguments) types.push_back(type_of(argument));
-  cells_ = create_function(row_symbol(row_.name) + "_cells", llvm::Function::InternalLinkage, types);
+  cells_ = create_function(row_symbol(row_.name) + variant_.suffix + "_cells", llvm::Function::InternalLinkage, types);
   cells_->addFnAttr(llvm::Attribute::AlwaysInline);
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     llvm::Argument* value = cells_->getArg(i);
@@ -359,8 +362,8 @@ void RowEmitter::emit_stores(ExprEmitter& emitter) {
 
 }  // namespace
 
-void emit_row(const loop::Module& module, const loop::Row& row, llvm::Module& out) {
-  RowEmitter(module, row, out).emit();
+void emit_row(const loop::Module& module, const loop::Row& row, llvm::Module& out, const RowVariant& variant) {
+  RowEmitter(module, row, out, variant).emit();
 }
 
 }  // namespace dpde::codegen

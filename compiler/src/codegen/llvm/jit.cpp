@@ -76,7 +76,7 @@ llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object,
 }
 
 /// Links and looks up all rows; the reason in result.error when that fails.
-void load(const loop::Module& module, Object object, const llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
+void load(const loop::Module& module, const std::vector<RowVariant>& variants, Object object, const llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
   auto linker = link(std::move(object), target);
   if (!linker) {
     result.error = llvm::toString(linker.takeError());
@@ -88,9 +88,15 @@ void load(const loop::Module& module, Object object, const llvm::TargetMachine& 
     result.error = llvm::toString(address.takeError());
     return nullptr;
   };
-  ProgramTables tables(
-      module, [&](const std::string& row) { return reinterpret_cast<dpde_row_fn>(find(row_symbol(row))); },
-      reinterpret_cast<ComputeUniforms>(find(uniforms_symbol())));
+  const auto code_of = [&](const std::string& row) {
+    RowCode code(reinterpret_cast<dpde_row_fn>(find(row_symbol(row))));
+    for (const RowVariant& variant : variants) {
+      if (!may_vary(*module.find_row(row))) continue;
+      code.variants.push_back({reinterpret_cast<dpde_row_fn>(find(row_symbol(row) + variant.suffix)), variant.streams ? 1 : 0});
+    }
+    return code;
+  };
+  ProgramTables tables(module, code_of, reinterpret_cast<ComputeUniforms>(find(uniforms_symbol())));
   result.link_s = watch.lap();
   if (result.error.empty()) result.module = std::make_shared<JitModule>(std::move(tables), std::move(*linker));
 }
@@ -104,19 +110,20 @@ JitResult jit(const loop::Module& module, const JitOptions& options, CodeCache* 
   if (target == nullptr) return result;
   llvm::LLVMContext context;
   context.setDiscardValueNames(true);
-  const std::unique_ptr<llvm::Module> ir = emit_module(module, context);
+  const std::vector<RowVariant> variants = variants_for_host(options);
+  const std::unique_ptr<llvm::Module> ir = emit_module(module, context, variants);
   bind_to_target(*ir, *target, options);
   result.key = cache == nullptr ? "" : key_of(*ir);
   result.emit_s = watch.lap();
   if (const std::optional<std::string> kept = cache == nullptr ? std::nullopt : cache->find(result.key)) {
-    load(module, Object(kept->begin(), kept->end()), *target, result, watch);
+    load(module, variants, Object(kept->begin(), kept->end()), *target, result, watch);
     result.from_cache = result.module != nullptr;
     if (result.from_cache) return result;
     result.error.clear();
   }
   Object object = compile(*ir, *target, result, watch);
   if (cache != nullptr) cache->store(result.key, {object.data(), object.size()});
-  load(module, std::move(object), *target, result, watch);
+  load(module, variants, std::move(object), *target, result, watch);
   return result;
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codegen/llvm/optimise.h"
 
+#include <llvm/Analysis/ValueTracking.h>
+#include <llvm/IR/Constants.h>
 #include <llvm/IR/InstIterator.h>
 #include <llvm/IR/Instructions.h>
+#include <llvm/IR/Metadata.h>
 #include <llvm/IR/PassManager.h>
 #include <llvm/Passes/PassBuilder.h>
 #include <llvm/Transforms/IPO/AlwaysInliner.h>
@@ -13,9 +16,39 @@
 #include <llvm/Transforms/Scalar/SimplifyCFG.h>
 #include <llvm/Transforms/Vectorize/LoopVectorize.h>
 
+#include <algorithm>
+
+#include "codegen/llvm/emit_module.h"
+
 namespace dpde::codegen {
 
 namespace {
+
+bool is_number_vector(const llvm::Type* type) { return type->isVectorTy() && type->getScalarType()->isFloatingPointTy(); }
+
+constexpr uint64_t cache_line = 64;  // bytes
+
+/// Stores past the caches, where a variant of a row asks for them: only vector stores that are aligned have such a form, so
+/// the vectoriser would give up where it saw the wish before. Rows begin on cache lines and vectors do not straddle them.
+class StreamStores : public llvm::PassInfoMixin<StreamStores> {
+ public:
+  llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&) {
+    if (!function.hasFnAttribute(streaming_attribute)) return llvm::PreservedAnalyses::all();
+    const llvm::DataLayout& layout = function.getParent()->getDataLayout();
+    llvm::Type* one = llvm::Type::getInt32Ty(function.getContext());
+    llvm::MDNode* wish = llvm::MDNode::get(function.getContext(), llvm::ConstantAsMetadata::get(llvm::ConstantInt::get(one, 1)));
+    for (llvm::Instruction& instruction : llvm::instructions(function)) {
+      auto* store = llvm::dyn_cast<llvm::StoreInst>(&instruction);
+      if (store == nullptr || !is_number_vector(store->getValueOperand()->getType())) continue;
+      const auto* line = llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(store->getPointerOperand()));
+      if (line == nullptr || !line->hasAttribute(llvm::Attribute::WriteOnly)) continue;
+      store->setAlignment(llvm::Align(std::min(cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
+      store->setMetadata(llvm::LLVMContext::MD_nontemporal, wish);
+    }
+    return llvm::PreservedAnalyses::all();
+  }
+  static bool isRequired() { return true; }
+};
 
 llvm::ModulePassManager pipeline() {
   llvm::FunctionPassManager functions;
@@ -25,13 +58,12 @@ llvm::ModulePassManager pipeline() {
   functions.addPass(llvm::LoopVectorizePass());
   functions.addPass(llvm::InstCombinePass());
   functions.addPass(llvm::SimplifyCFGPass());
+  functions.addPass(StreamStores());
   llvm::ModulePassManager modules;
   modules.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));
   modules.addPass(llvm::AlwaysInlinerPass(/*InsertLifetime=*/false));
   return modules;
 }
-
-bool is_number_vector(const llvm::Type* type) { return type->isVectorTy() && type->getScalarType()->isFloatingPointTy(); }
 
 }  // namespace
 

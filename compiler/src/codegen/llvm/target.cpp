@@ -59,6 +59,13 @@ std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
   return machine;
 }
 
+std::vector<RowVariant> variants_for_host(const JitOptions& options) {
+  if (!options.variants) return {};
+  std::vector<RowVariant> variants{{".streams", 0, true}};
+  if (options.vector_width == 0 && host().has_512_bits) variants.push_back({".narrow", 256, false});
+  return variants;
+}
+
 void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, const JitOptions& options) {
   module.setDataLayout(target.createDataLayout());
   module.setTargetTriple(target.getTargetTriple().str());
@@ -67,7 +74,7 @@ void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, con
     if (function.isDeclaration()) continue;
     function.addFnAttr("target-cpu", target.getTargetCPU());
     function.addFnAttr("target-features", target.getTargetFeatureString());
-    function.addFnAttr("prefer-vector-width", std::to_string(width));
+    if (!function.hasFnAttribute("prefer-vector-width")) function.addFnAttr("prefer-vector-width", std::to_string(width));
   }
 }
 

@@ -9,13 +9,18 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "codegen/llvm/emit_module.h"
 #include "codegen/llvm/jit_options.h"
 
 namespace dpde::codegen {
 
 /// Null, with the reason in `error`, where LLVM has no code generator for this processor.
 std::unique_ptr<llvm::TargetMachine> host_target(std::string& error);
+
+/// Other code for rows that may be faster on this processor.
+std::vector<RowVariant> variants_for_host(const JitOptions& options);
 
 /// Data layout and triple of the module, processor and vector width of its functions: the cost models read them.
 void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, const JitOptions& options);

@@ -15,6 +15,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +59,12 @@ class Executor {
   size_t frame_size() const { return frame_.size(); }
   void make_frame(void** frame) const;
   void run_frame(void* const* frame);
+
+  /// Sweeps over large fields find out while they are used which of several equal ways is fastest on this machine. What they
+  /// found, a line a sweep: "" until all of them know, and where there is nothing to choose.
+  std::string tuning() const;
+  /// Takes what an executor of the same program and layout has found; text that does not fit is ignored.
+  void set_tuning(std::string_view text);
 
   /// Sums of the last run, in the order of the program's `sums`.
   std::span<const double> sums() const { return sums_; }

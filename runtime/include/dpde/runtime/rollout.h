@@ -91,6 +91,8 @@ struct RolloutSetup {
   /// fields of gradients are the same to the last bit; gradients of parameters are added up in another order. Programs that
   /// cannot be blocked run step by step, and so do adjoints between bounded axes.
   int block_steps = 0;
+  /// What tuning() of a rollout of the same programs, layout and threads has said; "": nothing is known.
+  std::string tuning;
   /// Looked at before each step; when it becomes true the call returns early with `stopped`.
   const std::atomic<bool>* stop = nullptr;
 };
@@ -143,6 +145,10 @@ class Rollout {
   ~Rollout();
   Rollout(Rollout&&) noexcept;
   Rollout& operator=(Rollout&&) noexcept;
+
+  /// Which ways to sweep over large fields were found fastest here, for other rollouts of the same programs, layout and threads;
+  /// results do not depend on it.
+  std::string tuning() const;
 
   int state_count() const;
   /// Steps that run() and loss() do in one pass over memory; 1 where nothing is blocked.

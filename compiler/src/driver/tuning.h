@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// What rollouts find out about the fastest way to sweep over large fields (Rollout::tuning), kept in the cache beside the code.
+#pragma once
+
+#include <string>
+
+#include "dpde/runtime/rollout.h"
+#include "driver/pipeline.h"
+
+namespace dpde::driver {
+
+/// Fields that leave the core's own cache: it depends on the machine which code is fastest for them, and compiling more of it
+/// is nothing beside the run.
+bool is_worth_tuning(const Compiled& compiled);
+
+/// For RolloutSetup::tuning; "" when nothing is kept.
+std::string find_tuning(const Compiled& compiled, const RolloutSetup& setup);
+
+/// Does nothing where nothing has been found out.
+void keep_tuning(const Compiled& compiled, const RolloutSetup& setup, const std::string& tuning);
+
+}  // namespace dpde::driver
