@@ -33,6 +33,8 @@ struct NextVelocity {
   double *u, *v;
 };
 void burgers2d_step(const dpde_layout& layout, Velocity from, NextVelocity to, Burgers p);
+/// One RK4 step in place with an array for each stage and separate updates: what fusing stages with updates saves.
+void burgers2d_rk4_separate(const dpde_layout& layout, NextVelocity u, NextVelocity stage, const NextVelocity k[4], Burgers p);
 void burgers2d_adjoint(const dpde_layout& layout, Velocity at, Velocity seed, NextVelocity bar, Burgers p);
 
 /// next = u + c (sum of 6 neighbours - 6 u); y in tiles of so many rows, with or without prefetch of the next row above.
