@@ -401,6 +401,13 @@ void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int 
   for (size_t s = 0; s < sweep.streams.size(); ++s) __builtin_prefetch(moved(pointers[s], stride, 1));
 }
 
+/// Every pointer to the next row: on short rows this counts, and one at a time is 3 times slower.
+inline void move_all(void** pointers, size_t count, int64_t bytes) {
+  auto* const addresses = reinterpret_cast<uintptr_t*>(pointers);
+#pragma omp simd
+  for (size_t i = 0; i < count; ++i) addresses[i] += static_cast<uintptr_t>(bytes);
+}
+
 /// Rows of one plane, one after the other.
 void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y_range, int64_t z) {
   const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
@@ -424,7 +431,7 @@ void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Cal
         if (sweep.then[f].images_are_direct()) sweep.then[f].run_images(pointers[streams + f], y, row.uniforms);
       }
     }
-    for (size_t i = 0; i < streams + fills; ++i) pointers[i] = moved(pointers[i], stride, 1);
+    move_all(pointers, streams + fills, stride);
     row.sums += sum_count;
   }
 }
