@@ -43,6 +43,7 @@ struct Range {
 
 struct Sweep {
   std::vector<dpde_variant> code;  // the row itself, and its variants
+  int own = 0;  // first of its own uniforms
   std::vector<Stream> streams;
   std::vector<int> grids;
   std::vector<int> sums;  // program sums
@@ -131,6 +132,7 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   Sweep sweep;
   sweep.code = {{kernel.row, 0}};
   sweep.code.insert(sweep.code.end(), kernel.variants, kernel.variants + kernel.variant_count);
+  sweep.own = kernel.own;
   sweep.first = -operation.grow[0];
   sweep.count = layout.cells[0] + 2 * operation.grow[0];
   sweep.y = {-operation.grow[1], layout.cells[1] + operation.grow[1]};
@@ -164,6 +166,7 @@ bool is_line(const Operation& operation, int rank) {
 Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* uniforms, double* sums) {
   Line line{sweep.code.front().row, {}, sweep.streams, sweep.grids, sweep.then};
   line.row.uniforms = uniforms;
+  line.row.own = uniforms + sweep.own;
   line.row.sums = sweep.sums.empty() ? sums : sums + sweep.sums.front();
   line.row.count = sweep.count;
   line.row.first = sweep.first;
@@ -375,6 +378,7 @@ void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int 
   void** start = caller.starts.data();
   for (const Stream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
   for (const HaloFill& fill : sweep.then) *start++ = executor.bound(fill.field());
+  caller.row.own = caller.row.uniforms + sweep.own;
   caller.row.count = sweep.count;
   caller.row.first = sweep.first;
   Range y = sweep.y, z = sweep.z;

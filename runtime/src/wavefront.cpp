@@ -178,6 +178,7 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, Ran
   dpde_row row{};
   row.streams = rings.pointers.data();
   row.uniforms = uniforms[static_cast<size_t>(level.pass)].data();
+  row.own = row.uniforms + level.own;
   row.count = x.count();
   row.first = x.from;
   row.y = plan.periodic[1] ? wrapped(place[1], layout.cells[1]) : place[1];

@@ -29,6 +29,7 @@ struct WavefrontStream {
 
 struct WavefrontLevel {
   dpde_row_fn row = nullptr;
+  int own = 0;  // first of its own uniforms
   int pass = 0;
   std::vector<WavefrontStream> streams;
   struct Output {

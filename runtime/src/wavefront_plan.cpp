@@ -121,6 +121,7 @@ class Planner {
     const int number = static_cast<int>(plan_.levels.size());
     WavefrontLevel level;
     level.row = kernel.row;
+    level.own = kernel.own;
     level.pass = static_cast<int>(plan_.passes.size()) - 1;
     level.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
     Sources outputs;

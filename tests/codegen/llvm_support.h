@@ -187,7 +187,7 @@ inline void run(const dpde_program& program, const std::vector<Topology>& axes, 
                           (z + stream.offset[2]) * memory.layout().stride[2]);
       }
       const dpde_row row{streams.data(),  grids.data(), uniforms.data(), sums.data(), count, first, y, z,
-                         &memory.layout()};
+                         &memory.layout(), uniforms.data() + kernel.own};
       kernel.row(&row);
     });
     for (int s = 0; s < kernel.sum_count; ++s) memory.sums().at(kernel.sums[s]) += sums[s];

@@ -39,7 +39,7 @@ TEST(Schedule, InputsAreFilledBeforeTheFirstStep) {
 TEST(Schedule, TheSameFillTwiceIsOne) {
   EXPECT_EQ(schedule_of({smooth("u", "v"), smooth("u", "w")},
                         {.body = {fill_u, run("u_to_v"), fill_u, run("u_to_w")}, .keeps = {"v", "w"}}),
-            "  prepare fill u periodic\n  sweep u_to_v\n  sweep u_to_w\n  keep v, w\n}\n");
+            "  prepare fill u periodic\n  sweep u_to_v\n  sweep u_to_v with v = w\n  keep v, w\n}\n");
 }
 
 TEST(Schedule, IntermediateFieldsAreFilledByTheirSweep) {
@@ -47,7 +47,7 @@ TEST(Schedule, IntermediateFieldsAreFilledByTheirSweep) {
                         {.body = {fill_u, run("u_to_v"), fill_v, run("v_to_w")}, .swaps = {{"u", "w"}}}),
             "  prepare fill u periodic\n"
             "  sweep u_to_v then fill v periodic\n"
-            "  sweep v_to_w then fill w periodic\n"
+            "  sweep u_to_v with u = v, v = w then fill w periodic\n"
             "  swap u, w\n}\n");
 }
 
@@ -57,7 +57,7 @@ TEST(Schedule, SweepsInBetweenKeepAFillInItsPlace) {
           {smooth("u", "v"), {.name = "copy", .rank = 1, .stores = {{"w", false, access("v"), {}}}}, smooth("v", "x1")},
           {.body = {fill_u, run("u_to_v"), run("copy"), fill_v, run("v_to_x1")}, .keeps = {"w", "x1"}}),
       "  prepare fill u periodic\n"
-      "  sweep u_to_v\n  sweep copy\n  fill v periodic\n  sweep v_to_x1\n"
+      "  sweep u_to_v\n  sweep copy\n  fill v periodic\n  sweep u_to_v with u = v, v = x1\n"
       "  keep w, x1\n}\n");
 }
 
@@ -67,7 +67,7 @@ TEST(Schedule, ADifferentFillOfTheSameFieldStopsAllMoves) {
                                                                .body = {hot, run("u_to_v"), cold, run("u_to_w")},
                                                                .swaps = {{"u", "w"}},
                                                                .keeps = {"v"}}),
-            "  fill u x = u0\n  sweep u_to_v\n  fill u x = 0\n  sweep u_to_w\n  swap u, w\n  keep v\n}\n");
+            "  fill u x = u0\n  sweep u_to_v\n  fill u x = 0\n  sweep u_to_v with v = w\n  swap u, w\n  keep v\n}\n");
 }
 
 TEST(Schedule, ADifferentFillOfTheNextStateKeepsTheFillInTheStep) {
@@ -76,7 +76,7 @@ TEST(Schedule, ADifferentFillOfTheNextStateKeepsTheFillInTheStep) {
                                                                .body = {cold_u, run("u_to_w"), free_w, run("w_to_v")},
                                                                .swaps = {{"u", "w"}},
                                                                .keeps = {"v"}}),
-            "  fill u x = 0\n  sweep u_to_w then fill w x = zero_gradient\n  sweep w_to_v\n  swap u, w\n  keep v\n}\n");
+            "  fill u x = 0\n  sweep u_to_w then fill w x = zero_gradient\n  sweep u_to_w with u = w, w = v\n  swap u, w\n  keep v\n}\n");
 }
 
 TEST(Schedule, BoundaryValuesThatDependOnTheTimeAreSetInTheStep) {
@@ -114,7 +114,7 @@ TEST(Schedule, GrownSweepsAreFollowedByTheirFill) {
                         {.axes = {Topology::bounded},
                          .body = {run("u_to_v", 1), Fill{"v", {insulated()}}, run("v_to_w")},
                          .keeps = {"w"}}),
-            "  sweep u_to_v grow 1\n  fill v x = zero_gradient\n  sweep v_to_w\n  keep w\n}\n");
+            "  sweep u_to_v grow 1\n  fill v x = zero_gradient\n  sweep u_to_v with u = v, v = w\n  keep w\n}\n");
 }
 
 /// Waves keep two states: u_old becomes u, whose halo is filled already.

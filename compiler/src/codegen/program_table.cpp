@@ -31,6 +31,7 @@ struct Names {
 
 struct KernelStorage {
   std::string name;
+  loop::Binding binding;
   std::vector<dpde_stream> streams;
   std::vector<int32_t> grids, sums;
   RowCode code;
@@ -84,7 +85,7 @@ struct ProgramTables::Table {
   void set_grow(dpde_operation& operation, int grow, const std::vector<Topology>& axes) const;
   dpde_operation operation(const loop::Module& module, const loop::Program& program, const loop::Operation& source,
                            const RowResolver& row_code);
-  int32_t kernel(const loop::Module& module, const std::string& row, const RowResolver& row_code);
+  int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
 
   std::string name;
   Names fields, sums;
@@ -114,27 +115,29 @@ void ProgramTables::Table::set_grow(dpde_operation& operation, int grow, const s
   for (std::size_t a = 0; a < axes.size(); ++a) operation.grow[a] = axes[a] == Topology::bounded ? grow : 0;
 }
 
-/// Index of the kernel, added at its first use.
-int32_t ProgramTables::Table::kernel(const loop::Module& module, const std::string& row, const RowResolver& row_code) {
-  const auto same = [&](const KernelStorage& known) { return known.name == row; };
+/// Index of the kernel, a row with its binding, added at its first use.
+int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code) {
+  const loop::Binding& binding = sweep.binding;
+  const auto same = [&](const KernelStorage& known) { return known.name == sweep.row && known.binding == binding; };
   const auto found = std::find_if(kernel_storage.begin(), kernel_storage.end(), same);
   if (found != kernel_storage.end()) return static_cast<int32_t>(found - kernel_storage.begin());
 
-  const loop::Row* source = module.find_row(row);
+  const loop::Row* source = module.find_row(sweep.row);
   require(source != nullptr, "the row is in the module");
   KernelStorage& storage = kernel_storage.emplace_back();
-  storage.name = row;
+  storage.name = sweep.row;
+  storage.binding = binding;
   for (const loop::Stream& s : source->streams) {
-    storage.streams.push_back({fields.index_of(s.field), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
+    storage.streams.push_back({fields.index_of(binding.field(s.field)), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
   }
-  for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(grid));
-  for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(sum.name));
-  if (row_code) storage.code = row_code(row);
+  for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(binding.field(grid)));
+  for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(binding.sum(sum.name)));
+  if (row_code) storage.code = row_code(sweep.row);
   kernels.push_back({storage.name.c_str(), storage.code.row,
                      static_cast<int32_t>(storage.streams.size()), storage.streams.data(),
                      static_cast<int32_t>(storage.grids.size()), storage.grids.data(),
                      static_cast<int32_t>(storage.sums.size()), storage.sums.data(),
-                     static_cast<int32_t>(storage.code.variants.size()), storage.code.variants.data()});
+                     static_cast<int32_t>(storage.code.variants.size()), storage.code.variants.data(), source->own + binding.own});
   return static_cast<int32_t>(kernels.size()) - 1;
 }
 
@@ -158,7 +161,7 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
       },
       [&](const loop::Sweep& s) {
         result.kind = DPDE_SWEEP;
-        result.kernel = kernel(module, s.row, row_code);
+        result.kernel = kernel(module, s, row_code);
         set_grow(result, s.grow, program.axes);
         result.serial = s.serial;
         std::vector<dpde_fill>& then = fills.emplace_back();

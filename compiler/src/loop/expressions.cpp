@@ -102,6 +102,27 @@ void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f) {
       });
 }
 
+Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
+  const auto map_all = [&](std::vector<Expr> all) {
+    for (Expr& one : all) one = f(one);
+    return all;
+  };
+  return match(
+      e->kind, [&](const Literal&) { return e; }, [&](const Uniform&) { return e; }, [&](const Param&) { return e; },
+      [&](const Load&) { return e; }, [&](const Local&) { return e; }, [&](const Inside&) { return e; },
+      [&](const Interp& i) { return make(Interp{i.grid, i.offset, map_all(i.displacement), i.along}); },
+      [&](const Neg& n) { return make(Neg{f(n.operand)}); },
+      [&](const Binary& b) {
+        const Expr left = f(b.left);  // in this order
+        return make(Binary{b.op, left, f(b.right)});
+      },
+      [&](const Call& c) { return make(Call{c.fn, map_all(c.arguments)}); },
+      [&](const Select& s) {
+        const Expr condition = f(s.condition), yes = f(s.yes);
+        return make(Select{condition, yes, f(s.no)});
+      });
+}
+
 void visit(const Expr& e, const std::function<void(const Expr&)>& f) {
   f(e);
   for_each_child(e, [&](const Expr& child) { visit(child, f); });
@@ -115,6 +136,26 @@ void for_each_expression(const Row& row, const std::function<void(const Expr&)>&
     for (const Expr& d : scatter.target.displacement) f(d);
     f(scatter.value);
   }
+}
+
+std::set<int> used_uniforms(const Row& row) {
+  std::set<int> used;
+  const auto look = [&](const Expr& e) {
+    if (const Uniform* u = std::get_if<Uniform>(&e->kind)) used.insert(u->index);
+  };
+  for_each_expression(row, [&](const Expr& e) { visit(e, look); });
+  return used;
+}
+
+Row map_expressions(Row row, const std::function<Expr(const Expr&)>& f) {
+  for (Let& let : row.lets) let.value = f(let.value);
+  for (Store& store : row.stores) store.value = f(store.value);
+  for (Sum& sum : row.sums) sum.value = f(sum.value);
+  for (Scatter& scatter : row.scatters) {
+    for (Expr& d : scatter.target.displacement) d = f(d);
+    scatter.value = f(scatter.value);
+  }
+  return row;
 }
 
 }  // namespace dpde::loop

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <vector>
 
 #include "loop/loop.h"
@@ -21,9 +22,15 @@ bool is_literal(const Expr& e, double value);
 bool is_leaf(const Expr& e);
 
 void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f);
+/// `e` with `f` applied to each direct child and nothing else changed.
+Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f);
 /// Calls `f` on `e` and everything below it, parents first.
 void visit(const Expr& e, const std::function<void(const Expr&)>& f);
 /// Calls `f` on every expression of the row: lets, stores, sums, displacements and values of scatters.
 void for_each_expression(const Row& row, const std::function<void(const Expr&)>& f);
+/// Indices of the uniforms the row reads.
+std::set<int> used_uniforms(const Row& row);
+/// The row with `f` applied to each of them, in the same order.
+Row map_expressions(Row row, const std::function<Expr(const Expr&)>& f);
 
 }  // namespace dpde::loop

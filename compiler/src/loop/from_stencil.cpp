@@ -10,6 +10,7 @@
 #include "loop/expressions.h"
 #include "loop/rows.h"
 #include "loop/schedule.h"
+#include "loop/share_rows.h"
 #include "loop/uniforms.h"
 #include "stencil/build.h"
 #include "support/assert.h"
@@ -266,7 +267,7 @@ Module from_stencil(const stencil::Module& module, const std::vector<std::string
   for (const stencil::Program* program : chosen) builder.add_program(*program);
   Module result = builder.take();
   result.real = real;
-  return result;
+  return share_rows(std::move(result));
 }
 
 }  // namespace dpde::loop

@@ -6,11 +6,14 @@
 //   row k(streams; uniforms) { let a = ...; s0 = ...; sum += ... }        one pass over the cells of one row
 //   program: prepare { fill u } body { sweep k grow 0 then fill v; fold w }
 //
+// Rows that differ in names and numbers only are one row: each sweep says what stands for the row's own names (Binding).
+//
 // Memory: all fields of a simulation share one layout (dpde_layout of kernel_abi.h); stream s of a row starts at
 // field[s] + layout offset of (z + dz, y + dy, first + dx).
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <string>
 #include <variant>
@@ -136,6 +139,8 @@ struct Row {
   std::vector<Store> stores;
   std::vector<Sum> sums;
   std::vector<Scatter> scatters;
+  int own = 0, own_count = 0;  // uniforms from `own` on that sweeps may bind to others
+  bool is_own(int uniform) const { return uniform >= own && uniform < own + own_count; }
   bool operator==(const Row&) const = default;
 };
 
@@ -177,6 +182,22 @@ struct Reduce {
   std::array<bool, max_rank> over{};
   bool operator==(const Reduce&) const = default;
 };
+/// What stands for the names of a row that several sweeps share; those that are not mentioned stand for themselves. Two
+/// names never stand for the same.
+struct Binding {
+  std::map<std::string, std::string> fields, sums;
+  int own = 0;  // what is added to the index of each uniform of the row's own
+  bool operator==(const Binding&) const = default;
+
+  const std::string& field(const std::string& of_row) const { return name_in(fields, of_row); }
+  const std::string& sum(const std::string& of_row) const { return name_in(sums, of_row); }
+
+ private:
+  static const std::string& name_in(const std::map<std::string, std::string>& names, const std::string& of_row) {
+    const auto found = names.find(of_row);
+    return found == names.end() ? of_row : found->second;
+  }
+};
 /// Calls a row function for every row of the region; `then` fills fields this sweep has written, each row's own ends
 /// right after the row while it is in cache.
 struct Sweep {
@@ -184,6 +205,7 @@ struct Sweep {
   int grow = 0;
   bool serial = false;  // scatters: rows in order, one thread
   std::vector<Fill> then;
+  Binding binding;
   bool operator==(const Sweep&) const = default;
 };
 using Operation = std::variant<Fill, Fold, Reduce, Sweep>;

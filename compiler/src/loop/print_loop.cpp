@@ -154,6 +154,19 @@ std::string fill_text(const Module& module, const Fill& fill) {
 
 std::string grow_text(int grow) { return grow == 0 ? "" : fmt::format(" grow {}", grow); }
 
+/// " with u = u_2, c_1 = c_2": what stands for the names of a shared row.
+std::string binding_text(const Module& module, const Sweep& sweep) {
+  std::vector<std::string> parts;
+  for (const auto& names : {sweep.binding.fields, sweep.binding.sums}) {
+    for (const auto& [name, bound] : names) parts.push_back(fmt::format("{} = {}", name, bound));
+  }
+  const Row& row = *module.find_row(sweep.row);
+  for (int u = row.own; sweep.binding.own != 0 && u < row.own + row.own_count; ++u) {
+    parts.push_back(fmt::format("{} = {}", module.uniforms[u].name, module.uniforms[u + sweep.binding.own].name));
+  }
+  return parts.empty() ? "" : fmt::format(" with {}", fmt::join(parts, ", "));
+}
+
 std::string operation_text(const Module& module, const Operation& operation) {
   return match(
       operation, [&](const Fill& f) { return fill_text(module, f); },
@@ -168,7 +181,7 @@ std::string operation_text(const Module& module, const Operation& operation) {
         return fmt::format("reduce {} = {} {} over {}", r.result, name_of(r.kind), r.field, fmt::join(axes, ", "));
       },
       [&](const Sweep& s) {
-        std::string text = fmt::format("sweep {}{}{}", s.row, grow_text(s.grow), s.serial ? " serial" : "");
+        std::string text = fmt::format("sweep {}{}{}{}", s.row, binding_text(module, s), grow_text(s.grow), s.serial ? " serial" : "");
         for (const Fill& fill : s.then) text += " then " + fill_text(module, fill);
         return text;
       });

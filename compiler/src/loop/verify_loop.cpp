@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -47,6 +48,7 @@ class Verifier {
   void check_streams(const Row& row);
   void check_row(const Row& row);
   void check_boundaries(const Program& program, const std::string& field, const std::vector<AxisBoundary>& axes);
+  void check_binding(const Program& program, const Row& row, const Binding& binding);
   void check_sweep(const Program& program, const Sweep& sweep);
   void check_reduce(const Program& program, const Reduce& reduce);
   void check_program(const Program& program);
@@ -167,6 +169,27 @@ void Verifier::check_boundaries(const Program& program, const std::string& field
   }
 }
 
+/// Pointers of a row may be of the same field only where the row knows.
+void Verifier::check_binding(const Program& program, const Row& row, const Binding& binding) {
+  std::map<std::string, std::string> name_of_field;
+  const auto check_field = [&](const std::string& name) {
+    const std::string& field = binding.field(name);
+    check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+    const auto [known, is_new] = name_of_field.emplace(field, name);
+    check(is_new || known->second == name, program.name, fmt::format("{}: {} and {} stand for the same field", row.name, known->second, name));
+  };
+  for (const Stream& stream : row.streams) check_field(stream.field);
+  for (const std::string& grid : row.grids) check_field(grid);
+  for (const Sum& sum : row.sums) {
+    const std::string& name = binding.sum(sum.name);
+    check(has(program.sums, name), program.name, fmt::format("no sum {}", name));
+  }
+  for (const int first : {row.own, row.own + binding.own}) {
+    const bool exist = first >= 0 && row.own_count >= 0 && static_cast<std::size_t>(first + row.own_count) <= module_.uniforms.size();
+    check(exist, program.name, fmt::format("{}: no such uniforms of its own", row.name));
+  }
+}
+
 void Verifier::check_sweep(const Program& program, const Sweep& sweep) {
   const Row* row = module_.find_row(sweep.row);
   check(row != nullptr, program.name, fmt::format("no row {}", sweep.row));
@@ -175,16 +198,11 @@ void Verifier::check_sweep(const Program& program, const Sweep& sweep) {
         fmt::format("{} has another rank", row->name));
   check(sweep.serial == !row->scatters.empty(), program.name, fmt::format("{}: scatters run serially", row->name));
   check(sweep.grow >= 0, program.name, "negative grow");
-  for (const Stream& stream : row->streams) {
-    check(has(program.fields, stream.field), program.name, fmt::format("no field {}", stream.field));
-  }
-  for (const std::string& grid : row->grids)
-    check(has(program.fields, grid), program.name, fmt::format("no field {}", grid));
-  for (const Sum& sum : row->sums) check(has(program.sums, sum.name), program.name, fmt::format("no sum {}", sum.name));
+  check_binding(program, *row, sweep.binding);
   for (const Fill& fill : sweep.then) {
     check_boundaries(program, fill.field, fill.axes);
     const bool written = std::any_of(row->streams.begin(), row->streams.end(), [&](const Stream& s) {
-      return s.field == fill.field && s.mode != Stream::Mode::in;
+      return sweep.binding.field(s.field) == fill.field && s.mode != Stream::Mode::in;
     });
     check(written, program.name, fmt::format("{} fills {}, which it does not write", row->name, fill.field));
   }

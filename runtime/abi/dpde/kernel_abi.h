@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 6
+#define DPDE_ABI_VERSION 7
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -43,6 +43,7 @@ typedef struct dpde_row {
   int64_t first;           /* x of the first cell; negative on a grown region */
   int64_t y, z;            /* place of the row */
   const dpde_layout* layout;
+  const double* own;       /* uniforms of this kernel, where others run the same row with theirs */
 } dpde_row;
 typedef void (*dpde_row_fn)(const dpde_row* row);
 
@@ -69,6 +70,7 @@ typedef struct dpde_kernel {
   const int32_t* sums; /* indices into dpde_program.sums */
   int32_t variant_count;
   const dpde_variant* variants;
+  int32_t own;         /* index of the first of its own uniforms: kernels that differ in these and in their fields only share a row */
 } dpde_kernel;
 
 enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3, DPDE_ON_WALL = 4 };

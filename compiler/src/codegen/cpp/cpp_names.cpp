@@ -213,21 +213,12 @@ CppNames cpp_names(const loop::Module& module, const loop::Row& row) {
   for (const std::string& grid : row.grids) names.grids.push_back(supply.fresh(cpp_identifier(grid) + "_grid"));
   for (const loop::Let& let : row.lets) names.lets.push_back(supply.fresh(cpp_identifier(let.name)));
   for (const loop::Sum& sum : row.sums) names.sums.push_back(supply.fresh(cpp_identifier(sum.name) + "_sum"));
-  const std::set<int> used = used_uniforms(row);
+  const std::set<int> used = loop::used_uniforms(row);
   for (std::size_t u = 0; u < module.uniforms.size(); ++u) {
     const bool is_used = used.contains(static_cast<int>(u));
     names.uniforms.push_back(is_used ? supply.fresh(cpp_identifier(module.uniforms[u].name)) : "");
   }
   return names;
-}
-
-std::set<int> used_uniforms(const loop::Row& row) {
-  std::set<int> used;
-  const auto look = [&](const loop::Expr& e) {
-    if (const loop::Uniform* u = std::get_if<loop::Uniform>(&e->kind)) used.insert(u->index);
-  };
-  loop::for_each_expression(row, [&](const loop::Expr& e) { loop::visit(e, look); });
-  return used;
 }
 
 CppUniformNames cpp_uniform_names(const loop::Module& module) {

@@ -24,7 +24,6 @@ struct CppNames {
   std::vector<std::string> streams, grids, lets, sums;
   std::vector<std::string> uniforms;  // of the module; "" for those the row does not use
 };
-std::set<int> used_uniforms(const loop::Row& row);
 CppNames cpp_names(const loop::Module& module, const loop::Row& row);
 
 /// Names of parameters and uniforms in dpde_compute_uniforms; a uniform that is a parameter shares its name.

@@ -219,7 +219,7 @@ std::string RowEmitter::head() const {
     const bool is_read = !targets.contains(static_cast<int>(g));
     parameters.push_back(fmt::format("{}{}* __restrict {}", is_read ? "const " : "", real_, names_.grids[g]));
   }
-  for (const int u : used_uniforms(row_)) parameters.push_back(fmt::format("const {} {}", real_, names_.uniforms[u]));
+  for (const int u : loop::used_uniforms(row_)) parameters.push_back(fmt::format("const {} {}", real_, names_.uniforms[u]));
   if (!row_.sums.empty()) parameters.push_back("double* __restrict sums");
   return wrapped(fmt::format("static void {}(", function_name()), parameters, ") {");
 }
@@ -273,7 +273,9 @@ std::string RowEmitter::wrapper() const {
   }
   for (std::size_t g = 0; g < row_.grids.size(); ++g) arguments.push_back(fmt::format("({}*)row->grids[{}]", real_, g));
   const std::string_view rounded = is_single() ? "(float)" : "";
-  for (const int u : used_uniforms(row_)) arguments.push_back(fmt::format("{}row->uniforms[{}]", rounded, u));
+  for (const int u : loop::used_uniforms(row_)) {
+    arguments.push_back(row_.is_own(u) ? fmt::format("{}row->own[{}]", rounded, u - row_.own) : fmt::format("{}row->uniforms[{}]", rounded, u));
+  }
   if (!row_.sums.empty()) arguments.push_back("row->sums");
   return fmt::format("{} {}(const dpde_row* row) {{\n", linkage_, symbol_of(row_.name)) +
          wrapped(fmt::format("  {}(", function_name()), arguments, ");") + "}\n";

@@ -74,7 +74,7 @@ std::string Tables::kernel(const dpde_kernel& k) {
   const std::string streams = array("dpde_stream", "streams", texts(k.streams, k.stream_count, stream));
   const std::string grids = array("int32_t", "grids", texts(k.grids, k.grid_count, number));
   const std::string sums = array("int32_t", "sums", texts(k.sums, k.sum_count, number));
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", quoted(k.name), symbol_of(k.name), k.stream_count, streams, k.grid_count, grids, k.sum_count, sums);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, 0, nullptr, {}}}", quoted(k.name), symbol_of(k.name), k.stream_count, streams, k.grid_count, grids, k.sum_count, sums, k.own);
 }
 
 std::string Tables::operation(const dpde_operation& o) {

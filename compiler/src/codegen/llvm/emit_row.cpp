@@ -40,7 +40,7 @@ class RowEmitter {
 
  private:
   /// Arguments of <row>_cells in order; `member` is where the wrapper finds the value.
-  enum class Source { count, first, y, z, layout, uniforms, sums, line, grid };
+  enum class Source { count, first, y, z, layout, uniforms, own, sums, line, grid };
   struct Argument {
     Source source;
     int index;  // of lines and grids
@@ -133,6 +133,7 @@ std::vector<RowEmitter::Argument> RowEmitter::arguments() const {
     result.push_back({Source::layout, 0, "layout"});
   }
   result.push_back({Source::uniforms, 0, "uniforms"});
+  if (row_.own_count > 0) result.push_back({Source::own, 0, "own"});
   if (!row_.sums.empty()) result.push_back({Source::sums, 0, "sums"});
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     result.push_back({Source::line, static_cast<int>(i), line_name(row_.streams.at(lines_[i].stream))});
@@ -151,6 +152,7 @@ llvm::Type* RowEmitter::type_of(const Argument& argument) {
     case Source::z: return before_.getInt64Ty();
     case Source::layout:
     case Source::uniforms:
+    case Source::own:
     case Source::sums:
     case Source::line:
     case Source::grid: return before_.getPtrTy();
@@ -220,6 +222,7 @@ void RowEmitter::emit_wrapper(const std::vector<Argument>& arguments) {
       case Source::z: values.push_back(direct(argument, offsetof(dpde_row, z))); break;
       case Source::layout: values.push_back(direct(argument, offsetof(dpde_row, layout))); break;
       case Source::uniforms: values.push_back(direct(argument, offsetof(dpde_row, uniforms))); break;
+      case Source::own: values.push_back(direct(argument, offsetof(dpde_row, own))); break;
       case Source::sums: values.push_back(direct(argument, offsetof(dpde_row, sums))); break;
       case Source::grid: values.push_back(element(argument, offsetof(dpde_row, grids), argument.index)); break;
       case Source::line:
@@ -235,8 +238,9 @@ void RowEmitter::load_uniforms() {
   leaves_.uniforms.resize(module_.uniforms.size());
   for (std::size_t i = 0; i < module_.uniforms.size(); ++i) {
     if (!used_uniforms_[i]) continue;
-    llvm::Value* uniform =
-        member(i * sizeof(double), before_.getDoubleTy(), value_.at(Source::uniforms), module_.uniforms[i].name);
+    const bool is_own = row_.is_own(static_cast<int>(i));
+    llvm::Value* uniform = member((is_own ? i - static_cast<std::size_t>(row_.own) : i) * sizeof(double), before_.getDoubleTy(),
+                                  value_.at(is_own ? Source::own : Source::uniforms), module_.uniforms[i].name);
     leaves_.uniforms[i] = before_.CreateFPCast(uniform, real_);
   }
 }
