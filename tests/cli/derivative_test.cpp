@@ -59,6 +59,64 @@ task t : s {
   EXPECT_EQ(dpde("verify symplectic.dpde t --json").status, 0);
 }
 
+constexpr const char* implicit_text = R"(
+kernel begin(u: field, out w: field) { w = u }
+kernel jacobi(u: field, w: field halo 1, out v: field, nu, dt, hx: param) {
+  let c = nu*dt/hx^2
+  v = (u + c*(w[-1] + w[+1]))/(1 + 2*c)
+}
+program step {
+  run begin
+  repeat PASSES {
+    fill w periodic
+    run jacobi
+    swap w, v
+  }
+  swap u, w
+}
+scene rod : step {
+  grid x = 0 .. 1, cells 16, periodic
+  nu = 0.05
+  initial u = sin(2*pi*x) + x
+  time 0 .. 0.5, step 1/16
+}
+task find : rod {
+  unknown nu from 0.02
+  unknown initial u
+  minimise mean((u - 0.2)^2) at t = 0.25, 0.5
+  using lbfgs(), iterations 3
+}
+)";
+
+std::string implicit_with(int passes) {
+  std::string text = implicit_text;
+  return text.replace(text.find("PASSES"), 6, std::to_string(passes));
+}
+
+/// Passes of a repeat: certified derivatives of first and second order, the same numbers from either back end and from the text
+/// that is written out, and no more code for more passes.
+TEST_F(DerivativeCommand, OfARepeatedKernelIsCertified) {
+  write("few.dpde", implicit_with(4));
+  write("many.dpde", implicit_with(40));
+  const Outcome verified = dpde("verify many.dpde --json");
+  EXPECT_EQ(verified.status, 0) << verified.out << verified.err;
+  const Json jit = dpde("gradient many.dpde --json").json(), cpp = dpde("gradient many.dpde --json --backend cpp").json();
+  EXPECT_NEAR(jit["loss"].get<double>(), cpp["loss"].get<double>(), 1e-14);
+  EXPECT_NEAR(jit["gradient"]["nu"]["value"].get<double>(), cpp["gradient"]["nu"]["value"].get<double>(), 1e-12);
+  ASSERT_EQ(shell("$DPDE emit many.dpde rod --stage stencil > written_out.dpde").status, 0);
+  EXPECT_EQ(content(path("written_out.dpde")).find("repeat"), std::string::npos);
+  ASSERT_EQ(dpde("run many.dpde rod --quiet --out a").status, 0);
+  ASSERT_EQ(dpde("run written_out.dpde rod --quiet --out b").status, 0);
+  EXPECT_GT(content(path("a/u.npy")).size(), 16u * sizeof(double));
+  EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
+  for (const char* stage : {"loop", "adjoint-loop"}) {
+    const auto rows = [&](const std::string& file) { return shell("$DPDE emit " + file + " find --stage " + stage + " | grep -c ^row").out; };
+    EXPECT_EQ(rows("many.dpde"), rows("few.dpde")) << stage;
+  }
+  EXPECT_EQ(dpde("fmt many.dpde").status, 0);
+  EXPECT_NE(content(path("many.dpde")).find("  repeat 40 {\n    fill w periodic\n"), std::string::npos);
+}
+
 /// One kernel under two boundaries has two adjoints.
 TEST_F(DerivativeCommand, ProgramsThatShareAKernelHaveDerivativesOfTheirOwn) {
   write("two.dpde", R"(

@@ -40,6 +40,8 @@ const Case cases[] = {
     {"burgers_1d/burgers.dpde", "viscosity", {{"cells", "24"}, {"step", "0.0625"}, {"courant", "0.2"}}, {}},
     {"../tests/golden/zonal_mean/in.dpde", "t", {}, {}},
     {"../tests/golden/given_adjoint/in.dpde", "t", {}, {}},
+    {"../tests/golden/repeat/in.dpde", "find", {}, {}},
+    {"../tests/golden/subcycles/in.dpde", "s", {}, {}},
 };
 
 std::string example(const Case& c) { return DPDE_SOURCE_DIR "/dsl-examples/" + c.file; }

@@ -181,6 +181,35 @@ kernel k(u: field, a: field, b: field halo 1, d: field, e: field, out v: field, 
 }
 )";
 
+/// Alike but for fields, numbers and parameters: one row, with a block of uniforms for each of its sweeps.
+const std::string alike_kernels = R"(
+kernel a(u: field halo 1, out w: field, sum e: param, c: param) { w = u + c*(u[+1] - 2*u)*u[-1]; e += 2*u^2 }
+kernel b(w: field halo 1, out q: field, sum f: param, nu: param) { q = w + nu*(w[+1] - 2*w)*w[-1]; f += 0.5*w^2 }
+kernel d(q: field halo 1, out v: field, sum e: param) { v = q + 0.3*(q[+1] - 4*q)*q[-1]; e += 7*q^2 }
+)";
+const std::string alike_scatters = R"(
+kernel zero(out s: field, out r: field) on 1 axis { s = 0; r = 0 }
+kernel a(u: field, inout s: field, c: param) { interp(s, c*u) += u^2 }
+kernel b(u: field, inout r: field) { interp(r, 0.4*u) += u^2 }
+)";
+
+/// Sweeps of an iteration that all see the state as it was.
+const std::string jacobi_kernels = R"(
+kernel begin(u: field, out w: field, c: param) { w = u + c*u^2/8 }
+kernel jacobi(u: field, w: field halo 1, out v: field, sum e: param, c: param) {
+  let next = (u + c*(w[-1] + w[+1])*w)/(1 + 2*c)
+  v = next
+  e += (next - w)^2
+}
+)";
+
+/// Steps of two kinds, the quick ones within the slow ones; w begins anew in each of the slow.
+const std::string repeated_steps = R"(
+kernel slow(u: field halo 1, out w: field, c: param) { w = u + c*(u[+1, 0] - u)*u[0, -1] }
+kernel fast(w: field halo 1, out q: field, c: param) { q = w + c*(w[-1, 0] + w[0, +1] - 2*w)*w/4 }
+kernel both(u: field, w: field, m: field, out v: field, c: param) on 2 axes { v = u/2 + c*w*m }
+)";
+
 /// Reads the corners.
 const std::string cross_kernel = R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }
@@ -320,6 +349,18 @@ std::vector<ProgramCase> program_cases() {
       {"the rest of the planes and lines", 3, planes_kernel +
            "program p { fill u x = 0.3, y periodic, z periodic; reduce a = mean u over x; reduce b = max u over y, z; "
            "fill b x = zero_gradient, y periodic, z periodic; reduce d = sum u over x; reduce e = mean a over y; run k; swap u, v }",
+       {{"u"}, {"c"}}},
+      {"a fold behind a fill", 1, "kernel k(u: field, out w: field, c: param) { w = c*u^2 }\n"
+       "program p { fill u x.low = 0.3, x.high = gradient(0.2); run k grow 1; fill w x.low = 0.1, x.high = zero_gradient; "
+       "fold w grow 1 x.low = 0, x.high = zero_gradient; keep w }", {{"u"}, {"c"}}},
+      {"alike", 1, alike_kernels + "program p { fill u periodic; run a; fill w periodic; run b; fill q periodic; run d; swap u, v; keep w }", {{"u"}, {"c", "nu"}}},
+      {"alike, bounded", 1, alike_kernels + "program p { fill u x = 0.3; run a; fill w x = c; run b; fill q x = 0.3; run d; swap u, v }", {{"u"}, {"nu"}}},
+      {"alike scatters", 1, alike_scatters + "program p { axes x periodic; run zero; run a; run b; keep s, r }", {{"u"}, {"c"}}},
+      {"repeat periodic", 1, jacobi_kernels + "program p { run begin; repeat 5 { fill w periodic; run jacobi; swap w, v }; swap u, w }", {{"u"}, {"c"}}},
+      {"repeat bounded", 1, jacobi_kernels + "program p { run begin; repeat 3 { fill w x.low = 0.3, x.high = gradient(0.2); run jacobi; swap w, v }; swap u, w }", {{"u"}, {"c"}}},
+      {"repeat in repeat", 2, repeated_steps +
+           "program p { repeat 2 { fill u x periodic, y = zero_gradient; run slow; repeat 3 { fill w x periodic, y = 0.5; run fast; swap w, q }; "
+           "reduce m = mean w over x; run both; swap u, v } }",
        {{"u"}, {"c"}}},
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},

@@ -12,6 +12,42 @@ void expect_formatted(const std::string& text, const std::string& expected) {
   EXPECT_EQ(formatted(expected), expected);
 }
 
+TEST(Format, KeepsCommentsOfRepeats) {
+  expect_formatted(
+      "program p {\n"
+      "# sweeps\n"
+      "repeat 8   # each sees\n"
+      "{ # the last\n"
+      "\n"
+      "fill u periodic # wraps\n"
+      "# then\n"
+      "run k; swap u,v\n"
+      "\n"
+      "# done\n"
+      "} # all\n"
+      "repeat 2 { repeat 3 { run k\n"
+      "swap u, v } }\n"
+      "}\n",
+      "program p {\n"
+      "  # sweeps\n"
+      "  # each sees\n"
+      "  repeat 8 {  # the last\n"
+      "    fill u periodic  # wraps\n"
+      "    # then\n"
+      "    run k\n"
+      "    swap u, v\n"
+      "\n"
+      "    # done\n"
+      "  }  # all\n"
+      "  repeat 2 {\n"
+      "    repeat 3 {\n"
+      "      run k\n"
+      "      swap u, v\n"
+      "    }\n"
+      "  }\n"
+      "}\n");
+}
+
 TEST(Format, KeepsComments) {
   expect_formatted(
       "# title  \n"

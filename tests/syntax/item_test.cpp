@@ -35,6 +35,39 @@ TEST(Items, OfModels) {
   EXPECT_EQ(written(model.items[4]), "dt(u) = lap(s)");
 }
 
+TEST(Items, OfRepeats) {
+  const std::string text =
+      "program p {\n"
+      "  repeat 8 {\n"
+      "    fill u x periodic, y = 0\n"
+      "    repeat 2 { run fast; swap w, q }\n"
+      "    reduce m = mean w\n"
+      "    swap u, v\n"
+      "  }\n"
+      "  keep m\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Program program = only_block<Program>(text);
+  ASSERT_EQ(program.items.size(), 2u);
+  const auto& repeat = std::get<RepeatItem>(program.items[0].kind);
+  EXPECT_EQ(repeat.count, 8);
+  EXPECT_EQ(text.substr(repeat.count_range.begin, 1), "8");
+  ASSERT_EQ(repeat.items.size(), 4u);
+  const auto& inner = std::get<RepeatItem>(repeat.items[1].kind);
+  EXPECT_EQ(inner.count, 2);
+  EXPECT_EQ(std::get<RunItem>(inner.items.at(0).kind).kernel.name, "fast");
+  EXPECT_EQ(std::get<SwapItem>(inner.items.at(1).kind).next.name, "q");
+  EXPECT_EQ(text.substr(program.items[0].range.begin, 8), "repeat 8");
+}
+
+TEST(Items, RepeatsThatAreNot) {
+  EXPECT_EQ(problems_of("program p { repeat { run k } }"), "1:20 E0201 expected a whole number but found '{'\n");
+  EXPECT_EQ(problems_of("program p {\n  repeat 3 run k\n  run k\n}").substr(0, 10), "2:12 E0201");
+  EXPECT_EQ(problems_of("program p {\n  repeat 3 {\n    run k\n").substr(0, 10), "2:12 E0205");
+  EXPECT_EQ(problems_of("program p {\n  repeat 3 {\n    keep k\n    run 5\n  }\n  fill\n}").size() > 0, true);
+  EXPECT_EQ(problems_of("model m { repeat 3 { } }").substr(0, 10), "1:11 E0203");
+}
+
 TEST(Items, OfScenes) {
   const std::string text =
       "scene s : m with cheap {\n"

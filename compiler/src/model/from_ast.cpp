@@ -5,10 +5,12 @@
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
 #include "model/stretch.h"
+#include "syntax/unroll.h"
 
 namespace dpde::model {
 
-std::optional<Problem> from_ast(const ast::File& file, const Selection& selection, DiagnosticSink& sink) {
+std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
+  const ast::File file = ast::unrolled(written, sink).file;
   Draft draft(file, selection, sink);
   if (!select(draft)) return std::nullopt;
   if (draft.model) declare_model(draft);

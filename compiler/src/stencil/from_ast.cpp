@@ -7,12 +7,14 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "stencil/build.h"
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
+#include "syntax/unroll.h"
 
 namespace dpde::stencil {
 
@@ -71,10 +73,17 @@ std::optional<Place> place_of(const std::string& text) {
 
 class ModuleReader {
  public:
-  ModuleReader(const ast::File& file, DiagnosticSink& sink) : file_(file), sink_(sink) {}
+  ModuleReader(const ast::File& file, DiagnosticSink& sink) : source_(ast::unrolled(file, sink)), sink_(sink) {}
 
   Module run() {
-    for_each<ast::Kernel>([&](const ast::Kernel& kernel) { read_kernel(kernel); });
+    if (!source_.copies.empty() && sink_.has_errors()) return module_;
+    for_each<ast::Kernel>([&](const ast::Kernel& kernel) {
+      if (!is_copy(kernel)) read_kernel(kernel);
+    });
+    if (!source_.copies.empty() && sink_.has_errors()) return module_;  // copies would say the same again
+    for_each<ast::Kernel>([&](const ast::Kernel& kernel) {
+      if (is_copy(kernel)) read_kernel(kernel);
+    });
     for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, false); });
     for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, true); });
     for (const KernelRead& read : kernels_) module_.kernels.push_back(read.kernel);
@@ -87,10 +96,12 @@ class ModuleReader {
  private:
   template <class Kind, class F>
   void for_each(const F& f) {
-    for (const ast::Declaration& declaration : file_.declarations) {
+    for (const ast::Declaration& declaration : source_.file.declarations) {
       if (const Kind* found = std::get_if<Kind>(&declaration.kind)) f(*found);
     }
   }
+
+  bool is_copy(const ast::Kernel& kernel) const { return source_.copies.contains(kernel.name.name); }
 
   // ---- kernels and the number of axes ------------------------------------------------------------------------------
   KernelRead* find_kernel(const std::string& name) {
@@ -156,7 +167,12 @@ class ModuleReader {
     program_ = Program{source.name.name, read_topologies(source), {}, {}, {}};
     fields_ = fields_of(source);
     ranges_.clear();
-    for (const ast::Item& item : source.items) read_item(item);
+    std::set<int> refused;  // begins of statements: the other passes of a repeat would say the same again
+    for (const ast::Item& item : source.items) {
+      const std::size_t before = sink_.all().size();
+      if (!refused.contains(item.range.begin)) read_item(item);
+      if (sink_.all().size() != before) refused.insert(item.range.begin);
+    }
     check_results(source);
     statement_ranges_[program_.name] = ranges_;
     module_.programs.push_back(program_);
@@ -416,6 +432,7 @@ class ModuleReader {
   }
 
   void report_problems() {
+    std::set<int> seen;  // the other passes of a repeat have the same problem
     for (const Problem& problem : find_problems(module_)) {
       SourceRange range;
       for_each<ast::Kernel>([&](const ast::Kernel& k) {
@@ -425,11 +442,22 @@ class ModuleReader {
         if (p.name.name == problem.declaration) range = p.name.range;
       });
       if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
-      sink_.report("bad-program", range, {problem.text});
+      if (source_.copies.empty() || seen.insert(range.begin).second) sink_.report("bad-program", range, {problem.text}, pass_hint(problem));
     }
   }
 
-  const ast::File& file_;
+  /// Names of later passes need a word: no text of the user has them.
+  std::string pass_hint(const Problem& problem) {
+    if (source_.copies.empty() || problem.statement < 0) return {};
+    const std::vector<SourceRange>& ranges = statement_ranges_[problem.declaration];
+    const auto is_same = [&](const SourceRange& range) { return range.begin == ranges[problem.statement].begin; };
+    const auto here = ranges.begin() + problem.statement;
+    const auto earlier = std::count_if(ranges.begin(), here, is_same);
+    if (earlier == 0) return {};
+    return fmt::format("so it is in pass {} of the repeat; names with a number are the fields of that pass", earlier + 1);
+  }
+
+  const ast::Unrolled source_;
   DiagnosticSink& sink_;
   Module module_;
   std::vector<KernelRead> kernels_;

@@ -90,6 +90,14 @@ struct Trivia {
   bool blank_before = false;        // one blank line stood above
 };
 
+/// How { ... } was written, for the same reason.
+struct BlockLayout {
+  std::vector<std::string> before;            // comments between the first word and {
+  std::string after;                          // comment behind {
+  std::vector<std::string> closing_comments;  // whole-line comments above }
+  bool one_line = false;
+};
+
 // ---- items inside a model ------------------------------------------------------------------------------------------
 struct FieldItem {  // field u, v          vector u on faces       (a component for each axis of the scene)
   std::vector<Identifier> names;
@@ -255,6 +263,14 @@ struct RunItem {  // run burgers_step      run k grow 1
 struct SwapItem {  // swap u, v             (v becomes u for the next step)
   Identifier state, next;
 };
+struct Item;
+/// repeat 8 { fill u ...; run ...; swap u, v }      What a swap in it says holds from the next pass on.
+struct RepeatItem {
+  int count = 1;
+  SourceRange count_range;
+  std::vector<Item> items;
+  BlockLayout layout;
+};
 struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
   std::vector<Identifier> names;
 };
@@ -268,7 +284,7 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
 
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
-                              AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, KeepItem, AxesItem>;
+                              AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -328,10 +344,9 @@ using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;
-  Trivia trivia;                              // `after` stands behind the opening {
-  std::vector<std::string> closing_comments;  // whole-line comments above the closing }
-  bool one_line = false;                      // { ... } was written on one line
-  bool imported = false;                      // stands in an imported file
+  Trivia trivia;
+  BlockLayout layout;
+  bool imported = false;  // stands in an imported file
 };
 
 struct File {

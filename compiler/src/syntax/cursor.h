@@ -48,6 +48,10 @@ class Cursor {
   void begin_group(const Token& open);
   void end_group(TokenKind close);
 
+  /// Around a block inside of an item; false where more than `most` would be inside one another.
+  bool begin_block(int most) { return ++blocks_ <= most; }
+  void end_block() { --blocks_; }
+
   /// Reports and goes on.
   void error(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments, std::string hint = {});
   /// Reports and stops until recover().
@@ -95,6 +99,7 @@ class Cursor {
   Token stop_{TokenKind::line_break, {}, {}, 0};
   int position_ = 0;
   int last_ = -1;  // index of the token taken last
+  int blocks_ = 0;  // inside of which the cursor is
   bool failed_ = false;
 };
 

@@ -28,7 +28,7 @@ std::string understood(const BlockRule& rule) {
 std::string hint_for(std::string_view word, const BlockRule& here) {
   const std::string near = nearest_name(word, words_of(here));
   if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
-  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule()}) {
+  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule()}) {
     for (const ItemRule& item : rule.items) {
       if (item.word == word) return fmt::format("{} belongs in a {}; {}", word, rule.name, understood(here));
     }
@@ -76,25 +76,27 @@ std::vector<std::string> closing_comments(Trivia trivia, bool nothing_before) {
   return comments;
 }
 
-void close_block(Cursor& cursor, Declaration& declaration, bool is_empty) {
-  declaration.closing_comments = closing_comments(cursor.take_comments_above(), is_empty);
+void close_block(Cursor& cursor, BlockLayout& layout, bool is_empty) {
+  layout.closing_comments = closing_comments(cursor.take_comments_above(), is_empty);
   cursor.take();
 }
 
 /// { ... }, with `parse_one` called at the begin of every item.
 template <class ParseOne>
-void parse_block(Cursor& cursor, Declaration& declaration, std::string_view name, const ParseOne& parse_one) {
+void parse_block(Cursor& cursor, BlockLayout& layout, std::string_view name, const ParseOne& parse_one) {
   if (cursor.at(TokenKind::line_break) && cursor.peek_second().kind == TokenKind::left_brace) cursor.take();
   const int open = cursor.position();
   const SourceRange brace = cursor.peek().range;
   if (!cursor.expect(TokenKind::left_brace)) return;
-  cursor.collect_inner_comments(declaration.trivia);
-  declaration.trivia.after = cursor.take_comment_behind();
+  Trivia header;
+  cursor.collect_inner_comments(header);
+  layout.before = std::move(header.before);
+  layout.after = cursor.take_comment_behind();
   for (bool is_first = true;; is_first = false) {
     cursor.skip_separators();
     if (cursor.at(TokenKind::right_brace)) {
-      close_block(cursor, declaration, is_first);
-      declaration.one_line = !cursor.has_line_break_since(open);
+      close_block(cursor, layout, is_first);
+      layout.one_line = !cursor.has_line_break_since(open);
       return;
     }
     if (cursor.at(TokenKind::end_of_file) || cursor.at_declaration()) {
@@ -106,7 +108,7 @@ void parse_block(Cursor& cursor, Declaration& declaration, std::string_view name
 }
 
 void parse_items(Cursor& cursor, Declaration& declaration, const BlockRule& rule, std::vector<Item>& items) {
-  parse_block(cursor, declaration, rule.name, [&] { add_item(cursor, rule, items); });
+  parse_items(cursor, declaration.layout, rule, items);
 }
 
 // ---- declarations --------------------------------------------------------------------------------------------------
@@ -177,7 +179,7 @@ void parse_loop(Cursor& cursor, Declaration& declaration) {
   loop.from = cursor.expect_whole_number();
   cursor.expect(TokenKind::dot_dot);
   loop.to = cursor.expect_whole_number();
-  parse_block(cursor, declaration, "loop", [&] {
+  parse_block(cursor, declaration.layout, "loop", [&] {
     const int start = cursor.position();
     Identifier program = cursor.expect_name("the name of a program");
     if (!cursor.at_end_of_item()) cursor.fail_expected("the end of the line or ';'");
@@ -288,6 +290,10 @@ void add_declaration(Cursor& cursor, const SourceFile& source, Declaration decla
 }
 
 }  // namespace
+
+void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items) {
+  parse_block(cursor, layout, rule.name, [&] { add_item(cursor, rule, items); });
+}
 
 File parse(const SourceFile& source, DiagnosticSink& sink) {
   Cursor cursor(source, sink);

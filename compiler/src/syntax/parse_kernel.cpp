@@ -133,6 +133,22 @@ ItemKind parse_swap(Cursor& cursor) {
   return item;
 }
 
+constexpr int max_repeats_inside = 16;
+
+/// 8 { ... }
+ItemKind parse_repeat(Cursor& cursor) {
+  RepeatItem item;
+  const int start = cursor.position();
+  item.count = cursor.expect_whole_number();
+  item.count_range = cursor.range_since(start);
+  if (!cursor.begin_block(max_repeats_inside)) {
+    cursor.fail("repeats-too-deep", item.count_range, {std::to_string(max_repeats_inside)});
+  }
+  parse_items(cursor, item.layout, repeat_rule(), item.items);
+  cursor.end_block();
+  return item;
+}
+
 ItemKind parse_keep(Cursor& cursor) { return KeepItem{parse_components(cursor, "the name of a field")}; }
 
 ItemKind parse_axes(Cursor& cursor) {
@@ -169,16 +185,23 @@ BlockRule kernel_rule() {
   return {"kernel", {{"let", parse_local}, {"adjoint", [](Cursor& cursor) -> ItemKind { return parse_adjoint(cursor); }}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
 }
 
-BlockRule program_rule() {
-  return {"program",
+BlockRule repeat_rule() {
+  return {"repeat",
           {{"fill", parse_fill},
            {"fold", parse_fold},
            {"reduce", parse_reduce},
            {"run", parse_run},
-           {"swap", parse_swap},
-           {"keep", parse_keep},
-           {"axes", parse_axes}},
+           {"repeat", parse_repeat},
+           {"swap", parse_swap}},
           {}};
+}
+
+BlockRule program_rule() {
+  BlockRule rule = repeat_rule();
+  rule.name = "program";
+  rule.items.push_back({"keep", parse_keep});
+  rule.items.push_back({"axes", parse_axes});
+  return rule;
 }
 
 }  // namespace dpde::ast

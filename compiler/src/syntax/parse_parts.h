@@ -39,6 +39,9 @@ BlockRule scheme_rule();
 BlockRule task_rule();
 BlockRule kernel_rule();
 BlockRule program_rule();
+BlockRule repeat_rule();
+/// parse_declaration.cpp: { ... } with items of the rule
+void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items);
 
 /// a, b, c
 /// A field u or its time derivative dt(u), by the name as written.

@@ -137,6 +137,9 @@ std::string print_event(const EventItem& i) {
   return text;
 }
 
+/// Several lines, each but the first behind the indent of the block; or one.
+std::string print_repeat(const RepeatItem& repeat);
+
 std::string print_item(const Item& item) {
   return match(
       item.kind, [](const FieldItem& i) { return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on); },
@@ -171,6 +174,7 @@ std::string print_item(const Item& item) {
       [](const AdjointItem& i) { return print_adjoint(i); }, [](const FillItem& i) { return print_fill(i); }, [](const ReduceItem& i) { return print_reduce(i); },
       [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
+      [](const RepeatItem& i) { return print_repeat(i); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); },
       [](const AxesItem& i) { return print_axes(i); });
 }
@@ -244,6 +248,12 @@ struct Row {
   Trivia trivia;
 };
 
+std::vector<Row> rows_of(const std::vector<Item>& items) {
+  std::vector<Row> rows;
+  for (const Item& item : items) rows.push_back({print_item(item), item.trivia});
+  return rows;
+}
+
 std::vector<Row> rows_of(const DeclarationKind& kind) {
   std::vector<Row> rows;
   if (const auto* loop = std::get_if<Loop>(&kind)) {
@@ -260,8 +270,7 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
       [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); },
       [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); },
       [](const Import&) -> const std::vector<Item>* { unreachable("an import has no items"); });
-  for (const Item& item : *items) rows.push_back({print_item(item), item.trivia});
-  return rows;
+  return rows_of(*items);
 }
 
 std::string print_comments(const std::vector<std::string>& comments, const char* indent) {
@@ -273,31 +282,47 @@ std::string print_comments(const std::vector<std::string>& comments, const char*
 std::string behind(const std::string& comment) { return comment.empty() ? "" : "  " + comment; }
 
 /// { a; b }, or "" where the block cannot be put on one line behind the header.
-std::string print_on_one_line(const Declaration& declaration, const std::vector<Row>& rows, std::size_t header_size) {
-  if (!declaration.one_line || !declaration.closing_comments.empty() || !declaration.trivia.after.empty()) return {};
+std::string print_on_one_line(const BlockLayout& layout, const std::vector<Row>& rows, std::size_t header_size) {
+  if (!layout.one_line || !layout.closing_comments.empty() || !layout.after.empty()) return {};
   std::string text;
   for (const Row& row : rows) {
-    if (!row.trivia.before.empty() || !row.trivia.after.empty()) return {};
+    if (!row.trivia.before.empty() || !row.trivia.after.empty() || row.text.find('\n') != std::string::npos) return {};
     text += (text.empty() ? "" : "; ") + row.text;
   }
   text = text.empty() ? "{ }" : "{ " + text + " }";
   return header_size + 1 + text.size() <= max_columns ? text : "";
 }
 
-std::string print_declaration(const Declaration& declaration) {
-  const std::string header = print_header(declaration.kind);
-  const bool has_block = !std::holds_alternative<Function>(declaration.kind) && !std::holds_alternative<Import>(declaration.kind);
-  if (!has_block) return header + behind(declaration.trivia.after) + "\n";
-  const std::vector<Row> rows = rows_of(declaration.kind);
-  const std::string line = print_on_one_line(declaration, rows, header.size());
-  if (!line.empty()) return fmt::format("{} {}\n", header, line);
-  std::string text = fmt::format("{} {{{}\n", header, behind(declaration.trivia.after));
+/// The header and its { ... }, without a line break at the end.
+std::string print_block(const std::string& header, const BlockLayout& layout, const std::vector<Row>& rows) {
+  const std::string line = print_on_one_line(layout, rows, header.size());
+  if (!line.empty()) return fmt::format("{} {}", header, line);
+  std::string text = fmt::format("{} {{{}\n", header, behind(layout.after));
   for (const Row& row : rows) {
     if (row.trivia.blank_before && &row != &rows.front()) text += '\n';
     text += print_comments(row.trivia.before, "  ");
     text += fmt::format("  {}{}\n", row.text, behind(row.trivia.after));
   }
-  return text + print_comments(declaration.closing_comments, "  ") + "}\n";
+  return text + print_comments(layout.closing_comments, "  ") + "}";
+}
+
+std::string print_repeat(const RepeatItem& repeat) {
+  const std::string block = print_comments(repeat.layout.before, "") +
+                            print_block(fmt::format("repeat {}", repeat.count), repeat.layout, rows_of(repeat.items));
+  std::string text;
+  for (const char c : block) {
+    const bool begins_line = !text.empty() && text.back() == '\n';
+    if (begins_line && c != '\n') text += "  ";
+    text += c;
+  }
+  return text;
+}
+
+std::string print_declaration(const Declaration& declaration) {
+  const std::string header = print_header(declaration.kind);
+  const bool has_block = !std::holds_alternative<Function>(declaration.kind) && !std::holds_alternative<Import>(declaration.kind);
+  if (!has_block) return header + behind(declaration.trivia.after) + "\n";
+  return print_comments(declaration.layout.before, "") + print_block(header, declaration.layout, rows_of(declaration.kind)) + "\n";
 }
 
 }  // namespace

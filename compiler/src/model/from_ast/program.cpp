@@ -124,9 +124,10 @@ std::vector<const ast::Kernel*> kernels_of(const Draft& draft) {
 
 void check_ranks(Draft& draft) {
   const int axes = static_cast<int>(draft.problem.axes.size());
+  std::set<int> seen;  // of a kernel and its copies in a repeat one is enough
   for (const ast::Kernel* kernel : kernels_of(draft)) {
     const int rank = rank_of(*kernel);
-    if (rank == 0 || rank == axes) continue;
+    if (rank == 0 || rank == axes || !seen.insert(kernel->name.range.begin).second) continue;
     const auto words = [](int count) { return fmt::format("{} {}", count, count == 1 ? "axis" : "axes"); };
     draft.sink.report("rank-differs", kernel->name.range, {kernel->name.name, words(rank), words(axes)});
   }

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "syntax/rename.h"
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include "support/match.h"
+
+namespace dpde::ast {
+
+Expr rename(const Expr& e, const Rename& field) {
+  const auto same_place = [&](Kind kind) { return Expr(Node{std::move(kind), e.range()}); };
+  return match(
+      e->kind, [&](const Number&) { return e; }, [&](const Text&) { return e; }, [&](const Error&) { return e; },
+      [&](const Name& n) { return same_place(Name{field(n.name)}); },
+      [&](const Offsets& o) { return same_place(Offsets{field(o.name), o.offsets, o.grow}); },
+      [&](const Unary& u) { return same_place(Unary{u.op, rename(u.operand, field)}); },
+      [&](const Binary& b) { return same_place(Binary{b.op, rename(b.left, field), rename(b.right, field)}); },
+      [&](Call c) {
+        for (Argument& argument : c.arguments) argument.value = rename(argument.value, field);
+        return same_place(std::move(c));
+      },
+      [&](Tuple t) {
+        for (Expr& element : t.elements) element = rename(element, field);
+        return same_place(std::move(t));
+      });
+}
+
+namespace {
+
+void add_parameter(std::vector<KernelParameter>& parameters, const KernelParameter& parameter) {
+  const auto same = std::find_if(parameters.begin(), parameters.end(), [&](const KernelParameter& known) {
+    return known.name.name == parameter.name.name && known.role == KernelRole::in && parameter.role == KernelRole::in;
+  });
+  if (same == parameters.end()) {
+    parameters.push_back(parameter);
+  } else if (same->halo && parameter.halo) {
+    same->halo = std::max(*same->halo, *parameter.halo);
+  } else {
+    same->halo.reset();  // as many as it takes
+  }
+}
+
+/// In formulas of adjoints: u_bar is called as u is.
+Rename with_adjoints(const Kernel& kernel, const Rename& field) {
+  std::set<std::string> parameters;
+  for (const KernelParameter& parameter : kernel.parameters) parameters.insert(parameter.name.name);
+  return [parameters, field](const std::string& name) {
+    constexpr std::string_view bar = "_bar";
+    const std::string of = name.ends_with(bar) ? name.substr(0, name.size() - bar.size()) : "";
+    return !parameters.contains(name) && parameters.contains(of) ? field(of) + std::string(bar) : field(name);
+  };
+}
+
+}  // namespace
+
+Kernel rename(Kernel kernel, const Rename& field) {
+  const Rename of_adjoint = with_adjoints(kernel, field);
+  std::vector<KernelParameter> parameters;
+  for (KernelParameter parameter : kernel.parameters) {
+    parameter.name.name = field(parameter.name.name);
+    add_parameter(parameters, parameter);
+  }
+  kernel.parameters = std::move(parameters);
+  for (Item& item : kernel.items) {
+    if (LetItem* let = std::get_if<LetItem>(&item.kind)) let->value = rename(let->value, field);
+    if (AssignItem* assign = std::get_if<AssignItem>(&item.kind)) {
+      assign->target.name = field(assign->target.name);
+      assign->value = rename(assign->value, field);
+    }
+    if (AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind)) {
+      adjoint->target.name = of_adjoint(adjoint->target.name);
+      adjoint->value = rename(adjoint->value, of_adjoint);
+    }
+    if (ScatterItem* scatter = std::get_if<ScatterItem>(&item.kind)) {
+      scatter->target = rename(scatter->target, field);
+      scatter->value = rename(scatter->value, field);
+    }
+  }
+  return kernel;
+}
+
+}  // namespace dpde::ast
