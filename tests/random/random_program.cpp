@@ -31,7 +31,10 @@ struct Known {
 
 class Builder {
  public:
-  explicit Builder(std::uint64_t seed) : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15) { result_.seed = seed; }
+  explicit Builder(std::uint64_t seed)
+      : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9) {
+    result_.seed = seed;
+  }
 
   RandomProgram build() {
     choose_grid();
@@ -53,6 +56,7 @@ class Builder {
   void add_update(int grow);
   void add_scatter();
   void add_reduction();
+  void add_passes();
   void add_fill(Known& field);
   void add_refill(Known& field);
   void fill(Known& field, const Fill& fill);
@@ -72,7 +76,7 @@ class Builder {
   }
   std::string fresh_field();
 
-  SplitMix random_, refills_, reductions_;  // the others came later: without what they make, seeds mean what they meant
+  SplitMix random_, refills_, reductions_, passes_;  // the others came later: without what they make, seeds mean what they meant
   RandomProgram result_;
   Program program_{"p", {}, {}, {}, {}};
   std::vector<Known> known_;
@@ -291,6 +295,30 @@ void Builder::add_reduction() {
   program_.body.push_back(std::move(reduce));
 }
 
+/// The kernel before again and again, on what it has written, as a repeat does it: rows that are alike.
+void Builder::add_passes() {
+  const Kernel kernel = result_.module.kernels.back();
+  const int grow = std::get<Run>(program_.body.back()).grow;
+  const Signature s = signature(kernel);
+  const auto may_be_written = [&](const Signature::Read& read) {
+    const Known& field = *find(read.field);
+    return !field.is_coordinate && (!field.is_input || result_.wrt.fields.contains(field.name));
+  };
+  const auto read = std::ranges::find_if(s.reads, may_be_written);
+  if (kernel.stores.size() != 1 || read == s.reads.end()) return;
+  std::string from = kernel.stores[0].field;
+  for (int pass = 2, last = 2 + passes_.below(3); pass <= last; ++pass) {
+    Fill fill{from, {}};
+    for (const Topology topology : program_.axes) fill.axes.push_back({topology, {SideKind::zero_gradient}, {SideKind::value, passes_.uniform(-1.0, 2.0)}});
+    Builder::fill(*find(from), fill);
+    Kernel again = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, [&](const std::string& name) { return name == read->field ? from : name; }); });
+    again.name += fmt::format("_{}", pass);
+    again.stores[0].field = from = fmt::format("{}_{}", kernel.stores[0].field, pass);
+    known_.push_back({from, false, false, false, grow, grow});
+    run(std::move(again), grow);
+  }
+}
+
 void Builder::add_statements() {
   if (reductions_.percent(20)) add_reduction();
   for (Known& field : known_) {
@@ -303,6 +331,7 @@ void Builder::add_statements() {
   if (random_.percent(20)) add_scatter();
   if (scope(grow).fields.empty()) grow = 0;
   add_kernel(grow);
+  if (passes_.percent(15)) add_passes();
   Known& last = known_.back();
   if (has_bounded() && last.grown > 0 && random_.percent(10)) add_fold(last);
 }
