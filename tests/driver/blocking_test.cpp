@@ -43,7 +43,7 @@ std::vector<Case> cases() {
       {"3d_walls", heat(grid("x", 9, false) + grid("y", 33, false) + grid("z", 40, false), walls + "boundary u: z.low = 2, z.high = 0\n", "time = rk2")},
       {"3d_mixed", heat(grid("x", 9, true) + grid("y", 60, false) + grid("z", 60, true), walls_y, "time = euler; lap = central(4)")},
       {"subcycle", "model two { field a, b; dt(a) = lap(a)/500 - a*b; dt(b) = lap(b)/500 + a }\nscheme s { time = rk2 }\nscene go : two with s {\n" + grid("x", 17, true) +
-                       grid("y", 90, true) + "initial a = 0\ninitial b = 0\ntime 0 .. 1, step 1e-3\nsubcycle b in 3\n}\n"},
+                       grid("y", 90, true) + "initial a = 0\ninitial b = 0\ntime 0 .. 1, step 1e-3\nsubcycle b in 3\n}\n", false},
       {"repeat", "kernel k(u: field halo 1, out v: field, dt: param) { v = u + dt*(u[+1, 0] - 2*u + u[-1, 0] + u*(u[0, +1] - u[0, -1])) }\n"
                  "program step { repeat 3 { fill u x periodic, y = zero_gradient; run k; swap u, v } }\nscene go : step {\n" +
                      grid("x", 17, true) + grid("y", 60, false) + "initial u = 0\ntime 0 .. 1, step 1e-3\n}\n"},

@@ -331,7 +331,7 @@ void Builder::add_statements() {
   if (random_.percent(20)) add_scatter();
   if (scope(grow).fields.empty()) grow = 0;
   add_kernel(grow);
-  if (passes_.percent(15)) add_passes();
+  if (passes_.percent(10)) add_passes();
   Known& last = known_.back();
   if (has_bounded() && last.grown > 0 && random_.percent(10)) add_fold(last);
 }

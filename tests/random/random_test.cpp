@@ -86,7 +86,7 @@ TEST(RandomPrograms, AgreeEverywhere) {
 /// What the random programs of a night found, and would find again only by chance.
 TEST(RandomPrograms, FoundBefore) {
   const auto check = [](const std::string& text) {
-    return check_program({1, parse_module(text), {{"u", "v"}, {}}, {1, {3, 1, 1}}}, {true, true, false});
+    return check_program({1, parse_module(text), {{"u", "v"}, {"nu"}}, {1, {3, 1, 1}}}, {true, true, false});
   };
   const Verdict early_fill = check(  // the fill of the next state came before the computed halo was read
       "kernel k(u: field, out w: field) { w = u^2 }\nkernel add(v: field, inout w: field) { w += v }\n"
@@ -97,6 +97,10 @@ TEST(RandomPrograms, FoundBefore) {
       "kernel k(v: field, out w: field) { w = v^2 }\nkernel l(u: field, w: field, sum s: param) { s += u*w }\n"
       "program p { fill u x = zero_gradient; fill v x = 0; run k grow 1; run l grow 1; fill w x = 0.2; keep w }");
   EXPECT_EQ(late_fill.detail, "E0603") << late_fill.check;
+  const Verdict fold = check(  // the adjoint's seeds have a halo by their fill, and zeros behind their fold
+      "kernel k(out w: field, nu: param) { w = nu }\n"
+      "program p { run k grow 1; fill w x = zero_gradient; fold w grow 1 x = zero_gradient; keep w }");
+  EXPECT_EQ(fold.kind, Verdict::Kind::passed) << fold.check << fold.detail;
 }
 
 TEST(RandomPrograms, AreTheSameEverywhere) {
@@ -105,7 +109,7 @@ TEST(RandomPrograms, AreTheSameEverywhere) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     for (const char c : describe(random_program(seed))) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   }
-  EXPECT_EQ(hash, 6399937093642299657u) << "the generator has changed: seeds of old failures mean other programs now";
+  EXPECT_EQ(hash, 6217511231680262242u) << "the generator has changed: seeds of old failures mean other programs now";
 }
 
 /// With a made-up fault, "a sine of something read from the left", that is what is left.

@@ -246,6 +246,7 @@ class ProgramCheck {
       if (!written_.contains(wall)) problem("folds {} into {} before that is written", fold.field, wall);
     }
     filled_.erase(fold.field);
+    if (is_bounded) grown_[fold.field] = std::max(grown_of(fold.field), fold.grow);  // all zero now
   }
 
   void check_reduce(const Reduce& reduce) {
