@@ -23,8 +23,21 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
+/// The fields of the interval that step n, or a loss at state n, lies in. Halos are filled when an interval begins: its field may
+/// be new since the last time.
+void Rollout::Impl::bind_control_fields(BoundProgram& program, int n) const {
+  for (const auto& [field, number] : program.control_fields) {
+    const ControlField& control = setup.control_fields[number];
+    void* const now = control.at[control_interval(n, control.every, control.at.size())];
+    if (program.executor.bound(field) == now) continue;
+    program.executor.bind(field, now);
+    if (program.executor.prepares(field)) program.executor.prepare(field);
+  }
+}
+
 /// Time and controls at step n, or of a loss at state n.
 void Rollout::Impl::set_step(BoundProgram& program, int n, int part, int parts) const {
+  bind_control_fields(program, n);
   const bool sets_dt = rate && program.dt_param >= 0;
   if (program.t_param < 0 && program.controls.empty() && !sets_dt) return;
   if (program.t_param >= 0) program.executor.set_param(program.t_param, time(n) + part * (setup.dt / parts));
@@ -92,9 +105,19 @@ const StateBuffer& Rollout::Impl::part_buffer(int part) {
   return part_buffers[static_cast<size_t>(part)];
 }
 
+/// The first step behind n at which a control field has another interval.
+int Rollout::Impl::end_of_intervals(int n) const {
+  int end = std::numeric_limits<int>::max();
+  for (const ControlField& control : setup.control_fields) {
+    const size_t next = control_interval(n, control.every, control.at.size()) + 1;
+    if (next < control.at.size()) end = std::min(end, static_cast<int>(next) * control.every);
+  }
+  return end;
+}
+
 /// How many of the steps n .. until - 1 are done in one go.
 int Rollout::Impl::steps_at_once(int n, int until) const {
-  return forward->block && until - n >= forward->block->steps() ? forward->block->steps() : 1;
+  return forward->block && std::min(until, end_of_intervals(n)) - n >= forward->block->steps() ? forward->block->steps() : 1;
 }
 
 void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const StateBuffer& to) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several steps in one pass over memory, forward and backward: when, how many, and how blocks are run. A block of the gradient
-// begins at a stored state and ends where the next one is; losses count at its ends only. The plan depends on the grid and the
+// begins at a stored state and ends where the next one is; losses count at its ends only, and control fields stay the same in it. The plan depends on the grid and the
 // losses, not on memory or threads, and so do the sums of the adjoints.
 #include <algorithm>
 
@@ -50,12 +50,12 @@ void Rollout::Impl::plan_reverse_block() {
   forward->leg.reset();
 }
 
-/// Blocks where no loss lies inside, else single steps.
+/// Blocks where no loss and no begin of an interval lies inside, else single steps.
 void Rollout::Impl::plan_marks() {
   const int steps = backward->block->steps();
   marks = {0};
   for (int n = 0; n < last_loss; n = marks.back()) {
-    const int until = std::ranges::upper_bound(events, n, {}, &LossEvent::step)->step;
+    const int until = std::min(std::ranges::upper_bound(events, n, {}, &LossEvent::step)->step, end_of_intervals(n));
     marks.push_back(until - n >= steps ? n + steps : n + 1);
   }
   if (legs() == last_loss) marks.clear();
@@ -64,6 +64,7 @@ void Rollout::Impl::plan_marks() {
     backward->block_results.push_back(static_cast<size_t>(std::ranges::find(backward->results, swap.next) - backward->results.begin()));
   }
   leg_results.assign(swaps.size(), nullptr);
+  leg_totals.assign(sought.size(), nullptr);
 }
 
 /// Steps n, n + 1, ... or their adjoints, from the states before the first one.
@@ -91,7 +92,9 @@ void Rollout::Impl::reverse_leg(int leg, const StateBuffer& state) {
   bind_reverse(state, bar);
   if (has_losses(end)) prepare_seeds();
   for (size_t s = 0; s < leg_results.size(); ++s) leg_results[s] = bars[1 - bar][backward->block_results[s]];
+  for (size_t i = 0; i < sought.size(); ++i) leg_totals[i] = static_cast<double*>(field_bar_pool.base(static_cast<int64_t>(sought[i].at(n))));
   Wavefront& block = *backward->block;
+  block.set_totals(leg_totals);
   run_block(block, n, state, leg_results);
   bar = 1 - bar;
   for (size_t p = 0; p < block.passes().size(); ++p) {

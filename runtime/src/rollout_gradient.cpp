@@ -35,7 +35,7 @@ const GradientResult& Rollout::Impl::gradient() {
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
   for (std::vector<double>& bars_of_control : result.control_bars) std::ranges::fill(bars_of_control, 0.0);
-  for (size_t i = 0; i < setup.sought.size(); ++i) {
+  for (size_t i = 0; i < result.field_bars.size(); ++i) {
     fill_all(bar_layout, field_bar_pool.base(static_cast<int64_t>(i)), 0.0);
   }
   loss_value = 0;
@@ -63,8 +63,16 @@ bool Rollout::Impl::go_on(int state, int worked) {
 FieldView Rollout::Impl::bar_of(std::string_view field) const {
   const auto state = std::ranges::find(state_names, field);
   if (state != state_names.end()) return result.state_bars[static_cast<size_t>(state - state_names.begin())];
-  const auto sought = std::ranges::find(setup.sought, field);
-  return sought == setup.sought.end() ? FieldView{} : result.field_bars[static_cast<size_t>(sought - setup.sought.begin())];
+  const auto found = std::ranges::find(setup.sought, field);
+  return found == setup.sought.end() ? FieldView{} : result.field_bars[sought[static_cast<size_t>(found - setup.sought.begin())].first];
+}
+
+void Rollout::Impl::copy_field_bar(std::string_view field, std::span<double> to) const {
+  const auto found = std::ranges::find(setup.sought, field);
+  if (found == setup.sought.end()) return copy_out(bar_of(field), to);
+  const SoughtField& of = sought[static_cast<size_t>(found - setup.sought.begin())];
+  const size_t size = to.size() / of.count;
+  for (size_t i = 0; i < of.count; ++i) copy_out(result.field_bars[of.first + i], to.subspan(i * size, size));
 }
 
 void Rollout::Impl::copy_param_bar(std::string_view param, std::span<double> to) const {
@@ -214,7 +222,7 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
     is_seeded[i] = 1;
   }
   add_param_bars(program.executor.sums(), adjoint.params, k);
-  add_field_bars(program.executor, adjoint.fields);
+  add_field_bars(program.executor, adjoint.fields, k);
 }
 
 /// Of a control the share of step n goes to its interval.
@@ -229,9 +237,10 @@ void Rollout::Impl::add_param_bars(std::span<const double> sums, const std::vect
   }
 }
 
-void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields) {
+/// Of a control field, too.
+void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n) {
   for (const FieldBar& bar_of : fields) {
-    add_interior(bar_layout, field_bar_pool.base(static_cast<int64_t>(bar_of.number)), {&setup.layout, executor.bound(bar_of.field)});
+    add_interior(bar_layout, field_bar_pool.base(static_cast<int64_t>(sought[bar_of.number].at(n))), {&setup.layout, executor.bound(bar_of.field)});
   }
 }
 
@@ -299,7 +308,7 @@ void Rollout::Impl::prepare_seeds() {
 void Rollout::Impl::after_reverse(int n) {
   bar = 1 - bar;
   add_param_bars(backward->program.executor.sums(), backward->params, n);
-  add_field_bars(backward->program.executor, backward->fields);
+  add_field_bars(backward->program.executor, backward->fields, n);
 }
 
 /// When all states are stored (state k in buffer k) the pointers of every run are known beforehand.
@@ -311,6 +320,8 @@ void Rollout::Impl::make_frames() {
   step_frames.resize(steps * step_size);
   adjoint_frames.resize(steps * adjoint_size);
   for (size_t n = 0; n < steps; ++n) {
+    bind_control_fields(forward->program, static_cast<int>(n));
+    bind_control_fields(backward->program, static_cast<int>(n));
     bind_buffers(buffers[n], buffers[n + 1]);
     step.make_frame(&step_frames[n * step_size]);
     bind_reverse(buffers[n], (steps - 1 - n) % 2);

@@ -51,6 +51,7 @@ struct BoundProgram {
   Executor executor;
   int t_param = -1, dt_param = -1;
   std::vector<std::pair<int, size_t>> controls;  // parameter, and number among the rollout's controls
+  std::vector<std::pair<int, size_t>> control_fields;  // field, and number among those of the setup
   std::vector<int> states;      // field of each state; -1 when the program does not read it
   std::vector<int> fill_states; // fields of states whose halo the step does not keep filled
   std::vector<int> fill_inputs; // fields of the caller
@@ -72,10 +73,16 @@ struct ParamBar {
   size_t sum, param;
 };
 
-/// The field x_bar of an adjoint and the number of x among the sought fields.
+/// The field x_bar of an adjoint, the number of x among the sought fields, and where the sum of what steps say of it is kept: a
+/// control field has one place an interval, from the first on.
 struct FieldBar {
   int field;
   size_t number;
+};
+struct SoughtField {
+  size_t first = 0, count = 1;  // in GradientResult::field_bars
+  int every = 0;                // of a control field
+  size_t at(int n) const { return every == 0 ? first : first + control_interval(n, every, count); }
 };
 
 struct BoundStep {
@@ -132,6 +139,7 @@ struct Rollout::Impl {
   BoundProgram bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step);
   void bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields);
   void bind_params(BoundProgram& bound);
+  void place_sought();
   void bind_step();
   void bind_rate();
   void bind_adjoint();
@@ -161,6 +169,8 @@ struct Rollout::Impl {
   // Running (rollout.cpp)
   double time(int step) const { return setup.t0 + step * setup.dt; }
   void set_step(BoundProgram& program, int n, int part = 0, int parts = 1) const;
+  void bind_control_fields(BoundProgram& program, int n) const;
+  int end_of_intervals(int n) const;
   void set_control(std::string_view name, int every, std::span<const double> values);
   bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
   void begin(int first = 0);
@@ -209,10 +219,11 @@ struct Rollout::Impl {
   void bind_reverse(const StateBuffer& state, size_t seeds);
   void prepare_seeds();
   void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
-  void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields);
+  void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n);
   void after_reverse(int n);
   bool go_on(int state, int worked = 1);
   FieldView bar_of(std::string_view field) const;
+  void copy_field_bar(std::string_view field, std::span<double> to) const;
   void copy_param_bar(std::string_view param, std::span<double> to) const;
 
   RolloutSetup setup;
@@ -245,6 +256,7 @@ struct Rollout::Impl {
   // Gradient. It goes in legs, from state mark(i) to mark(i + 1), of one step or of those of a block; not empty: marks.
   std::vector<int> marks;
   std::vector<void*> leg_results;
+  std::vector<double*> leg_totals;  // of the sought fields, in the intervals of the leg
   bool keeps_trajectory = false;
   std::vector<checkpoint::Action> actions;
   std::vector<int> slot_buffers;
@@ -255,7 +267,8 @@ struct Rollout::Impl {
   int current = 0;              // buffer of the current state
   int front = 0;                // the last state whose losses are counted
   FieldPool bar_pool;
-  FieldPool field_bar_pool;       // one a sought field
+  FieldPool field_bar_pool;       // one a sought field, or one an interval of it
+  std::vector<SoughtField> sought;  // where they are
   dpde_layout bar_layout{};       // of field_bar_pool: that of the states, but of doubles
   std::vector<StateBuffer> bars;  // two, and one for seeds to be added
   std::vector<char> is_seeded;    // of each state

@@ -63,6 +63,7 @@ FieldPool::FieldPool(const dpde_layout& layout, int64_t count, const std::string
 
 Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
   check_steps(setup);
+  place_sought();
   bind_step();
   if (setup.rate != nullptr) bind_rate();
   plan_block();
@@ -109,6 +110,8 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
     } else {
       bound.executor.bind(f, found->base);
       if (bound.executor.prepares(f)) bound.fill_inputs.push_back(f);
+      const auto control = std::ranges::find(setup.control_fields, name, &ControlField::name);
+      if (control != setup.control_fields.end()) bound.control_fields.emplace_back(f, control - setup.control_fields.begin());
     }
   }
   bound.temporaries = FieldPool(setup.layout, static_cast<int64_t>(temporaries.size()));
@@ -166,6 +169,19 @@ void Rollout::Impl::bind_adjoint() {
   }
   backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}, {}, {}});
   backward->fields = bind_field_bars(backward->program.executor);
+}
+
+void Rollout::Impl::place_sought() {
+  for (const ControlField& control : setup.control_fields) {
+    if (control.every < 1 || control.at.empty()) throw Error(ErrorKind::input, fmt::format("control field {} needs intervals of at least one step, and fields", control.name));
+  }
+  size_t next = 0;
+  for (const std::string& name : setup.sought) {
+    SoughtField& field = sought.emplace_back(SoughtField{next});
+    const auto control = std::ranges::find(setup.control_fields, name, &ControlField::name);
+    if (control != setup.control_fields.end()) field = {next, control->at.size(), control->every};
+    next += field.count;
+  }
 }
 
 /// Bars are results, which bind_inputs gave memory among the temporaries.
@@ -294,16 +310,11 @@ void Rollout::Impl::plan_memory() {
     StateBuffer& buffer = bars.emplace_back();
     for (int64_t s = 0; s < states; ++s) buffer.push_back(bar_pool.base(b * states + s));
   }
-  const auto sought = static_cast<int64_t>(setup.sought.size());
+  const auto bar_count = sought.empty() ? 0 : static_cast<int64_t>(sought.back().first + sought.back().count);
   bar_layout = setup.layout;
   bar_layout.real = DPDE_F64;
-  field_bar_pool = FieldPool(bar_layout, sought);
-  std::vector<double*> totals;
-  for (int64_t i = 0; i < sought; ++i) {
-    totals.push_back(static_cast<double*>(field_bar_pool.base(i)));
-    result.field_bars.push_back({&bar_layout, totals.back()});
-  }
-  if (backward->block) backward->block->set_totals(totals);
+  field_bar_pool = FieldPool(bar_layout, bar_count);
+  for (int64_t i = 0; i < bar_count; ++i) result.field_bars.push_back({&bar_layout, field_bar_pool.base(i)});
   is_seeded.assign(state_names.size(), 0);
   result.state_bars.assign(state_names.size(), {});
 }
@@ -396,7 +407,7 @@ double Rollout::loss() { return impl_->loss(); }
 const GradientResult& Rollout::gradient() { return impl_->gradient(); }
 const std::vector<std::string>& Rollout::param_bar_names() const { return impl_->param_bar_names; }
 FieldView Rollout::bar_of(std::string_view field) const { return impl_->bar_of(field); }
-void Rollout::copy_field_bar(std::string_view field, std::span<double> to) const { copy_out(impl_->bar_of(field), to); }
+void Rollout::copy_field_bar(std::string_view field, std::span<double> to) const { impl_->copy_field_bar(field, to); }
 void Rollout::copy_param_bar(std::string_view param, std::span<double> to) const { impl_->copy_param_bar(param, to); }
 void Rollout::watch_gradient(GradientCallback call, int every) {
   impl_->watch = std::move(call);

@@ -42,6 +42,13 @@ struct BoundField {
   std::string name;
   void* base = nullptr;
 };
+/// A field of the caller that is another one in each interval: at[n / every] in step n and in losses at state n, the last one
+/// beyond. It is among RolloutSetup::fields too.
+struct ControlField {
+  std::string name;
+  int every = 1;
+  std::vector<void*> at;
+};
 struct BoundParam {
   std::string name;
   double value = 0;
@@ -75,6 +82,7 @@ struct RolloutSetup {
   int threads = 1;
   std::vector<BoundField> fields;
   std::vector<BoundParam> params;
+  std::vector<ControlField> control_fields;
   std::vector<std::string> sought;  // names among `fields`: gradient() computes d loss / d field for them
   std::vector<LossTerm> losses;
   /// Not null: steps limited by a Courant number. The program keeps a field `courant_rate`, speed over spacing added up over the axes;
@@ -127,7 +135,7 @@ struct GradientResult {
   double loss = 0;
   bool stopped = false;                    // nothing else is valid then
   std::vector<FieldView> state_bars;       // d loss / d initial(i), valid until the next call
-  std::vector<FieldView> field_bars;       // d loss / d sought field, in the order of RolloutSetup::sought: always doubles
+  std::vector<FieldView> field_bars;       // d loss / d sought field, in the order of RolloutSetup::sought, of a control field one an interval: always doubles
   std::vector<double> param_bars;          // in the order of param_bar_names()
   std::vector<std::vector<double>> control_bars;  // in that order: of a control one an interval, else none
   int stored_states = 0;                   // checkpoints held beside the initial state
@@ -190,9 +198,9 @@ class Rollout {
   void watch_gradient(GradientCallback call, int every);
 
   // Of the last gradient(), by name.
-  /// Of a state at the start or a sought field; base null when it is neither.
+  /// Of a state at the start or a sought field, of a control field the first interval's; base null when it is neither.
   FieldView bar_of(std::string_view field) const;
-  /// The interior of that.
+  /// The interior of that; of a control field those of all intervals, one after the other.
   void copy_field_bar(std::string_view field, std::span<double> to) const;
   /// Of a parameter, or of a control for each interval; zeros where the loss does not depend on it.
   void copy_param_bar(std::string_view param, std::span<double> to) const;
