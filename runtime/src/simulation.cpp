@@ -29,10 +29,27 @@ double Simulation::Impl::param_at(std::string_view name, double t) const {
   for (int32_t c = 0; c < scene.control_count; ++c) {
     if (name != scene.controls[c].name) continue;
     const std::vector<double>& values = controls.find(name)->second;
-    return values[control_interval(std::llround((t - scene.t_begin) / scene.step), scene.controls[c].every, values.size())];
+    return values[interval_at(t, scene.controls[c].every, values.size())];
   }
   const auto value = params.find(name);
   return value == params.end() ? 0 : value->second;
+}
+
+std::size_t Simulation::Impl::interval_at(double t, int every, std::size_t count) const {
+  return control_interval(std::llround((t - scene.t_begin) / scene.step), every, count);
+}
+
+void* Simulation::Impl::field_at(std::string_view name, double t) {
+  const auto control = std::ranges::find(control_fields, name, &ControlField::name);
+  return control == control_fields.end() ? field(name).base() : control->at[interval_at(t, control->every, control->at.size())];
+}
+
+void Simulation::Impl::copy_in_all(std::string_view name, Values values) {
+  for (std::size_t k = 0; k * size < values.size(); ++k) state_of(name, static_cast<int64_t>(k)).copy_in(values.subspan(k * size, size));
+}
+
+void Simulation::Impl::copy_out_all(std::string_view name, Target to) {
+  for (std::size_t k = 0; k * size < to.size(); ++k) state_of(name, static_cast<int64_t>(k)).copy_out(to.subspan(k * size, size));
 }
 
 const Executor& Simulation::Impl::execute(const dpde_program& program, double t) {
@@ -42,6 +59,10 @@ const Executor& Simulation::Impl::execute(const dpde_program& program, double t)
     for (int f = 0; f < program.field_count; ++f) found->second.bind(f, field(program.fields[f]).base());
   }
   Executor& executor = found->second;
+  for (const ControlField& control : control_fields) {
+    const int f = executor.field_index(control.name);
+    if (f >= 0) executor.bind(f, field_at(control.name, t));
+  }
   for (int p = 0; p < program.param_count; ++p) {
     executor.set_param(p, param_at(program.params[p], t));
   }
@@ -56,9 +77,33 @@ void Simulation::Impl::update_formulas() {
   if (!formulas_are_stale) return;
   formulas_are_stale = false;
   keeping_given([&] {
+    update_control_fields();
     if (scene.coefficient_formulas != nullptr) execute(*scene.coefficient_formulas);
     update_initial();  // and where the task's coefficients start
   });
+}
+
+/// By their formulas, interval by interval; noise is drawn anew in each.
+void Simulation::Impl::update_control_fields() {
+  bool drew = false;
+  for (int32_t c = 0; c < scene.coefficient_count; ++c) {
+    const dpde_coefficient& control = scene.coefficients[c];
+    if (control.formula == nullptr || host_field_named(control.name).is_given) continue;
+    Executor program(*control.formula, layout, options.threads);
+    for (int f = 0; f < control.formula->field_count; ++f) program.bind(f, field(control.formula->fields[f]).base());
+    const int result = program.field_index(control.name);
+    for (int32_t k = 0; k < control.count; ++k) {
+      draw_noise(static_cast<std::uint64_t>(k));
+      drew = true;
+      program.bind(result, state_of(control.name, k).base());
+      const double middle = scene.t_begin + (k + 0.5) * control.every * scene.step;
+      for (int p = 0; p < control.formula->param_count; ++p) program.set_param(p, param_at(control.formula->params[p], middle));
+      program.update_uniforms();
+      program.prepare();
+      program.run();
+    }
+  }
+  if (drew) draw_noise(0);
 }
 
 void Simulation::Impl::update_initial() {
@@ -184,7 +229,11 @@ void Simulation::Impl::set_control(std::string_view name, Values values) {
 }
 
 void Simulation::set(std::string_view name, double value) { impl_->set_param(name, value); }
-void Simulation::set_control(std::string_view name, Values values) { impl_->set_control(name, values); }
+void Simulation::set_control(std::string_view name, Values values) {
+  const auto is_it = [&](const ControlField& control) { return control.name == name; };
+  if (std::ranges::any_of(impl_->control_fields, is_it)) return set_field(name, values);
+  impl_->set_control(name, values);
+}
 std::span<const double> Simulation::control(std::string_view name) const { return impl_->control_named(name); }
 
 double Simulation::param(std::string_view name) const { return impl_->param_named(name); }
@@ -207,10 +256,7 @@ void Simulation::set_field(std::string_view name, Values values) {
   if (values.size() != wanted) {
     throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, wanted, impl_->size, host.states, values.size()));
   }
-  for (int64_t k = 0; k < host.states; ++k) {
-    Field& field = impl_->field(k == 0 ? std::string(name) : fmt::format("{}@{}", name, k));
-    field.copy_in(values.subspan(static_cast<size_t>(k) * impl_->size, impl_->size));
-  }
+  impl_->copy_in_all(name, values);
   host.is_given = true;
   impl_->formulas_are_stale = true;
 }

@@ -28,7 +28,8 @@ struct InitialState {
 /// Values that the host has to give, and whether it has.
 struct HostField {
   bool is_given = false, is_needed = false;
-  int64_t states = 1;
+  int64_t states = 1;                // of data; of a control field one an interval
+  int32_t every = 0;                 // of a control field
   int32_t start = DPDE_START_SCENE;  // of a coefficient
   bool is_unknown = false;
 };
@@ -55,6 +56,10 @@ struct Simulation::Impl {
   void make_fields();
   void make_unknowns();
   Field& field(std::string_view name);
+  /// Of data at several times, and of control fields: the first is field(name).
+  Field& state_of(std::string_view name, int64_t number);
+  void make_control_field(std::string_view name, int32_t every, int32_t count);
+  void draw_noise(std::uint64_t interval);
   RolloutSetup setup() const;
   std::vector<int> steps_of(const dpde_instants& instants) const;
   void* datum_at(const dpde_datum& datum, int step);
@@ -70,6 +75,10 @@ struct Simulation::Impl {
 
   // Values
   double param_at(std::string_view name, double t) const;
+  std::size_t interval_at(double t, int every, std::size_t count) const;
+  void* field_at(std::string_view name, double t);
+  void copy_in_all(std::string_view name, Values values);
+  void copy_out_all(std::string_view name, Target to);
   void set_param(std::string_view name, double value);
   void set_control(std::string_view name, Values values);
   /// Runs a program once on the fields of these names: formulas of fields, observables, their adjoints.
@@ -77,6 +86,7 @@ struct Simulation::Impl {
   const Executor& execute(const dpde_program& program) { return execute(program, scene.t_begin); }
   template <class Run>
   void keeping_given(const Run& run);
+  void update_control_fields();
   void update_formulas();
   void update_initial();
   void require_host_fields(bool with_data) const;
@@ -121,6 +131,7 @@ struct Simulation::Impl {
   std::map<std::string, std::vector<double>, std::less<>> controls;  // values of those of the scene's params that are controls
   std::map<std::string, std::unique_ptr<Field>, std::less<>> fields;
   std::map<std::string, HostField, std::less<>> host_fields;        // coefficients and data
+  std::vector<ControlField> control_fields;                         // coefficients, and their rates
   std::vector<InitialState> initial_states;
   std::vector<Field> initial;
   bool formulas_are_stale = true, has_begun = false;

@@ -18,7 +18,11 @@ const std::string dot = "_dot";
 }  // namespace
 
 RolloutSetup Simulation::Impl::second_setup(Curvature curvature) {
-  for (int32_t c = 0; c < scene.sought_count; ++c) field(scene.sought[c] + dot);
+  for (int32_t c = 0; c < scene.sought_count; ++c) {
+    field(scene.sought[c] + dot);
+    const HostField& host = host_field_named(scene.sought[c]);
+    if (host.every > 0) make_control_field(scene.sought[c] + dot, host.every, static_cast<int32_t>(host.states));
+  }
   RolloutSetup both = setup();
   both.step = scene.second.tangent;
   both.adjoint = scene.second.adjoint;
@@ -87,6 +91,11 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
     if (rate >= 0) copy_rates(state.name, sought_as(DPDE_UNKNOWN_INITIAL, state.name), rollout.initial(rate).base());
   }
   for (int32_t c = 0; c < scene.sought_count; ++c) {
+    const Unknown* unknown = sought_as(DPDE_UNKNOWN_COEFFICIENT, scene.sought[c]);
+    if (unknown != nullptr && host_field_named(scene.sought[c]).every > 0) {
+      copy_in_all(scene.sought[c] + dot, unknown->part_of(all));
+      continue;
+    }
     copy_rates(scene.sought[c], sought_as(DPDE_UNKNOWN_COEFFICIENT, scene.sought[c]), field(scene.sought[c] + dot).base());
   }
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/random.h"
 #include "simulation_impl.h"
 
 namespace dpde {
@@ -95,13 +96,20 @@ void Simulation::Impl::make_params() {
 
 void Simulation::Impl::make_fields() {
   for (int32_t c = 0; c < scene.coefficient_count; ++c) {
-    field(scene.coefficients[c].name);
-    host_fields[scene.coefficients[c].name].is_needed = scene.coefficients[c].has_formula == 0;
+    const dpde_coefficient& coefficient = scene.coefficients[c];
+    field(coefficient.name);
+    HostField& host = host_fields[coefficient.name];
+    host.is_needed = coefficient.has_formula == 0;
+    if (coefficient.every == 0) continue;
+    host.states = coefficient.count;
+    host.every = coefficient.every;
+    make_control_field(coefficient.name, coefficient.every, coefficient.count);
   }
+  draw_noise(0);
   for (int32_t d = 0; d < scene.datum_count; ++d) {
     const dpde_datum& datum = scene.data[d];
     const int64_t states = datum.at.count == 0 ? 1 : static_cast<int64_t>(steps_of(datum.at).size());
-    for (int64_t k = 0; k < states; ++k) field(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
+    for (int64_t k = 0; k < states; ++k) state_of(datum.name, k);
     host_fields[datum.name] = {false, true, states};
   }
   for (int32_t s = 0; s < scene.program->swap_count; ++s) {  // in the order of the rollouts' states
@@ -121,6 +129,7 @@ void Simulation::Impl::make_unknowns() {
     const int state = is_initial ? state_named(unknown.name) : -1;
     std::size_t count = unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size;
     if (unknown.kind == DPDE_UNKNOWN_CONTROL) count = control_named(unknown.name).size();
+    if (unknown.kind == DPDE_UNKNOWN_COEFFICIENT) count = size * static_cast<std::size_t>(host_field_named(unknown.name).states);
     unknowns.push_back({unknown.name, std::string(unknown.name) + "_dot", unknown.kind, unknown.low, unknown.high, gradient_values.size(), count});
     gradient_values.resize(gradient_values.size() + count);
     const auto seek = [&](auto& field) {
@@ -141,6 +150,18 @@ Field& Simulation::Impl::field(std::string_view name) {
   return *fields.emplace(name, std::make_unique<Field>(layout, static_cast<int>(fields.size()))).first->second;
 }
 
+Field& Simulation::Impl::state_of(std::string_view name, int64_t number) { return number == 0 ? field(name) : field(fmt::format("{}@{}", name, number)); }
+
+void Simulation::Impl::make_control_field(std::string_view name, int32_t every, int32_t count) {
+  if (std::ranges::find(control_fields, name, &ControlField::name) != control_fields.end()) return;
+  ControlField& control = control_fields.emplace_back(ControlField{std::string(name), every, {}});
+  for (int32_t k = 0; k < count; ++k) control.at.push_back(state_of(name, k).base());
+}
+
+void Simulation::Impl::draw_noise(std::uint64_t interval) {
+  for (int32_t n = 0; n < scene.noise_count; ++n) fill_noise(layout, field(scene.noises[n].name).base(), scene.noises[n].seed, interval);
+}
+
 RolloutSetup Simulation::Impl::setup() const {
   RolloutSetup setup;
   setup.step = scene.program;
@@ -158,6 +179,7 @@ RolloutSetup Simulation::Impl::setup() const {
     const auto is_it = [&](const InitialState& state) { return state.name == name; };
     if (std::none_of(initial_states.begin(), initial_states.end(), is_it)) setup.fields.push_back({name, field->base()});
   }
+  setup.control_fields = control_fields;
   for (const auto& [name, value] : params) setup.params.push_back({name, value});
   return setup;
 }
@@ -177,7 +199,7 @@ void* Simulation::Impl::datum_at(const dpde_datum& datum, int step) {
     throw Error(ErrorKind::input, fmt::format("data {} hold no state after step {}", datum.name, step));
   }
   const auto k = found - steps.begin();
-  return field(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k)).base();
+  return state_of(datum.name, k).base();
 }
 
 /// `program` is the loss, or what takes its place.

@@ -39,7 +39,7 @@ void Simulation::Impl::values_of(const Unknown& unknown, std::span<double> to) {
   }
   update_formulas();
   if (unknown.kind == DPDE_UNKNOWN_COEFFICIENT) {
-    field(unknown.name).copy_out(to);
+    copy_out_all(unknown.name, to);
   } else {
     initial[static_cast<size_t>(state_named(unknown.name))].copy_out(to);
   }
@@ -53,7 +53,7 @@ void Simulation::Impl::set_unknowns(Values x) {
       case DPDE_UNKNOWN_PARAM: set_param(unknown.name, values[0]); break;
       case DPDE_UNKNOWN_CONTROL: set_control(unknown.name, values); break;
       case DPDE_UNKNOWN_COEFFICIENT: {
-        field(unknown.name).copy_in(values);
+        copy_in_all(unknown.name, values);
         host_field_named(unknown.name).is_given = true;
         formulas_are_stale = true;  // of initial states that read it
         break;

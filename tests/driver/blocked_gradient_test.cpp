@@ -44,6 +44,8 @@ std::vector<Case> cases() {
       {"strips", mixing("time = euler", grid("x", 1500) + grid("y", 40), ends)},
       {"strips_rk2", mixing("time = rk2; lap = central(4)", grid("x", 1700) + grid("y", 90))},
       {"two", task(two, "time = euler", grid("x", 600) + grid("y", 40) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\ninitial v = 0\n", ends)},
+      {"control", task("model m { field u; control field F; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*F*u + dx(F) }", "time = rk2",
+                       grid("x", 21) + grid("y", 70) + "kappa = 0.01\nq = 1 + x\nF = sin(x + 90*t) every 0.005\ninitial u = 0\n", ends + "unknown F\n")},
       {"3d", mixing("time = euler", grid("x", 9) + grid("y", 40) + grid("z", 40))},
       {"linear", "model m { field u; coefficient q; param kappa; dt(u) = q*lap(u) }\nscheme s { time = euler }\nscene go : m with s {\n" + grid("x", 21) + grid("y", 40) +
                      "kappa = 1\nq = 1e-3\ninitial u = 0\ntime 0 .. 0.017, step 1e-3\n}\ntask t : go {\nunknown initial u from 0\nminimise mean(u^2) at t = 0.017\n" +

@@ -26,7 +26,7 @@ struct Case {
 };
 
 /// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts of steps,
-/// reductions, an adjoint that is given.
+/// reductions, an adjoint that is given, control fields and noise.
 const Case cases[] = {
     {"heat/heat.dpde", "conductivity", {{"cells", "24"}}, {}},
     {"heat/heat.dpde", "recover", {{"cells", "32"}}, {"u_ref"}},
@@ -42,6 +42,7 @@ const Case cases[] = {
     {"../tests/golden/given_adjoint/in.dpde", "t", {}, {}},
     {"../tests/golden/repeat/in.dpde", "find", {}, {}},
     {"../tests/golden/subcycles/in.dpde", "s", {}, {}},
+    {"../tests/golden/control_field/in.dpde", "t", {}, {}},
 };
 
 std::string example(const Case& c) { return DPDE_SOURCE_DIR "/dsl-examples/" + c.file; }

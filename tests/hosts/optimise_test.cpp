@@ -45,6 +45,7 @@ const Case cases[] = {
     {"DataOfAnotherScene", "heat/heat.dpde", "recover", "", {{"cells", "32"}}},
     {"InitialState", "burgers_1d/burgers.dpde", "recover", "", {{"cells", "32"}}},
     {"BoundedControl", "heat/steer.dpde", "steer", "", {{"cells", "16"}}},
+    {"ControlField", "../tests/golden/control_field/in.dpde", "t", "", {}},
     {"CoefficientInSpace", "shallow_water/shallow_water.dpde", "bank", "", {{"cells", "12"}}},
     {"Velocity", "wave/wave.dpde", "recover", "", {{"cells", "12"}}},
     {"Places", "advection_diffusion/leak.dpde", "find", "", {{"cells.x", "24"}, {"cells.y", "12"}, {"u", "1.1"}}},

@@ -72,6 +72,20 @@ scene s : m with e {
 task t : s { unknown D; unknown F from sin(9*t) in -3 .. 3
   minimise mean((u - 1)^2)
   minimise 0.1*F^4 over time })"},
+    {"ControlFields", R"(model m { field u; param D; control field F, G; dt(u) = D*lap(u) + F*u + dx(G*u) }
+scheme e { time = rk2 }
+scene s : m with e {
+  grid x = 0 .. 1, cells 5
+  D = 0.05
+  boundary u: x.low = F, x.high = 0
+  initial u = x
+  F = 0.3*x every 0.1
+  G = t every 0.15
+  time 0 .. 0.25, step 0.05
+}
+task t : s { unknown D; unknown F from sin(9*t)*x in -3 .. 3; unknown G
+  minimise mean((u - 1)^2)
+  minimise 0.1*mean((F*u)^2) + mean(G^4) over time })"},
     {"Courant", R"(model m { field u; param a; dt(u) = -advect(a*u, u) }
 scheme e { advect = central(2); time = euler }
 scene s : m with e {

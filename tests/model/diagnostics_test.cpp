@@ -255,6 +255,31 @@ TEST(Diagnostics, OfTasks) {
   EXPECT_EQ(in_task("using lbfgs(), iterations 0"), "E0708 ");
 }
 
+/// Of a scene with the control field F and the coefficient w.
+std::string with_control_field(const std::string& lines, const std::string& equation = "k*F*w*u", const std::string& task = "") {
+  return outcome_of("model m { field u; control field F; coefficient w; control c; param k; dt(u) = " + equation + " }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n" +
+                    " k = 2\n initial u = 0\n time 0 .. 1, step 1/8\n" + lines + "\n}\n" + task).code_and_hint();
+}
+
+TEST(Diagnostics, OfControlFieldsAndNoise) {
+  const std::string rest = "w = x\nc = t\n";
+  EXPECT_EQ(with_control_field(rest + "F = k*x*t*noise(1) every 1/4", "k*F*w*u*c"), "0 diagnostics:");
+  EXPECT_EQ(with_control_field(rest), "E0314 write F = 1 or F = load(\"name.npy\") in scene s");
+  EXPECT_EQ(with_control_field(rest + "F = x every 0.3"), "E0422 the nearest that is one is 0.25");
+  EXPECT_EQ(with_control_field(rest + "F = u"), "E0311 a control field is made of numbers, parameters, coordinates and t");
+  EXPECT_EQ(with_control_field(rest + "F = c*x"), "E0311 a control field is made of numbers, parameters, coordinates and t");
+  EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x every 1/4"), "E0311 declare it in the model: control field w");
+  EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x*t"), "E0311 a coefficient is made of numbers, parameters and coordinates");
+  EXPECT_EQ(with_control_field(rest + "F = k*x", "k*F*w*u", "task t : s { unknown k; minimise mean(u) }"),
+            "E0709 write the formula in the model with let, so that it can be differentiated");
+  EXPECT_EQ(with_control_field(rest + "F = x", "k*F*w*noise(3)"),
+            "E0311 noise is drawn once a run: write coefficient f in the model, f = noise(7) in the scene, and f here");
+  EXPECT_EQ(with_control_field(rest + "F = noise(-1)"), "E0336 write noise(7)");
+  EXPECT_EQ(with_control_field(rest + "F = noise()"), "E0305 write noise(7)");
+  EXPECT_EQ(with_control_field(rest + "F = noise(x)").substr(0, 5), "E0311");
+  EXPECT_EQ(outcome_of("model m { field noise_7; dt(noise_7) = 0 }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n initial noise_7 = 0\n time 0 .. 1, step 1\n}\n").code_and_hint().substr(0, 5), "E0304");
+}
+
 TEST(Diagnostics, UnknownsReachNoNumberOfTheScene) {
   const std::string text =
       "model m { field u; param k, c; dt(u) = k*c*u }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n k = 1\n c "

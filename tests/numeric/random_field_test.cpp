@@ -127,10 +127,10 @@ TEST(RandomSignal, ForcesAnEquation) {
 
 TEST(RandomField, GoesThroughFunctionsAndGradients) {
   expect_certified(
-      "function noise(x, a) = a*x*random_field(seed = 2, lowest = 1, highest = 3)\n"
+      "function rough(x, a) = a*x*random_field(seed = 2, lowest = 1, highest = 3)\n"
       "model m { field u; coefficient f; param k; dt(u) = k*lap(u) + f*u + random_signal(seed = 1, lowest = 1, highest = 2) }\n"
       "scene s : m {\n  grid x = 0 .. 1, cells 9\n  grid y = 0 .. 2, cells 4, periodic\n  boundary u: x.low = random_signal(seed = 3, lowest = 1, highest = 2), x.high = zero_gradient\n"
-      "  k = 0.02\n  f = 1 + noise(k, 3)\n  initial u = noise(2, k)\n  time 0 .. 1/4, step 1/64\n}\n"
+      "  k = 0.02\n  f = 1 + rough(k, 3)\n  initial u = rough(2, k)\n  time 0 .. 1/4, step 1/64\n}\n"
       "task t : s {\n  unknown k from 0.03\n  unknown f\n  minimise mean(u^2)\n}\n", false);
 }
 

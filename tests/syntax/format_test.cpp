@@ -134,6 +134,11 @@ TEST(Format, KeepsCommentsInOddPlaces) {
       "}\n");
 }
 
+TEST(Format, OfControls) {
+  expect_formatted("model m {\ncontrol   F,G\n control field F2 ,G2 on  faces.y\n control vector V\n}\nscene s:m {\nF2=x*t  every 1/4\n}",
+                   "model m {\n  control F, G\n  control field F2, G2 on faces.y\n  control vector V\n}\nscene s : m {\n  F2 = x*t every 1/4\n}\n");
+}
+
 TEST(Format, LeavesOneBlankLineWhereSomeWere) {
   expect_formatted("\n\nmodel a { }\n\n\n\nmodel b { field u\n\n\nparam c\nparam d\n\n}\nmodel c { }\n",
                    "model a { }\n\nmodel b {\n  field u\n\n  param c\n  param d\n}\nmodel c { }\n");

@@ -68,6 +68,19 @@ TEST(Items, RepeatsThatAreNot) {
   EXPECT_EQ(problems_of("model m { repeat 3 { } }").substr(0, 10), "1:11 E0203");
 }
 
+TEST(Items, OfControls) {
+  const Model model = only_block<Model>("model m { control F, G; control field H on faces.x; control vector V, W; control field }");
+  ASSERT_EQ(model.items.size(), 4u);
+  EXPECT_EQ(std::get<ControlItem>(model.items[0].kind).names.size(), 2u);
+  const CoefficientItem& field = std::get<CoefficientItem>(model.items[1].kind);
+  EXPECT_EQ(field.names[0].name, "H");
+  EXPECT_TRUE(field.control && !field.vector && field.on);
+  const CoefficientItem& vector = std::get<CoefficientItem>(model.items[2].kind);
+  EXPECT_TRUE(vector.control && vector.vector && !vector.on);
+  EXPECT_EQ(vector.names.size(), 2u);
+  EXPECT_EQ(std::get<ControlItem>(model.items[3].kind).names[0].name, "field");  // a name like others
+}
+
 TEST(Items, OfScenes) {
   const std::string text =
       "scene s : m with cheap {\n"

@@ -63,7 +63,7 @@ Order order_of(const model::Problem& problem) {
 Json types_of(const model::Problem& problem) {
   Json types = Json::object();
   for (const model::State& state : problem.states) types[state.name] = "state";
-  for (const model::Coefficient& coefficient : problem.coefficients) types[coefficient.name] = "coefficient";
+  for (const model::Coefficient& coefficient : problem.coefficients) types[coefficient.name] = coefficient.is_control() ? "control field" : "coefficient";
   for (const model::Parameter& param : problem.params) types[param.name] = param.unknown ? "unknown parameter" : "parameter";
   return types;
 }

@@ -121,9 +121,8 @@ void add_unknowns(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pa
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_control()) panels.push_back(control_panel(run, part.name, part_of(x, part)));
     if (!part.is_field()) continue;
-    const auto both = panels_of(run.session->workspace(), part.name + (part.is_initial() ? " at the start" : ""),
-                                {{"the scene's own", run.inverse->own(part), placement_of(*run.session, part.name)},
-                                 {"recovered", part_of(x, part), placement_of(*run.session, part.name)}});
+    const auto both = panels_of_field(*run.session, part.name, part.name + (part.is_initial() ? " at the start" : ""),
+                                      {{"the scene's own", run.inverse->own(part)}, {"recovered", part_of(x, part)}});
     panels.insert(panels.end(), both.begin(), both.end());
   }
 }

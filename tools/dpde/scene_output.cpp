@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <set>
 
 #include "driver/files.h"
 #include "dpde/runtime/npy.h"
@@ -74,6 +75,25 @@ std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::stri
   }
   for (const NamedState& state : states) {
     panels.push_back(map_of(workspace, title.empty() ? state.title : state.title + ", " + title, state));
+  }
+  return panels;
+}
+
+std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
+                                   const std::vector<std::pair<std::string, std::vector<double>>>& states) {
+  const driver::Workspace& workspace = session.workspace();
+  const std::size_t size = workspace.cell_count(), last = states.front().second.size() / size - 1;
+  const model::Coefficient* control = session.problem().find_coefficient(field);
+  std::vector<Panel> panels;
+  for (const std::size_t interval : std::set<std::size_t>{0, last / 2, last}) {
+    std::vector<NamedState> named;
+    for (const auto& [name, values] : states) {
+      const auto begin = values.begin() + std::ptrdiff_t(interval * size);
+      named.push_back({name, {begin, begin + std::ptrdiff_t(size)}, placement_of(session, field)});
+    }
+    const std::string when = last == 0 || control == nullptr ? "" : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
+    const std::vector<Panel> more = panels_of(workspace, title + when, named);
+    panels.insert(panels.end(), more.begin(), more.end());
   }
   return panels;
 }

@@ -22,6 +22,10 @@ struct NamedState {
 /// 1-D: one panel with a curve each. 2-D and 3-D: a map each (in 3-D the plane in the middle of z).
 std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states);
 
+/// The same of a field of the scene; of a control field its first interval, the one in the middle, and the last.
+std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
+                                   const std::vector<std::pair<std::string, std::vector<double>>>& states);
+
 /// Where the values of a placement lie along axis x.
 std::vector<double> places_along_x(const driver::Workspace& workspace, const model::Placement& placement);
 /// The placement of a state, coefficient or datum.

@@ -108,6 +108,13 @@ Memory memory_of(const Compiled& compiled) {
   // Beside the fields of the step: the initial states as given and as run, and the last state known to be finite.
   memory.run = field * (static_cast<double>(fields.size()) + 3 * states);
   memory.gradient = field * states * (std::max(problem.steps, 1) + 2);
+  memory.run += field * static_cast<double>(problem.noises().size());
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (!c.is_control()) continue;
+    const double intervals = problem.intervals(c.every);
+    memory.run += field * (intervals - 1);
+    if (compiled.activity.fields.contains(c.name)) memory.gradient += intervals * field * 8 / bytes_of(compiled.real());  // what is added up is f64
+  }
   return memory;
 }
 

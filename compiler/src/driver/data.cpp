@@ -208,11 +208,43 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
 
 }  // namespace
 
+std::vector<double> times_of(const model::Problem& problem, const model::Coefficient& coefficient) {
+  std::vector<double> times;
+  for (int k = 0; coefficient.is_control() && k < problem.intervals(coefficient.every); ++k) {
+    times.push_back(problem.t_begin + k * coefficient.every * problem.step);
+  }
+  return times;
+}
+
+std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient, const model::Source& from,
+                                                    const SourceFile& source, DiagnosticSink& sink) {
+  const model::Problem& problem = session.problem();
+  const std::vector<model::Axis> axes = model::axes_at(problem.axes, coefficient.placement);
+  const std::optional<std::vector<double>> loaded =
+      coefficient.is_control() ? load_array({from.file, from.variable, times_of(problem, coefficient)}, source, axes, problem.scheme.real, from.origin.range, sink)
+                               : load_array(from, source, axes, problem.scheme.real, sink);
+  if (!loaded || session.options().cells.empty()) return loaded;
+  const std::size_t states = coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1, size = loaded->size() / states;
+  std::vector<double> values;
+  for (std::size_t k = 0; k < states; ++k) {
+    const auto begin = loaded->begin() + static_cast<std::ptrdiff_t>(k * size);
+    const std::vector<double> one = resample({begin, begin + static_cast<std::ptrdiff_t>(size)}, problem.axes, session.workspace().axes());
+    values.insert(values.end(), one.begin(), one.end());
+  }
+  return values;
+}
+
 void check_files(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
   const model::Placements placements(problem);
   const auto check = [&](const std::string& field, const model::Source& from) {
     if (from.file.empty()) return;
-    load_array(from, source, model::axes_at(problem.axes, placements.of(field)), problem.scheme.real, sink);
+    const std::vector<model::Axis> axes = model::axes_at(problem.axes, placements.of(field));
+    const model::Coefficient* coefficient = problem.find_coefficient(field);
+    if (coefficient == nullptr || !coefficient->is_control()) {
+      load_array(from, source, axes, problem.scheme.real, sink);
+    } else {
+      load_array({from.file, from.variable, times_of(problem, *coefficient)}, source, axes, problem.scheme.real, from.origin.range, sink);
+    }
   };
   for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.name, coefficient.value);
   for (const model::State& state : problem.states) check(state.name, state.initial);

@@ -44,10 +44,12 @@ void Directions::run_formulas(const Eigen::VectorXd& x, const Eigen::VectorXd& d
       state_rates_[part.name].assign(rates.begin(), rates.end());
       continue;
     }
-    workspace.field(part.name).copy_in({x.data() + part.offset, rates.size()});  // a formula has written it
+    workspace.set_dense(part.name, {x.data() + part.offset, rates.size()});  // a formula has written it
     for (const auto& [primal, derived] : session_.compiled().derived) {
       const std::string dot = dot_of(primal, part.name);
-      if (!dot.empty()) workspace.field(dot).copy_in(rates);
+      if (dot.empty()) continue;
+      workspace.make_like(dot, part.name);
+      workspace.set_dense(dot, rates);
     }
   }
 }

@@ -12,6 +12,7 @@
 #include "driver/data.h"
 #include "dpde/runtime/through_formula.h"
 #include "model/placement.h"
+#include "stencil/from_model.h"
 
 namespace dpde::driver {
 
@@ -30,7 +31,9 @@ std::unique_ptr<Inverse> Inverse::open(Session& session, const SourceFile& sourc
 }
 
 Eigen::Index Inverse::size_of(const model::Unknown& unknown) const {
-  if (unknown.is_field()) return static_cast<Eigen::Index>(session_.workspace().cell_count());
+  const model::Coefficient* coefficient = unknown.kind == model::Unknown::Kind::coefficient ? session_.problem().find_coefficient(unknown.name) : nullptr;
+  const int intervals = coefficient != nullptr && coefficient->is_control() ? session_.problem().intervals(coefficient->every) : 1;
+  if (unknown.is_field()) return intervals * static_cast<Eigen::Index>(session_.workspace().cell_count());
   const auto control = session_.workspace().controls().find(unknown.name);
   return control == session_.workspace().controls().end() ? 1 : static_cast<Eigen::Index>(control->second.values.size());
 }
@@ -61,6 +64,12 @@ const model::Unknown& Inverse::unknown_of(const Part& part) const {
   return *std::ranges::find_if(unknowns, [&](const model::Unknown& u) { return u.kind == part.kind && u.name == part.name; });
 }
 
+const model::Coefficient* Inverse::control_field(const Part& part) const {
+  if (part.kind != model::Unknown::Kind::coefficient) return nullptr;
+  const model::Coefficient* coefficient = session_.problem().find_coefficient(part.name);
+  return coefficient != nullptr && coefficient->is_control() ? coefficient : nullptr;
+}
+
 bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   Workspace& workspace = session_.workspace();
   // The program keeps the formulas' values under the fields' names; put the scene's own values back afterwards.
@@ -76,7 +85,13 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
     }
   }
   for (const Part& part : parts_) {
-    if (part.is_field()) workspace.field(part.name).copy_in(own_.at(part.name));
+    const model::Coefficient* control = control_field(part);
+    if (control == nullptr || !unknown_of(part).from.formula) continue;
+    workspace.run_for_intervals(*session_.compiled().program(stencil::control_start_program(session_.problem(), part.name)), part.name);
+    from_formula[part.name] = workspace.dense(part.name);
+  }
+  for (const Part& part : parts_) {
+    if (part.is_field()) workspace.set_dense(part.name, own_.at(part.name));
   }
   session_.reset_initial();
   for (const Part& part : parts_) {
@@ -89,6 +104,10 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
       values = {number != nullptr ? number->value : workspace.params().at(part.name)};
     } else if (from.formula) {
       values = from_formula[part.name];
+    } else if (const model::Coefficient* control = control_field(part); control != nullptr && !from.file.empty()) {
+      const std::optional<std::vector<double>> loaded = load_coefficient(session_, *control, from, source, sink);
+      if (!loaded) return false;
+      values = *loaded;
     } else if (!from.file.empty()) {
       const auto axes = model::axes_at(session_.problem().axes, model::Placements(session_.problem()).of(part.name));
       const std::optional<std::vector<double>> loaded = load_array(from, source, axes, session_.problem().scheme.real, sink);
@@ -131,7 +150,7 @@ void Inverse::assign(const Eigen::VectorXd& x) {
   }
   for (const Part& part : parts_) {
     if (part.is_initial()) session_.rollout().initial(part.index).copy_in(dense_part(x, part));
-    if (part.is_field() && !part.is_initial()) session_.workspace().field(part.name).copy_in(dense_part(x, part));
+    if (part.is_field() && !part.is_initial()) session_.workspace().set_dense(part.name, dense_part(x, part));
   }
 }
 

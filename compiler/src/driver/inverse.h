@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest), then
-// parameters. An unknown parameter also acts through the formulas of initial states and coefficients.
+// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest; of a control field
+// one interval after the other), then parameters. An unknown parameter also acts through the formulas of initial states and coefficients.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,6 +34,8 @@ class Inverse {
   static std::unique_ptr<Inverse> open(Session& session, const SourceFile& source, DiagnosticSink& sink);
 
   const std::vector<Part>& parts() const { return parts_; }
+  /// The coefficient that the part is, where that is a control field; else null.
+  const model::Coefficient* control_field(const Part& part) const;
   /// The scene's own values of a field that is sought.
   const std::vector<double>& own(const Part& part) const { return own_.at(part.name); }
   /// Where the task starts: `from`, or else the scene's own values.

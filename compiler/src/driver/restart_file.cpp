@@ -42,6 +42,9 @@ std::string params_text(const model::Problem& problem) {
     }
     text += fmt::format("{}{} = {}", text.empty() ? "" : ", ", param.name, param.value);
   }
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (c.is_control()) text += fmt::format("{}{}", text.empty() ? "" : ", ", print(c, problem.step));
+  }
   return text;
 }
 
@@ -49,7 +52,9 @@ std::string params_text(const model::Problem& problem) {
 std::uint64_t hash_of_fields(Session& session) {
   std::uint64_t hash = hash_of(std::string_view());
   for (int s = 0; s < session.rollout().state_count(); ++s) hash = hash_of(session.initial(s), hash);
-  for (const model::Coefficient& c : session.problem().coefficients) hash = hash_of(session.workspace().dense(c.name), hash);
+  for (const model::Coefficient& c : session.problem().coefficients) {
+    if (!c.is_control() || !c.value.formula) hash = hash_of(session.workspace().dense(c.name), hash);
+  }
   return hash;
 }
 

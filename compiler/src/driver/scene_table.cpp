@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "driver/inverse.h"
+#include "stencil/from_model.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -52,6 +53,7 @@ struct SceneTable::Storage {
   const char* text(const std::string& s) { return strings.emplace_back(s).c_str(); }
   const double* centres_of(const model::Axis& axis);
   dpde_instants instants(const model::When& when);
+  void add_coefficient(const model::Coefficient& coefficient);
   void add_task(const model::Task& task);
   void add_unknown(const model::Task& task, const model::Unknown& unknown);
   std::string why_no_second(const model::Task& task) const;
@@ -65,7 +67,9 @@ struct SceneTable::Storage {
   std::deque<std::vector<double>> centres;
   std::vector<dpde_value> params;
   std::vector<dpde_control> controls;
-  std::vector<dpde_source> states, coefficients;
+  std::vector<dpde_source> states;
+  std::vector<dpde_coefficient> coefficients;
+  std::vector<dpde_noise> noises;
   std::vector<const char*> sought;
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
@@ -98,9 +102,28 @@ dpde_instants SceneTable::Storage::instants(const model::When& when) {
   return {static_cast<int32_t>(list.size()), list.data()};
 }
 
+/// A control field that is sought begins where its task does.
+void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient) {
+  const model::Problem& problem = *compiled->problem;
+  if (!coefficient.is_control()) {
+    coefficients.push_back({text(coefficient.name), coefficient.value.formula.has_value(), 0, 1, nullptr});
+    return;
+  }
+  const model::Source* from = &coefficient.value;
+  std::string program = stencil::control_program(problem, coefficient.name);
+  if (const model::Unknown* unknown = problem.find_unknown(coefficient)) {
+    program = stencil::control_start_program(problem, coefficient.name);
+    from = &unknown->from;
+  }
+  coefficients.push_back({text(coefficient.name), from->formula.has_value(), coefficient.every, problem.intervals(coefficient.every),
+                          from->formula ? compiled->program(program) : nullptr});
+}
+
 void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unknown& unknown) {
   int32_t start = DPDE_START_SCENE;
-  if (unknown.is_field() && unknown.from.formula) start = DPDE_START_FORMULA;
+  const model::Coefficient* coefficient = compiled->problem->find_coefficient(unknown.name);
+  const bool is_control_field = unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
+  if (unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
   if (unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
   if (start == DPDE_START_FORMULA && compiled->program(task.name + "_start") == nullptr) start = DPDE_START_SCENE;
   int32_t kind = DPDE_UNKNOWN_PARAM;
@@ -204,7 +227,8 @@ void SceneTable::Storage::fill() {
     controls.push_back({text(c.name), c.every, static_cast<int32_t>(values.size()), values.data()});
   }
   for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
-  for (const model::Coefficient& c : problem.coefficients) coefficients.push_back({text(c.name), c.value.formula.has_value()});
+  for (const model::Coefficient& c : problem.coefficients) add_coefficient(c);
+  for (const std::uint64_t seed : problem.noises()) noises.push_back({text(model::noise_name(seed)), seed});
   for (const model::Coefficient& c : problem.coefficients) {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
   }
@@ -227,6 +251,7 @@ void SceneTable::Storage::fill() {
   set(scene.control_count, scene.controls, controls);
   set(scene.state_count, scene.states, states);
   set(scene.coefficient_count, scene.coefficients, coefficients);
+  set(scene.noise_count, scene.noises, noises);
   set(scene.sought_count, scene.sought, sought);
   set(scene.datum_count, scene.data, data);
   set(scene.loss_count, scene.losses, losses);

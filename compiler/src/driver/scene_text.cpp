@@ -27,7 +27,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
   const auto same = [&](const auto&) { return e; };
   return match(
       e->kind, [&](const model::Number& n) { return same(n); }, [&](const model::Field& f) { return same(f); },
-      [&](const model::Coordinate& c) { return same(c); },
+      [&](const model::Coordinate& c) { return same(c); }, [&](const model::Noise& n) { return same(n); },
       [&](const model::Param& p) { return values.contains(p.name) ? model::number(values.at(p.name)) : e; },
       [&](const model::Neg& n) { return model::negate(with_values(n.operand, values)); },
       [&](const model::Binary& b) { return model::binary(b.op, with_values(b.left, values), with_values(b.right, values)); },
@@ -59,7 +59,8 @@ std::string scene_text(const Compiled& compiled) {
   // what the words of a scene of a program cannot say
   const bool is_plain = problem.controls.empty() && !problem.rate && problem.events.empty() && problem.scheme.real == Precision::f64 &&
                         std::ranges::none_of(problem.axes, [](const model::Axis& axis) { return axis.stretch.has_value(); });
-  if (!is_plain || model::Placements(problem).is_staggered()) return "";
+  const bool has_control_fields = std::ranges::any_of(problem.coefficients, &model::Coefficient::is_control);
+  if (!is_plain || has_control_fields || model::Placements(problem).is_staggered()) return "";
   const std::string step = compiled.step_name();
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(step));
   std::string text = fmt::format("scene {} : {} {{\n", problem.scene, step);

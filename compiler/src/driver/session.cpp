@@ -13,6 +13,7 @@
 #include "driver/tuning.h"
 #include "dpde/runtime/error.h"
 #include "model/placement.h"
+#include "stencil/from_model.h"
 #include "support/evaluate.h"
 
 namespace dpde::driver {
@@ -86,13 +87,15 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
 
 bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) {
   for (const model::Coefficient& coefficient : problem().coefficients) {
-    Field& field = workspace_->field(coefficient.name);
+    workspace_->field(coefficient.name);
     if (coefficient.value.formula) continue;
-    const std::vector<model::Axis> axes = model::axes_at(problem().axes, coefficient.placement);
-    std::optional<std::vector<double>> values = load_array(coefficient.value, source, axes, problem().scheme.real, sink);
+    const std::optional<std::vector<double>> values = load_coefficient(*this, coefficient, coefficient.value, source, sink);
     if (!values) return false;
-    if (!options_.cells.empty()) values = resample(*values, problem().axes, workspace_->axes());
-    field.copy_in(*values);
+    workspace_->set_dense(coefficient.name, *values);
+  }
+  for (const model::Coefficient& coefficient : problem().coefficients) {
+    if (!coefficient.is_control() || !coefficient.value.formula) continue;
+    workspace_->run_for_intervals(*compiled_->program(stencil::control_program(problem(), coefficient.name)), coefficient.name);
   }
   reset_coefficients();
   return true;
@@ -152,6 +155,7 @@ RolloutSetup Session::setup() {
   for (const std::string& name : workspace_->field_names()) {
     if (!states.contains(name)) setup.fields.push_back({name, workspace_->field(name).base()});
   }
+  setup.control_fields = workspace_->control_fields();
   for (const auto& [name, value] : workspace_->params()) setup.params.push_back({name, value});
   // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
   for (int p = 0; p < setup.step->param_count; ++p) {
@@ -186,7 +190,7 @@ Session::~Session() {
 std::unique_ptr<Rollout> Session::second_order_rollout(bool gauss_newton) {
   const auto step = compiled_->derived.find(compiled_->step_name());
   if (step == compiled_->derived.end() || !step->second.second) return nullptr;
-  for (const std::string& name : rollout_->sought()) workspace_->field(name + "_dot");
+  for (const std::string& name : rollout_->sought()) workspace_->make_like(name + "_dot", name);
   RolloutSetup both = setup();
   both.step = compiled_->program(step->second.tangent->program);
   both.adjoint = compiled_->program(step->second.second->program);

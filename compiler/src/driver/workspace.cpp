@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "dpde/runtime/layout.h"
-#include "dpde/runtime/rollout.h"
+#include "dpde/runtime/random.h"
 
 namespace dpde::driver {
 
@@ -40,7 +40,7 @@ std::int64_t coordinate(const Cell& cell, std::size_t axis) { return axis == 0 ?
 Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells,
                      int threads)
     : axes_(axes_with(problem.axes, cells)), layout_(layout_for(axes_, code)), threads_(threads),
-      cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))), t_begin_(problem.t_begin), step_(problem.step) {
+      cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))), noises_(problem.noises()), t_begin_(problem.t_begin), step_(problem.step) {
   for (const model::Parameter& param : problem.params) params_[param.name] = param.value;
   for (const model::Control& control : problem.controls) set_control(control.name, control.every, control.values);
   constexpr const char* spacings[] = {"hx", "hy", "hz"};
@@ -51,6 +51,49 @@ Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModul
   }
   params_["dt"] = problem.step;
   params_["cells"] = static_cast<double>(cell_count_);
+  draw_noise(0);
+  for (const model::Coefficient& coefficient : problem.coefficients) {
+    if (coefficient.is_control()) add_control_field(coefficient.name, coefficient.every, problem.intervals(coefficient.every));
+  }
+}
+
+void Workspace::draw_noise(std::uint64_t interval) {
+  for (const std::uint64_t seed : noises_) fill_noise(layout_, field(model::noise_name(seed)).base(), seed, interval);
+}
+
+Field& Workspace::interval_of(const std::string& name, std::size_t interval) {
+  return field(interval == 0 ? name : fmt::format("{}@{}", name, interval));
+}
+
+void Workspace::add_control_field(const std::string& name, int every, int count) {
+  ControlField& control = control_fields_.emplace_back(ControlField{name, every, {}});
+  for (int k = 0; k < count; ++k) control.at.push_back(interval_of(name, static_cast<std::size_t>(k)).base());
+}
+
+const ControlField* Workspace::find_control_field(const std::string& name) const {
+  const auto found = std::ranges::find(control_fields_, name, &ControlField::name);
+  return found == control_fields_.end() ? nullptr : &*found;
+}
+
+void Workspace::make_like(const std::string& name, const std::string& like) {
+  field(name);
+  const ControlField* control = find_control_field(like);
+  if (control == nullptr || find_control_field(name) != nullptr) return;
+  const int every = control->every, count = static_cast<int>(control->at.size());
+  add_control_field(name, every, count);
+}
+
+void Workspace::run_for_intervals(const dpde_program& program, const std::string& name) {
+  const ControlField control = *find_control_field(name);
+  for (std::size_t k = 0; k < control.at.size(); ++k) {
+    draw_noise(k);
+    execute(program, t_begin_ + (static_cast<double>(k) + 0.5) * control.every * step_, {{name, control.at[k]}});
+  }
+  draw_noise(0);
+}
+
+std::size_t Workspace::interval_at(double t, int every, std::size_t count) const {
+  return control_interval(std::llround((t - t_begin_) / step_), every, count);
 }
 
 std::vector<std::int64_t> Workspace::shape() const {
@@ -86,9 +129,17 @@ std::vector<std::string> Workspace::field_names() const {
 }
 
 std::vector<double> Workspace::dense(const std::string& name) {
-  std::vector<double> values(cell_count_);
-  field(name).copy_out(values);
+  const ControlField* control = find_control_field(name);
+  const std::size_t count = control == nullptr ? 1 : control->at.size();
+  std::vector<double> values(count * cell_count_);
+  for (std::size_t k = 0; k < count; ++k) interval_of(name, k).copy_out(std::span(values).subspan(k * cell_count_, cell_count_));
   return values;
+}
+
+void Workspace::set_dense(const std::string& name, std::span<const double> values) {
+  const ControlField* control = find_control_field(name);
+  if (control == nullptr) return field(name).copy_in(values);
+  for (std::size_t k = 0; k < control->at.size(); ++k) interval_of(name, k).copy_in(values.subspan(k * cell_count_, cell_count_));
 }
 
 void Workspace::set_control(const std::string& name, int every, std::vector<double> values) {
@@ -102,7 +153,7 @@ double Workspace::param_at(const std::string& name, double t) const {
   const auto control = controls_.find(name);
   if (control != controls_.end()) {
     const auto& [every, values] = control->second;
-    return values[control_interval(std::llround((t - t_begin_) / step_), every, values.size())];
+    return values[interval_at(t, every, values.size())];
   }
   const auto value = params_.find(name);
   return value == params_.end() ? 0 : value->second;
@@ -113,7 +164,9 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
   if (!executor) executor = std::make_unique<Executor>(program, layout_, threads_);
   for (int f = 0; f < program.field_count; ++f) {
     const auto given = bound.find(program.fields[f]);
-    executor->bind(f, given != bound.end() ? given->second : field(program.fields[f]).base());
+    const ControlField* control = find_control_field(program.fields[f]);
+    void* const own = control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(program.fields[f]).base();
+    executor->bind(f, given != bound.end() ? given->second : own);
   }
   for (int p = 0; p < program.param_count; ++p) {
     executor->set_param(p, param_at(program.params[p], t));

@@ -3,14 +3,17 @@
 // programs on them: initial states, coefficients, exact solutions, observables, tests.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "codegen/compiled_module.h"
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
+#include "dpde/runtime/rollout.h"
 #include "model/model.h"
 
 namespace dpde::driver {
@@ -37,7 +40,9 @@ class Workspace {
   Field& field(const std::string& name);
   /// Fields made so far.
   std::vector<std::string> field_names() const;
+  /// Its values; of a control field those of all intervals, one after the other.
   std::vector<double> dense(const std::string& name);
+  void set_dense(const std::string& name, std::span<const double> values);
   double param_at(const std::string& name, double t) const;
 
   const std::map<std::string, double>& params() const { return params_; }
@@ -51,14 +56,27 @@ class Workspace {
   const std::map<std::string, Control>& controls() const { return controls_; }
   void set_control(const std::string& name, int every, std::vector<double> values);
 
-  /// Runs a program once at time `t`, or at the begin, on the fields of these names, `bound` ones taken from there instead; what the program
-  /// needs beside them is made. The result has its sums, until the next run.
+  /// Fields that are others in each interval of time. The first of `at` is field(name).
+  const std::vector<ControlField>& control_fields() const { return control_fields_; }
+  /// Makes `name`, a rate, one with the same intervals as `like`, where that is one.
+  void make_like(const std::string& name, const std::string& like);
+  /// Runs the program that keeps the control field `name` once for each interval, with t in its middle and noise drawn anew.
+  void run_for_intervals(const dpde_program& program, const std::string& name);
+
+  /// Runs a program once at time `t`, or at the begin, on the fields of these names, `bound` ones taken from there instead and control
+  /// fields from the interval of `t`; what the program needs beside them is made. The result has its sums, until the next run.
   const Executor& execute(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
   const Executor& execute(const dpde_program& program) { return execute(program, t_begin_); }
   /// The same; returns the sums by name.
   std::map<std::string, double> run(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
 
  private:
+  void add_control_field(const std::string& name, int every, int count);
+  void draw_noise(std::uint64_t interval);
+  const ControlField* find_control_field(const std::string& name) const;
+  Field& interval_of(const std::string& name, std::size_t interval);
+  std::size_t interval_at(double t, int every, std::size_t count) const;
+
   std::vector<model::Axis> axes_;
   dpde_layout layout_;
   int threads_;
@@ -66,6 +84,8 @@ class Workspace {
   std::map<std::string, std::unique_ptr<Field>> fields_;
   std::map<std::string, double> params_;
   std::map<std::string, Control> controls_;
+  std::vector<ControlField> control_fields_;
+  std::vector<std::uint64_t> noises_;
   double t_begin_, step_;
   std::map<const dpde_program*, std::unique_ptr<Executor>> executors_;
 };

@@ -58,8 +58,12 @@ driver::Certifying certifying(const HostOptions& options) {
 bool copy_values(driver::Session& session, const SourceFile& source, const dpde_scene& scene, Simulation& simulation,
                  DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
+  const auto starts_elsewhere = [&](const model::Coefficient& coefficient) {
+    const model::Unknown* unknown = problem.find_unknown(coefficient);
+    return unknown != nullptr && unknown->from.formula;
+  };
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (!coefficient.value.formula) simulation.set_field(coefficient.name, session.workspace().dense(coefficient.name));
+    if (!coefficient.value.formula && !starts_elsewhere(coefficient)) simulation.set_field(coefficient.name, session.workspace().dense(coefficient.name));
   }
   for (const model::State& state : problem.states) {
     const int index = session.rollout().state_index(state.name);

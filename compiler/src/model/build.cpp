@@ -66,6 +66,7 @@ Expr number(double value, Origin origin) { return make(Number{value}, origin); }
 Expr param(std::string name, Origin origin) { return make(Param{std::move(name)}, origin); }
 Expr field(std::string name, Origin origin) { return make(Field{std::move(name)}, origin); }
 Expr coordinate(int axis, Origin origin) { return make(Coordinate{axis}, origin); }
+Expr noise(std::uint64_t seed, Origin origin) { return make(Noise{seed}, origin); }
 
 Expr negate(const Expr& operand, Origin origin) {
   if (is_constant(operand, 0)) return operand;
@@ -125,7 +126,7 @@ bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
 bool is_uniform(const Expr& e) {
   return !any_part(e, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
-           std::holds_alternative<Reduce>(part->kind);
+           std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind);
   });
 }
 
@@ -135,7 +136,7 @@ bool holds_reduction(const Expr& e) {
 
 void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
   match(
-      e->kind, [](const Number&) {}, [](const Param&) {}, [](const Field&) {}, [](const Coordinate&) {},
+      e->kind, [](const Number&) {}, [](const Param&) {}, [](const Field&) {}, [](const Coordinate&) {}, [](const Noise&) {},
       [&](const Neg& n) { f(n.operand); },
       [&](const Binary& b) {
         f(b.left);

@@ -16,6 +16,7 @@ Expr number(double value, Origin origin = {});
 Expr param(std::string name, Origin origin = {});
 Expr field(std::string name, Origin origin = {});
 Expr coordinate(int axis, Origin origin = {});
+Expr noise(std::uint64_t seed, Origin origin = {});
 Expr negate(const Expr& operand, Origin origin = {});
 Expr binary(BinaryOp op, const Expr& left, const Expr& right, Origin origin = {});
 Expr call(Fn fn, std::vector<Expr> arguments, Origin origin = {});
@@ -34,7 +35,7 @@ Expr reduce(Reduce reduction, Origin origin = {});
 Expr apply(Apply application, Origin origin = {});
 
 bool is_constant(const Expr& e, double value);
-/// Neither fields nor coordinates nor reductions: the same at all points.
+/// Neither fields nor coordinates nor noise nor reductions: the same at all points.
 bool is_uniform(const Expr& e);
 bool holds_reduction(const Expr& e);
 

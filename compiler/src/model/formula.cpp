@@ -87,7 +87,8 @@ double value_at(const Expr& formula, double coordinate) {
       [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
       [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments.front()), value(c.arguments.back())); },
       [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); }, [&](const Param& e) { return none(e); },
-      [&](const Field& e) { return none(e); }, [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
+      [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
+      [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
       [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); });
 }
@@ -99,7 +100,8 @@ Expr slope_of(const Expr& formula) {
       [](const Neg& n) { return negate(slope_of(n.operand)); }, [](const Binary& b) { return slope_of_binary(b); },
       [](const Call& c) { return slope_of_call(c); },
       [](const Select& s) { return select(s.condition, slope_of(s.yes), slope_of(s.no)); }, [&](const Param& e) { return none(e); },
-      [&](const Field& e) { return none(e); }, [&](const Derivative& e) { return none(e); }, [&](const Advect& e) { return none(e); },
+      [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
+      [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
       [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); });
 }

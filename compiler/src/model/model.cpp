@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
+#include "model/build.h"
 #include "model/formula.h"
 
 namespace dpde::model {
@@ -57,5 +59,28 @@ const Control* Problem::find_control(const std::string& name) const {
   const auto found = std::ranges::find(controls, name, &Control::name);
   return found == controls.end() ? nullptr : &*found;
 }
+
+const Unknown* Problem::find_unknown(const Coefficient& coefficient) const {
+  if (!task) return nullptr;
+  const auto found = std::ranges::find_if(task->unknowns, [&](const Unknown& u) { return u.kind == Unknown::Kind::coefficient && u.name == coefficient.name; });
+  return found == task->unknowns.end() ? nullptr : &*found;
+}
+
+std::vector<std::uint64_t> Problem::noises() const {
+  std::set<std::uint64_t> seeds;
+  const auto look = [&](const Source& source) {
+    if (!source.formula) return;
+    any_part(*source.formula, [&](const Expr& part) {
+      if (const auto* noise = std::get_if<Noise>(&part->kind)) seeds.insert(noise->seed);
+      return false;
+    });
+  };
+  for (const State& state : states) look(state.initial);
+  for (const Coefficient& coefficient : coefficients) look(coefficient.value);
+  if (task) std::ranges::for_each(task->unknowns, [&](const Unknown& unknown) { look(unknown.from); });
+  return {seeds.begin(), seeds.end()};
+}
+
+std::string noise_name(std::uint64_t seed) { return "noise_" + std::to_string(seed); }
 
 }  // namespace dpde::model

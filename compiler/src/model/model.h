@@ -50,6 +50,11 @@ struct Coordinate {  // x, y, z of the place where the expression is taken
   int axis;
   bool operator==(const Coordinate&) const = default;
 };
+/// White noise: a standard normal number in each cell, wherever in it the expression is taken. Filled in by the runtime.
+struct Noise {
+  std::uint64_t seed;
+  bool operator==(const Noise&) const = default;
+};
 struct Neg {
   Expr operand;
   bool operator==(const Neg&) const = default;
@@ -129,7 +134,7 @@ struct Apply {
   bool operator==(const Apply&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce, Apply>;
+using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce, Apply>;
 struct Node {
   Kind kind;
   Origin origin;
@@ -206,6 +211,8 @@ struct Coefficient {
   Source value;
   Placement placement{};
   std::optional<WallValues> walls = {};  // elsewhere, and without them, it has no slope at walls
+  int every = 0;  // > 0: a control field, with values of its own for each interval of so many steps: its formula in the middle of each
+  bool is_control() const { return every > 0; }
 };
 
 /// A parameter (`name`) with a value of its own for each interval of `every` steps, the last one maybe shorter.
@@ -334,6 +341,15 @@ struct Problem {
   const Parameter* find_param(const std::string& name) const;
   const Coefficient* find_coefficient(const std::string& name) const;
   const Control* find_control(const std::string& name) const;
+  /// The unknown of the task that the coefficient is, or nullptr.
+  const Unknown* find_unknown(const Coefficient& coefficient) const;
+  /// Into how many intervals of `every` steps the run is divided, the last one maybe shorter.
+  int intervals(int every) const { return steps > 0 ? (steps - 1) / every + 1 : 1; }
+  /// The seeds of noise in formulas, increasing.
+  std::vector<std::uint64_t> noises() const;
 };
+
+/// What the field of a noise is called.
+std::string noise_name(std::uint64_t seed);
 
 }  // namespace dpde::model

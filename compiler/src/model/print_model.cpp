@@ -103,6 +103,7 @@ Piece piece(const Expr& e) {
   return match(
       e->kind, [](const Number& n) { return number_piece(n.value); }, [](const Param& p) { return Piece{p.name}; },
       [](const Field& f) { return Piece{f.name}; }, [](const Coordinate& c) { return Piece{axis_names[c.axis]}; },
+      [](const Noise& n) { return Piece{fmt::format("noise({})", n.seed)}; },
       [](const Neg& n) {
         return Piece{"-" + wrapped(n.operand, unary_precedence), unary_precedence};
       },
@@ -178,7 +179,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
     if (p.find_control(param.name) != nullptr) continue;
     lines.push_back(fmt::format("{} = {}{}", param.name, bare(param.value), param.unknown ? "  # unknown" : ""));
   }
-  for (const Coefficient& c : p.coefficients) lines.push_back(fmt::format("{} = {}", c.name, print(c.value)));
+  for (const Coefficient& c : p.coefficients) lines.push_back(print(c, p.step));
   for (const State& state : p.states) {
     if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
   }
@@ -329,6 +330,10 @@ std::string print(const Scheme& s) {
 
 std::string print(const Control& control, double step) {
   return fmt::format("{} = {} every {}", control.name, print(control.formula), control.every * step);
+}
+
+std::string print(const Coefficient& c, double step) {
+  return fmt::format("{} = {}{}", c.name, print(c.value), c.is_control() ? fmt::format(" every {}", c.every * step) : "");
 }
 
 std::string print(const Output& output, double step) {

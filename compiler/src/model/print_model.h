@@ -17,6 +17,8 @@ std::string print(const Source& source);
 std::string print(const Scheme& scheme);
 /// F = sin(t) every 0.5, where a step takes `step`.
 std::string print(const Control& control, double step);
+/// kappa = 1 + x, with the interval of a control field.
+std::string print(const Coefficient& coefficient, double step);
 /// output u, v every 0.1, where a step takes `step`.
 std::string print(const Output& output, double step);
 

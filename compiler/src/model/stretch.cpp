@@ -76,7 +76,7 @@ class Rewriter {
 Expr Rewriter::operator()(const Expr& e) {
   const Origin origin = e->origin;
   return match(
-      e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Sample&) { return e; },
+      e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; }, [&](const Sample&) { return e; },
       [&](const Param& p) { return spacing_or(p, e); },
       [&](const Coordinate& c) { return is_stretched(c.axis) ? problem_.axes[static_cast<std::size_t>(c.axis)].stretch->map : e; },
       [&](const Neg& n) { return negate((*this)(n.operand), origin); },

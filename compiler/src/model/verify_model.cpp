@@ -27,10 +27,12 @@ bool is_condition(const Expr& e) {
 
 /// What an expression may be made of beside numbers and parameters.
 struct Allowed {
-  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false;
+  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false;
 };
 constexpr Allowed equation{true, true, true, true, true};
-constexpr Allowed formula{false, true, false, false, false};
+constexpr Allowed place{false, true, false, false, false};
+constexpr Allowed formula{false, true, false, false, false, true};
+constexpr Allowed formula_of_time{false, true, true, false, false, true};
 constexpr Allowed exact{false, true, true, false, false};
 constexpr Allowed at_wall{true, true, true, false, false};
 constexpr Allowed start{false, false, false, false, false};
@@ -49,7 +51,7 @@ class Verifier {
     check_rate();
     check_controls();
     check_events();
-    for (const Coefficient& c : problem_.coefficients) check_source(c.value, "coefficient " + c.name, formula);
+    for (const Coefficient& c : problem_.coefficients) check_source(c.value, "coefficient " + c.name, c.is_control() ? formula_of_time : formula);
     for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
     if (problem_.task) check_task(*problem_.task);
     check_placements();
@@ -69,7 +71,7 @@ class Verifier {
       demand(axis.cells >= 1, fmt::format("axis {} has {} cells", axis.name, axis.cells));
       demand(std::isfinite(axis.low) && std::isfinite(axis.high) && axis.low < axis.high,
              fmt::format("axis {} reaches from {} to {}", axis.name, axis.low, axis.high));
-      if (axis.stretch) check(axis.stretch->map, "stretched axis " + axis.name, formula);
+      if (axis.stretch) check(axis.stretch->map, "stretched axis " + axis.name, place);
     }
   }
 
@@ -169,8 +171,7 @@ class Verifier {
     demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
-      const bool is_control = unknown.kind == Unknown::Kind::control;
-      check_source(unknown.from, "start of " + unknown.name, unknown.is_field() ? formula : is_control ? weight : start);
+      check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));
     }
     for (const Loss& loss : task.losses) {
       check(loss.value, "loss", quantity);
@@ -185,6 +186,12 @@ class Verifier {
     const bool needs_rate =
         task.optimiser->kind == Optimiser::Kind::gradient_descent || task.optimiser->kind == Optimiser::Kind::adam;
     demand(!needs_rate || task.optimiser->rate > 0, "the optimiser has no rate");
+  }
+
+  Allowed allowed_at_start(const Unknown& unknown) const {
+    const Coefficient* coefficient = unknown.kind == Unknown::Kind::coefficient ? problem_.find_coefficient(unknown.name) : nullptr;
+    if (coefficient != nullptr && coefficient->is_control()) return formula_of_time;
+    return unknown.is_field() ? formula : unknown.kind == Unknown::Kind::control ? weight : start;
   }
 
   bool exists(const Unknown& unknown) const {
@@ -243,6 +250,7 @@ class Verifier {
           need(allowed.coordinates, "a coordinate");
           demand(has_axis(c.axis), fmt::format("{}: there is no axis {}", where, c.axis));
         },
+        [&](const Noise&) { need(allowed.noise, "noise"); },
         [](const Neg&) {}, [](const Binary&) {},
         [&](const Call& c) {
           demand(static_cast<int>(c.arguments.size()) == arity(c.fn),

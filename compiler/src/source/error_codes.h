@@ -63,6 +63,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0327", "derivatives-too-deep", Severity::error, "derivatives of order {} inside one another, more than 12 in all"},
     {"E0328", "no-components", Severity::error, "{} is a {} and has no components"},
     {"E0329", "recursive-function", Severity::error, "function {} is defined by itself: {}"},
+    {"E0336", "bad-seed", Severity::error, "{} is no seed: a whole number from 0 on, below 2^53"},
     {"E0335", "bad-spectrum", Severity::error, "{} has no waves with these numbers"},
     {"E0330", "unknown-placement", Severity::error, "{} is not a placement"},
     {"E0331", "misplaced", Severity::error, "{} is at {}, but here its value at {} is wanted"},

@@ -203,6 +203,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
         return Quotient{access(found == reading_.fields.end() ? f.name : found->second, offset)};
       },
       [&](const model::Coordinate& c) { return coordinate_at(c, place); },
+      [](const model::Noise& n) { return Quotient{access(model::noise_name(n.seed), Offset{})}; },
       [&](const model::Neg& n) {
         Quotient result = at(n.operand, place);
         result.top = -result.top;

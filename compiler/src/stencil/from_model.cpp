@@ -135,7 +135,7 @@ void add_formulas(Module& module, const Lowering& lowering, const std::string& n
 std::vector<Formula> coefficient_formulas(const model::Problem& problem) {
   std::vector<Formula> formulas;
   for (const model::Coefficient& c : problem.coefficients) {
-    if (c.value.formula) formulas.push_back({c.name, *c.value.formula, c.value.origin, c.placement});
+    if (c.value.formula && !c.is_control()) formulas.push_back({c.name, *c.value.formula, c.value.origin, c.placement});
   }
   return formulas;
 }
@@ -148,12 +148,34 @@ std::vector<Formula> initial_formulas(const model::Problem& problem) {
   return formulas;
 }
 
+bool is_control(const model::Problem& problem, const model::Unknown& unknown) {
+  const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
+  return unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
+}
+
+/// Names of fields may hold a point: programs have numbers.
+std::ptrdiff_t number_of(const model::Problem& problem, const std::string& coefficient) {
+  return std::ranges::find(problem.coefficients, coefficient, &model::Coefficient::name) - problem.coefficients.begin() + 1;
+}
+
 std::vector<Formula> start_formulas(const Lowering& lowering, const model::Task& task) {
   std::vector<Formula> formulas;
   for (const model::Unknown& u : task.unknowns) {
-    if (u.is_field() && u.from.formula) formulas.push_back({u.name, *u.from.formula, u.origin, lowering.placement_of(u.name)});
+    if (!u.is_field() || !u.from.formula || is_control(lowering.problem(), u)) continue;
+    formulas.push_back({u.name, *u.from.formula, u.origin, lowering.placement_of(u.name)});
   }
   return formulas;
+}
+
+void add_control_fields(Module& module, const Lowering& lowering) {
+  const model::Problem& problem = lowering.problem();
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (!c.is_control()) continue;
+    if (c.value.formula) add_formulas(module, lowering, control_program(problem, c.name), {{c.name, *c.value.formula, c.value.origin, c.placement}});
+    const model::Unknown* u = problem.find_unknown(c);
+    if (u == nullptr || !u->from.formula) continue;
+    add_formulas(module, lowering, control_start_program(problem, c.name), {{c.name, *u->from.formula, u->origin, c.placement}});
+  }
 }
 
 std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& lowering) {
@@ -223,6 +245,14 @@ void add_task(Module& module, const Lowering& lowering, const model::Task& task)
 
 }  // namespace
 
+std::string control_program(const model::Problem& problem, const std::string& field) {
+  return problem.scene + "_control_" + std::to_string(number_of(problem, field));
+}
+
+std::string control_start_program(const model::Problem& problem, const std::string& field) {
+  return problem.task->name + "_control_" + std::to_string(number_of(problem, field));
+}
+
 Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
   Module module;
   Lowering lowering(problem);
@@ -230,6 +260,7 @@ Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
   add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
   add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
   if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(lowering, *problem.task));
+  add_control_fields(module, lowering);
   add_step(module, lowering);
   if (problem.rate) add_formulas(module, lowering, problem.scene + "_rate", {{"courant_rate", *problem.rate, problem.time_origin}});
   add_formulas(module, lowering, problem.scene + "_exact", exact_formulas(problem, lowering));

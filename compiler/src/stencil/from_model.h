@@ -4,6 +4,7 @@
 // The programs (those that apply) in this order, S the scene and T the task:
 //   S_coefficients  coefficient fields from formulas, kept          S_initial  states from formulas, kept
 //   T_start         unknown initial states from formulas, kept      S_step     one step, swap (u, u_next)
+//   S_control_1, .. a control field from its formula of t, kept     T_control_1, ...  the same where a task starts
 //   S_exact         u_exact of the states that have one, kept       S_observe  a sum for each observable
 //   T_loss_1, ...   sum `loss`, one program a `minimise` line       T_test_N   sum N
 // and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
@@ -14,6 +15,11 @@
 #include "stencil/stencil.h"
 
 namespace dpde::stencil {
+
+/// The programs of a control field: of the scene's formula, and of the formula a task starts with. Run once for each interval,
+/// with t in its middle.
+std::string control_program(const model::Problem& problem, const std::string& field);
+std::string control_start_program(const model::Problem& problem, const std::string& field);
 
 /// Lowers a verified problem. What no scheme can discretise is reported to `sink`; the module is empty then.
 Module from_model(const model::Problem& problem, DiagnosticSink& sink);

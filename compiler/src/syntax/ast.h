@@ -104,10 +104,13 @@ struct FieldItem {  // field u, v          vector u on faces       (a component 
   bool vector = false;
   std::optional<Identifier> on;  // centres, faces, faces.x, nodes
 };
-struct CoefficientItem {  // coefficient kappa, coefficient vector v      (a given field, constant in time)
+// coefficient kappa, coefficient vector v      (a given field, constant in time)
+// control field F, control vector G            (one field for each interval of time)
+struct CoefficientItem {
   std::vector<Identifier> names;
   bool vector = false;
   std::optional<Identifier> on;
+  bool control = false;
 };
 struct ParamItem {  // param nu, c
   std::vector<Identifier> names;

@@ -77,7 +77,15 @@ void refuse_repetition(Cursor& cursor, bool repeated) {
   if (repeated) cursor.fail("repeated", cursor.peek().range, {describe(cursor.peek())});
 }
 
-ItemKind parse_control(Cursor& cursor) { return ControlItem{parse_names(cursor, "the name of a control")}; }
+/// A number, or with the word `field` or `vector` a field, that varies in time.
+ItemKind parse_control(Cursor& cursor) {
+  const bool vector = cursor.at_word("vector");
+  const bool is_field = (vector || cursor.at_word("field")) && cursor.peek_second().kind == TokenKind::identifier;
+  if (!is_field) return ControlItem{parse_names(cursor, "the name of a control")};
+  cursor.take();
+  std::vector<Identifier> names = parse_names(cursor, "the name of a control");
+  return CoefficientItem{std::move(names), vector, parse_placement(cursor), true};
+}
 
 ItemKind parse_grid(Cursor& cursor) {
   GridItem item;

@@ -143,7 +143,10 @@ std::string print_repeat(const RepeatItem& repeat);
 std::string print_item(const Item& item) {
   return match(
       item.kind, [](const FieldItem& i) { return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on); },
-      [](const CoefficientItem& i) { return (i.vector ? "coefficient vector " : "coefficient ") + print_names(i.names) + print_placement(i.on); },
+      [](const CoefficientItem& i) {
+        const char* word = i.control ? (i.vector ? "control vector " : "control field ") : i.vector ? "coefficient vector " : "coefficient ";
+        return word + print_names(i.names) + print_placement(i.on);
+      },
       [](const ParamItem& i) { return "param " + print_names(i.names); },
       [](const ControlItem& i) { return "control " + print_names(i.names); },
       [](const LetItem& i) { return print_definition("let ", i.name, i.value); },

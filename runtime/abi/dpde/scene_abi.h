@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 4
+#define DPDE_SCENE_VERSION 5
 
 typedef struct dpde_axis {
   const char* name;
@@ -38,6 +38,21 @@ typedef struct dpde_source {
   const char* name;
   int32_t has_formula;
 } dpde_source;
+
+/* A field that is given. every > 0: a control field, one after the other for each of `count` intervals of so many steps. Its
+ * formula is then a program of its own, run for each interval with t in the middle of it. */
+typedef struct dpde_coefficient {
+  const char* name;
+  int32_t has_formula; /* of an unknown control field: where its task begins */
+  int32_t every, count;
+  const dpde_program* formula; /* keeps the field; null: in coefficient_formulas */
+} dpde_coefficient;
+
+/* A field of independent standard normal numbers, one a cell: see dpde/runtime/random.h. */
+typedef struct dpde_noise {
+  const char* name;
+  uint64_t seed;
+} dpde_noise;
 
 /* States of a run by their numbers, increasing. count -1: every state from the first to the last. */
 typedef struct dpde_instants {
@@ -99,7 +114,9 @@ typedef struct dpde_scene {
   int32_t state_count;
   const dpde_source* states; /* has_formula: of the initial state */
   int32_t coefficient_count;
-  const dpde_source* coefficients;
+  const dpde_coefficient* coefficients;
+  int32_t noise_count;
+  const dpde_noise* noises;
   int32_t sought_count;
   const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep <name>_bar */
   const dpde_program* program;         /* one step */

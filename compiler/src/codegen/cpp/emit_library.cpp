@@ -46,9 +46,10 @@ void add_setters(std::vector<Member>& members, const dpde_scene& scene) {
     add(members, "set_initial_{}", "void set_initial_{0}(dpde::Values values) {{ set_initial(\"{1}\", values); }}", name,
         "Where reset(), loss() and gradient() begin.");
   }
-  for (const dpde_source& c : std::span(scene.coefficients, static_cast<std::size_t>(scene.coefficient_count))) {
+  for (const dpde_coefficient& c : std::span(scene.coefficients, static_cast<std::size_t>(scene.coefficient_count))) {
+    const std::string intervals = c.every > 0 ? fmt::format(": {} fields, one after the other, each for {} steps", c.count, c.every) : "";
     add(members, "set_{}", "void set_{0}(dpde::Values values) {{ set_field(\"{1}\", values); }}", c.name,
-        fmt::format("Coefficient {}{}.", c.name, c.has_formula ? "" : ", to be given"));
+        fmt::format("{} {}{}{}.", c.every > 0 ? "Control field" : "Coefficient", c.name, c.has_formula ? "" : ", to be given", intervals));
   }
   for (const dpde_datum& d : std::span(scene.data, static_cast<std::size_t>(scene.datum_count))) {
     add(members, "set_{}", "void set_{0}(dpde::Values values) {{ set_field(\"{1}\", values); }}", d.name,

@@ -145,7 +145,12 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   };
   const std::string controls = tables.array("dpde_control", "controls", texts(s.controls, s.control_count, control));
   const std::string states = tables.array("dpde_source", "states", texts(s.states, s.state_count, source));
-  const std::string coefficients = tables.array("dpde_source", "coefficients", texts(s.coefficients, s.coefficient_count, source));
+  const auto coefficient = [&](const dpde_coefficient& c) {
+    return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(c.name), c.has_formula, c.every, c.count, tables.program(c.formula));
+  };
+  const auto noise = [](const dpde_noise& n) { return fmt::format("{{{}, {}u}}", quoted(n.name), n.seed); };
+  const std::string coefficients = tables.array("dpde_coefficient", "coefficients", texts(s.coefficients, s.coefficient_count, coefficient));
+  const std::string noises = tables.array("dpde_noise", "noises", texts(s.noises, s.noise_count, noise));
   const std::string sought = tables.names(s.sought, s.sought_count);
   const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
   const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
@@ -158,7 +163,8 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
   out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params, s.control_count, controls,
                      tables.program(s.rate), s.courant);
-  out += fmt::format("    {}, {}, {}, {}, {}, {},  // states, coefficients, sought ones\n", s.state_count, states, s.coefficient_count, coefficients, s.sought_count, sought);
+  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, sought coefficients\n", s.state_count, states, s.coefficient_count,
+                     coefficients, s.noise_count, noises, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
   out += fmt::format("    {}, {}, {}, {}, {}, {},\n", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
   out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate, s.optimiser.gauss_newton, s.optimiser.iterations);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* operator_names[] = {"dx",  "dy",   "dz",   "d",  "lap",  "grad", "div",
                                           "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral",
-                                          "inject", "sample", "interpolate", "random_field", "random_signal"};
+                                          "inject", "sample", "interpolate", "random_field", "random_signal", "noise"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -66,6 +66,7 @@ Typed Expressions::call(const ast::Call& e, SourceRange range) {
   if (name == "sample") return sampling(e, range);
   if (name == "inject") return injection(e, range);
   if (name == "random_field" || name == "random_signal") return random_waves(e, range);
+  if (name == "noise") return white_noise(e, range);
   if (const auto fn = find_fn(name)) return elementary(*fn, e, range);
   return unknown_call(e);
 }

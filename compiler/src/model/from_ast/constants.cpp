@@ -26,6 +26,7 @@ class Evaluation {
         e->kind, [](const Number& n) { return n.value; }, [&](const Param& p) { return values_.at(p.name).value(); },
         [](const Field&) -> double { unreachable("a field in a number"); },
         [](const Coordinate&) -> double { unreachable("a coordinate in a number"); },
+        [](const Noise&) -> double { unreachable("noise in a number"); },
         [&](const Neg& n) { return -(*this)(n.operand); },
         [&](const Binary& b) {
           const double left = (*this)(b.left), right = (*this)(b.right);

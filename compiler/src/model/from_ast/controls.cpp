@@ -96,7 +96,9 @@ void bind_controls(Draft& draft) {
     if (draft.controls.contains(parameter.name)) bind_control(draft, parameter);
   }
   for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
-    if (!item.every || draft.controls.contains(item.name.name)) continue;
+    const Meaning* meaning = draft.scope.find(item.name.name);
+    const bool is_field = meaning && meaning->role == Role::coefficient;  // bind_coefficients looks at those
+    if (!item.every || is_field || draft.controls.contains(item.name.name)) continue;
     draft.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
                       fmt::format("declare it in the model: control {}", item.name.name));
   }

@@ -96,7 +96,10 @@ void bind_fields(Draft& draft) {
       for_each_declared(draft, *given, Role::coefficient, [&](const std::string& name) {
         int number = given->vector ? 0 : -1;
         for (const std::string& component : declare_components(draft, name)) {
-          draft.problem.coefficients.push_back({component, {}, placement_of(draft, given->on, number++)});
+          Coefficient& coefficient = draft.problem.coefficients.emplace_back();
+          coefficient.name = component;
+          coefficient.placement = placement_of(draft, given->on, number++);
+          if (given->control) coefficient.every = 1;  // a step, unless the scene says another interval
         }
       });
     }

@@ -38,6 +38,8 @@ Rules rules_of(Purpose purpose) {
               "an initial state is made of numbers, parameters and coordinates"};
     case Purpose::coefficient:
       return {false, true, false, false, false, true, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
+    case Purpose::control_field:
+      return {false, true, true, false, false, false, "a control field", "a control field is made of numbers, parameters, coordinates and t"};
     case Purpose::exact:
       return {false, true, true, false, false, true, "an exact solution",
               "an exact solution is made of numbers, parameters, coordinates and t"};
@@ -122,6 +124,8 @@ void for_each_name(const ast::Expr& e, const std::function<void(const std::strin
 }
 
 }  // namespace
+
+std::string_view place_of(Purpose purpose) { return rules_of(purpose).place; }
 
 std::string describe(const Typed& value) {
   switch (value.type) {
@@ -268,7 +272,7 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
   }
   if (draft_.controls.contains(name)) {
     const bool may_vary = rules_of(purpose_).time || purpose_ == Purpose::quantity;
-    const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::boundary_weight;
+    const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::control_field && purpose_ != Purpose::boundary_weight;
     return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range);
   }
   const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch;

@@ -13,7 +13,7 @@
 namespace dpde::model {
 
 /// Where an expression stands; this decides what it may be made of.
-enum class Purpose { equation, initial, coefficient, exact, boundary, boundary_weight, control, number, stretch, quantity };
+enum class Purpose { equation, initial, coefficient, control_field, exact, boundary, boundary_weight, control, number, stretch, quantity };
 
 class Expressions {
  public:
@@ -95,6 +95,7 @@ class Expressions {
   };
   std::optional<Spectrum> spectrum(const ast::Call& e);
   Typed random_waves(const ast::Call& e, SourceRange range);
+  Typed white_noise(const ast::Call& e, SourceRange range);
 
   // points.cpp
   Typed sampling(const ast::Call& e, SourceRange range);
@@ -124,6 +125,9 @@ class Expressions {
   std::string subject_;
   const FunctionScope* function_ = nullptr;  // whose body this is
 };
+
+/// "an equation", "an initial state", ...
+std::string_view place_of(Purpose purpose);
 
 /// "vector of 2 components", "condition", ...
 std::string describe(const Typed& value);

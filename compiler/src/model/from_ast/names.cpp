@@ -78,6 +78,8 @@ std::vector<std::string> Scope::names(Role role) const {
 
 bool is_reserved(const std::string& name) {
   if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // derivatives are called so
+  constexpr std::string_view noise = "noise_";  // fields of noise are called so
+  if (name.starts_with(noise) && name.find_first_not_of("0123456789", noise.size()) == std::string::npos) return true;
   return std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // random_field(seed = 1, lowest = 2, highest = 8, slope = -2) and random_signal of the same arguments: sums of waves with
 // random phases. They are formulas, so they are the same on every grid and in every program, and go wherever a formula may.
+// noise(7) is a number of its own in each cell: no formula, but data that the runtime draws (dpde/runtime/random.h).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,6 +21,8 @@ namespace {
 constexpr double two_pi = 6.283185307179586;
 constexpr double highest_number = 64;  // of waves along the grid
 constexpr std::size_t most_waves = 48;
+
+bool is_seed(double value) { return value >= 0 && value < 0x1p53 && value == std::floor(value); }
 
 struct Wave {
   std::array<int, 3> number{};  // of its periods along each axis
@@ -133,9 +136,8 @@ std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
                        fmt::format("write {}(seed = 1, lowest = 2, highest = 8, slope = -2)", e.callee));
     return std::nullopt;
   }
-  const bool has_seed = result.seed >= 0 && result.seed < 0x1p53 && result.seed == std::floor(result.seed);
   const bool has_waves = result.lowest > 0 && std::floor(result.highest) >= std::ceil(result.lowest) && result.highest <= highest_number;
-  if (has_seed && has_waves && std::abs(result.slope) <= 20) return result;
+  if (is_seed(result.seed) && has_waves && std::abs(result.slope) <= 20) return result;
   draft_.sink.report("bad-spectrum", e.callee_range, {e.callee},
                      fmt::format("seed is a whole number from 0 on; a whole number lies between lowest > 0 and highest <= {}; slope is between -20 and 20", highest_number));
   return std::nullopt;
@@ -163,6 +165,27 @@ Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
   choose(waves, random);
   for (Wave& wave : waves) wave.phase = two_pi * uniform(random);
   return {Typed::Type::number, {sum_of(waves, directions)}};
+}
+
+/// Only where it is evaluated once: in an equation it would look like noise in time.
+Typed Expressions::white_noise(const ast::Call& e, SourceRange range) {
+  if (purpose_ != Purpose::initial && purpose_ != Purpose::coefficient && purpose_ != Purpose::control_field) {
+    draft_.sink.report("not-allowed-here", e.callee_range, {"noise", std::string(place_of(purpose_))},
+                       "noise is drawn once a run: write coefficient f in the model, f = noise(7) in the scene, and f here");
+    return {};
+  }
+  const bool one = e.arguments.size() == 1 && (e.arguments[0].name.empty() || e.arguments[0].name == "seed");
+  if (!one) {
+    draft_.sink.report("wrong-argument-count", e.callee_range, {"noise", "a seed", "this"}, "write noise(7)");
+    return {};
+  }
+  const auto seed = evaluate(draft_, e.arguments[0].value, "the seed");
+  if (!seed) return {};
+  if (!is_seed(*seed)) {
+    draft_.sink.report("bad-seed", e.arguments[0].value.range(), {fmt::format("{}", *seed)}, "write noise(7)");
+    return {};
+  }
+  return {Typed::Type::number, {noise(static_cast<std::uint64_t>(*seed), {range})}};
 }
 
 }  // namespace dpde::model

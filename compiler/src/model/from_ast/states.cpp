@@ -156,10 +156,19 @@ void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::st
     const auto [first, is_new] = seen.emplace(name, item.name.range);
     if (!is_new) return report_duplicate(draft, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
   }
-  const std::vector<Source> sources = sources_of(draft, item.value, Purpose::coefficient, item.name.name);
+  const Coefficient* first = draft.problem.find_coefficient(names.front());
+  const bool is_control = first && first->is_control();
+  if (item.every && !is_control) {
+    draft.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
+                      fmt::format("declare it in the model: control field {}", item.name.name));
+  }
+  const int every = is_control && item.every ? interval_of(draft, *item.every, "a control field").value_or(1) : is_control;
+  const std::vector<Source> sources = sources_of(draft, item.value, is_control ? Purpose::control_field : Purpose::coefficient, item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (Coefficient& coefficient : draft.problem.coefficients) {
-      if (coefficient.name == names[i]) coefficient.value = sources[i];
+      if (coefficient.name != names[i]) continue;
+      coefficient.value = sources[i];
+      coefficient.every = every;
     }
   }
 }
@@ -181,7 +190,7 @@ void bind_coefficients(Draft& draft) {
   for (const Coefficient& coefficient : draft.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;
     Diagnostic& diagnostic = draft.sink.report(
-        "missing-value", draft.scene->name.range, {"coefficient", coefficient.name},
+        "missing-value", draft.scene->name.range, {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
         fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
     diagnostic.notes.push_back({draft.scope.find(coefficient.name)->declared, "it is declared here"});
   }

@@ -160,8 +160,10 @@ void bind_unknown_states(Draft& draft, const ast::UnknownItem& item, const Unkno
 
 void bind_unknown_coefficients(Draft& draft, const ast::UnknownItem& item, const Unknown& common) {
   const std::vector<std::string> names = components_of(draft, item.name.name);
+  const Coefficient* first = draft.problem.find_coefficient(names.front());
+  const Purpose purpose = first && first->is_control() ? Purpose::control_field : Purpose::coefficient;
   std::vector<Source> from;
-  if (item.from) from = sources_of(draft, *item.from, Purpose::coefficient, item.name.name);
+  if (item.from) from = sources_of(draft, *item.from, purpose, item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (Coefficient& coefficient : draft.problem.coefficients) {
       if (coefficient.name != names[i]) continue;

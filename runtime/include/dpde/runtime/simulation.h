@@ -77,12 +77,12 @@ class Simulation {
 
   void set(std::string_view param, double value);
   double param(std::string_view name) const;
-  /// One value for each interval of time.
+  /// One value for each interval of time; of a control field one field, as set_field does.
   void set_control(std::string_view name, Values values);
   std::span<const double> control(std::string_view name) const;
   void set_state(std::string_view name, Values values);
   void set_initial(std::string_view name, Values values);
-  /// A coefficient, or data of the task: as many states, one after the other, as it has times.
+  /// A coefficient; a control field, one interval after the other; or data of the task: as many states as it has times.
   void set_field(std::string_view name, Values values);
   void state(std::string_view name, Target to) const;
   std::vector<double> state(std::string_view name) const;
@@ -104,7 +104,8 @@ class Simulation {
   double loss();
   /// The loss; its gradient with respect to each unknown is kept.
   double gradient();
-  /// Of the last gradient(): size() values for an initial state or coefficient, one for a parameter, one an interval for a control; valid until the next.
+  /// Of the last gradient(), valid until the next: size() values for an initial state or coefficient and for each interval of a control field, one
+  /// for a parameter, one an interval for a control.
   std::span<const double> gradient_of(std::string_view unknown) const;
   /// The same of all unknowns, one after the other.
   std::span<const double> gradient_vector() const;
