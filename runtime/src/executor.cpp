@@ -34,6 +34,7 @@ constexpr int64_t least_tile = 8;                               // rows
 struct Stream {
   int field;
   int64_t delta;  // bytes from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)
+  bool is_written;
 };
 
 struct Range {
@@ -56,7 +57,6 @@ struct Sweep {
   int threads = 1;
   bool ordered = false;
   int64_t rows() const { return y.count() * z.count(); }
-  const dpde_variant& chosen() const { return code[static_cast<size_t>(tuner.choice().variant)]; }
 };
 
 struct Operation {
@@ -141,7 +141,7 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
     const dpde_stream& stream = kernel.streams[s];
     int64_t delta = sweep.first + stream.offset[0];
     for (int axis = 1; axis < layout.rank; ++axis) delta += stream.offset[axis] * layout.stride[axis];
-    sweep.streams.push_back({stream.field, delta * real_bytes(layout)});
+    sweep.streams.push_back({stream.field, delta * real_bytes(layout), stream.is_written != 0});
   }
   sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
   sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
@@ -198,8 +198,9 @@ struct Executor::Plan {
 
   void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
   void run_all_parts(const Sweep& sweep, const Executor& executor);
-  void run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y, int64_t z);
-  void run_part(const Sweep& sweep, const Executor& executor, int part, int parts);
+  void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, Range y, int64_t z);
+  void run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int part, int parts);
+  static const dpde_variant& code_of(const Sweep& sweep, const Executor& executor);
   void bind_grids(const Sweep& sweep, const Executor& executor);
 };
 
@@ -353,16 +354,26 @@ void Executor::Plan::run_sweep(Sweep& sweep, const Executor& executor, std::vect
   for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
 }
 
+/// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches want it.
+const dpde_variant& Executor::Plan::code_of(const Sweep& sweep, const Executor& executor) {
+  const dpde_variant& chosen = sweep.code[static_cast<size_t>(sweep.tuner.choice().variant)];
+  const auto is_off = [&](const Stream& stream) {
+    return stream.is_written && reinterpret_cast<uintptr_t>(moved(executor.bound(stream.field), stream.delta, 1)) % cache_line != 0;
+  };
+  return chosen.streams != 0 && std::ranges::any_of(sweep.streams, is_off) ? sweep.code.front() : chosen;
+}
+
 /// Rows and halos. A row that was written past the caches is not read at once: all its halos are filled at the end.
 void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor) {
+  const dpde_variant& code = code_of(sweep, executor);
   if (sweep.threads == 1) {
-    run_part(sweep, executor, 0, 1);
+    run_part(sweep, code, executor, 0, 1);
   } else {
 #pragma omp parallel num_threads(sweep.threads)
-    run_part(sweep, executor, omp_get_thread_num(), omp_get_num_threads());
+    run_part(sweep, code, executor, omp_get_thread_num(), omp_get_num_threads());
   }
   for (const HaloFill& fill : sweep.then) {
-    if (sweep.chosen().streams != 0) {
+    if (code.streams != 0) {
       fill.run(executor.fields_.data(), executor.uniforms_.data());
       continue;
     }
@@ -373,7 +384,7 @@ void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor)
 }
 
 /// The rows of one thread: a contiguous part of z, or of y where z has fewer places than there are threads.
-void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int part, int parts) {
+void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int part, int parts) {
   Caller& caller = callers[static_cast<size_t>(part)];
   void** start = caller.starts.data();
   for (const Stream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
@@ -388,9 +399,9 @@ void Executor::Plan::run_part(const Sweep& sweep, const Executor& executor, int 
   const int64_t rows = sweep.tuner.choice().tile;
   for (int64_t from = y.from; from < y.to; from += rows) {
     const Range tile{from, std::min(from + rows, y.to)};
-    for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, *executor.layout_, caller, tile, place);
+    for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, code, *executor.layout_, caller, tile, place);
   }
-  if (sweep.chosen().streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
+  if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
 }
 
 /// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane (measured:
@@ -413,7 +424,7 @@ inline void move_all(void** pointers, size_t count, int64_t bytes) {
 }
 
 /// Rows of one plane, one after the other.
-void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Caller& caller, Range y_range, int64_t z) {
+void Executor::Plan::run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, Range y_range, int64_t z) {
   const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
   const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, place = y_range.from * stride + z * layout.stride[2] * width;
   void** pointers = caller.pointers.data();
@@ -421,14 +432,13 @@ void Executor::Plan::run_rows(const Sweep& sweep, const dpde_layout& layout, Cal
   dpde_row& row = caller.row;
   row.z = z;
   row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y_range.from - sweep.y.from)) * sum_count;
-  const bool fills_plane = fills > 0 && z >= 0 && z < layout.cells[2] && sweep.chosen().streams == 0;
+  const bool fills_plane = fills > 0 && z >= 0 && z < layout.cells[2] && code.streams == 0;
   const bool prefetches = sweep.tuner.choice().prefetches != 0;
-  const dpde_row_fn call = sweep.chosen().row;
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     row.y = y;
     for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
     if (prefetches) prefetch_next(sweep, pointers, stride, width);
-    call(&row);
+    code.row(&row);
     if (fills_plane && y >= 0 && y < layout.cells[1]) {
       for (size_t f = 0; f < fills; ++f) {
         sweep.then[f].run_row(pointers[streams + f], row.uniforms);
