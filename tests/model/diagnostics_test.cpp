@@ -241,8 +241,7 @@ TEST(Diagnostics, OfTasks) {
   EXPECT_EQ(in_task("unknown k from 2"), "E0303 ");
   EXPECT_EQ(in_task("unknown pi"), "E0702 unknowns are parameters, coefficients and initial states");
   EXPECT_EQ(in_task("unknown initial k"), "E0313 ");
-  EXPECT_EQ(in_task("unknown c from k"),
-            "E0709 write the formula in the model with let, so that it can be differentiated");
+  EXPECT_EQ(in_task("unknown c from k"), "E0709 it must be known before the run: write a number, or a parameter that is not sought");
   EXPECT_EQ(in_task("minimise mean(v)"), "E0301 known here: c, k, pi, t, u, w, x, y, z");
   EXPECT_EQ(in_task("minimise mean(u) at t = -1/8"), "E0418 the nearest is t = 0");
   EXPECT_EQ(in_task("test a = mean(u)\ntest a = sum(u)"), "E0303 ");
