@@ -48,6 +48,11 @@ TEST(Format, KeepsCommentsOfRepeats) {
       "}\n");
 }
 
+TEST(Format, KeepsTheFormOfABoundary) {
+  expect_formatted("scene s : m { boundary u:all=0; boundary v=0; boundary w: all = zero_gradient }",
+                   "scene s : m { boundary u: all = 0; boundary v = 0; boundary w: all = zero_gradient }\n");
+}
+
 TEST(Format, KeepsComments) {
   expect_formatted(
       "# title  \n"

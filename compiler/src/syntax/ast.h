@@ -158,6 +158,7 @@ struct BoundarySide {  // x.low = 0     x = zero_gradient     all = 0
 struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   Identifier field;
   std::vector<BoundarySide> sides;
+  bool bare = false;  // boundary u = 0, the same as all = 0
 };
 struct TimeItem {  // time 0 .. 1, step 1/32     time 0 .. 1, step 1/32, courant 0.4, speed |u| + c
   Expr from, to;

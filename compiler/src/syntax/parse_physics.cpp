@@ -165,6 +165,7 @@ ItemKind parse_boundary(Cursor& cursor) {
   if (cursor.at(TokenKind::assign)) {
     const SourceRange range = cursor.take().range;
     item.sides.push_back({{"all", range}, parse_expression(cursor)});
+    item.bare = true;
     return item;
   }
   if (!cursor.accept(TokenKind::colon)) {

@@ -50,9 +50,7 @@ bool is_word(const Expr& value, std::string_view word) {
 
 std::string print_boundary(const BoundaryItem& boundary) {
   std::string text = "boundary " + boundary.field.name;
-  if (boundary.sides.size() == 1 && boundary.sides[0].place.name == "all") {
-    return text + " = " + print(boundary.sides[0].value);
-  }
+  if (boundary.bare) return text + " = " + print(boundary.sides[0].value);
   const char* separator = ": ";
   for (const BoundarySide& side : boundary.sides) {
     text += separator + print_definition("", side.place, side.value);
