@@ -25,6 +25,25 @@ TEST_F(EmitCommand, SettingsAreInTheText) {
   EXPECT_NE(text.find("exact u = exp(-1*t)*sin(x)"), std::string::npos) << text;
 }
 
+/// And the rest of the text reads back without it.
+TEST_F(EmitCommand, SaysWhatASceneOfAProgramCannotSay) {
+  const auto changed = [](std::string text, const std::string& a, const std::string& b) { return text.replace(text.find(a), a.size(), b); };
+  const std::string head = "# scene rod is left out: that of a program has no words for ";
+  const std::pair<std::string, std::string> cases[] = {
+      {changed(rod_text, "  observe", "  after step: u = 0.9*u\n  observe"), "events"},
+      {changed(rod_text, "step 1/8", "step 1/8, courant 0.5, speed 1"), "steps that a Courant number splits"},
+      {changed(rod_text, "time = euler", "time = euler; real = f32"), "real = f32"},
+      {changed(rod_text, "cells 16, periodic", "cells 16, periodic, stretched x + 0.3*sin(x)"), "the stretched axis x"},
+      {"operator f(u) order 2 = u[-1] + u\n" + changed(rod_text, "mean(u^2)", "mean(f(u))"), "the operator in size"}};
+  for (const auto& [text, words] : cases) {
+    write("rod.dpde", text);
+    const Outcome emit = dpde("emit rod.dpde rod --stage stencil -o step.dpde");
+    EXPECT_EQ(emit.status, 0) << emit.err;
+    EXPECT_NE(content(path("step.dpde")).find(head + words + "\n"), std::string::npos) << words << "\n" << content(path("step.dpde"));
+    EXPECT_EQ(dpde("check step.dpde").status, 0) << words;
+  }
+}
+
 TEST_F(EmitCommand, DerivativesReadBack) {
   write("rod.dpde", rod_text);
   for (const std::string stage : {"tangent", "adjoint"}) {

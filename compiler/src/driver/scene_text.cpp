@@ -2,6 +2,7 @@
 #include "driver/scene_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -52,15 +53,32 @@ bool is_input(const stencil::Interface& interface, const std::string& field) {
   return std::find(interface.inputs.begin(), interface.inputs.end(), field) != interface.inputs.end();
 }
 
+/// What the words of a scene of a program cannot say.
+std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
+  std::vector<std::string> reasons;
+  const auto add = [&](bool is_there, const std::string& what) {
+    if (is_there) reasons.push_back(what);
+  };
+  add(!problem.events.empty(), "events");
+  add(problem.rate.has_value(), "steps that a Courant number splits");
+  for (const model::Control& control : problem.controls) add(true, "the control " + control.name);
+  for (const model::Coefficient& field : problem.coefficients) add(field.is_control(), "the control " + field.name);
+  add(problem.scheme.real != Precision::f64, fmt::format("real = {}", name_of(problem.scheme.real)));
+  add(model::Placements(problem).is_staggered(), "fields that are not at cell centres");
+  for (const model::Axis& axis : problem.axes) add(axis.stretch.has_value(), "the stretched axis " + axis.name);
+  for (const model::Quantity& quantity : problem.observables) {
+    add(model::any_part(quantity.value, [](const model::Expr& e) { return std::holds_alternative<model::Shift>(e->kind) || std::holds_alternative<model::Apply>(e->kind); }),
+        "the operator in " + quantity.name);
+  }
+  return reasons;
+}
+
 }  // namespace
 
 std::string scene_text(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
-  // what the words of a scene of a program cannot say
-  const bool is_plain = problem.controls.empty() && !problem.rate && problem.events.empty() && problem.scheme.real == Precision::f64 &&
-                        std::ranges::none_of(problem.axes, [](const model::Axis& axis) { return axis.stretch.has_value(); });
-  const bool has_control_fields = std::ranges::any_of(problem.coefficients, &model::Coefficient::is_control);
-  if (!is_plain || has_control_fields || model::Placements(problem).is_staggered()) return "";
+  const std::vector<std::string> reasons = beyond_scene_text(problem);
+  if (!reasons.empty()) return fmt::format("# scene {} is left out: that of a program has no words for {}\n", problem.scene, fmt::join(reasons, ", "));
   const std::string step = compiled.step_name();
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(step));
   std::string text = fmt::format("scene {} : {} {{\n", problem.scene, step);
