@@ -131,7 +131,9 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
       result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), copy_rate);
     }
     result["gradient_memory_bytes"] = memory.gradient;
-    text += fmt::format(", and {} for a gradient that stores every step", human_bytes(memory.gradient));
+    result["gradient_memory_bytes_per_part"] = memory.part;
+    text += fmt::format(", and {} for a gradient that {}", human_bytes(memory.gradient), memory.stores_states ? "stores every step, less where it does several at once" : "stores none");
+    if (memory.part > 0) text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
   }
   text += "\n";
   result["dropped"] = problem.dropped;

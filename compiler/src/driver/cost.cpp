@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "dpde/runtime/layout.h"
+#include "driver/savings.h"
 #include "support/match.h"
 
 namespace dpde::driver {
@@ -107,13 +108,18 @@ Memory memory_of(const Compiled& compiled) {
   Memory memory;
   // Beside the fields of the step: the initial states as given and as run, and the last state known to be finite.
   memory.run = field * (static_cast<double>(fields.size()) + 3 * states);
-  memory.gradient = field * states * (std::max(problem.steps, 1) + 2);
   memory.run += field * static_cast<double>(problem.noises().size());
   for (const model::Coefficient& c : problem.coefficients) {
-    if (!c.is_control()) continue;
-    const double intervals = problem.intervals(c.every);
-    memory.run += field * (intervals - 1);
-    if (compiled.activity.fields.contains(c.name)) memory.gradient += intervals * field * 8 / bytes_of(compiled.real());  // what is added up is f64
+    if (c.is_control()) memory.run += field * (problem.intervals(c.every) - 1);
+  }
+  if (!problem.task) return memory;
+  // The states after each step but the last one, two to work in and the first (runtime/src/rollout_setup.cpp).
+  memory.stores_states = keeps_states(compiled);
+  memory.gradient = field * states * std::max(memory.stores_states ? steps_of_gradient(compiled) + 1 : 0, 4);
+  if (problem.rate && reads_states_back(compiled)) memory.part = field * states;
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (!c.is_control() || !compiled.activity.fields.contains(c.name)) continue;
+    memory.gradient += problem.intervals(c.every) * field * 8 / bytes_of(compiled.real());  // what is added up is f64
   }
   return memory;
 }

@@ -17,9 +17,12 @@ struct Cost {
 };
 Cost cost_of(const loop::Module& module, const std::string& program);
 
-/// Bytes that `run` takes for fields of the scene, and what a gradient adds when every state is stored.
+/// Bytes that `run` takes for fields of the scene, and what a gradient adds for states: all that its way back reads, less where it
+/// does several steps at once. `part` comes for each part of the step that a Courant number splits into most; 0 where that stores
+/// nothing.
 struct Memory {
-  double run = 0, gradient = 0;
+  double run = 0, gradient = 0, part = 0;
+  bool stores_states = false;
 };
 Memory memory_of(const Compiled& compiled);
 

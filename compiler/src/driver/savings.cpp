@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 
@@ -30,13 +31,32 @@ double end_of(const model::When& when, const model::Problem& problem) {
   return when.kind != model::When::Kind::at || when.times.empty() ? end : *std::ranges::max_element(when.times);
 }
 
-/// Whether a gradient keeps states: when the way back reads any but the last, or has to know into how many parts a step was split.
-bool keeps_states(const Compiled& compiled, const std::string& adjoint) {
-  const model::Problem& problem = *compiled.problem;
-  if (reads_states(compiled, adjoint) || reads_states(compiled, problem.scene + "_rate")) return true;
-  const std::vector<model::Loss>& losses = problem.task->losses;
+double last_loss(const model::Problem& problem) {
   double last = problem.t_begin;
-  for (const model::Loss& loss : losses) last = std::max(last, end_of(loss.when, problem));
+  for (const model::Loss& loss : problem.task->losses) last = std::max(last, end_of(loss.when, problem));
+  return last;
+}
+
+/// "" where the step has none.
+std::string adjoint_of_step(const Compiled& compiled) {
+  const auto derived = compiled.derived.find(compiled.step_name());
+  return derived == compiled.derived.end() || !derived->second.adjoint ? "" : derived->second.adjoint->program;
+}
+
+}  // namespace
+
+bool reads_states_back(const Compiled& compiled) { return reads_states(compiled, adjoint_of_step(compiled)); }
+
+int steps_of_gradient(const Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
+  return static_cast<int>(std::lround((last_loss(problem) - problem.t_begin) / problem.step));
+}
+
+bool keeps_states(const Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
+  if (reads_states_back(compiled) || reads_states(compiled, problem.scene + "_rate")) return true;
+  const std::vector<model::Loss>& losses = problem.task->losses;
+  const double last = last_loss(problem);
   for (std::size_t i = 0; i < losses.size(); ++i) {
     const auto derived = compiled.derived.find(fmt::format("{}_loss_{}", problem.task->name, i + 1));
     if (derived == compiled.derived.end() || !derived->second.adjoint) continue;
@@ -45,8 +65,6 @@ bool keeps_states(const Compiled& compiled, const std::string& adjoint) {
   return false;
 }
 
-}  // namespace
-
 Traffic traffic_of(const Compiled& compiled) {
   Traffic traffic{cost_of(compiled.loop, compiled.step_name()).bytes, {}, {}};
   const auto derived = compiled.derived.find(compiled.step_name());
@@ -54,7 +72,7 @@ Traffic traffic_of(const Compiled& compiled) {
   const std::string& adjoint = derived->second.adjoint->program;
   traffic.adjoint = cost_of(compiled.loop, adjoint).bytes;
   const double state = bytes_of(compiled.real()) * static_cast<double>(compiled.problem->states.size());
-  traffic.stored = keeps_states(compiled, adjoint) ? state : 0;
+  traffic.stored = keeps_states(compiled) ? state : 0;
   return traffic;
 }
 
