@@ -46,5 +46,18 @@ TEST_F(PredictionCommand, PredictsTheStatesBetweenThePartsOfSteps) {
   EXPECT_NE(dpde("check parts.dpde t").out.find("more for each part of the step that is split into most"), std::string::npos);
 }
 
+/// The kernel of a boundary value has a name that only the compiler knows.
+TEST_F(PredictionCommand, SaysOnceAndAtItsPlaceWhatHasNoDerivative) {
+  write("wall.dpde", "model m { field u; param a; dt(u) = lap(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  boundary u: x.low = 1, x.high = floor(3*a)*x\n"
+                     "  initial u = 0\n  a = 1\n  time 0 .. 1/512, step 1/512\n}\ntask t : s { unknown a; minimise mean(u^2) }\n");
+  for (const char* verb : {"check", "verify", "gradient"}) {
+    const Outcome outcome = dpde(std::string(verb) + " wall.dpde t --json");
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0601"}) << verb;
+    const Json told = outcome.json()["diagnostics"][0];
+    EXPECT_EQ(told["line"], 4) << told;
+    EXPECT_EQ(told["message"].get<std::string>().find("floor here has no derivative"), 0u) << told;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

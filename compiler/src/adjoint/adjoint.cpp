@@ -408,7 +408,7 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   reversal.finish(inputs);
   reversal.restore_seed_names();
   for (const auto& [kernel, what] : reversal.refused) {
-    sink.report("no-useful-derivative", {}, {what, kernel},
+    sink.report("no-useful-derivative", {}, {what, "in kernel " + kernel},
                 "store what is read in a field that is filled, and read that one without grow");
   }
   if (!reversal.refused.empty() || !check_overwritten(module, *program, reversal.needed, sink)) return {};

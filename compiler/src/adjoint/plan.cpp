@@ -61,13 +61,29 @@ void grow_varied(const Module& module, const Program& program, Varied& varied) {
   }
 }
 
-void for_each_value(const Kernel& kernel, const std::function<void(const Expr&)>& f) {
-  for (const Let& let : kernel.lets) f(let.value);
-  for (const Store& store : kernel.stores) f(store.value);
-  for (const Sum& sum : kernel.sums) f(sum.value);
+/// Whether `e` is made of the let, also by way of others.
+bool is_made_of(const Kernel& kernel, const Expr& e, const std::string& name) {
+  bool found = false;
+  visit(e, [&](const Expr& part) {
+    const Local* l = std::get_if<Local>(&part->kind);
+    if (!l || found) return;
+    found = l->name == name;
+    for (const Let& let : kernel.lets) found = found || (let.name == l->name && is_made_of(kernel, let.value, name));
+  });
+  return found;
+}
+
+/// Calls `f` on every value, with the place that it comes from: of a let that of the first store made of it.
+void for_each_value(const Kernel& kernel, const std::function<void(const Expr&, SourceRange)>& f) {
+  for (const Let& let : kernel.lets) {
+    const auto store = std::find_if(kernel.stores.begin(), kernel.stores.end(), [&](const Store& s) { return is_made_of(kernel, s.value, let.name); });
+    f(let.value, store == kernel.stores.end() ? SourceRange{} : store->origin.range);
+  }
+  for (const Store& store : kernel.stores) f(store.value, store.origin.range);
+  for (const Sum& sum : kernel.sums) f(sum.value, {});
   for (const Scatter& scatter : kernel.scatters) {
-    for (const Expr& d : scatter.target.displacement) f(d);
-    f(scatter.value);
+    for (const Expr& d : scatter.target.displacement) f(d, {});
+    f(scatter.value, {});
   }
 }
 
@@ -75,12 +91,13 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
   const Varied varied{outside.fields, outside.params, varied_locals(kernel, outside)};
   bool good = true;
   std::set<std::string> reported;
-  for_each_value(kernel, [&](const Expr& value) {
+  for_each_value(kernel, [&](const Expr& value, SourceRange range) {
     visit(value, [&](const Expr& e) {
       const Call* call = std::get_if<Call>(&e->kind);
       if (!call || has_useful_derivative(call->fn) || !is_varied(call->arguments[0], varied)) return;
       if (!reported.insert(std::string(name_of(call->fn))).second) return;
-      sink.report("no-useful-derivative", {}, {std::string(name_of(call->fn)), kernel.name},
+      // a kernel that the compiler made has a name that nobody knows
+      sink.report("no-useful-derivative", range, {std::string(name_of(call->fn)), range.is_known() ? "here" : "in kernel " + kernel.name},
                   "its derivative is 0 almost everywhere; write the smooth function you mean, or take its argument "
                   "from what is not an unknown");
       good = false;
@@ -161,7 +178,7 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
     if (!fold || scatters.empty()) continue;
     for (const std::string& wall : wall_fields(fold->axes)) {
       if (!varied.fields.contains(wall)) continue;
-      sink.report("no-useful-derivative", {}, {"interp(...) += next to the walls " + wall, scatters},
+      sink.report("no-useful-derivative", {}, {"interp(...) += next to the walls " + wall, "in kernel " + scatters},
                   "take the derivative of the tangent, or keep these walls from depending on an unknown");
       return false;
     }

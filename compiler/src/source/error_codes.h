@@ -176,7 +176,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0914", "restart-differs", Severity::error, "{} cannot go on here: it was made with another {}"},
     {"E0915", "not-in-precision", Severity::error, "{} holds {} at index {}, which {} cannot hold"},
     {"E0556", "transport-of-staggered", Severity::error, "advection along the flow does not carry {}, which is not at cell centres"},
-    {"E0601", "no-useful-derivative", Severity::error, "{} in kernel {} has no derivative that is of use"},
+    {"E0601", "no-useful-derivative", Severity::error, "{} {} has no derivative that is of use"},
     {"E0602", "accumulates-onto-read-field", Severity::error, "kernel {} reads field {} and adds to it"},
     {"E0603", "overwritten-value", Severity::error, "the derivative of kernel {} needs field {} as it was before it is changed again"},
     {"E0604", "varied-boundary-value", Severity::error, "a boundary value of field {} depends on an unknown"},

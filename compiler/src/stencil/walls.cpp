@@ -34,6 +34,11 @@ Expr side_value(const model::State& state, const model::Problem& problem, int ax
   return at_wall(lowered(from.value, time, along), axis_letter(axis), wall);
 }
 
+SourceRange around(const SourceRange& a, const SourceRange& b) {
+  if (!a.is_known() || !b.is_known()) return a.is_known() ? a : b;
+  return {std::min(a.begin, b.begin), std::max(a.end, b.end)};
+}
+
 bool is_on_walls(const model::State& state, const model::Problem& problem, int axis) {
   return state.placement[static_cast<std::size_t>(axis)] && problem.axes[axis].topology == Topology::bounded;
 }
@@ -65,6 +70,7 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
   std::vector<AxisBoundary> boundary;
   std::vector<std::pair<int, bool>> varying;  // sides, as axis and whether it is the low one
   std::optional<Expr> value;                  // at each halo cell that of the axis filled last
+  SourceRange origin;                         // of all its parts
   for (int axis = 0; axis < static_cast<int>(problem_.axes.size()); ++axis) {
     boundary.push_back({problem_.axes[axis].topology, {}, {}});
     if (boundary.back().topology == Topology::periodic) continue;
@@ -80,17 +86,18 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
       const Expr last = on_wall && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);
       const Expr beyond = binary(is_low ? BinaryOp::less : BinaryOp::greater, access(axis_letter(axis)), last);
       value = value ? select(beyond, c, *value) : c;
+      origin = around(origin, from.value->origin.range);
       varying.emplace_back(axis, is_low);
     }
   }
   if (!value) return boundary;
-  const std::string field = stored(state.name, *value, module, program);
+  const std::string field = stored(state.name, *value, {origin}, module, program);
   for (const auto& [axis, is_low] : varying) (is_low ? boundary[axis].low : boundary[axis].high).value = access(field);
   return boundary;
 }
 
 /// The field that holds `value` on the halo, stored once where several fills need the same.
-std::string Walls::stored(const std::string& state, const Expr& value, Module& module, Program& program) {
+std::string Walls::stored(const std::string& state, const Expr& value, const Origin& origin, Module& module, Program& program) {
   const auto same = [&](const auto& known) { return known.first == value; };
   const auto found = std::find_if(stored_.begin(), stored_.end(), same);
   if (found != stored_.end()) return found->second;
@@ -98,7 +105,7 @@ std::string Walls::stored(const std::string& state, const Expr& value, Module& m
   Kernel kernel;
   kernel.name = program.name + "_" + field;
   kernel.rank = static_cast<int>(problem_.axes.size());
-  kernel.stores.push_back({field, false, value, {}});
+  kernel.stores.push_back({field, false, value, origin});
   for (const Signature::Read& read : signature(kernel).reads) {
     const bool is_coefficient = problem_.find_coefficient(read.field) != nullptr;
     if (is_coefficient && filled_.insert(read.field).second) program.body.push_back(Fill{read.field, mirrored_});

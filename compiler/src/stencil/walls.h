@@ -29,7 +29,7 @@ class Walls {
   std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program);
 
  private:
-  std::string stored(const std::string& state, const Expr& value, Module& module, Program& program);
+  std::string stored(const std::string& state, const Expr& value, const Origin& origin, Module& module, Program& program);
   bool varies(const model::Expr& value) const;
 
   const model::Problem& problem_;
