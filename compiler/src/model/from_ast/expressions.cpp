@@ -265,7 +265,7 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
       draft_.sink.report("unknown-in-boundary", range, {name, subject_},
                          "in mixed(a, b, c) c may hold unknowns; give a and b numbers");
     } else {
-      const bool is_value = subject_.starts_with("the value of ");  // of a parameter
+      const bool is_value = purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
       draft_.sink.report("unknown-in-number", range, {name, subject_},
                          is_value ? "write the formula in the model with let, so that it can be differentiated"
                                   : "it must be known before the run: write a number, or a parameter that is not sought");
