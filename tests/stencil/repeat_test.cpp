@@ -122,6 +122,17 @@ TEST(Repeat, NamesThatAreTakenAreLeftAlone) {
   EXPECT_EQ(verify(module), std::vector<std::string>{});
 }
 
+TEST(Repeat, GivenAdjointsGoAlong) {
+  const Module module = module_of(
+      "kernel half(u: field halo 1, out v: field, a: param) { v = a*u\n adjoint u_bar = a*v_bar\n adjoint a_bar += u*v_bar }\n"
+      "program p { axes x periodic; repeat 2 { run half; swap u, v } }");
+  const std::string text = print(module.kernels.at(1));
+  EXPECT_NE(text.find("kernel half_2(v: field, out v_2: field, a: param)"), std::string::npos) << text;
+  EXPECT_NE(text.find("adjoint v_bar = "), std::string::npos) << text;
+  EXPECT_NE(text.find("adjoint a_bar += "), std::string::npos) << text;
+  EXPECT_NE(text.find("v_2_bar"), std::string::npos) << text;
+}
+
 /// k sweeps of Jacobi's iteration for (1 + 2c) v - c (v[-1] + v[+1]) = b, begun with b, on a sine of wave number m: the iteration
 /// matrix takes the mode q_0 = 1 to q_(i+1) = (1 + 2c cos(2 pi m/n) q_i)/(1 + 2c).
 TEST(Repeat, OfJacobiSweepsIsThePowerOfTheIterationMatrix) {
