@@ -97,8 +97,8 @@ int64_t advanced_steps(int steps, int slots) {
 
 int slots_for(int64_t memory_bytes, int64_t state_bytes, int steps) {
   const int64_t states = memory_bytes / std::max<int64_t>(state_bytes, 1);
-  if (states < 3) {
-    throw Error(ErrorKind::input, fmt::format("a checkpoint budget of {} bytes is too small: three states of {} bytes are needed", memory_bytes, state_bytes));
+  if (states < 4) {
+    throw Error(ErrorKind::input, fmt::format("a checkpoint budget of {} bytes is too small: four states of {} bytes are needed", memory_bytes, state_bytes));
   }
   return static_cast<int>(std::min<int64_t>(states - 2, std::max(steps - 1, 1)));
 }

@@ -25,7 +25,10 @@ void Rollout::Impl::plan_block() {
     return;
   }
   if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks) return;
+  int longest = setup.steps;
+  for (const ControlField& control : setup.control_fields) longest = std::min(longest, control.every);
   for (const int steps : {16, 8, 4, 2}) {
+    if (steps > longest) continue;
     forward->block = Wavefront::make(executor, steps, setup.threads);
     if (forward->block && forward->block->work() <= most_extra_work) return;
   }
@@ -41,30 +44,37 @@ void Rollout::Impl::plan_reverse_block() {
   const int64_t bytes = field_bytes(setup.layout), states = static_cast<int64_t>(state_names.size());
   if (chooses && bytes * setup.adjoint->field_count < least_bytes_for_blocks) return;
   if (chooses && keeps_trajectory && bytes * states * last_loss < least_trajectory) return;
+  const Executor &step = forward->program.executor, &adjoint = backward->program.executor;
   for (const int steps : chooses ? std::vector{8, 4, 2} : std::vector{setup.block_steps}) {
-    backward->block = Wavefront::make_reverse(forward->program.executor, backward->program.executor, fields, steps, setup.threads);
-    forward->leg = Wavefront::make(forward->program.executor, steps, setup.threads);
-    if (backward->block && forward->leg && (!chooses || backward->block->work() <= most_extra_work)) return plan_marks();
+    backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, 1);
+    if (!backward->block || (chooses && backward->block->work() > most_extra_work)) continue;
+    if (setup.threads > 1) backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, setup.threads);
+    forward->leg = Wavefront::make(step, steps, setup.threads);
+    if (forward->leg && plan_marks()) return;
   }
   backward->block.reset();
   forward->leg.reset();
 }
 
-/// Blocks where no loss and no begin of an interval lies inside, else single steps.
-void Rollout::Impl::plan_marks() {
+/// Blocks where no loss and no begin of an interval lies inside, else single steps; false where there is no room for a block.
+bool Rollout::Impl::plan_marks() {
   const int steps = backward->block->steps();
   marks = {0};
   for (int n = 0; n < last_loss; n = marks.back()) {
     const int until = std::min(std::ranges::upper_bound(events, n, {}, &LossEvent::step)->step, end_of_intervals(n));
     marks.push_back(until - n >= steps ? n + steps : n + 1);
   }
-  if (legs() == last_loss) marks.clear();
+  if (legs() == last_loss) {
+    marks.clear();
+    return false;
+  }
   const std::span swaps(setup.adjoint->swaps, static_cast<size_t>(setup.adjoint->swap_count));
   for (const dpde_swap& swap : swaps) {
     backward->block_results.push_back(static_cast<size_t>(std::ranges::find(backward->results, swap.next) - backward->results.begin()));
   }
   leg_results.assign(swaps.size(), nullptr);
   leg_totals.assign(sought.size(), nullptr);
+  return true;
 }
 
 /// Steps n, n + 1, ... or their adjoints, from the states before the first one.

@@ -159,7 +159,7 @@ struct Rollout::Impl {
   // Several steps in one pass over memory (rollout_blocks.cpp)
   void plan_block();
   void plan_reverse_block();
-  void plan_marks();
+  bool plan_marks();
   int legs() const { return marks.empty() ? last_loss : static_cast<int>(marks.size()) - 1; }
   int mark(int leg) const { return marks.empty() ? leg : marks[static_cast<size_t>(leg)]; }
   void run_block(Wavefront& block, int n, const StateBuffer& from, std::span<void* const> results);

@@ -62,13 +62,14 @@ int64_t Wavefront::Impl::slots() const {
 void Wavefront::Impl::make_tiles(int threads) {
   const int64_t fitting = (last == 1 ? strip_bytes : tile_bytes) / (std::max<int64_t>(slots(), 1) * width);  // cells of a slot
   const auto [nx, ny, nz] = std::array{layout.cells[0], layout.cells[1], layout.cells[2]};
-  int64_t parts = std::min<int64_t>(threads, ny);
+  const int64_t most_parts = std::max<int64_t>(ny / std::max<int64_t>(layout.halo[1], 1), 1);  // images of rows beyond a wall are of its own tile
+  int64_t parts = std::min<int64_t>(threads, most_parts);
   if (last == 1) {
     const int64_t strip = std::max(fitting - 2 * strip_margin(), least_strip);
     if (nx >= strip_margin() + layout.halo[0]) strips = (nx + strip - 1) / strip;
   } else {
     const int64_t rows = std::max(fitting / layout.stride[1] - 2 * plan.reach(1), least_rows);
-    parts = std::min(((ny + rows - 1) / rows + threads - 1) / threads * threads, ny);
+    parts = std::min(((ny + rows - 1) / rows + threads - 1) / threads * threads, most_parts);
   }
   for (const Range& y : split(ny, parts, 1)) {
     for (const Range& x : split(nx, strips, 2 * line)) tiles.push_back({x, y, Range{0, nz}});
@@ -257,7 +258,9 @@ void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) {
     from = std::min(from, regions[number][last].from + plan.levels[number].lag);
     to = std::max(to, regions[number][last].to + plan.levels[number].lag);
   }
-  if (rings.copies) from -= 2 * layout.halo[last];  // the rows below the first that is computed
+  for (const WavefrontCopy& copy : plan.copies) {
+    if (rings.copies) from = std::min(from, tile[last].from - copy.below[last] - copy.ahead);  // its lowest row
+  }
   for (int64_t place = from; place < to; ++place) {
     for (size_t c = 0; rings.copies && c < plan.copies.size(); ++c) copy_slab(plan.copies[c], rings, tile, place + plan.copies[c].ahead);
     for (size_t number = 0; number < plan.levels.size(); ++number) {

@@ -46,6 +46,9 @@ std::vector<Case> cases() {
       {"two", task(two, "time = euler", grid("x", 600) + grid("y", 40) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\ninitial v = 0\n", ends)},
       {"control", task("model m { field u; control field F; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*F*u + dx(F) }", "time = rk2",
                        grid("x", 21) + grid("y", 70) + "kappa = 0.01\nq = 1 + x\nF = sin(x + 90*t) every 0.005\ninitial u = 0\n", ends + "unknown F\n")},
+      {"one_sided", task("operator north(u) order 1 = u[0, +1] - u\noperator west(u) order 1 = u - u[-1, 0]\n"
+                         "model m { field u; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*u*north(u) - t*west(u) }", "time = rk2",
+                         grid("x", 1500) + grid("y", 90) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\n", ends)},
       {"3d", mixing("time = euler", grid("x", 9) + grid("y", 40) + grid("z", 40))},
       {"linear", "model m { field u; coefficient q; param kappa; dt(u) = q*lap(u) }\nscheme s { time = euler }\nscene go : m with s {\n" + grid("x", 21) + grid("y", 40) +
                      "kappa = 1\nq = 1e-3\ninitial u = 0\ntime 0 .. 0.017, step 1e-3\n}\ntask t : go {\nunknown initial u from 0\nminimise mean(u^2) at t = 0.017\n" +
@@ -127,6 +130,27 @@ void expect_gradient_of_single_steps(const Case& example, Precision real) {
       EXPECT_EQ(other.bars, plain.bars) << threads << " threads, " << slots << " slots";
       EXPECT_EQ(other.params, first.params) << threads << " threads, " << slots << " slots";
     }
+  }
+}
+
+/// What is chosen where nothing is asked for must not depend on the number of threads: and neither must the sums.
+TEST(BlockedGradient, IsTheSameForEveryNumberOfThreads) {
+  const std::string text = mixing("time = euler", grid("x", 4096) + grid("y", 160));
+  const SourceFile source("threads.dpde", text);
+  DiagnosticSink sink;
+  CompileOptions options;
+  options.backend = Backend::jit;
+  options.adjoint = true;
+  const auto session = Session::open(source, testing::compiled(source, options), {}, sink);
+  ASSERT_TRUE(session) << testing::all_messages(source, sink);
+  const Found one = gradient_of(*session, 0, 1, 0);
+  EXPECT_GT(one.block, 1);
+  for (const int threads : {2, 5, 40}) {
+    const Found other = gradient_of(*session, 0, threads, 0);
+    EXPECT_EQ(other.block, one.block) << threads;
+    EXPECT_EQ(other.stored, one.stored) << threads;
+    EXPECT_EQ(other.bars, one.bars) << threads;
+    EXPECT_EQ(other.params, one.params) << threads;
   }
 }
 

@@ -27,6 +27,11 @@ std::string heat(const std::string& axes, const std::string& walls, const std::s
 
 std::vector<Case> cases() {
   const std::string walls_y = "boundary u: y.low = 1, y.high = zero_gradient\n";
+  // The reader of f needs rows below those for which f is computed.
+  const std::string one_sided = "kernel a(u: field halo 1, out f: field) { f = 0.5*u[0, +1] + 0.4*u[+1, 0] + 0.1*u[-1, 0] }\n"
+                                "kernel b(u: field halo 1, f: field halo 1, out v: field) { v = 0.4*u[0, -1] + 0.6*f[0, +1] }\n"
+                                "program p { fill u periodic; run a; fill f periodic; run b; swap u, v }\nscene go : p {\n" +
+                                grid("x", 1500, true) + grid("y", 60, true) + "initial u = 0\ntime 0 .. 1, step 1e-3\n}\n";
   const std::string walls = "boundary u: x = 0.5, y.low = 1, y.high = zero_gradient\n";
   return {
       {"periodic", heat(grid("x", 21, true) + grid("y", 40, true), "", "time = euler")},
@@ -39,6 +44,7 @@ std::vector<Case> cases() {
       {"strips", heat(grid("x", 1500, true) + grid("y", 40, true), "", "time = rk2")},
       {"strips_walls", heat(grid("x", 1500, false) + grid("y", 40, false), walls, "time = rk4; dx = central(4)")},
       {"strips_mixed", heat(grid("x", 1500, true) + grid("y", 40, false), walls_y, "time = rk4")},
+      {"one_sided", one_sided},
       {"3d", heat(grid("x", 9, true) + grid("y", 40, true) + grid("z", 40, true), "", "time = euler")},
       {"3d_walls", heat(grid("x", 9, false) + grid("y", 33, false) + grid("z", 40, false), walls + "boundary u: z.low = 2, z.high = 0\n", "time = rk2")},
       {"3d_mixed", heat(grid("x", 9, true) + grid("y", 60, false) + grid("z", 60, true), walls_y, "time = euler; lap = central(4)")},

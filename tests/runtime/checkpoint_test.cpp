@@ -89,10 +89,10 @@ TEST(Checkpoint, LongRuns) {
 TEST(Checkpoint, SlotsForABudget) {
   EXPECT_EQ(slots_for(1000, 100, 100), 8);
   EXPECT_EQ(slots_for(1000, 100, 5), 4);
-  EXPECT_EQ(slots_for(300, 100, 5), 1);
+  EXPECT_EQ(slots_for(400, 100, 5), 2);
   EXPECT_EQ(slots_for(std::numeric_limits<int64_t>::max(), 8, 1), 1);
   EXPECT_EQ(slots_for(std::numeric_limits<int64_t>::max(), 8, 0), 1);
-  EXPECT_THROW(slots_for(299, 100, 5), Error);
+  EXPECT_THROW(slots_for(399, 100, 5), Error);
   EXPECT_THROW(plan(3, 0), Error);
   EXPECT_THROW(plan(-1, 1), Error);
 }

@@ -169,10 +169,10 @@ std::vector<std::string> in_program(const std::string& body) { return complaints
 using Texts = std::vector<std::string>;
 
 TEST(RepeatErrors, Counts) {
-  EXPECT_EQ(in_program("repeat 0 { fill u periodic; run jacobi; swap u, v }"), Texts{"E0372 a repeat makes 1 to 4096 passes, not 0 | 0"});
-  EXPECT_EQ(in_program("repeat -3 { fill u periodic; run jacobi; swap u, v }"), Texts{"E0372 a repeat makes 1 to 4096 passes, not -3 | -3"});
+  EXPECT_EQ(in_program("repeat 0 { fill u periodic; run jacobi; swap u, v }"), Texts{"E0372 a repeat makes 1 to 1024 passes, not 0 | 0"});
+  EXPECT_EQ(in_program("repeat -3 { fill u periodic; run jacobi; swap u, v }"), Texts{"E0372 a repeat makes 1 to 1024 passes, not -3 | -3"});
   EXPECT_EQ(in_program("repeat 1000 { repeat 1000 { fill u periodic; run jacobi; swap u, v } }"),
-            Texts{"E0373 the repeats of program p make 3000000 statements, more than 4096 | 1000 | make fewer passes, or smaller steps of the scene"});
+            Texts{"E0373 the repeats of program p make 3000000 statements, more than 1024 | 1000 | make fewer passes, or smaller steps of the scene"});
   EXPECT_EQ(in_program("repeat 2000000000 { repeat 2000000000 { fill u periodic; run jacobi; swap u, v } }").size(), 1u);
 }
 

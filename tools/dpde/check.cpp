@@ -132,7 +132,10 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
     }
     result["gradient_memory_bytes"] = memory.gradient;
     result["gradient_memory_bytes_per_part"] = memory.part;
-    text += fmt::format(", and {} for a gradient that {}", human_bytes(memory.gradient), memory.stores_states ? "stores every step, less where it does several at once" : "stores none");
+    const bool is_periodic = std::ranges::all_of(problem.axes, [](const model::Axis& axis) { return axis.topology == Topology::periodic; });
+    const char* less = is_periodic && problem.axes.size() > 1 ? " (large ones do several steps at once and store fewer)" : "";
+    text += fmt::format(", and {} for a gradient that {}{}", human_bytes(memory.gradient), memory.stores_states ? "stores every step" : "stores none",
+                        memory.stores_states ? less : "");
     if (memory.part > 0) text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
   }
   text += "\n";

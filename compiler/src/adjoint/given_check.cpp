@@ -66,6 +66,8 @@ struct Products {
   double error() const { return std::abs(forward - reverse) / std::max({std::abs(forward), std::abs(reverse), scale, 1e-300}); }
 };
 
+constexpr double spacing = 0.3;  // of the cells
+
 /// A program with its derivatives by one input.
 class Comparison {
  public:
@@ -78,7 +80,7 @@ class Comparison {
     for (const std::string& field : interface_.inputs) {
       if (!is_coordinate(field)) inputs_[field] = draw(range, random);
     }
-    for (const std::string& name : interface_.params) params_[name] = draw_one(range, random);
+    draw_params(range, random);
     Products result;
     const bool is_field = inputs_.contains(input_);
     const std::vector<double> direction = draw({-1, 1}, random);
@@ -107,6 +109,18 @@ class Comparison {
   double draw_one(const std::array<double, 2>& range, std::mt19937_64& random) {
     return std::uniform_real_distribution<double>(range[0], range[1])(random);
   }
+  /// Of the program and of what is given, which may know spacing and time where the program does not; those of the grid are true.
+  void draw_params(const std::array<double, 2>& range, std::mt19937_64& random) {
+    params_.clear();
+    std::vector<std::string> names = interface_.params;
+    const Interface given = interface_of(adjoint_.module, *adjoint_.module.find_program(adjoint_.program));
+    names.insert(names.end(), given.params.begin(), given.params.end());
+    for (const std::string& name : names) {
+      if (!params_.contains(name)) params_[name] = draw_one(range, random);
+    }
+    for (const char* spacing_of : {"hx", "hy", "hz"}) params_[spacing_of] = spacing;
+    params_["cells"] = static_cast<double>(grid_.cells[0]) * grid_.cells[1] * grid_.cells[2];
+  }
   std::vector<double> draw(const std::array<double, 2>& range, std::mt19937_64& random) {
     std::vector<double> values(static_cast<std::size_t>(grid_.cells[0]) * grid_.cells[1] * grid_.cells[2]);
     for (double& value : values) value = draw_one(range, random);
@@ -119,7 +133,7 @@ class Comparison {
     for (const auto& [field, widths] : required_halo(derivative.module, program)) halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
     State state(grid_, halo);
     for (const auto& [field, values] : inputs_) state.set(field, values);
-    for (int axis = 0; axis < grid_.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, 0.3);
+    for (int axis = 0; axis < grid_.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, spacing);
     return state;
   }
 

@@ -154,8 +154,9 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
   const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
   Eigen::VectorXd gradient(v.size());
   inverse->value_and_gradient(point.x, gradient);
-  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-15 of them.
-  const double least_scale = 1e-5 * w.cwiseAbs().dot(gradient.cwiseAbs());
+  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-13 of them, some
+  // hundred roundings, which a run of many steps on one cell has.
+  const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
   for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
     const auto second = SecondOrder::open(*session, *inverse, curvature);
     if (!second) continue;

@@ -183,8 +183,11 @@ bool Session::make_rollout(DiagnosticSink& sink) {
 /// What the rollout has found out is kept for the next one.
 Session::~Session() {
   if (rollout_ == nullptr) return;
-  const std::string found = rollout_->tuning();
-  if (found != tuning_) keep_tuning(*compiled_, setup(), found);
+  try {
+    const std::string found = rollout_->tuning();
+    if (found != tuning_) keep_tuning(*compiled_, setup(), found);
+  } catch (const std::exception&) {  // a cache is no promise, and the run is over
+  }
 }
 
 std::unique_ptr<Rollout> Session::second_order_rollout(bool gauss_newton) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "loop/expressions.h"
+#include "support/assert.h"
 #include "support/name_supply.h"
 
 namespace dpde::loop {
@@ -130,7 +131,10 @@ class Slots {
  public:
   explicit Slots(const std::vector<const Row*>& rows) {
     std::vector<std::vector<Expr>> values;
-    for (const Row* row : rows) values.push_back(values_of(*row));
+    for (const Row* row : rows) {
+      values.push_back(values_of(*row));
+      require(values.back().size() == values.front().size(), "rows of one shape have the same places");
+    }
     for (std::size_t place = 0; place < values.front().size(); ++place) {
       std::vector<Expr> column;
       for (const std::vector<Expr>& of_row : values) column.push_back(of_row[place]);

@@ -2,6 +2,7 @@
 #include "syntax/rename.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -53,13 +54,35 @@ Rename with_adjoints(const Kernel& kernel, const Rename& field) {
   };
 }
 
+/// Where several inputs become one field, its adjoint is the sum of theirs; one that is derived makes it derived.
+void add_up_adjoints(std::vector<Item>& items, const std::map<std::string, int>& inputs) {
+  std::map<std::string, std::vector<AdjointItem>> given;
+  for (const Item& item : items) {
+    if (const AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind)) given[adjoint->target.name].push_back(*adjoint);
+  }
+  std::erase_if(items, [&](Item& item) {
+    AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind);
+    const auto merged = adjoint == nullptr ? inputs.end() : inputs.find(adjoint->target.name);
+    if (merged == inputs.end() || merged->second == 1) return false;
+    std::vector<AdjointItem>& all = given.at(adjoint->target.name);
+    if (static_cast<int>(all.size()) < merged->second) return true;
+    for (std::size_t i = 1; i < all.size(); ++i) {
+      adjoint->value = Expr(Node{Binary{BinaryOp::add, adjoint->value, all[i].value}, adjoint->value.range()});
+    }
+    all.clear();  // said by the first of them
+    return false;
+  });
+}
+
 }  // namespace
 
 Kernel rename(Kernel kernel, const Rename& field) {
   const Rename of_adjoint = with_adjoints(kernel, field);
+  std::map<std::string, int> inputs;  // x_bar: of how many of the kernel's inputs
   std::vector<KernelParameter> parameters;
   for (KernelParameter parameter : kernel.parameters) {
     parameter.name.name = field(parameter.name.name);
+    if (parameter.role == KernelRole::in) ++inputs[parameter.name.name + "_bar"];
     add_parameter(parameters, parameter);
   }
   kernel.parameters = std::move(parameters);
@@ -78,6 +101,7 @@ Kernel rename(Kernel kernel, const Rename& field) {
       scatter->value = rename(scatter->value, field);
     }
   }
+  add_up_adjoints(kernel.items, inputs);
   return kernel;
 }
 

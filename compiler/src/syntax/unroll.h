@@ -17,7 +17,7 @@
 
 namespace dpde::ast {
 
-constexpr int max_repeated_statements = 4096;  // of a program with repeats
+constexpr int max_repeated_statements = 1024;  // of a program with repeats
 
 struct Unrolled {
   File file;

@@ -35,7 +35,7 @@ std::vector<Action> plan(int steps, int slots);
 int64_t advanced_steps(int steps, int slots);
 
 /// How many slots to use when slots and the two working states may together take `memory_bytes`: 1 .. max(1, steps - 1).
-/// @throws Error(input) when less than three states of `state_bytes` fit.
+/// @throws Error(input) when less than four states of `state_bytes` fit.
 int slots_for(int64_t memory_bytes, int64_t state_bytes, int steps);
 
 }  // namespace dpde::checkpoint
