@@ -31,7 +31,7 @@ std::vector<Case> cases() {
   const std::string one_sided = "kernel a(u: field halo 1, out f: field) { f = 0.5*u[0, +1] + 0.4*u[+1, 0] + 0.1*u[-1, 0] }\n"
                                 "kernel b(u: field halo 1, f: field halo 1, out v: field) { v = 0.4*u[0, -1] + 0.6*f[0, +1] }\n"
                                 "program p { fill u periodic; run a; fill f periodic; run b; swap u, v }\nscene go : p {\n" +
-                                grid("x", 1500, true) + grid("y", 60, true) + "initial u = 0\ntime 0 .. 1, step 1e-3\n}\n";
+                                grid("x", 4000, true) + grid("y", 60, true) + "initial u = 0\ntime 0 .. 1, step 1e-3\n}\n";
   const std::string walls = "boundary u: x = 0.5, y.low = 1, y.high = zero_gradient\n";
   return {
       {"periodic", heat(grid("x", 21, true) + grid("y", 40, true), "", "time = euler")},
