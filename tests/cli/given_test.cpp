@@ -116,6 +116,61 @@ task t : s {
   }
 }
 
+/// The lines of an adjoint may know the spacing where the operator does not.
+TEST_F(GivenAdjointCommand, ReadsTheSpacingOfTheGrid) {
+  const std::string text = R"(
+operator rise(u) order 1 = (1 + u)*(u - u[-1])
+  adjoint u_bar = (1 + 2*u - u[-1])*rise_bar - (1 + u[+1])*rise_bar[+1]*hx/hx
+model m { field u; dt(u) = -rise(u) }
+scene s : m {
+  grid x = 0 .. 1, cells 8
+  boundary u: x = 0.2
+  initial u = sin(3*x)
+  time 0 .. 1/4, step 1/16
+}
+task t : s { unknown initial u; minimise mean(u^2) }
+)";
+  write("spaced.dpde", text);
+  write("derived.dpde", derived(text));
+  const std::vector<double> given = numbers("spaced.dpde", ""), plain = numbers("derived.dpde", "");
+  ASSERT_EQ(given.size(), plain.size());
+  for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], plain[i], 1e-14) << i;
+  write("twice.dpde", replaced(text, "hx/hx", "hx"));
+  EXPECT_EQ(dpde("gradient twice.dpde t").status, 2);
+}
+
+/// Passes of a repeat can make two inputs of a kernel one field: its adjoint is the sum of both.
+TEST_F(GivenAdjointCommand, OfInputsThatARepeatMakesOne) {
+  const std::string text = R"(
+kernel mul(u: field, w: field halo 1, out v: field) {
+  v = 0.1*u*(w[-1] + 0.3*w[+1]) + 0.5*w
+  adjoint u_bar = 0.1*v_bar*(w[-1] + 0.3*w[+1])
+  adjoint w_bar = 0.1*v_bar[+1]*u[+1] + 0.03*v_bar[-1]*u[-1] + 0.5*v_bar
+}
+kernel begin(u: field, out w: field) { w = u + 0.1 }
+program step {
+  run begin
+  repeat 3 { fill w x = 0.4; run mul; swap w, v; swap u, v }
+  swap u, w
+}
+scene s : step {
+  grid x = 0 .. 1, cells 8
+  initial u = 0.5 + 0.2*sin(pi*x)
+  time 0 .. 1/4, step 1/16
+}
+task t : s { unknown initial u; minimise mean((u - 0.2)^2) at t = 1/4 }
+)";
+  write("both.dpde", text);
+  write("one.dpde", replaced(text, "  adjoint w_bar[^\n]*\n", ""));
+  write("derived.dpde", derived(text));
+  const std::vector<double> plain = numbers("derived.dpde", "");
+  for (const char* file : {"both.dpde", "one.dpde"}) {
+    const std::vector<double> given = numbers(file, "");
+    ASSERT_EQ(given.size(), plain.size()) << file;
+    for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], plain[i], 1e-13 * std::max(1.0, std::abs(plain[i]))) << file << " " << i;
+  }
+}
+
 TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
   const std::string body = "operator f(u) order 2 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar\n";
   const std::string rest = "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; time 0 .. 1, step 1 }\n";
