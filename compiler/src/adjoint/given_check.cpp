@@ -204,15 +204,18 @@ void report(const Kernel& kernel, const Given& given, double error, Reverse reve
 bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse, DiagnosticSink& sink) {
   bool good = true;
   std::set<std::string> checked;
+  std::set<int> told;  // where formulas begin: stages and passes have copies of them
   for (const Statement& statement : program.body) {
     const Run* run = std::get_if<Run>(&statement);
     if (!run || !checked.insert(run->kernel).second) continue;
     const Kernel& kernel = *module.find_kernel(run->kernel);
     for (const Given& given : kernel.given) {
       if (!varied.fields.contains(given.input) && !varied.params.contains(given.input)) continue;
+      if (told.contains(given.origin.range.begin)) continue;
       const double error = largest_error_of(kernel, given.input, reverse);
       if (error <= largest_error) continue;
       report(kernel, given, error, reverse, sink);
+      told.insert(given.origin.range.begin);
       good = false;
     }
   }
