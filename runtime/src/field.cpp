@@ -18,7 +18,7 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t page_bytes = 4096, huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_bytes;
+constexpr int64_t line_bytes = 64, page_bytes = 4096, huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_bytes;
 
 void check_length(const dpde_layout& layout, size_t length) {
   if (static_cast<int64_t>(length) == cell_count(layout)) return;
@@ -73,13 +73,13 @@ int64_t wrapped(int64_t i, int64_t n) { return ((i % n) + n) % n; }
 }  // namespace
 
 char* allocate_bytes(int64_t wanted) {
-  const int64_t bytes = (wanted + page_bytes - 1) / page_bytes * page_bytes;
-  const size_t alignment = bytes >= least_huge_bytes ? huge_page_bytes : bytes > page_bytes ? page_bytes : 64;
+  const int64_t alignment = wanted >= least_huge_bytes ? huge_page_bytes : wanted > page_bytes ? page_bytes : line_bytes;
+  const int64_t whole = std::max(alignment, page_bytes), bytes = (wanted + whole - 1) / whole * whole;
   // Linux may promise more than there is and kill the process later: refuse what can never fit.
-  void* memory = bytes > physical_bytes() ? nullptr : std::aligned_alloc(alignment, static_cast<size_t>(bytes));
+  void* memory = bytes > physical_bytes() ? nullptr : std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
   if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));
   // Fewer entries of the page table to look up: 1.1 x for sweeps over 4096^2, 1.2 x for RK4 at 1024^2. A wish: it may fail.
-  if (bytes >= least_huge_bytes) madvise(memory, static_cast<size_t>(bytes), MADV_HUGEPAGE);
+  if (alignment == huge_page_bytes) madvise(memory, static_cast<size_t>(bytes), MADV_HUGEPAGE);
   std::memset(memory, 0, static_cast<size_t>(bytes));
   return static_cast<char*>(memory);
 }
