@@ -194,7 +194,7 @@ double largest(const dpde_layout& layout, const void* base) {
     for_each_row(layout, [&](int64_t y, int64_t z) {
       const Real* row = static_cast<const Real*>(base) + index_of(layout, 0, y, z);
       Real most = -std::numeric_limits<Real>::infinity();
-#pragma omp simd reduction(max : most) reduction(| : has_nan)  // g++ -O2 takes one value after the other, 8 times slower
+#pragma omp simd reduction(max : most) reduction(| : has_nan)  // g++ -O2 takes one value after the other unless it is told
       for (int64_t x = 0; x < layout.cells[0]; ++x) {
         most = row[x] > most ? row[x] : most;
         has_nan |= static_cast<int>(row[x] != row[x]);

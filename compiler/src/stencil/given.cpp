@@ -127,8 +127,6 @@ std::optional<GivenProblem> problem_of_factors(const Kernel& kernel, const Offse
 
 }  // namespace
 
-std::string bar_of(const std::string& name) { return name + "_bar"; }
-
 const std::string* seeded_by(const Kernel& kernel, const std::string& name) {
   const auto found = std::find_if(kernel.stores.begin(), kernel.stores.end(), [&](const Store& s) { return bar_of(s.field) == name; });
   return found == kernel.stores.end() ? nullptr : &found->field;

@@ -8,11 +8,10 @@
 #include <string>
 
 #include "stencil/stencil.h"
+#include "support/derivative_names.h"
 
 namespace dpde::stencil {
 
-/// x_bar: in formulas the seed of a field that the kernel stores, and what they give of an input.
-std::string bar_of(const std::string& name);
 /// The field that `kernel` stores and whose seed has this name; nullptr for other names.
 const std::string* seeded_by(const Kernel& kernel, const std::string& name);
 const Given* find_given(const Kernel& kernel, const std::string& input);

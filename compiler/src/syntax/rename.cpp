@@ -6,6 +6,7 @@
 #include <set>
 #include <string_view>
 
+#include "support/derivative_names.h"
 #include "support/match.h"
 
 namespace dpde::ast {
@@ -82,7 +83,7 @@ Kernel rename(Kernel kernel, const Rename& field) {
   std::vector<KernelParameter> parameters;
   for (KernelParameter parameter : kernel.parameters) {
     parameter.name.name = field(parameter.name.name);
-    if (parameter.role == KernelRole::in) ++inputs[parameter.name.name + "_bar"];
+    if (parameter.role == KernelRole::in) ++inputs[bar_of(parameter.name.name)];
     add_parameter(parameters, parameter);
   }
   kernel.parameters = std::move(parameters);

@@ -8,12 +8,11 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/placement.h"
+#include "support/derivative_names.h"
 
 namespace dpde::model {
 
 namespace {
-
-std::string bar_of(const std::string& name) { return name + "_bar"; }
 
 bool is_plain_field(const Expr& e) { return std::holds_alternative<Field>(e->kind); }
 

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// How derivatives are called, on every level.
+#pragma once
+
+#include <string>
+
+namespace dpde {
+
+/// The adjoint of `name`.
+inline std::string bar_of(const std::string& name) { return name + "_bar"; }
+
+}  // namespace dpde
