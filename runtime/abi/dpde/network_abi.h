@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Neural networks over the cells of a grid, as plain C data.
+ *
+ * A network maps fields to fields: `inputs` channels with a value in each interior cell to `outputs` channels. Its layers
+ * are in static single assignment: value 0 is the input, value k the result of layers[k-1], the last value the output.
+ *
+ * Every value has a level: its grid has ceil(cells / size) cells along each axis, where `size` is the product of the strides
+ * and pools on the way to it (upsampling divides it). Level 1 is the grid of the scene.
+ */
+#ifndef DPDE_NETWORK_ABI_H
+#define DPDE_NETWORK_ABI_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* DPDE_CONV: r[o](p) = bias[o] + sum over i, k of w[o][i][k] * v[i](stride*p + dilation*(k - extent/2)), k over the cube of
+ *   extent^rank places (extent odd), i over the input channels of o's group. Weights: [channels][channels_in/groups][z][y][x],
+ *   then, with a bias, [channels]. A dense layer is one of extent 1. Places outside of the grid: see padding.
+ * DPDE_ACTIVATE: r = f(v). DPDE_SCALE: r = factor * v. DPDE_ADD: r = v + other. DPDE_CONCAT: channels of v, then of other.
+ * DPDE_MEAN_POOL, DPDE_MAX_POOL: over the `stride`^rank cells stride*p + 0 .. stride-1 that there are (fewer at an end that
+ *   stride does not divide); the gradient of max goes to the first of the largest.
+ * DPDE_UPSAMPLE: r(p) = v(floor(p / stride)), onto the grid that is `stride` times finer.
+ * DPDE_FIX_SUM: r[c] = v[c] + (factor - sum over channels of v) / channels: the channels add up to `factor`. */
+enum {
+  DPDE_CONV = 0, DPDE_ACTIVATE = 1, DPDE_SCALE = 2, DPDE_ADD = 3, DPDE_CONCAT = 4, DPDE_MEAN_POOL = 5, DPDE_MAX_POOL = 6,
+  DPDE_UPSAMPLE = 7, DPDE_FIX_SUM = 8
+};
+/* leaky_relu: max(v, factor*v). gelu: v/2*(1 + erf(v/sqrt(2))). softplus: log(1 + exp(v)). silu: v/(1 + exp(-v)).
+ * The derivative of relu at 0 is 0, that of leaky_relu `factor`. */
+enum {
+  DPDE_RELU = 0, DPDE_LEAKY_RELU = 1, DPDE_GELU = 2, DPDE_TANH = 3, DPDE_SIGMOID = 4, DPDE_SOFTPLUS = 5, DPDE_SILU = 6
+};
+/* How weights of a convolution begin; biases begin with 0. fan_in = channels_in/groups*extent^rank, fan_out alike.
+ * DPDE_HE: normal, deviation gain*sqrt(2/fan_in). DPDE_XAVIER: uniform within gain*sqrt(6/(fan_in + fan_out)). */
+enum { DPDE_INIT_HE = 0, DPDE_INIT_XAVIER = 1, DPDE_INIT_ZERO = 2 };
+/* What a convolution finds beyond the ends of an axis. DPDE_PAD_REPLICATE: the last cell. DPDE_PAD_REFLECT: -1-k is k, and
+ * n+k is n-1-k, again and again on grids narrower than the kernel. */
+enum { DPDE_PAD_PERIODIC = 0, DPDE_PAD_ZERO = 1, DPDE_PAD_REPLICATE = 2, DPDE_PAD_REFLECT = 3 };
+
+typedef struct dpde_layer {
+  int32_t kind;
+  int32_t input, other;   /* numbers of values; other of DPDE_ADD and DPDE_CONCAT */
+  int32_t channels;       /* of the result */
+  int32_t extent, stride, dilation, groups; /* of DPDE_CONV; stride also of pools and DPDE_UPSAMPLE */
+  int32_t activation;
+  double factor;          /* of DPDE_SCALE, DPDE_FIX_SUM, leaky_relu */
+  int64_t weights, bias;  /* where they begin among the weights of the network; bias -1: none */
+  int32_t init;
+  double gain;
+} dpde_layer;
+
+typedef struct dpde_network {
+  const char* name;
+  int32_t rank;
+  int32_t real;           /* DPDE_F64, DPDE_F32: of its values and of the weights it computes with */
+  int32_t inputs, outputs;
+  int32_t padding[3];     /* of each axis */
+  int64_t weight_count;
+  uint64_t seed;          /* of the weights it begins with */
+  int32_t layer_count;
+  const dpde_layer* layers;
+} dpde_network;
+
+#ifdef __cplusplus
+}
+#endif
+#endif
