@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "network/network.h"
+
+#include <algorithm>
+
+namespace dpde::network {
+namespace {
+
+std::int64_t kernel_weights(const Network& network, const Layer& layer) {
+  if (layer.kind != LayerKind::conv) return 0;
+  std::int64_t places = 1;
+  for (int axis = 0; axis < network.rank(); ++axis) places *= layer.extent;
+  return places * layer.channels * (channels_of(network, layer.input) / layer.groups);
+}
+
+}  // namespace
+
+int channels_of(const Network& network, int number) {
+  return number == 0 ? network.inputs : network.layers[static_cast<std::size_t>(number) - 1].channels;
+}
+
+std::int64_t weights_begin(const Network& network, int index) {
+  std::int64_t begin = 0;
+  for (int i = 0; i < index; ++i) {
+    const Layer& layer = network.layers[static_cast<std::size_t>(i)];
+    begin += kernel_weights(network, layer) + (layer.kind == LayerKind::conv && layer.bias ? layer.channels : 0);
+  }
+  return network.layers[static_cast<std::size_t>(index)].kind == LayerKind::conv ? begin : -1;
+}
+
+std::int64_t bias_begin(const Network& network, int index) {
+  const Layer& layer = network.layers[static_cast<std::size_t>(index)];
+  if (layer.kind != LayerKind::conv || !layer.bias) return -1;
+  return weights_begin(network, index) + kernel_weights(network, layer);
+}
+
+std::int64_t weight_count(const Network& network) {
+  std::int64_t count = 0;
+  for (const Layer& layer : network.layers) {
+    count += kernel_weights(network, layer) + (layer.kind == LayerKind::conv && layer.bias ? layer.channels : 0);
+  }
+  return count;
+}
+
+bool is_pointwise(const Network& network) {
+  return std::all_of(network.layers.begin(), network.layers.end(), [](const Layer& layer) {
+    const bool changes_grid = layer.kind == LayerKind::mean_pool || layer.kind == LayerKind::max_pool || layer.kind == LayerKind::upsample;
+    return !changes_grid && layer.extent == 1 && layer.stride == 1;
+  });
+}
+
+std::string_view name_of(Activation activation) {
+  switch (activation) {
+    case Activation::relu: return "relu";
+    case Activation::leaky_relu: return "leaky_relu";
+    case Activation::gelu: return "gelu";
+    case Activation::tanh: return "tanh";
+    case Activation::sigmoid: return "sigmoid";
+    case Activation::softplus: return "softplus";
+    case Activation::silu: return "silu";
+  }
+  return "";
+}
+
+std::string_view name_of(Padding padding) {
+  switch (padding) {
+    case Padding::periodic: return "periodic";
+    case Padding::zero: return "zero";
+    case Padding::replicate: return "replicate";
+    case Padding::reflect: return "reflect";
+  }
+  return "";
+}
+
+std::string_view name_of(Init init) {
+  switch (init) {
+    case Init::he: return "he";
+    case Init::xavier: return "xavier";
+    case Init::zero: return "zero";
+  }
+  return "";
+}
+
+}  // namespace dpde::network

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// A neural network over the cells of a grid: layers in static single assignment. The model level makes it out of what the
+// file says, every level below carries it as it is, and the runtime runs it (dpde/network_abi.h says what layers compute).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "support/vocabulary.h"
+
+namespace dpde::network {
+
+enum class LayerKind { conv, activate, scale, add, concat, mean_pool, max_pool, upsample, fix_sum };
+enum class Activation { relu, leaky_relu, gelu, tanh, sigmoid, softplus, silu };
+/// What a convolution finds beyond the ends of an axis.
+enum class Padding { periodic, zero, replicate, reflect };
+/// How the weights of a convolution begin.
+enum class Init { he, xavier, zero };
+
+/// Value 0 is the input of the network, value k the result of layers[k-1], the last one its output.
+struct Layer {
+  LayerKind kind = LayerKind::conv;
+  int input = 0;
+  int other = -1;    // of add and concat
+  int channels = 1;  // of the result
+  int extent = 1;    // of conv: cells along each axis, odd
+  int stride = 1;    // of conv, pools and upsample
+  int dilation = 1, groups = 1;
+  bool bias = true;
+  Init init = Init::he;
+  double gain = 1;
+  Activation activation = Activation::relu;
+  double factor = 0;  // of scale, fix_sum (the sum), leaky_relu (the slope below 0)
+  bool operator==(const Layer&) const = default;
+};
+
+struct Network {
+  std::string name;
+  int inputs = 1, outputs = 1;   // channels
+  std::vector<Padding> padding;  // one an axis
+  std::vector<Layer> layers;
+  std::uint64_t seed = 0;
+  Precision real = Precision::f32;
+  int rank() const { return static_cast<int>(padding.size()); }
+  bool operator==(const Network&) const = default;
+};
+
+/// Of value `number`.
+int channels_of(const Network& network, int number);
+/// The first weight of layer `index` (a conv) and of its bias; -1 for what it has not.
+std::int64_t weights_begin(const Network& network, int index);
+std::int64_t bias_begin(const Network& network, int index);
+std::int64_t weight_count(const Network& network);
+/// No convolution sees neighbours and no layer changes the grid: a function of the values in one cell.
+bool is_pointwise(const Network& network);
+
+std::string_view name_of(Activation activation);  // "leaky_relu"
+std::string_view name_of(Padding padding);
+std::string_view name_of(Init init);
+
+}  // namespace dpde::network
