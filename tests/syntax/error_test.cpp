@@ -11,8 +11,8 @@ namespace {
 const std::string model_words = "understood here: field, vector, coefficient, param, control, let, dt";
 const std::string scene_words =
     "understood here: grid, initial, exact, boundary, time, step, after, every, at, subcycle, observe, output, parameter = value";
-const std::string task_words = "understood here: data, unknown, minimise, using, test";
-const std::string file_words = "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, import";
+const std::string task_words = "understood here: data, unknown, learn, minimise, using, test";
+const std::string file_words = "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, network, import";
 
 TEST(Errors, NameWordsThatAreNotUnderstood) {
   EXPECT_EQ(
@@ -23,19 +23,19 @@ TEST(Errors, NameWordsThatAreNotUnderstood) {
             "1:42 E0203 'closure' is not understood in a model | " + model_words + "\n");
   EXPECT_EQ(problems_of("model euler { conserved rho, vector m, E; param gamma\n let v = m/rho }"),
             "1:15 E0203 'conserved' is not understood in a model | " + model_words + "\n");
-  EXPECT_EQ(problems_of("task train : hybrid { learn corrector }"),
-            "1:23 E0203 'learn' is not understood in a task | " + task_words + "\n");
+  EXPECT_EQ(problems_of("task train : hybrid { teach corrector }"),
+            "1:23 E0203 'teach' is not understood in a task | " + task_words + "\n");
   EXPECT_EQ(problems_of("scene s : m { during step: u += corrector(u, re); nu = 1 }"),
             "1:15 E0203 'during' is not understood in a scene | " + scene_words + "\n");
 }
 
 TEST(Errors, NameBlocksThatAreNotUnderstood) {
-  EXPECT_EQ(problems_of("network corrector(u: vector, re: constant) -> vector {\n"
+  EXPECT_EQ(problems_of("mesh corrector(u: vector, re: constant) -> vector {\n"
                         "  repeat 3 { residual { conv 32, 5; relu }; relu }\n"
                         "}\n"
                         "chart c : wave {\n  vary cells in 64, 128\n}\n"
                         "model m { fild u }\n"),
-            "1:1 E0202 'network' does not begin a block | " + file_words + "\n" +
+            "1:1 E0202 'mesh' does not begin a block | " + file_words + "\n" +
                 "4:1 E0202 'chart' does not begin a block | " + file_words + "\n" +
                 "7:11 E0203 'fild' is not understood in a model | did you mean field? " + model_words + "\n");
   EXPECT_EQ(problems_of("modle m { field u }"),
@@ -71,8 +71,10 @@ TEST(Errors, SayWhatWasExpected) {
             "1:29 E0201 expected 'low' or 'high' but found 'left'\n");
   EXPECT_EQ(problems_of("scene s : m { grid x = 0 .. 1, periodic, periodic, cells 2 }"),
             "1:42 E0211 'periodic' is written twice\n");
-  EXPECT_EQ(problems_of("task t : s { minimise mean(u) over 16 steps }"),
-            "1:36 E0201 expected 'time' but found '16'\n");
+  EXPECT_EQ(problems_of("task t : s { minimise mean(u) over 16 cells }"),
+            "1:39 E0201 expected 'steps' but found 'cells'\n");
+  EXPECT_EQ(problems_of("task t : s { minimise mean(u) over }"),
+            "1:36 E0201 expected 'time', or a number of steps but found '}'\n");
   EXPECT_EQ(problems_of("program p { fill u 3 }"),
             "1:20 E0201 expected '=', 'periodic' or 'zero_gradient' but found '3'\n");
   EXPECT_EQ(problems_of("loop t in 0 .. n { p }"), "1:16 E0201 expected a whole number but found 'n'\n");

@@ -30,6 +30,7 @@ std::string tree(const Expr& expr) {
         for (const int offset : o.offsets) text += fmt::format("@{}", offset);
         return fmt::format("{} grow {}", text, o.grow);
       },
+      [](const Component& c) { return fmt::format("({} of {})", c.name.name, tree(c.operand)); },
       [](const Error&) { return std::string("error"); });
 }
 
@@ -52,6 +53,16 @@ TEST(Expression, BindsByPrecedence) {
   EXPECT_EQ(tree_of("--x"), "(- (- x))");
   EXPECT_EQ(tree_of("a < b + 1 and not c == d or e"), "(((a < (b + 1)) and (not (c == d))) or e)");
   EXPECT_EQ(tree_of("(a + b)*c"), "((a + b) * c)");
+}
+
+TEST(Expression, ReadsComponentsOfCallsAndGroups) {
+  EXPECT_EQ(tree_of("grad(u).x"), "(x of grad<:u>)");
+  EXPECT_EQ(tree_of("2*closure(u.x, v).flux^2 + 1"), "((2 * ((flux of closure<:u.x><:v>) ^ 2)) + 1)");
+  EXPECT_EQ(tree_of("(u + v).y"), "(y of (u + v))");
+  EXPECT_EQ(tree_of("f(a, n = g(b).z)"), "f<:a><n:(z of g<:b>)>");
+  EXPECT_EQ(formatted_expression("( u+v ).y - (a, b).x*grad( w ).z"), "(u + v).y - (a, b).x*grad(w).z");
+  EXPECT_EQ(tree_of("grad(u).2").substr(0, 9), "1:8 E0201");
+  EXPECT_EQ(tree_of("grad(u)."), "1:9 E0201 expected the name of a component, as in grad(u).x but found the end of the file\n");
 }
 
 TEST(Expression, ReadsCallsTuplesAndOffsets) {

@@ -157,7 +157,39 @@ TEST(Items, OfTasks) {
   EXPECT_FALSE(std::get<UnknownItem>(task.items[4].kind).initial);
   EXPECT_EQ(std::get<UnknownItem>(task.items[5].kind).name.name, "initial");
   EXPECT_TRUE(std::holds_alternative<WhenEnd>(std::get<MinimiseItem>(task.items[8].kind).when));
-  EXPECT_FALSE(std::get<UsingItem>(task.items[10].kind).iterations.has_value());
+  const auto& use = std::get<UsingItem>(task.items[9].kind);
+  ASSERT_EQ(use.options.size(), 1u);
+  EXPECT_EQ(use.options[0].name, "iterations");
+  EXPECT_EQ(text.substr(use.options[0].name_range.begin, 10), "iterations");
+  EXPECT_TRUE(std::get<UsingItem>(task.items[10].kind).options.empty());
+}
+
+TEST(Items, OfTasksThatTrain) {
+  const std::string text =
+      "task t : s {\n"
+      "  data a = trajectories(\"wake.nc\", u)\n"
+      "  learn corrector from \"start.safetensors\"\n"
+      "  learn other\n"
+      "  minimise mean((u - a)^2) over 4 steps\n"
+      "  minimise mean(u^2) over 2*n steps\n"
+      "  using adam(rate = 1e-3, decay = 1e-4), batch 4, unroll (1, 2, 4), clip 1.0, gradient cut\n"
+      "  test e = mean(abs(u - a)) on trajectories(\"test.nc\") for 250 steps\n"
+      "  test f = mean(u) over time on trajectories(\"test.nc\")\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Task task = only_block<Task>(text);
+  EXPECT_EQ(std::get<LearnItem>(task.items[1].kind).network.name, "corrector");
+  EXPECT_EQ(std::get<Text>((*std::get<LearnItem>(task.items[1].kind).from)->kind).value, "start.safetensors");
+  EXPECT_FALSE(std::get<LearnItem>(task.items[2].kind).from.has_value());
+  EXPECT_EQ(print(std::get<WhenSteps>(std::get<MinimiseItem>(task.items[4].kind).when).steps), "2*n");
+  const auto& use = std::get<UsingItem>(task.items[5].kind);
+  ASSERT_EQ(use.options.size(), 4u);
+  EXPECT_EQ(std::get<Tuple>(use.options[1].value->kind).elements.size(), 3u);
+  EXPECT_EQ(std::get<Name>(use.options[3].value->kind).name, "cut");
+  const auto& test = std::get<TestItem>(task.items[6].kind);
+  EXPECT_EQ(print(*test.on), "trajectories(\"test.nc\")");
+  EXPECT_EQ(print(*test.steps), "250");
+  EXPECT_FALSE(std::get<TestItem>(task.items[7].kind).steps.has_value());
 }
 
 TEST(Items, OfKernels) {

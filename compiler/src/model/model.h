@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "network/network.h"
 #include "source/source_file.h"
 #include "support/vocabulary.h"
 
@@ -321,6 +322,7 @@ struct Problem {
   std::vector<State> states;
   std::vector<Coefficient> coefficients;
   std::vector<Control> controls;
+  std::vector<network::Network> networks;  // those that are called, for the axes of the scene
   std::vector<Quantity> observables;
   std::vector<Output> outputs;
   std::vector<Event> events;  // in the order in which they happen

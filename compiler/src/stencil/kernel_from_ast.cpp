@@ -51,7 +51,7 @@ std::optional<int> shown_rank(const ast::Expr& e) {
   return match(
       e->kind, [](const ast::Number&) { return Rank(); }, [](const ast::Text&) { return Rank(); },
       [](const ast::Name&) { return Rank(); }, [](const ast::Error&) { return Rank(); },
-      [](const ast::Unary& u) { return shown_rank(u.operand); },
+      [](const ast::Unary& u) { return shown_rank(u.operand); }, [](const ast::Component& c) { return shown_rank(c.operand); },
       [](const ast::Binary& b) {
         const Rank left = shown_rank(b.left);
         return left ? left : shown_rank(b.right);

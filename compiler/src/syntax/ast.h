@@ -17,6 +17,12 @@ namespace dpde::ast {
 
 struct Node;
 
+/// A name with its place, where a bare name is declared or referred to; of a component with its dot, u.x.
+struct Identifier {
+  std::string name;
+  SourceRange range;
+};
+
 /// Value handle of an immutable expression; never null.
 class Expr {
  public:
@@ -53,6 +59,7 @@ struct Binary {
 struct Argument {
   std::string name;  // "" when positional; rate = 5
   Expr value;
+  SourceRange name_range = {};
 };
 struct Call {  // lap(u), central(2), gradient_descent(rate = 5)
   std::string callee;
@@ -68,18 +75,16 @@ struct Offsets {
   std::vector<int> offsets;
   int grow = 0;  // only after inside[...]
 };
+struct Component {  // grad(u).x, closure(u, v).flux; of a name alone it is part of the name
+  Expr operand;
+  Identifier name;
+};
 struct Error {};
 
-using Kind = std::variant<Number, Text, Name, Unary, Binary, Call, Tuple, Offsets, Error>;
+using Kind = std::variant<Number, Text, Name, Unary, Binary, Call, Tuple, Offsets, Component, Error>;
 
 struct Node {
   Kind kind;
-  SourceRange range;
-};
-
-/// A name with its place, where a bare name is declared or referred to; of a component with its dot, u.x.
-struct Identifier {
-  std::string name;
   SourceRange range;
 };
 
@@ -196,10 +201,13 @@ struct WhenAt {  // at t = 0.5, 1.0
   std::vector<Expr> times;
 };
 struct WhenOver {};  // over time: every state from the first to the last
+struct WhenSteps {  // over 4 steps: each of the states behind so many steps from wherever a run begins
+  Expr steps;
+};
 struct WhenEnd {};   // nothing said: the last state
-using When = std::variant<WhenEnd, WhenAt, WhenOver>;
+using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;
 
-// data u_ref = load("u.npy")  |  data v on faces.x = load("v.npy")  |  data u_ref = u from scene fine at t = 0.5 | ... over time
+// data u_ref = load("u.npy")  |  data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data u_ref = u from scene fine at t = 0.5 | ... over time
 struct DataItem {
   Identifier name;
   std::optional<Identifier> on;
@@ -216,14 +224,20 @@ struct MinimiseItem {  // minimise mean((u - u_ref)^2) at t = 0.5
   Expr loss;
   When when;
 };
-struct UsingItem {  // using gradient_descent(rate = 5), iterations 50
-  Expr optimiser;
-  std::optional<Expr> iterations;
+struct LearnItem {  // learn corrector from "start.safetensors"
+  Identifier network;
+  std::optional<Expr> from;  // a Text
 };
-struct TestItem {  // test mae = mean(abs(u - u_true)) over time    (a number reported after optimising)
+struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), iterations 50
+  Expr optimiser;
+  std::vector<Argument> options;  // batch 4 has the name batch and the value 4
+};
+/// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps
+struct TestItem {  // a number reported after optimising
   Identifier name;
   Expr value;
   When when;
+  std::optional<Expr> on, steps;
 };
 
 // ---- items inside a kernel or program ------------------------------------------------------------------------------
@@ -269,6 +283,7 @@ struct SwapItem {  // swap u, v             (v becomes u for the next step)
 };
 struct Item;
 /// repeat 8 { fill u ...; run ...; swap u, v }      What a swap in it says holds from the next pass on.
+/// In a network: its layers so many times, each with weights of its own.
 struct RepeatItem {
   int count = 1;
   SourceRange count_range;
@@ -286,9 +301,49 @@ struct AxesItem {  // axes x periodic, y bounded      (of a program no fill of w
   std::vector<Axis> axes;
 };
 
+/// apply corrector(a, b) to c, d
+/// tangent corrector(a, b) by a_dot, b_dot to c_dot, d_dot weights
+/// adjoint corrector(a, b) by c_bar, d_bar to a_bar, b_bar weights
+struct ApplyItem {
+  enum class Mode { value, tangent, adjoint };
+  Identifier network;
+  Mode mode = Mode::value;
+  std::vector<Identifier> inputs;
+  std::vector<Identifier> by, to;  // fields; one called "_" is none: its rate is 0, or nobody wants it
+  bool weights = false;            // with the rates of the weights, or what they get
+};
+
+// ---- items inside a network ----------------------------------------------------------------------------------------
+struct LayerItem {  // conv 32, 5, gain = 0.1     relu     leaky_relu(0.2)
+  Identifier layer;
+  std::vector<Argument> arguments;
+  bool parentheses = false;
+};
+struct BranchItem {  // residual { conv 32, 5; relu }     skip { mean_pool 2; conv 32, 3; upsample 2 }
+  enum class Join { add, concat } join = Join::add;
+  SourceRange word_range;
+  std::vector<Item> items;
+  BlockLayout layout;
+};
+struct PaddingItem {  // padding replicate     padding x periodic, y zero
+  struct Axis {
+    Identifier name;  // "" where one word holds for all
+    Identifier padding;
+  };
+  std::vector<Axis> axes;
+};
+struct StartItem {  // initial he, seed 7     (the weights that training begins with)
+  std::optional<Identifier> method;
+  std::optional<Expr> seed;
+};
+struct RealItem {  // real f64
+  Identifier precision;
+};
+
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
-                              BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, UsingItem, TestItem,
-                              AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem>;
+                              BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
+                              AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem,
+                              LayerItem, BranchItem, PaddingItem, StartItem, RealItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -344,7 +399,20 @@ struct Import {  // import "flow.dpde"       its blocks stand behind those of th
   SourceRange range;  // of the text
 };
 
-using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import>;
+/// network NAME(u: vector, nu) -> vector { ... }      below the model level channels are counted: network NAME(3) -> 2 { ... }
+struct Network {
+  struct Input {
+    Identifier name;
+    bool vector = false;
+  };
+  Identifier name;
+  std::vector<Input> inputs;
+  std::vector<Identifier> outputs;  // none: scalar; the word `scalar` or `vector`, or names
+  std::optional<int> input_channels, output_channels;
+  std::vector<Item> items;  // PaddingItem, StartItem, RealItem, and LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
+};
+
+using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network>;
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;

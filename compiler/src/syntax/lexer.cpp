@@ -29,6 +29,7 @@ struct Symbol {
 // Longer ones first.
 constexpr Symbol symbols[] = {
     {"..", TokenKind::dot_dot},     {"+=", TokenKind::plus_assign},
+    {"->", TokenKind::arrow},
     {"<=", TokenKind::less_equal},  {">=", TokenKind::greater_equal},
     {"==", TokenKind::equal},       {"!=", TokenKind::not_equal},
     {"(", TokenKind::left_paren},   {")", TokenKind::right_paren},
@@ -222,7 +223,7 @@ bool is_binary_operator(const Token& token) {
 
 /// Behind this token an item cannot end.
 bool needs_more(const Token& token) {
-  constexpr TokenKind kinds[] = {TokenKind::assign, TokenKind::plus_assign, TokenKind::comma,
+  constexpr TokenKind kinds[] = {TokenKind::assign, TokenKind::plus_assign, TokenKind::arrow, TokenKind::comma,
                                  TokenKind::colon,  TokenKind::dot_dot,     TokenKind::left_brace};
   return std::find(std::begin(kinds), std::end(kinds), token.kind) != std::end(kinds) || is_binary_operator(token);
 }
@@ -278,6 +279,7 @@ std::string_view name_of(TokenKind kind) {
     case TokenKind::dot_dot: return "'..'";
     case TokenKind::assign: return "'='";
     case TokenKind::plus_assign: return "'+='";
+    case TokenKind::arrow: return "'->'";
     case TokenKind::plus: return "'+'";
     case TokenKind::minus: return "'-'";
     case TokenKind::star: return "'*'";

@@ -28,7 +28,7 @@ std::string understood(const BlockRule& rule) {
 std::string hint_for(std::string_view word, const BlockRule& here) {
   const std::string near = nearest_name(word, words_of(here));
   if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
-  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule()}) {
+  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(), network_rule()}) {
     for (const ItemRule& item : rule.items) {
       if (item.word == word) return fmt::format("{} belongs in a {}; {}", word, rule.name, understood(here));
     }
@@ -172,6 +172,14 @@ void parse_program(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(program);
 }
 
+void parse_network(Cursor& cursor, Declaration& declaration) {
+  Network network;
+  network.name = cursor.expect_name("the name of the network");
+  parse_signature(cursor, network);
+  parse_items(cursor, declaration, network_rule(), network.items);
+  declaration.kind = std::move(network);
+}
+
 void parse_loop(Cursor& cursor, Declaration& declaration) {
   Loop loop;
   loop.counter = cursor.expect_name("the name of the counter");
@@ -253,7 +261,7 @@ struct DeclarationRule {
 constexpr DeclarationRule declaration_rules[] = {
     {"model", parse_model},   {"scene", parse_scene},     {"scheme", parse_scheme}, {"task", parse_task},
     {"kernel", parse_kernel}, {"program", parse_program}, {"loop", parse_loop},
-    {"function", parse_function}, {"operator", parse_operator}, {"import", parse_import},
+    {"function", parse_function}, {"operator", parse_operator}, {"network", parse_network}, {"import", parse_import},
 };
 
 void refuse_declaration(Cursor& cursor) {

@@ -92,6 +92,21 @@ class ExpressionParser {
     return finish(std::move(call), callee.range.begin, height + 1);
   }
 
+  /// 5, or rate = 5; `height` grows to that of the highest.
+  Argument argument(int& height) {
+    Argument argument;
+    if (cursor_.at(TokenKind::identifier) && cursor_.peek_second().kind == TokenKind::assign) {
+      Identifier name = cursor_.expect_name("the name of an argument");
+      argument.name = std::move(name.name);
+      argument.name_range = name.range;
+      cursor_.expect(TokenKind::assign);
+    }
+    const Parsed value = binary(1);
+    argument.value = value.expr;
+    height = std::max(height, value.height);
+    return argument;
+  }
+
  private:
   Parsed checked(Parsed parsed) {
     if (parsed.height > max_height) cursor_.fail("nesting-too-deep", cursor_.peek().range, {}, shorten_hint);
@@ -116,7 +131,7 @@ class ExpressionParser {
   Parsed primary() {
     const Token token = cursor_.peek();
     const int begin = token.range.begin;
-    if (token.kind == TokenKind::left_paren) return group();
+    if (token.kind == TokenKind::left_paren) return component(group());
     if (token.kind == TokenKind::bar) return magnitude();
     if (token.kind == TokenKind::identifier) return name();
     if (cursor_.accept(TokenKind::number)) return finish(Number{token.value, std::string(token.spelling)}, begin, 1);
@@ -127,9 +142,16 @@ class ExpressionParser {
 
   Parsed name() {
     const Identifier name = cursor_.expect_component("an expression");
-    if (cursor_.at(TokenKind::left_paren)) return call(name);
+    if (cursor_.at(TokenKind::left_paren)) return component(call(name));
     if (cursor_.at(TokenKind::left_bracket)) return offsets(name);
     return finish(Name{name.name}, name.range.begin, 1);
+  }
+
+  /// .x behind a call or parentheses.
+  Parsed component(Parsed of) {
+    if (!cursor_.accept(TokenKind::dot)) return of;
+    Identifier name = cursor_.expect_name("the name of a component, as in grad(u).x");
+    return finish(Component{of.expr, std::move(name)}, of.range.begin, of.height + 1);
   }
 
   Parsed group() {
@@ -164,18 +186,6 @@ class ExpressionParser {
     cursor_.end_group(kind);
   }
 
-  Argument argument(int& height) {
-    Argument argument;
-    if (cursor_.at(TokenKind::identifier) && cursor_.peek_second().kind == TokenKind::assign) {
-      argument.name = cursor_.expect_name("the name of an argument").name;
-      cursor_.expect(TokenKind::assign);
-    }
-    const Parsed value = binary(1);
-    argument.value = value.expr;
-    height = std::max(height, value.height);
-    return argument;
-  }
-
   /// u[+1, 0] and inside[-1] grow 1, from the `[` on.
   Parsed offsets(const Identifier& name) {
     const Token open = cursor_.take();
@@ -196,6 +206,11 @@ class ExpressionParser {
 }  // namespace
 
 Expr parse_expression(Cursor& cursor) { return ExpressionParser(cursor).binary(1).expr; }
+
+Argument parse_argument(Cursor& cursor) {
+  int height = 0;
+  return ExpressionParser(cursor).argument(height);
+}
 
 Expr parse_call(Cursor& cursor, const Identifier& callee) { return ExpressionParser(cursor).call(callee).expr; }
 

@@ -133,19 +133,25 @@ ItemKind parse_swap(Cursor& cursor) {
   return item;
 }
 
-constexpr int max_repeats_inside = 16;
+ItemKind parse_repeated(Cursor& cursor) { return parse_repeat(cursor, repeat_rule()); }
 
-/// 8 { ... }
-ItemKind parse_repeat(Cursor& cursor) {
-  RepeatItem item;
-  const int start = cursor.position();
-  item.count = cursor.expect_whole_number();
-  item.count_range = cursor.range_since(start);
-  if (!cursor.begin_block(max_repeats_inside)) {
-    cursor.fail("repeats-too-deep", item.count_range, {std::to_string(max_repeats_inside)});
+/// corrector(a, b), and behind it `by` and `to` with fields as the mode has them.
+template <ApplyItem::Mode mode>
+ItemKind parse_apply(Cursor& cursor) {
+  constexpr const char* what = "the name of a field, or _ for none";
+  ApplyItem item{cursor.expect_name("the name of a network"), mode, {}, {}, {}};
+  const Token open = cursor.peek();
+  cursor.expect(TokenKind::left_paren);
+  cursor.begin_group(open);
+  item.inputs = parse_components(cursor, "the name of a field");
+  cursor.end_group(TokenKind::right_paren);
+  if (mode != ApplyItem::Mode::value) {
+    cursor.expect_word("by");
+    item.by = parse_components(cursor, what);
   }
-  parse_items(cursor, item.layout, repeat_rule(), item.items);
-  cursor.end_block();
+  cursor.expect_word("to");
+  item.to = parse_components(cursor, mode == ApplyItem::Mode::value ? "the name of a field" : what);
+  if (mode != ApplyItem::Mode::value) item.weights = cursor.accept_word("weights");
   return item;
 }
 
@@ -166,6 +172,19 @@ ItemKind parse_axes(Cursor& cursor) {
 }
 
 }  // namespace
+
+RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule) {
+  RepeatItem item;
+  const int start = cursor.position();
+  item.count = cursor.expect_whole_number();
+  item.count_range = cursor.range_since(start);
+  if (!cursor.begin_block(max_blocks_inside)) {
+    cursor.fail("repeats-too-deep", item.count_range, {std::to_string(max_blocks_inside)});
+  }
+  parse_items(cursor, item.layout, rule, item.items);
+  cursor.end_block();
+  return item;
+}
 
 std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor) {
   std::vector<KernelParameter> parameters;
@@ -191,7 +210,10 @@ BlockRule repeat_rule() {
            {"fold", parse_fold},
            {"reduce", parse_reduce},
            {"run", parse_run},
-           {"repeat", parse_repeat},
+           {"apply", parse_apply<ApplyItem::Mode::value>},
+           {"tangent", parse_apply<ApplyItem::Mode::tangent>},
+           {"adjoint", parse_apply<ApplyItem::Mode::adjoint>},
+           {"repeat", parse_repeated},
            {"swap", parse_swap}},
           {}};
 }

@@ -17,7 +17,10 @@ Expr parse_expression(Cursor& cursor);
 /// The rest of a call, from its `(` on.
 Expr parse_call(Cursor& cursor, const Identifier& callee);
 
-// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp: what stands between the braces of each kind of block
+/// 5, or rate = 5
+Argument parse_argument(Cursor& cursor);
+
+// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp: what stands between the braces of each kind of block
 struct ItemRule {
   std::string_view word;  // the first of the item; it is taken already when parse is called
   ItemKind (*parse)(Cursor&);
@@ -40,6 +43,7 @@ BlockRule task_rule();
 BlockRule kernel_rule();
 BlockRule program_rule();
 BlockRule repeat_rule();
+BlockRule network_rule();
 /// parse_declaration.cpp: { ... } with items of the rule
 void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items);
 
@@ -57,6 +61,12 @@ std::pair<Identifier, Expr> parse_definition(Cursor& cursor, const char* what);
 std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const char* what);
 /// x.low = 0, y periodic, ... with the place "all" where none is written
 std::vector<BoundarySide> parse_sides(Cursor& cursor);
+/// 8 { ... } behind `repeat`, with the items of `rule`.
+RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule);
+/// At most so many blocks stand inside one another.
+inline constexpr int max_blocks_inside = 16;
+/// (u: vector, nu) -> vector, of a network.
+void parse_signature(Cursor& cursor, Network& network);
 /// u_bar = expr, behind `adjoint`.
 AdjointItem parse_adjoint(Cursor& cursor);
 /// (u: field halo 1, out v: field)

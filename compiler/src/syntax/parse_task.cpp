@@ -7,11 +7,14 @@
 namespace dpde::ast {
 namespace {
 
-/// at t = 0.5, 1.0, over time, or nothing.
+/// at t = 0.5, 1.0, over time, over 4 steps, or nothing.
 When parse_when(Cursor& cursor) {
   if (cursor.accept_word("over")) {
-    cursor.expect_word("time");
-    return WhenOver{};
+    if (cursor.accept_word("time")) return WhenOver{};
+    if (cursor.at_end_of_item()) cursor.fail_expected("'time', or a number of steps");
+    WhenSteps when{parse_expression(cursor)};
+    cursor.expect_word("steps");
+    return when;
   }
   if (!cursor.accept_word("at")) return WhenEnd{};
   WhenAt when;
@@ -66,10 +69,19 @@ ItemKind parse_minimise(Cursor& cursor) {
 ItemKind parse_using(Cursor& cursor) {
   UsingItem item;
   item.optimiser = parse_expression(cursor);
-  if (cursor.accept(TokenKind::comma)) {
-    cursor.expect_word("iterations");
-    item.iterations = parse_expression(cursor);
+  while (cursor.accept(TokenKind::comma)) {
+    Identifier name = cursor.expect_name("an option, as iterations 50");
+    item.options.push_back({std::move(name.name), parse_expression(cursor), name.range});
   }
+  return item;
+}
+
+ItemKind parse_learn(Cursor& cursor) {
+  LearnItem item;
+  item.network = cursor.expect_name("the name of a network");
+  if (!cursor.accept_word("from")) return item;
+  if (!cursor.at(TokenKind::text)) cursor.fail_expected("the name of a file in quotes", "as in: learn corrector from \"weights.safetensors\"");
+  item.from = parse_expression(cursor);
   return item;
 }
 
@@ -77,6 +89,11 @@ ItemKind parse_test(Cursor& cursor) {
   TestItem item;
   std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
   item.when = parse_when(cursor);
+  if (!cursor.accept_word("on")) return item;
+  item.on = parse_expression(cursor);
+  if (!cursor.accept_word("for")) return item;
+  item.steps = parse_expression(cursor);
+  cursor.expect_word("steps");
   return item;
 }
 
@@ -86,6 +103,7 @@ BlockRule task_rule() {
   return {"task",
           {{"data", parse_data},
            {"unknown", parse_unknown},
+           {"learn", parse_learn},
            {"minimise", parse_minimise},
            {"using", parse_using},
            {"test", parse_test}},

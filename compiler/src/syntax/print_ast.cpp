@@ -31,6 +31,7 @@ std::string print_definition(const char* keyword, const Identifier& name, const 
 std::string print_when(const When& when) {
   return match(
       when, [](const WhenEnd&) { return std::string(); }, [](const WhenOver&) { return std::string(" over time"); },
+      [](const WhenSteps& over) { return fmt::format(" over {} steps", print(over.steps)); },
       [](const WhenAt& at) { return " at t = " + print_list(at.times); });
 }
 
@@ -99,7 +100,14 @@ std::string print_unknown(const UnknownItem& unknown) {
 
 std::string print_using(const UsingItem& use) {
   std::string text = "using " + print(use.optimiser);
-  if (use.iterations) text += ", iterations " + print(*use.iterations);
+  for (const Argument& option : use.options) text += fmt::format(", {} {}", option.name, print(option.value));
+  return text;
+}
+
+std::string print_test(const TestItem& test) {
+  std::string text = print_definition("test ", test.name, test.value) + print_when(test.when);
+  if (test.on) text += " on " + print(*test.on);
+  if (test.steps) text += fmt::format(" for {} steps", print(*test.steps));
   return text;
 }
 
@@ -135,8 +143,42 @@ std::string print_event(const EventItem& i) {
   return text;
 }
 
+std::string print_apply(const ApplyItem& item) {
+  using Mode = ApplyItem::Mode;
+  const char* word = item.mode == Mode::value ? "apply" : item.mode == Mode::tangent ? "tangent" : "adjoint";
+  std::string text = fmt::format("{} {}({})", word, item.network.name, print_names(item.inputs));
+  if (item.mode != Mode::value) text += " by " + print_names(item.by);
+  return text + " to " + print_names(item.to) + (item.weights ? " weights" : "");
+}
+
+std::string print_layer(const LayerItem& item) {
+  std::string text;
+  for (const Argument& argument : item.arguments) {
+    if (!text.empty()) text += ", ";
+    text += (argument.name.empty() ? "" : argument.name + " = ") + print(argument.value);
+  }
+  if (item.parentheses) return fmt::format("{}({})", item.layer.name, text);
+  return item.layer.name + (text.empty() ? "" : " ") + text;
+}
+
+std::string print_padding(const PaddingItem& item) {
+  std::string text = "padding";
+  for (const PaddingItem::Axis& axis : item.axes) {
+    text += &axis == &item.axes.front() ? " " : ", ";
+    text += (axis.name.name.empty() ? "" : axis.name.name + " ") + axis.padding.name;
+  }
+  return text;
+}
+
+std::string print_start(const StartItem& item) {
+  std::string text = "initial ";
+  if (item.method) text += item.method->name + (item.seed ? ", " : "");
+  return text + (item.seed ? "seed " + print(*item.seed) : "");
+}
+
 /// Several lines, each but the first behind the indent of the block; or one.
 std::string print_repeat(const RepeatItem& repeat);
+std::string print_branch(const BranchItem& branch);
 
 std::string print_item(const Item& item) {
   return match(
@@ -167,7 +209,8 @@ std::string print_item(const Item& item) {
       [](const DataItem& i) { return print_data(i); }, [](const UnknownItem& i) { return print_unknown(i); },
       [](const MinimiseItem& i) { return "minimise " + print(i.loss) + print_when(i.when); },
       [](const UsingItem& i) { return print_using(i); },
-      [](const TestItem& i) { return print_definition("test ", i.name, i.value) + print_when(i.when); },
+      [](const LearnItem& i) { return "learn " + i.network.name + (i.from ? " from " + print(*i.from) : ""); },
+      [](const TestItem& i) { return print_test(i); },
       [](const AssignItem& i) {
         return fmt::format("{} {} {}", i.target.name, i.accumulate ? "+=" : "=", print(i.value));
       },
@@ -177,7 +220,10 @@ std::string print_item(const Item& item) {
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
       [](const RepeatItem& i) { return print_repeat(i); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); },
-      [](const AxesItem& i) { return print_axes(i); });
+      [](const AxesItem& i) { return print_axes(i); }, [](const ApplyItem& i) { return print_apply(i); },
+      [](const LayerItem& i) { return print_layer(i); }, [](const BranchItem& i) { return print_branch(i); },
+      [](const PaddingItem& i) { return print_padding(i); }, [](const StartItem& i) { return print_start(i); },
+      [](const RealItem& i) { return "real " + i.precision.name; });
 }
 
 // ---- headers -------------------------------------------------------------------------------------------------------
@@ -218,6 +264,17 @@ std::string print_kernel_header(const Kernel& kernel) {
   return text;
 }
 
+std::string print_network_header(const Network& network) {
+  std::string inputs = network.input_channels ? std::to_string(*network.input_channels) : "";
+  for (const Network::Input& input : network.inputs) {
+    inputs += (inputs.empty() ? "" : ", ") + input.name.name + (input.vector ? ": vector" : "");
+  }
+  std::string text = fmt::format("network {}({})", network.name.name, inputs);
+  if (network.output_channels) text += fmt::format(" -> {}", *network.output_channels);
+  if (!network.outputs.empty()) text += " -> " + print_names(network.outputs);
+  return text;
+}
+
 std::string print_of(const char* keyword, const Identifier& name, std::vector<Identifier> of,
                      const std::vector<Identifier>& also, const std::optional<Identifier>& scheme) {
   of.insert(of.end(), also.begin(), also.end());
@@ -239,7 +296,8 @@ std::string print_header(const DeclarationKind& kind) {
         for (const AdjointItem& item : d.adjoints) text += "\n  " + print_adjoint(item);
         return text;
       },
-      [](const Import& d) { return fmt::format("import \"{}\"", d.path); });
+      [](const Import& d) { return fmt::format("import \"{}\"", d.path); },
+      [](const Network& d) { return print_network_header(d); });
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
@@ -270,7 +328,8 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
       [](const Program& d) -> const std::vector<Item>* { return &d.items; },
       [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); },
       [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); },
-      [](const Import&) -> const std::vector<Item>* { unreachable("an import has no items"); });
+      [](const Import&) -> const std::vector<Item>* { unreachable("an import has no items"); },
+      [](const Network& d) -> const std::vector<Item>* { return &d.items; });
   return rows_of(*items);
 }
 
@@ -307,9 +366,9 @@ std::string print_block(const std::string& header, const BlockLayout& layout, co
   return text + print_comments(layout.closing_comments, "  ") + "}";
 }
 
-std::string print_repeat(const RepeatItem& repeat) {
-  const std::string block = print_comments(repeat.layout.before, "") +
-                            print_block(fmt::format("repeat {}", repeat.count), repeat.layout, rows_of(repeat.items));
+/// A block inside of a block, its lines but the first indented.
+std::string print_inner_block(const std::string& header, const BlockLayout& layout, const std::vector<Item>& items) {
+  const std::string block = print_comments(layout.before, "") + print_block(header, layout, rows_of(items));
   std::string text;
   for (const char c : block) {
     const bool begins_line = !text.empty() && text.back() == '\n';
@@ -317,6 +376,15 @@ std::string print_repeat(const RepeatItem& repeat) {
     text += c;
   }
   return text;
+}
+
+std::string print_repeat(const RepeatItem& repeat) {
+  return print_inner_block(fmt::format("repeat {}", repeat.count), repeat.layout, repeat.items);
+}
+
+std::string print_branch(const BranchItem& branch) {
+  const char* word = branch.join == BranchItem::Join::add ? "residual" : "skip";
+  return print_inner_block(word, branch.layout, branch.items);
 }
 
 std::string print_declaration(const Declaration& declaration) {

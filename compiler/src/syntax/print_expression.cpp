@@ -37,7 +37,8 @@ class Printer {
         [&](const Text& t) { append("\"{}\"", t.value); }, [&](const Name& n) { text_ += n.name; },
         [&](const Unary& u) { print_unary(u); }, [&](const Binary& b) { print_binary(b); },
         [&](const Call& c) { print_call(c); }, [&](const Tuple& t) { print_tuple(t); },
-        [&](const Offsets& o) { print_offsets(o); }, [&](const Error&) { text_ += "<error>"; });
+        [&](const Offsets& o) { print_offsets(o); }, [&](const Component& c) { print_component(c); },
+        [&](const Error&) { text_ += "<error>"; });
     if (parentheses) text_ += ')';
   }
 
@@ -82,6 +83,15 @@ class Printer {
       separator = ", ";
     }
     text_ += ')';
+  }
+
+  void print_component(const Component& component) {
+    const Kind& kind = component.operand->kind;
+    const bool stands_alone = std::holds_alternative<Call>(kind) || std::holds_alternative<Tuple>(kind);
+    if (!stands_alone) text_ += '(';
+    print(component.operand);
+    if (!stands_alone) text_ += ')';
+    append(".{}", component.name.name);
   }
 
   void print_tuple(const Tuple& tuple) {

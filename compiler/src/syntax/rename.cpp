@@ -17,6 +17,7 @@ Expr rename(const Expr& e, const Rename& field) {
       e->kind, [&](const Number&) { return e; }, [&](const Text&) { return e; }, [&](const Error&) { return e; },
       [&](const Name& n) { return same_place(Name{field(n.name)}); },
       [&](const Offsets& o) { return same_place(Offsets{field(o.name), o.offsets, o.grow}); },
+      [&](const Component& c) { return same_place(Component{rename(c.operand, field), c.name}); },
       [&](const Unary& u) { return same_place(Unary{u.op, rename(u.operand, field)}); },
       [&](const Binary& b) { return same_place(Binary{b.op, rename(b.left, field), rename(b.right, field)}); },
       [&](Call c) {

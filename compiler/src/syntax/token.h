@@ -30,6 +30,7 @@ enum class TokenKind {
   dot_dot,
   assign,
   plus_assign,
+  arrow,
   plus,
   minus,
   star,

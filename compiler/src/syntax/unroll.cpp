@@ -136,6 +136,7 @@ class ProgramUnroller {
   void add(const Item& item);
   void add_fill(FillItem fill, const Item& item);
   void add_reduce(ReduceItem reduce, const Item& item);
+  void add_apply(ApplyItem apply, const Item& item);
   void add_run(RunItem run, const Item& item);
   void add_swap(const SwapItem& swap, const Item& item);
   void add_repeat(const RepeatItem& repeat);
@@ -171,6 +172,9 @@ void ProgramUnroller::reserve_fields(const std::vector<Item>& items) {
     if (const FillItem* fill = std::get_if<FillItem>(&item.kind)) names_.reserve(fill->field.name);
     if (const ReduceItem* reduce = std::get_if<ReduceItem>(&item.kind)) names_.reserve(reduce->result.name);
     if (const SwapItem* swap = std::get_if<SwapItem>(&item.kind)) names_.reserve(swap->state.name);
+    if (const ApplyItem* apply = std::get_if<ApplyItem>(&item.kind)) {
+      for (const Identifier& result : apply->to) names_.reserve(result.name);
+    }
     if (const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind)) reserve_fields(repeat->items);
   }
 }
@@ -192,6 +196,7 @@ bool ProgramUnroller::is_short_enough() {
 void ProgramUnroller::add(const Item& item) {
   if (const FillItem* fill = std::get_if<FillItem>(&item.kind)) return add_fill(*fill, item);
   if (const ReduceItem* reduce = std::get_if<ReduceItem>(&item.kind)) return add_reduce(*reduce, item);
+  if (const ApplyItem* apply = std::get_if<ApplyItem>(&item.kind)) return add_apply(*apply, item);
   if (const RunItem* run = std::get_if<RunItem>(&item.kind)) return add_run(*run, item);
   if (const SwapItem* swap = std::get_if<SwapItem>(&item.kind)) return add_swap(*swap, item);
   if (const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind)) return add_repeat(*repeat);
@@ -213,6 +218,18 @@ void ProgramUnroller::add_reduce(ReduceItem reduce, const Item& item) {
   reduce.field.name = read(reduce.field.name, reduce.field.range);
   reduce.result.name = write(reduce.result.name, reduce.result.range);
   emit(std::move(reduce), item);
+}
+
+void ProgramUnroller::add_apply(ApplyItem apply, const Item& item) {
+  for (std::vector<Identifier>* fields : {&apply.inputs, &apply.by}) {
+    for (Identifier& field : *fields) {
+      if (field.name != "_") field.name = read(field.name, field.range);
+    }
+  }
+  for (Identifier& field : apply.to) {
+    if (field.name != "_") field.name = write(field.name, field.range);
+  }
+  emit(std::move(apply), item);
 }
 
 void ProgramUnroller::add_run(RunItem run, const Item& item) {

@@ -120,7 +120,7 @@ void for_each_name(const ast::Expr& e, const std::function<void(const std::strin
       [&](const ast::Tuple& t) {
         for (const ast::Expr& element : t.elements) for_each_name(element, f);
       },
-      [](const ast::Offsets&) {}, [](const ast::Error&) {});
+      [&](const ast::Component& c) { for_each_name(c.operand, f); }, [](const ast::Offsets&) {}, [](const ast::Error&) {});
 }
 
 }  // namespace
@@ -154,6 +154,7 @@ Typed Expressions::any(const ast::Expr& e) {
       [&](const ast::Name& n) { return name(n, range); }, [&](const ast::Unary& u) { return unary(u, range); },
       [&](const ast::Binary&) { return chain(e); }, [&](const ast::Call& c) { return call(c, range); },
       [&](const ast::Tuple& t) { return tuple(t); }, [&](const ast::Offsets& o) { return offsets(o, range); },
+      [&](const ast::Component& c) { return component(c, range); },
       [](const ast::Error&) { return Typed{}; });
 }
 

@@ -61,6 +61,7 @@ class Expressions {
   Typed offsets(const ast::Offsets& e, SourceRange range);
   Typed vector(const std::string& name, SourceRange range);
   Typed component(const ast::Identifier& name);
+  Typed component(const ast::Component& e, SourceRange range);
 
   // calls.cpp
   Typed call(const ast::Call& e, SourceRange range);

@@ -85,11 +85,25 @@ void bind_iterations(Draft& draft, const ast::Expr& e, Optimiser& optimiser) {
   draft.sink.report("bad-iterations", e.range(), {fmt::format("{}", *value)});
 }
 
+/// What stands behind the optimiser.
+void bind_options(Draft& draft, const ast::UsingItem& item, Optimiser& optimiser) {
+  std::map<std::string, SourceRange> seen;
+  for (const ast::Argument& option : item.options) {
+    const auto [first, is_new] = seen.emplace(option.name, option.name_range);
+    if (!is_new) report_duplicate(draft, option.name, option.name_range, first->second);
+    if (option.name == "iterations") {
+      bind_iterations(draft, option.value, optimiser);
+    } else {
+      draft.sink.report("unknown-option", option.name_range, {option.name, "using"}, "understood here: iterations");
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item) {
   Optimiser optimiser;
-  if (item.iterations) bind_iterations(draft, *item.iterations, optimiser);
+  bind_options(draft, item, optimiser);
   const auto* word = std::get_if<ast::Name>(&item.optimiser->kind);
   const auto* written = std::get_if<ast::Call>(&item.optimiser->kind);
   if (!word && !written) {

@@ -76,7 +76,8 @@ void declare_names_of(Draft& draft, const ast::Expr& e, const std::set<std::stri
       [&](const ast::Call& c) {
         for (const ast::Argument& argument : c.arguments) declare_names_of(draft, argument.value, written);
       },
-      [](const ast::Tuple&) {}, [](const ast::Offsets&) {}, [](const ast::Error&) {});
+      [&](const ast::Component& c) { declare_names_of(draft, c.operand, written); }, [](const ast::Tuple&) {}, [](const ast::Offsets&) {},
+      [](const ast::Error&) {});
 }
 
 int largest_rank(const ast::Expr& e) {
@@ -92,7 +93,7 @@ int largest_rank(const ast::Expr& e) {
       [&](const ast::Call& c) {
         for (const ast::Argument& argument : c.arguments) look(argument.value);
       },
-      [](const ast::Tuple&) {}, [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); },
+      [&](const ast::Component& c) { look(c.operand); }, [](const ast::Tuple&) {}, [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); },
       [](const ast::Error&) {});
   return rank;
 }

@@ -265,6 +265,7 @@ void bind_tests(Draft& draft) {
     const bool fine = can_name_a_quantity(draft, item.name, seen);
     const auto value = quantity_of(draft, item.value, "the test");
     const When when = when_of(draft, item.when, true);
+    if (item.on) draft.sink.report("not-allowed-here", item.on->range(), {"another set of data", "a task that learns nothing"});
     if (fine && value) draft.problem.task->tests.push_back({{item.name.name, *value, {range}}, when});
   }
 }
@@ -286,6 +287,9 @@ void mark_unknowns(Draft& draft) {
 void bind_task(Draft& draft) {
   if (!draft.task) return;
   for (const auto& [item, range] : items_of<ast::DataItem>(draft.task->items)) bind_datum(draft, item, range);
+  for (const auto& [item, range] : items_of<ast::LearnItem>(draft.task->items)) {
+    draft.sink.report("not-allowed-here", item.network.range, {"learn", "a task without networks"});
+  }
   bind_unknowns(draft);
   bind_losses(draft);
   bind_tests(draft);

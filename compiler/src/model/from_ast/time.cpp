@@ -199,6 +199,11 @@ void bind_time(Draft& draft) {
 When when_of(Draft& draft, const ast::When& when, bool on_steps) {
   if (std::holds_alternative<ast::WhenEnd>(when)) return {};
   if (std::holds_alternative<ast::WhenOver>(when)) return {When::Kind::over, {}};
+  if (const auto* steps = std::get_if<ast::WhenSteps>(&when)) {
+    draft.sink.report("not-allowed-here", steps->steps.range(), {"a number of steps", "a task that learns nothing"},
+                      "write over time, or at t = 1");
+    return {};
+  }
   When result{When::Kind::at, {}};
   const Problem& problem = draft.problem;
   for (const ast::Expr& e : std::get<ast::WhenAt>(when).times) {

@@ -94,6 +94,21 @@ Typed Expressions::component(const ast::Identifier& name) {
   return {};
 }
 
+/// grad(u).x; on one axis a number is a vector as well.
+Typed Expressions::component(const ast::Component& e, SourceRange range) {
+  const Typed whole = numeric(e.operand);
+  if (whole.type == Typed::Type::none) return {};
+  const int axis = axis_of(e.name.name);
+  const bool is_vector = whole.type == Typed::Type::vector || (axis_count() == 1 && axis == 0);
+  if (!is_vector) {
+    draft_.sink.report("no-components", range, {"this", describe(whole)});
+    return {};
+  }
+  if (axis >= 0) return has_axis(axis, e.name.range) ? number_of(whole.parts[static_cast<std::size_t>(axis)]) : Typed{};
+  draft_.sink.report("unknown-axis", e.name.range, {e.name.name}, "components are called x, y and z");
+  return {};
+}
+
 Typed Expressions::laplacian(const ast::Call& e, SourceRange range) {
   if (!takes(e, 1)) return {};
   const Typed operand = numeric(e.arguments[0].value);
