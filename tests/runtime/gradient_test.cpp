@@ -3,29 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <new>
 
+#include "allocations.h"
 #include "dpde/runtime/checkpoint.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/executor.h"
 #include "rollout_cases.h"
-
-namespace {
-long allocations = 0;
-}
-// Not inlined: g++ would see malloc in one place and delete in another and warn.
-[[gnu::noinline]] void* operator new(size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
-  ++allocations;
-  return std::malloc(size);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 namespace dpde {
 namespace {
@@ -133,10 +116,10 @@ TEST(Gradient, GradientsAllocateNothing) {
     setup.slots = slots;
     Rollout rollout(std::move(setup));
     rollout.initial(0).copy_in(random_values(cells, 1));
-    const long before = allocations;
+    const long before = allocations();
     for (int i = 0; i < 10; ++i) rollout.gradient();
     rollout.loss();
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(allocations(), before);
   }
 }
 
@@ -150,9 +133,9 @@ TEST(Gradient, ReductionsAllocateNothing) {
     executor.bind(0, u.base());
     executor.bind(1, m.base());
     executor.run();
-    const long before = allocations;
+    const long before = allocations();
     for (int i = 0; i < 10; ++i) executor.run();
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(allocations(), before);
   }
 }
 

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "engine.h"
+
+#include <algorithm>
+
+#include "aligned_memory.h"
+#include "engine_rows.h"
+#include "layers.h"
+#include "padding.h"
+
+namespace dpde::nn {
+namespace {
+
+constexpr int64_t line_bytes = 64;
+
+/// `f(field pointer, place in the row of the plane, count)` for pieces of rows that are whole in both.
+template <class Field, class Real, class F>
+void for_each_piece(const Ports& ports, Field* field, const Shape& shape, Real* plane, const F& f) {
+  const dpde_layout& layout = *ports.layout;
+  for (int64_t done = 0; done < ports.count;) {
+    const int64_t cell = ports.first + done, x = cell % layout.cells[0], row = cell / layout.cells[0];
+    const int64_t own_x = done % shape.cells[0], count = std::min({layout.cells[0] - x, shape.cells[0] - own_x, ports.count - done});
+    f(field + index_of(layout, x, row % layout.cells[1], row / layout.cells[1]), plane + shape.row(done / shape.cells[0]) + own_x, count);
+    done += count;
+  }
+}
+
+}  // namespace
+
+template <class Real>
+Engine<Real>::Engine(const Plan& plan, int threads) : plan_(plan), threads_(threads), kernels_(kernels<Real>()) {
+  const size_t count = plan_.values.size();
+  values_.resize(count);
+  adjoints_.resize(count);
+  roots_.resize(count);
+  margin_read_.resize(count);
+  needed_.resize(count);
+  written_.resize(count);
+  packed_.resize(plan_.steps.size());
+  weights_.resize(static_cast<size_t>(plan_.network.weight_count));
+  for (const Step& step : plan_.steps) {
+    if (step.live && step.layer.kind == DPDE_CONV && !step.convolution.phased) margin_read_[static_cast<size_t>(step.layer.input)] = 1;
+  }
+  lay_out(false);
+  bytes_ = used_;
+  memory_.reset(allocate_bytes(bytes_));
+  lay_out(true);
+}
+
+template <class Real>
+Real* Engine<Real>::take(int64_t count, bool place) {
+  Real* const result = place ? reinterpret_cast<Real*>(memory_.get() + used_) : nullptr;
+  used_ += (count * static_cast<int64_t>(sizeof(Real)) + line_bytes - 1) / line_bytes * line_bytes;
+  return result;
+}
+
+/// Twice: to know how much, then to give it out.
+template <class Real>
+void Engine<Real>::lay_out(bool place) {
+  used_ = 0;
+  for (size_t v = 0; v < plan_.values.size(); ++v) {
+    const Value& value = plan_.values[v];
+    const bool live = v == 0 || plan_.steps[v - 1].live;
+    if (!live) continue;
+    if (value.kept) values_[v] = take(value.shape.size, place) + value.shape.origin;
+    if (value.root == static_cast<int32_t>(v)) roots_[v] = take(std::max(value.shape.size, value.adjoint.size), place);
+  }
+  int64_t phases = 0;
+  for (size_t k = 0; k < plan_.steps.size(); ++k) {
+    const Convolution& convolution = plan_.steps[k].convolution;
+    const auto size = [](const Product& product) { return static_cast<int64_t>(product.weights.size()); };
+    Packed& packed = packed_[k];
+    packed.forward = take(size(convolution.forward), place);
+    packed.rates = take(size(convolution.forward), place);
+    packed.bias = take(plan_.steps[k].layer.channels, place);
+    packed.bias_rates = take(plan_.steps[k].layer.channels, place);
+    packed.reverse.resize(convolution.reverse.size());
+    for (size_t phase = 0; phase < packed.reverse.size(); ++phase) packed.reverse[phase] = take(size(convolution.reverse[phase]), place);
+    if (convolution.phased) phases = std::max(phases, convolution.phases.size);
+  }
+  phases_ = take(phases, place);
+  phases_bar_ = take(phases, place);
+}
+
+template <class Real>
+View<Real> Engine<Real>::rate_view(size_t value) const {
+  const auto root = static_cast<size_t>(plan_.values[value].root);
+  const Shape& shape = plan_.values[root].shape;
+  return {roots_[root] + shape.origin, &shape};
+}
+
+template <class Real>
+View<Real> Engine<Real>::adjoint_view(size_t value) const {
+  const auto root = static_cast<size_t>(plan_.values[value].root);
+  const Shape& shape = plan_.values[root].adjoint;
+  return {roots_[root] + shape.origin, &shape};
+}
+
+template <class Real>
+void Engine<Real>::set_weights(const double* weights) {
+  std::copy_n(weights, weights_.size(), weights_.begin());
+  for (size_t k = 0; k < plan_.steps.size(); ++k) {
+    const Step& step = plan_.steps[k];
+    if (!step.live || step.layer.kind != DPDE_CONV) continue;
+    pack(step.convolution.forward, weights_.data(), packed_[k].forward);
+    if (step.layer.bias < 0) continue;
+    std::transform(weights + step.layer.bias, weights + step.layer.bias + step.layer.channels, packed_[k].bias,
+                   [](double value) { return static_cast<Real>(value); });
+  }
+  reverse_packed_ = false;
+}
+
+template <class Real>
+void Engine<Real>::load(const Ports& ports, void* const* fields, const View<Real>& view) {
+  const Shape& shape = *view.shape;
+  const int64_t cells = shape.rows() * shape.cells[0];
+  parallel(threads_, shape.channels, shape.channels * cells / 4, [&](int64_t channel) {
+    Real* const plane = view.plane(channel);
+    void* const field = fields ? fields[channel] : nullptr;
+    if (field == nullptr || ports.count < cells) {
+      for (int64_t number = 0; number < shape.rows(); ++number) std::fill_n(plane + shape.row(number), shape.cells[0], Real(0));
+    }
+    if (field == nullptr) return;
+    with_field(ports.layout->real, field, [&](const auto* base) {
+      for_each_piece(ports, base, shape, plane, [](const auto* from, Real* to, int64_t count) {
+        for (int64_t x = 0; x < count; ++x) to[x] = static_cast<Real>(from[x]);
+      });
+    });
+  });
+}
+
+template <class Real>
+void Engine<Real>::store(const Ports& ports, const View<Real>& view, void* const* fields) {
+  const Shape& shape = *view.shape;
+  parallel(threads_, shape.channels, shape.channels * shape.rows() * shape.cells[0] / 4, [&](int64_t channel) {
+    if (fields[channel] == nullptr) return;
+    with_field(ports.layout->real, fields[channel], [&](auto* base) {
+      for_each_piece(ports, base, shape, view.plane(channel), [](auto* to, const Real* from, int64_t count) {
+        for (int64_t x = 0; x < count; ++x) to[x] = static_cast<std::remove_reference_t<decltype(*to)>>(from[x]);
+      });
+    });
+  });
+}
+
+/// Margins of a value (or its rates) that is complete.
+template <class Real>
+void Engine<Real>::finish(size_t value, const View<Real>& view) {
+  if (!margin_read_[value]) return;
+  const Shape& shape = *view.shape;
+  const int64_t margins = shape.plane - shape.rows() * shape.cells[0];
+  parallel(threads_, shape.channels, shape.channels * margins / 4, [&](int64_t channel) { fill_margin(shape, view.plane(channel)); });
+}
+
+template <class Real>
+void Engine<Real>::value(const Ports& ports, void* const* inputs, void* const* outputs) {
+  load(ports, inputs, value_view(0));
+  run(false);
+  store(ports, value_view(plan_.values.size() - 1), outputs);
+}
+
+/// `keep`: all that derivatives need.
+template <class Real>
+void Engine<Real>::run(bool keep) {
+  finish(0, value_view(0));
+  for (size_t k = 0; k < plan_.steps.size(); ++k) run_step(k, keep);
+}
+
+template <class Real>
+void Engine<Real>::run_step(size_t k, bool keep) {
+  const Step& step = plan_.steps[k];
+  if (!step.live) return;
+  const auto input = static_cast<size_t>(step.layer.input);
+  if (step.layer.kind == DPDE_CONV) return run_convolution(k, keep);
+  const bool done = step.layer.kind == DPDE_ACTIVATE && input > 0 && plan_.steps[input - 1].fused == static_cast<int32_t>(k) &&
+                    (!keep || !plan_.values[input].kept);
+  if (!done) {
+    run_layer(step, value_view(input), joins(step) ? value_view(static_cast<size_t>(step.layer.other)) : View<Real>{}, value_view(k + 1));
+    finish(k + 1, value_view(k + 1));
+  }
+}
+
+/// The input of a convolution as its terms want it.
+template <class Real>
+View<Real> Engine<Real>::read_by(const Step& step, const View<Real>& input) {
+  if (!step.convolution.phased) return input;
+  const View<Real> phases{phases_ + step.convolution.phases.origin, &step.convolution.phases};
+  make_phases(threads_, step.convolution, input, phases);
+  return phases;
+}
+
+template <class Real>
+void Engine<Real>::run_convolution(size_t k, bool keep) {
+  const Step& step = plan_.steps[k];
+  const bool fuses = step.fused >= 0 && (!keep || !plan_.values[k + 1].kept);
+  const size_t result = fuses ? static_cast<size_t>(step.fused) + 1 : k + 1;
+  Ends<Real> ends;
+  if (step.layer.bias >= 0) ends.bias = packed_[k].bias;
+  if (fuses) {
+    const dpde_layer& activation = plan_.steps[static_cast<size_t>(step.fused)].layer;
+    ends.activation = activation.activation;
+    ends.factor = static_cast<Real>(activation.factor);
+  }
+  const View<Real> source = read_by(step, value_view(static_cast<size_t>(step.layer.input)));
+  convolve(threads_, step.convolution.forward, packed_[k].forward, source, {value_view(result)}, whole(plan_.values[k + 1]), ends);
+  finish(result, value_view(result));
+}
+
+template <class Real>
+void Engine<Real>::run_layer(const Step& step, const View<Real>& input, const View<Real>& other, const View<Real>& result) {
+  const dpde_layer& layer = step.layer;
+  const auto factor = static_cast<Real>(layer.factor);
+  const int64_t channels = input.shape->channels, cells = input.shape->cells[0];
+  switch (layer.kind) {
+    case DPDE_ACTIVATE:
+      return for_each_row_of(threads_, *input.shape, 4, [&](int64_t channel, int64_t row) {
+        kernels_.activate(layer.activation, factor, input.row(channel, row), result.row(channel, row), cells);
+      });
+    case DPDE_SCALE:
+    case DPDE_ADD:
+      return for_each_row_of(threads_, *input.shape, 1, [&](int64_t channel, int64_t row) {
+        Real* const to = result.row(channel, row);
+        kernels_.scale(layer.kind == DPDE_SCALE ? factor : Real(1), input.row(channel, row), to, false, cells);
+        if (layer.kind == DPDE_ADD) kernels_.scale(1, other.row(channel, row), to, true, cells);
+      });
+    case DPDE_CONCAT:
+      copy_channels(threads_, input, 0, result, 0, channels, false);
+      return copy_channels(threads_, other, 0, result, channels, other.shape->channels, false);
+    case DPDE_MEAN_POOL: return mean_pool(threads_, layer.stride, input, result);
+    case DPDE_MAX_POOL: return max_pool(threads_, layer.stride, input, input, result);
+    case DPDE_UPSAMPLE: return upsample(threads_, layer.stride, input, result);
+    default: return fix_sum(threads_, factor, input, result, false);
+  }
+}
+
+template class Engine<float>;
+template class Engine<double>;
+
+}  // namespace dpde::nn

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// A plan with the memory it works in.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "convolve.h"
+#include "plan.h"
+#include "view.h"
+
+namespace dpde::nn {
+
+/// Fields of a host, and which of their cells (counted as in dense arrays) those of the network are; fewer than it has: the rest is 0.
+struct Ports {
+  const dpde_layout* layout;
+  int64_t first, count;
+};
+
+template <class Real>
+class Engine {
+ public:
+  Engine(const Plan& plan, int threads);
+
+  void set_weights(const double* weights);
+  void value(const Ports& ports, void* const* inputs, void* const* outputs);
+  void tangent(const Ports& ports, void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates);
+  void adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
+  int64_t bytes() const { return bytes_; }
+
+ private:
+  /// Weights of one convolution in memory.
+  struct Packed {
+    Real *forward = nullptr, *rates = nullptr, *bias = nullptr, *bias_rates = nullptr;
+    std::vector<Real*> reverse;
+  };
+  struct Free {
+    void operator()(char* memory) const { std::free(memory); }
+  };
+
+  // Memory: engine.cpp
+  void lay_out(bool place);
+  Real* take(int64_t count, bool place);
+  View<Real> value_view(size_t value) const { return {values_[value], &plan_.values[value].shape}; }
+  View<Real> rate_view(size_t value) const;
+  View<Real> adjoint_view(size_t value) const;
+  bool joins(const Step& step) const { return step.layer.kind == DPDE_ADD || step.layer.kind == DPDE_CONCAT; }
+
+  // Forward: engine.cpp
+  void load(const Ports& ports, void* const* fields, const View<Real>& view);
+  void store(const Ports& ports, const View<Real>& view, void* const* fields);
+  void run(bool keep);
+  void run_step(size_t k, bool keep);
+  void run_convolution(size_t k, bool keep);
+  void run_layer(const Step& step, const View<Real>& input, const View<Real>& other, const View<Real>& result);
+  void finish(size_t value, const View<Real>& view);
+  View<Real> read_by(const Step& step, const View<Real>& input);
+  Range whole(const Value& value) const { return {{}, value.cells}; }
+  template <class F>
+  void for_each_row(const Shape& shape, int64_t cost, const F& f);
+
+  // Rates: engine_tangent.cpp
+  void rate_step(size_t k, const double* weight_rates);
+  void rate_convolution(size_t k, const double* weight_rates);
+
+  // Reverse: engine_adjoint.cpp
+  void find_needs(void* const* input_bars, bool weights);
+  void adjoint_step(size_t k, double* weight_bars);
+  void adjoint_convolution(size_t k, double* weight_bars);
+  void adjoint_of_input(size_t k);
+  void adjoint_of_phases(size_t k);
+  void add_bias_gradient(const Step& step, const View<Real>& seeds, double* weight_bars);
+  void adjoint_activation(size_t k);
+  void adjoint_sum(size_t k);
+  void adjoint_pool(size_t k);
+  bool begin_adjoint(size_t value);
+  View<Real> added_to(size_t value);
+
+  Plan plan_;
+  int threads_;
+  const Kernels<Real>& kernels_;
+  std::vector<Real*> values_, adjoints_;  // cells (0, 0, 0)
+  std::vector<Real*> roots_;              // memory that rates and adjoints share
+  std::vector<Packed> packed_;            // for each step
+  std::vector<char> margin_read_;         // for each value: its margin is read
+  std::vector<char> needed_, written_;    // for each value in a reverse run: its adjoint is wanted, holds something
+  std::vector<double> weights_;
+  bool reverse_packed_ = false;
+  Real *phases_ = nullptr, *phases_bar_ = nullptr;
+  std::unique_ptr<char, Free> memory_;
+  int64_t bytes_ = 0, used_ = 0;
+};
+
+}  // namespace dpde::nn

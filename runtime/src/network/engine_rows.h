@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the parts of the engine share.
+#pragma once
+
+#include "real.h"
+#include "view.h"
+
+namespace dpde::nn {
+
+/// `f(channel, row)` for all rows of a shape; `cost` of a cell in tenths of a nanosecond, about.
+template <class F>
+void for_each_row_of(int threads, const Shape& shape, int64_t cost, const F& f) {
+  const int64_t rows = shape.rows(), all = shape.channels * rows;
+  parallel_pieces(threads, all, 1, all * shape.cells[0] * cost / 10, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) f(i / rows, i % rows);
+  });
+}
+
+/// `f(base)` with the type that values of a field have.
+template <class F>
+void with_field(int32_t real, void* base, const F& f) {
+  with_real(real, [&](auto value) { f(static_cast<decltype(value)*>(base)); });
+}
+
+}  // namespace dpde::nn

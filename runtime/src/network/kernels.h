@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is done to whole rows of planes in vectors. The same source is compiled for several instruction sets (vector_kernels.h);
+// `kernels` chooses when the program runs. All rows begin on 64 bytes and have room for whole vectors of 64 bytes: lanes beyond
+// the cells of a row are written too, and hold what means nothing.
+#pragma once
+
+#include <stdint.h>
+
+namespace dpde::nn {
+
+/// Channels of the result that are computed together: 8, 4, 2 or 1.
+struct Block {
+  int64_t first, width;
+  int64_t input;    // elements from the first plane that is read to the first one of the group
+  int64_t weights;  // where those of the block begin: [term][width]
+};
+
+/// result[c](p) = begin + sum over terms t of weights[t][c] * input(p + offsets[t]), then the activation.
+template <class Real>
+struct ConvolveCall {
+  const Real* input;  // cell (0, 0, 0) of what is read, of the first plane
+  Real* output;       // the first cell of the range that is written, of the first plane
+  int64_t first_x;    // of that range: where reading begins, relative to `input`
+  int64_t first[2];   // y and z alike
+  int64_t cells, rows_y;
+  int64_t input_stride[2], output_stride[2];  // of y, z
+  int64_t output_plane;
+  const int64_t* offsets;
+  int64_t terms;
+  const Real* weights;
+  const Real* bias;  // null: none
+  bool add;          // to what the output holds
+  const Block* blocks;
+  int64_t block_count;
+  int32_t activation;  // DPDE_RELU ..., -1: none
+  Real factor;
+};
+
+/// bars[c][t] += sum over p of seeds[c](p) * values(p + offsets[t]). Seeds are 0 beyond the cells of a row.
+template <class Real>
+struct WeightGradientCall {
+  const Real* seeds;
+  const Real* values;
+  int64_t cells, rows_y, rows;  // rows: all, of y and z
+  int64_t seed_plane, seed_stride[2], value_stride[2];
+  const int64_t* offsets;
+  int64_t terms;
+  double* bars;
+};
+
+template <class Real>
+struct Kernels {
+  int64_t widest_block;
+  /// Rows begin .. end-1, counted through y, then z.
+  void (*convolve)(const ConvolveCall<Real>& call, int64_t begin, int64_t end);
+  /// Terms begin .. end-1 of the channels of a block.
+  void (*weight_gradient)(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end);
+  void (*activate)(int32_t kind, Real factor, const Real* values, Real* results, int64_t count);
+  /// results (+)= f'(values) * rates; of the kinds that have_rate_of_result also with the results of f for values.
+  void (*activation_rate)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count);
+  void (*rate_of_result)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count);
+  void (*scale)(Real factor, const Real* values, Real* results, bool add, int64_t count);
+  Real (*sum)(const Real* values, int64_t count);
+};
+
+/// Those of this machine.
+template <class Real>
+const Kernels<Real>& kernels();
+
+}  // namespace dpde::nn

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layers that are cheap beside convolutions: joining channels, pools, upsampling, fixed sums; their rates and adjoints.
+#pragma once
+
+#include "view.h"
+
+namespace dpde::nn {
+
+/// Channels first .. of `from` to (added to) those of `to`.
+template <class Real>
+void copy_channels(int threads, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add);
+
+template <class Real>
+void clear_cells(int threads, const View<Real>& view);
+
+template <class Real>
+void mean_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse);
+template <class Real>
+void add_mean_pool_adjoint(int threads, int64_t stride, const View<Real>& coarse_bar, const View<Real>& fine_bar);
+
+/// `taken`: the values of the cells that are the largest of `fine`: `fine` itself, or its rates.
+template <class Real>
+void max_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse);
+template <class Real>
+void add_max_pool_adjoint(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar);
+
+template <class Real>
+void upsample(int threads, int64_t stride, const View<Real>& coarse, const View<Real>& fine);
+template <class Real>
+void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_bar, const View<Real>& coarse_bar);
+
+/// Also its rate and, being symmetric, its adjoint, with a sum of 0.
+template <class Real>
+void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& results, bool add);
+
+}  // namespace dpde::nn

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dpde/runtime/network.h"
+
+#include <new>
+
+#include "dpde/runtime/error.h"
+#include "runner.h"
+
+namespace dpde {
+
+class Network::Impl {
+ public:
+  explicit Impl(std::unique_ptr<nn::Runner> runner) : runner_(std::move(runner)) {}
+  nn::Runner& runner() { return *runner_; }
+
+ private:
+  std::unique_ptr<nn::Runner> runner_;
+};
+
+Network::Network(const dpde_network& network, const dpde_layout& layout, int threads) {
+  try {
+    impl_ = std::make_unique<Impl>(nn::make_runner(network, layout, threads));
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorKind::machine, "there is no memory for the network");
+  }
+}
+Network::~Network() = default;
+Network::Network(Network&&) noexcept = default;
+Network& Network::operator=(Network&&) noexcept = default;
+
+void Network::set_weights(const double* weights) { impl_->runner().set_weights(weights); }
+void Network::value(void* const* inputs, void* const* outputs) { impl_->runner().value(inputs, outputs); }
+void Network::tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) {
+  impl_->runner().tangent(inputs, input_rates, weight_rates, output_rates);
+}
+void Network::adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) {
+  impl_->runner().adjoint(inputs, seeds, input_bars, weight_bars);
+}
+std::int64_t Network::bytes() const { return impl_->runner().bytes(); }
+
+}  // namespace dpde

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runner.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "engine.h"
+#include "real.h"
+
+namespace dpde::nn {
+namespace {
+
+template <class Real>
+class WholeGrid final : public Runner {
+ public:
+  WholeGrid(const Plan& plan, int threads) : ports_{nullptr, 0, cell_count(plan.layout)}, layout_(plan.layout), engine_(plan, threads) {
+    ports_.layout = &layout_;
+  }
+  void set_weights(const double* weights) override { engine_.set_weights(weights); }
+  void value(void* const* inputs, void* const* outputs) override { engine_.value(ports_, inputs, outputs); }
+  void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) override {
+    engine_.tangent(ports_, inputs, input_rates, weight_rates, output_rates);
+  }
+  void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
+    engine_.adjoint(ports_, inputs, seeds, input_bars, weight_bars);
+  }
+  int64_t bytes() const override { return engine_.bytes(); }
+
+ private:
+  Ports ports_;
+  dpde_layout layout_;
+  Engine<Real> engine_;
+};
+
+constexpr int64_t block_cells = 480;  // whole vectors three at a time; some hundred channels of them stay in the second cache
+
+/// A network without neighbours, all layers over one block of cells after the other. Blocks belong to shares, whose number depends
+/// on the grid alone: the weights' adjoints are summed in each and then over them, always in the same order.
+template <class Real>
+class Blocks final : public Runner {
+ public:
+  Blocks(const Plan& block, const dpde_layout& layout, int threads) : layout_(layout) {
+    constexpr int64_t most_shares = 16;
+    blocks_ = (cell_count(layout) + block_cells - 1) / block_cells;
+    shares_ = std::min(blocks_, most_shares);
+    threads_ = static_cast<int>(std::min<int64_t>(threads, shares_));
+    for (int thread = 0; thread < threads_; ++thread) engines_.push_back(std::make_unique<Engine<Real>>(block, 1));
+    bars_.resize(static_cast<size_t>(shares_ * block.network.weight_count));
+    weight_count_ = block.network.weight_count;
+  }
+  void set_weights(const double* weights) override {
+    for (const auto& engine : engines_) engine->set_weights(weights);
+  }
+  void value(void* const* inputs, void* const* outputs) override {
+    for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t) { engine.value(ports, inputs, outputs); });
+  }
+  void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) override {
+    for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t) { engine.tangent(ports, inputs, input_rates, weight_rates, output_rates); });
+  }
+  void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
+    std::fill(bars_.begin(), bars_.end(), 0.0);
+    for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t share) {
+      engine.adjoint(ports, inputs, seeds, input_bars, weight_bars ? bars_.data() + share * weight_count_ : nullptr);
+    });
+    if (weight_bars == nullptr) return;
+    for (int64_t share = 0; share < shares_; ++share) {
+      for (int64_t i = 0; i < weight_count_; ++i) weight_bars[i] += bars_[static_cast<size_t>(share * weight_count_ + i)];
+    }
+  }
+  int64_t bytes() const override {
+    return static_cast<int64_t>(bars_.size() * sizeof(double)) + threads_ * engines_.front()->bytes();
+  }
+
+ private:
+  template <class F>
+  void for_each_block(const F& f) {
+#pragma omp parallel for num_threads(threads_) schedule(dynamic) if (threads_ > 1)
+    for (int64_t share = 0; share < shares_; ++share) {
+      Engine<Real>& engine = *engines_[threads_ > 1 ? static_cast<size_t>(omp_get_thread_num()) : 0];
+      const int64_t begin = blocks_ * share / shares_, end = blocks_ * (share + 1) / shares_;
+      for (int64_t block = begin; block < end; ++block) {
+        const int64_t first = block * block_cells;
+        f(engine, {&layout_, first, std::min(block_cells, cell_count(layout_) - first)}, share);
+      }
+    }
+  }
+
+  dpde_layout layout_;
+  std::vector<std::unique_ptr<Engine<Real>>> engines_;
+  std::vector<double> bars_;
+  int64_t blocks_ = 0, shares_ = 0, weight_count_ = 0;
+  int threads_ = 1;
+};
+
+bool has_neighbours(const dpde_network& network) {
+  return std::any_of(network.layers, network.layers + network.layer_count, [](const dpde_layer& layer) {
+    if (layer.kind == DPDE_CONV) return layer.extent != 1 || layer.stride != 1;
+    return layer.kind == DPDE_MEAN_POOL || layer.kind == DPDE_MAX_POOL || layer.kind == DPDE_UPSAMPLE;
+  });
+}
+
+template <class Real>
+std::unique_ptr<Runner> make(const dpde_network& network, const dpde_layout& layout, int threads) {
+  const int64_t widest = kernels<Real>().widest_block;
+  const Plan plan = make_plan(network, layout, widest);
+  if (has_neighbours(network) || cell_count(layout) <= block_cells) return std::make_unique<WholeGrid<Real>>(plan, threads);
+  dpde_network block_network = network;
+  block_network.rank = 1;
+  const int64_t cells[] = {block_cells};
+  return std::make_unique<Blocks<Real>>(make_plan(block_network, make_layout(cells, {}, network.real), widest), layout, threads);
+}
+
+}  // namespace
+
+std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, int threads) {
+  return with_real(network.real, [&](auto real) { return make<decltype(real)>(network, layout, std::max(threads, 1)); });
+}
+
+}  // namespace dpde::nn

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands behind Network: the whole grid at once, or blocks of cells where no cell sees another.
+#pragma once
+
+#include <memory>
+
+#include "dpde/network_abi.h"
+#include "dpde/runtime/layout.h"
+
+namespace dpde::nn {
+
+class Runner {
+ public:
+  virtual ~Runner() = default;
+  virtual void set_weights(const double* weights) = 0;
+  virtual void value(void* const* inputs, void* const* outputs) = 0;
+  virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) = 0;
+  virtual void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) = 0;
+  virtual int64_t bytes() const = 0;
+};
+
+std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, int threads);
+
+}  // namespace dpde::nn

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kernels of kernels.h in vectors of `Bytes` for a machine with `Registers` of them. See vector_math.h for what holds for
+// files that include this.
+//
+// A convolution holds `width` channels times some vectors of cells in registers over the whole sum; its weights come one by one
+// and meet all of these vectors, its input comes once for all of these channels. A weight gradient holds channels times terms.
+#pragma once
+
+#include "dpde/network_abi.h"
+#include "kernels.h"
+#include "vector_math.h"
+
+namespace dpde::nn {
+namespace {
+
+template <class Real, int Bytes, int Registers>
+struct Code {
+  using M = Maths<Real, Bytes>;
+  using T = typename M::T;
+  using V = typename M::V;
+  using Anywhere = typename T::Anywhere;
+  static constexpr int lanes = T::lanes, widest = Registers >= 32 ? 8 : 4;
+  static constexpr int64_t line = 64 / sizeof(Real);
+
+  static V load(const Real* at) { return *reinterpret_cast<const Anywhere*>(at); }
+  static void store(Real* at, V value) { *reinterpret_cast<Anywhere*>(at) = value; }
+  static int64_t vectors_of(int64_t cells) { return (cells + lanes - 1) / lanes; }
+
+  /// Vectors (terms) that blocks of a width hold at once, so that all fit the registers and enough sums do not wait for each other.
+  static constexpr int most(int width) {
+    if (Registers >= 32) return width == 8 ? 3 : width == 4 ? 6 : 8;
+    return width == 4 ? 3 : 4;
+  }
+  /// The next piece of `count` when pieces of `limit` at most are of about equal size.
+  static int64_t piece(int64_t count, int64_t limit) {
+    const int64_t pieces = (count + limit - 1) / limit, even = (count + pieces - 1) / pieces;
+    return even == 5 ? 4 : even == 7 ? 6 : even;
+  }
+
+  static V activated(int32_t kind, Real factor, V v) {
+    switch (kind) {
+      case DPDE_RELU: return v < 0 ? V{} : v;
+      case DPDE_LEAKY_RELU: return v > v * factor ? v : v * factor;
+      case DPDE_GELU: return v * M::normal(v).below;
+      case DPDE_TANH: return M::tanh(v);
+      case DPDE_SIGMOID: return M::sigmoid(v);
+      case DPDE_SOFTPLUS: return M::softplus(v);
+      case DPDE_SILU: return v * M::sigmoid(v);
+      default: return v;
+    }
+  }
+  static V derivative(int32_t kind, Real factor, V v) {
+    const V one = M::all(1);
+    switch (kind) {
+      case DPDE_RELU: return v > 0 ? one : V{};
+      case DPDE_LEAKY_RELU: return v > v * factor ? one : M::all(factor);
+      case DPDE_GELU: {
+        const auto normal = M::normal(v);
+        return normal.below + v * normal.density;
+      }
+      case DPDE_SOFTPLUS: return M::sigmoid(v);
+      case DPDE_SILU: {
+        const V e = M::exp(-v), s = one / (one + e);
+        return s * (one + v * (e * s));
+      }
+      case DPDE_TANH: return derivative_of_result(kind, factor, M::tanh(v));
+      default: return derivative_of_result(kind, factor, M::sigmoid(v));
+    }
+  }
+  static V derivative_of_result(int32_t kind, Real factor, V r) {
+    const V one = M::all(1);
+    switch (kind) {
+      case DPDE_RELU: return r > 0 ? one : V{};
+      case DPDE_LEAKY_RELU: return r > 0 ? one : M::all(factor);
+      case DPDE_TANH: return one - r * r;
+      default: return r * (one - r);
+    }
+  }
+
+  template <int Width, int Count>
+  [[gnu::noinline]] static void tile(const ConvolveCall<Real>& call, const Block& block, const Real* input, Real* output, int64_t input_step,
+                                     int64_t output_step) {
+    V sums[Width][Count];
+#pragma GCC unroll 8
+    for (int c = 0; c < Width; ++c) {
+#pragma GCC unroll 8
+      for (int v = 0; v < Count; ++v) {
+        sums[c][v] = call.bias ? M::all(call.bias[block.first + c]) : V{};
+        if (call.add) sums[c][v] += load(output + c * call.output_plane + v * output_step);
+      }
+    }
+    const Real* weights = call.weights + block.weights;
+    const int64_t *term = call.offsets, *const end = term + call.terms;
+    for (; term != end; ++term, weights += Width) {
+      const Real* const at = input + *term;
+      V values[Count];
+#pragma GCC unroll 8
+      for (int v = 0; v < Count; ++v) values[v] = load(at + v * input_step);
+#pragma GCC unroll 8
+      for (int c = 0; c < Width; ++c) {
+        const V weight = M::all(weights[c]);
+#pragma GCC unroll 8
+        for (int v = 0; v < Count; ++v) sums[c][v] += weight * values[v];
+      }
+    }
+#pragma GCC unroll 8
+    for (int c = 0; c < Width; ++c) {
+#pragma GCC unroll 8
+      for (int v = 0; v < Count; ++v) store(output + c * call.output_plane + v * output_step, sums[c][v]);
+    }
+  }
+
+  /// `count` vectors that lie the steps apart.
+  template <int Width>
+  static void tiles(const ConvolveCall<Real>& call, const Block& block, const Real* input, Real* output, int64_t count, int64_t input_step,
+                    int64_t output_step) {
+    while (count > 0) {
+      const int64_t n = piece(count, most(Width));
+      switch (n) {
+        case 1: tile<Width, 1>(call, block, input, output, input_step, output_step); break;
+        case 2: tile<Width, 2>(call, block, input, output, input_step, output_step); break;
+        case 3: tile<Width, 3>(call, block, input, output, input_step, output_step); break;
+        case 4: if constexpr (most(Width) >= 4) tile<Width, 4>(call, block, input, output, input_step, output_step); break;
+        case 6: if constexpr (most(Width) >= 6) tile<Width, 6>(call, block, input, output, input_step, output_step); break;
+        default: if constexpr (most(Width) >= 8) tile<Width, 8>(call, block, input, output, input_step, output_step); break;
+      }
+      if (call.activation >= 0) finish(call, Width, output, n, output_step);
+      count -= n;
+      input += n * input_step;
+      output += n * output_step;
+    }
+  }
+  static void finish(const ConvolveCall<Real>& call, int64_t width, Real* output, int64_t count, int64_t step) {
+    for (int64_t c = 0; c < width; ++c) {
+      for (int64_t v = 0; v < count; ++v) {
+        Real* const at = output + c * call.output_plane + v * step;
+        store(at, activated(call.activation, call.factor, load(at)));
+      }
+    }
+  }
+
+  static void blocks(const ConvolveCall<Real>& call, int64_t x, int64_t y, int64_t z, int64_t count, bool along_y) {
+    const Real* const input = call.input + call.first_x + x + (call.first[0] + y) * call.input_stride[0] + (call.first[1] + z) * call.input_stride[1];
+    Real* const output = call.output + x + y * call.output_stride[0] + z * call.output_stride[1];
+    const int64_t input_step = along_y ? call.input_stride[0] : lanes, output_step = along_y ? call.output_stride[0] : lanes;
+    for (const Block* block = call.blocks; block != call.blocks + call.block_count; ++block) {
+      const Real* const from = input + block->input;
+      Real* const to = output + block->first * call.output_plane;
+      switch (block->width) {
+        case 8: if constexpr (widest == 8) tiles<8>(call, *block, from, to, count, input_step, output_step); break;
+        case 4: tiles<4>(call, *block, from, to, count, input_step, output_step); break;
+        case 2: tiles<2>(call, *block, from, to, count, input_step, output_step); break;
+        default: tiles<1>(call, *block, from, to, count, input_step, output_step); break;
+      }
+    }
+  }
+
+  static void convolve(const ConvolveCall<Real>& call, int64_t begin, int64_t end) {
+    int64_t width = 1;
+    for (int64_t b = 0; b < call.block_count; ++b) width = call.blocks[b].width > width ? call.blocks[b].width : width;
+    const int64_t vectors = vectors_of(call.cells), most_at_once = width == 8 ? most(8) : width == 4 ? most(4) : width == 2 ? most(2) : most(1);
+    for (int64_t row = begin; row < end;) {
+      const int64_t y = row % call.rows_y, z = row / call.rows_y;
+      if (vectors == 1) {  // narrow: several rows together
+        const int64_t left = end - row < call.rows_y - y ? end - row : call.rows_y - y;
+        const int64_t together = left < 8 ? left : 8;
+        blocks(call, 0, y, z, together, true);
+        row += together;
+        continue;
+      }
+      for (int64_t v = 0; v < vectors;) {
+        const int64_t n = piece(vectors - v, most_at_once);
+        blocks(call, v * lanes, y, z, n, false);
+        v += n;
+      }
+      ++row;
+    }
+  }
+
+  static Real total(V v) {
+    Real sum = 0;
+    for (int l = 0; l < lanes; ++l) sum += v[l];
+    return sum;
+  }
+
+  /// Cells that a gradient is summed over before it goes to doubles.
+  struct Piece {
+    int64_t begin, end;  // rows
+    int64_t first_x, vectors;
+  };
+
+  template <int Width, int Count>
+  [[gnu::noinline]] static void gradient_tile(const WeightGradientCall<Real>& call, const Block& block, int64_t first_term, const Piece& piece) {
+    V sums[Width][Count] = {};
+    const Real* seeds = call.seeds + block.first * call.seed_plane + piece.first_x;
+    const Real* values = call.values + block.input + piece.first_x;
+    const int64_t vectors = piece.vectors, seed_plane = call.seed_plane;
+    int64_t offsets[Count];
+    for (int t = 0; t < Count; ++t) offsets[t] = call.offsets[first_term + t];
+    for (int64_t row = piece.begin; row < piece.end; ++row) {
+      const int64_t y = row % call.rows_y, z = row / call.rows_y;
+      const Real* g = seeds + y * call.seed_stride[0] + z * call.seed_stride[1];
+      const Real* v = values + y * call.value_stride[0] + z * call.value_stride[1];
+      for (int64_t x = 0; x < vectors; ++x, g += lanes, v += lanes) {
+        V at[Count];
+#pragma GCC unroll 8
+        for (int t = 0; t < Count; ++t) at[t] = load(v + offsets[t]);
+#pragma GCC unroll 8
+        for (int c = 0; c < Width; ++c) {
+          const V seed = load(g + c * seed_plane);
+#pragma GCC unroll 8
+          for (int t = 0; t < Count; ++t) sums[c][t] += seed * at[t];
+        }
+      }
+    }
+#pragma GCC unroll 8
+    for (int c = 0; c < Width; ++c) {
+#pragma GCC unroll 8
+      for (int t = 0; t < Count; ++t) call.bars[(block.first + c) * call.terms + first_term + t] += static_cast<double>(total(sums[c][t]));
+    }
+  }
+
+  template <int Width>
+  static void gradient_terms(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end, const Piece& part) {
+    for (int64_t term = begin; term < end;) {
+      const int64_t n = piece(end - term, most(Width));
+      switch (n) {
+        case 1: gradient_tile<Width, 1>(call, block, term, part); break;
+        case 2: gradient_tile<Width, 2>(call, block, term, part); break;
+        case 3: gradient_tile<Width, 3>(call, block, term, part); break;
+        case 4: if constexpr (most(Width) >= 4) gradient_tile<Width, 4>(call, block, term, part); break;
+        case 6: if constexpr (most(Width) >= 6) gradient_tile<Width, 6>(call, block, term, part); break;
+        default: if constexpr (most(Width) >= 8) gradient_tile<Width, 8>(call, block, term, part); break;
+      }
+      term += n;
+    }
+  }
+
+  static void weight_gradient(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end) {
+    // So many cells that those of the seeds stay in the first cache.
+    const int64_t all = vectors_of(call.cells), fitting = 32 * 1024 / (8 * Bytes);
+    const int64_t rows = all < fitting ? fitting / all : 1, vectors = all < fitting ? all : fitting;
+    for (int64_t row = 0; row < call.rows; row += rows) {
+      const int64_t last = row + rows < call.rows ? row + rows : call.rows;
+      for (int64_t x = 0; x < all; x += vectors) {
+        const Piece part{row, last, x * lanes, x + vectors < all ? vectors : all - x};
+        switch (block.width) {
+          case 8: if constexpr (widest == 8) gradient_terms<8>(call, block, begin, end, part); break;
+          case 4: gradient_terms<4>(call, block, begin, end, part); break;
+          case 2: gradient_terms<2>(call, block, begin, end, part); break;
+          default: gradient_terms<1>(call, block, begin, end, part); break;
+        }
+      }
+    }
+  }
+
+  static void activate(int32_t kind, Real factor, const Real* values, Real* results, int64_t count) {
+    for (int64_t i = 0; i < count; i += lanes) store(results + i, activated(kind, factor, load(values + i)));
+  }
+  static void activation_rate(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count) {
+    for (int64_t i = 0; i < count; i += lanes) {
+      const V rate = derivative(kind, factor, load(values + i)) * load(rates + i);
+      store(results + i, add ? load(results + i) + rate : rate);
+    }
+  }
+  static void rate_of_result(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count) {
+    for (int64_t i = 0; i < count; i += lanes) {
+      const V rate = derivative_of_result(kind, factor, load(values + i)) * load(rates + i);
+      store(results + i, add ? load(results + i) + rate : rate);
+    }
+  }
+  static void scale(Real factor, const Real* values, Real* results, bool add, int64_t count) {
+    for (int64_t i = 0; i < count; i += lanes) {
+      const V value = load(values + i) * factor;
+      store(results + i, add ? load(results + i) + value : value);
+    }
+  }
+  static Real sum(const Real* values, int64_t count) {
+    V sums{};
+    for (int64_t i = 0; i < count; i += lanes) sums += load(values + i);
+    return total(sums);
+  }
+};
+
+template <class Real, int Bytes, int Registers>
+Kernels<Real> kernels_of() {
+  using C = Code<Real, Bytes, Registers>;
+  return {C::widest, C::convolve, C::weight_gradient, C::activate, C::activation_rate, C::rate_of_result, C::scale, C::sum};
+}
+
+}  // namespace
+}  // namespace dpde::nn

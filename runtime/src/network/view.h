@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values in memory, and work on them by several threads. What is computed never depends on the number of threads.
+#pragma once
+
+#include <cstdint>
+
+#include "shape.h"
+
+namespace dpde::nn {
+
+template <class Real>
+struct View {
+  Real* data = nullptr;  // cell (0, 0, 0) of the first channel
+  const Shape* shape = nullptr;
+
+  Real* plane(int64_t channel) const { return data + channel * shape->plane; }
+  Real* row(int64_t channel, int64_t number) const { return plane(channel) + shape->row(number); }
+};
+
+/// `f(i)` for i in 0 .. count-1; threads where `cost` of all, about in nanoseconds, is worth it.
+template <class F>
+void parallel(int threads, int64_t count, int64_t cost, const F& f) {
+  constexpr int64_t least_cost = 20'000;
+  if (threads > 1 && count > 1 && cost >= least_cost) {
+#pragma omp parallel for num_threads(threads) schedule(dynamic)
+    for (int64_t i = 0; i < count; ++i) f(i);
+    return;
+  }
+  for (int64_t i = 0; i < count; ++i) f(i);
+}
+
+/// `f(begin, end)` for pieces of 0 .. count-1 that begin at multiples of `step`.
+template <class F>
+void parallel_pieces(int threads, int64_t count, int64_t step, int64_t cost, const F& f) {
+  constexpr int64_t pieces_per_thread = 4;
+  const int64_t steps = (count + step - 1) / step, wanted = threads > 1 ? threads * pieces_per_thread : 1;
+  const int64_t pieces = steps < wanted ? steps : wanted, length = pieces > 0 ? (steps + pieces - 1) / pieces * step : 0;
+  parallel(threads, pieces, cost, [&](int64_t piece) {
+    const int64_t begin = piece * length, end = begin + length < count ? begin + length : count;
+    if (begin < end) f(begin, end);
+  });
+}
+
+}  // namespace dpde::nn
