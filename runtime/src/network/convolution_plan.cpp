@@ -83,7 +83,7 @@ Product forward_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape
 Product reverse_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape& seeds, int64_t phase, int64_t widest) {
   Product product;
   std::vector<int64_t> own;
-  for (int64_t tap = 0; tap < sizes.taps; ++tap) {
+  for (int64_t tap = sizes.taps; tap-- > 0;) {  // so that what is read goes forward in memory
     if (taps[static_cast<size_t>(tap)].phase == phase) own.push_back(tap);
   }
   for (int64_t channel = 0; channel < sizes.out; ++channel) {

@@ -108,12 +108,17 @@ void add_weight_gradient(int threads, const Product& forward, const View<Real>& 
   call.offsets = forward.offsets.data();
   call.terms = static_cast<int64_t>(forward.offsets.size());
   call.bars = bars;
-  constexpr int64_t piece = 72;  // terms: enough to use seeds that are in the cache often
-  const int64_t pieces = (call.terms + piece - 1) / piece, blocks = static_cast<int64_t>(forward.blocks.size());
+  // Each piece reads all seeds or all values once more: as few as keep the threads busy.
+  constexpr int64_t least_terms = 24, pieces_per_thread = 2;
+  const auto blocks = static_cast<int64_t>(forward.blocks.size());
+  const int64_t wanted = threads > 1 ? threads * pieces_per_thread : 1;
+  const int64_t pieces = std::clamp<int64_t>(call.terms / least_terms, 1, wanted), groups = std::clamp<int64_t>(wanted / pieces, 1, blocks);
   const Kernels<Real>& code = kernels<Real>();
-  parallel(threads, pieces * blocks, cost_of<Real>(forward, call.rows * call.cells), [&](int64_t task) {
-    const int64_t begin = task % pieces * piece;
-    code.weight_gradient(call, forward.blocks[static_cast<size_t>(task / pieces)], begin, std::min(begin + piece, call.terms));
+  parallel(threads, pieces * groups, cost_of<Real>(forward, call.rows * call.cells), [&](int64_t task) {
+    const int64_t piece = task % pieces, group = task / pieces;
+    const Block* const first = forward.blocks.data();
+    code.weight_gradient(call, first + blocks * group / groups, first + blocks * (group + 1) / groups, call.terms * piece / pieces,
+                         call.terms * (piece + 1) / pieces);
   });
 }
 

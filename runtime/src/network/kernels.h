@@ -53,8 +53,8 @@ struct Kernels {
   int64_t widest_block;
   /// Rows begin .. end-1, counted through y, then z.
   void (*convolve)(const ConvolveCall<Real>& call, int64_t begin, int64_t end);
-  /// Terms begin .. end-1 of the channels of a block.
-  void (*weight_gradient)(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end);
+  /// Terms begin .. end-1 of the channels of blocks.
+  void (*weight_gradient)(const WeightGradientCall<Real>& call, const Block* first, const Block* last, int64_t begin, int64_t end);
   void (*activate)(int32_t kind, Real factor, const Real* values, Real* results, int64_t count);
   /// results (+)= f'(values) * rates; of the kinds that have_rate_of_result also with the results of f for values.
   void (*activation_rate)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count);
