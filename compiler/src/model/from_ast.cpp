@@ -20,6 +20,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_parameters(draft);
   bind_scheme(draft);
   bind_grid(draft);
+  bind_networks(draft);
   if (draft.model) bind_fields(draft);
   bind_time(draft);
   bind_controls(draft);
@@ -41,6 +42,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   if (sink.has_errors()) return std::nullopt;
   draft.problem = in_uniform_coordinates(std::move(draft.problem));
   drop_unused(draft);
+  keep_called_networks(draft);
   return std::move(draft.problem);
 }
 

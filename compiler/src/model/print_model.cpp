@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "network/print_network.h"
 #include "support/assert.h"
 #include "model/build.h"
 #include "model/placement.h"
@@ -115,7 +116,8 @@ Piece piece(const Expr& e) {
       [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
       [](const Sample& s) { return sample_piece(s); },
       [](const Reduce& r) { return reduce_piece(r); },
-      [](const Apply& a) { return Piece{fmt::format("{}({})", a.function.name, list(a.arguments))}; });
+      [](const Apply& a) { return Piece{fmt::format("{}({})", a.function.name, list(a.arguments))}; },
+      [](const Infer& i) { return Piece{fmt::format("{}({}){}{}", i.network, list(i.arguments), i.name.empty() ? "" : ".", i.name)}; });
 }
 
 std::string load_text(const std::string& file, const std::string& variable) {
@@ -343,8 +345,9 @@ std::string print(const Output& output, double step) {
 
 std::string print(const Problem& problem) {
   const std::string of = problem.program.empty() ? problem.model : problem.program;
-  std::string text =
-      operators_text(problem) + block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
+  std::string text;
+  for (const network::Network& network : problem.networks) text += print(network) + "\n";
+  text += operators_text(problem) + block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
   text += "\n" + print(problem.scheme);
   if (problem.task) {
     text += "\n" + block(fmt::format("task {} : {}", problem.task->name, problem.scene), task_lines(*problem.task));

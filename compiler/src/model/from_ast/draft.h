@@ -12,6 +12,7 @@
 #include "model/from_ast.h"
 #include "model/from_ast/names.h"
 #include "model/model.h"
+#include "network/network.h"
 #include "source/diagnostic.h"
 #include "syntax/ast.h"
 
@@ -45,6 +46,14 @@ struct FunctionScope {
   const FunctionScope* outer;
 };
 
+/// A network of the file. In a call a vector gives as many channels as there are axes, and gets as many.
+struct DeclaredNetwork {
+  const ast::Network* source = nullptr;
+  std::optional<network::Network> network = {};  // none: reported
+  bool vector = false;                           // its output; else a number, or
+  std::vector<std::string> outputs = {};         // what is called so
+};
+
 struct Draft {
   Draft(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
       : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
@@ -70,6 +79,8 @@ struct Draft {
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
   std::set<std::string> controls;                       // parameters that vary in time
   std::set<std::string> used;                           // parameters and coefficients that were read anywhere
+  std::vector<DeclaredNetwork> networks;                // all of the file
+  std::set<std::string> called_networks;
 };
 
 /// Declares a name of the user; false, with a diagnostic, where it is taken or reserved.

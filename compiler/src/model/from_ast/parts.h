@@ -64,6 +64,13 @@ void bind_parameters(Draft& draft);
 // grid.cpp
 void bind_grid(Draft& draft);
 
+// networks.cpp
+void bind_networks(Draft& draft);
+/// nullptr where the file has none of this name; who calls it adds the name to draft.called_networks.
+const DeclaredNetwork* find_network(const Draft& draft, const std::string& name);
+/// Those that were called become the problem's.
+void keep_called_networks(Draft& draft);
+
 // stretch.cpp
 /// The formula of a stretched axis, with its numbers; after all axes.
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis);

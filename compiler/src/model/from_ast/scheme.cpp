@@ -43,6 +43,11 @@ void set_real(Scheme& scheme) {
   scheme.real = real;
 }
 
+template <Precision real>
+void set_networks(Scheme& scheme) {
+  scheme.networks = real;
+}
+
 constexpr Choice choices[] = {
     {"advect", "central(2)", {"central2"}, set_advect<Advection::central, 2>},
     {"advect", "central(4)", {"central4"}, set_advect<Advection::central, 4>},
@@ -70,6 +75,8 @@ constexpr Choice choices[] = {
     {"time", "leapfrog", {"leapfrog()"}, set_time<TimeScheme::leapfrog>},
     {"real", "f64", {}, set_real<Precision::f64>},
     {"real", "f32", {}, set_real<Precision::f32>},
+    {"networks", "f32", {}, set_networks<Precision::f32>},
+    {"networks", "f64", {}, set_networks<Precision::f64>},
 };
 
 const ast::Scheme* find_scheme(Draft& draft, const ast::Identifier& name) {
@@ -111,7 +118,7 @@ void bind_row(Draft& draft, const ast::ValueItem& row) {
 }  // namespace
 
 const std::vector<std::string>& scheme_keys() {
-  static const std::vector<std::string> keys{"advect", "dx", "lap", "time", "real"};
+  static const std::vector<std::string> keys{"advect", "dx", "lap", "time", "real", "networks"};
   return keys;
 }
 

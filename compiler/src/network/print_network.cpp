@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "network/print_network.h"
+
+#include <fmt/format.h>
+
+namespace dpde::network {
+namespace {
+
+constexpr const char* axis_names[] = {"x", "y", "z"};
+
+std::string value_name(int number) { return number == 0 ? "in" : fmt::format("v{}", number); }
+
+/// What is not as it is when nothing is said.
+std::string conv_options(const Layer& layer) {
+  std::string text;
+  if (layer.stride != 1) text += fmt::format(", stride = {}", layer.stride);
+  if (layer.dilation != 1) text += fmt::format(", dilation = {}", layer.dilation);
+  if (layer.groups != 1) text += fmt::format(", groups = {}", layer.groups);
+  if (!layer.bias) text += ", bias = 0";
+  if (layer.gain != 1) text += fmt::format(", gain = {}", layer.gain);
+  if (layer.init != Init::he) text += fmt::format(", initial = {}", name_of(layer.init));
+  return text;
+}
+
+std::string print(const Layer& layer) {
+  const std::string input = value_name(layer.input);
+  switch (layer.kind) {
+    case LayerKind::conv: return fmt::format("conv({}, {}, {}{})", input, layer.channels, layer.extent, conv_options(layer));
+    case LayerKind::activate:
+      if (layer.activation == Activation::leaky_relu) return fmt::format("leaky_relu({}, {})", input, layer.factor);
+      return fmt::format("{}({})", name_of(layer.activation), input);
+    case LayerKind::scale: return fmt::format("scale({}, {})", input, layer.factor);
+    case LayerKind::add: return fmt::format("add({}, {})", input, value_name(layer.other));
+    case LayerKind::concat: return fmt::format("concat({}, {})", input, value_name(layer.other));
+    case LayerKind::mean_pool: return fmt::format("mean_pool({}, {})", input, layer.stride);
+    case LayerKind::max_pool: return fmt::format("max_pool({}, {})", input, layer.stride);
+    case LayerKind::upsample: return fmt::format("upsample({}, {})", input, layer.stride);
+    case LayerKind::fix_sum: return fmt::format("fix_sum({}, {})", input, layer.factor);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string print(const Network& network) {
+  std::string text = fmt::format("network {}({}) -> {} {{\n", network.name, network.inputs, network.outputs);
+  for (int axis = 0; axis < network.rank(); ++axis) {
+    text += fmt::format("{}{} {}", axis == 0 ? "  padding " : ", ", axis_names[axis], name_of(network.padding[static_cast<std::size_t>(axis)]));
+  }
+  text += "\n";
+  if (network.real == Precision::f64) text += "  real f64\n";
+  if (network.seed != 0) text += fmt::format("  initial seed {}\n", network.seed);
+  const int last = static_cast<int>(network.layers.size());
+  for (int number = 1; number <= last; ++number) {
+    text += fmt::format("  let v{} = {}\n", number, print(network.layers[static_cast<std::size_t>(number) - 1]));
+  }
+  return text + fmt::format("  out = {}\n}}\n", value_name(last));
+}
+
+}  // namespace dpde::network

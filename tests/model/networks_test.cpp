@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+// Network blocks: which layers they become, on which grids, with which padding; and what cannot be a network.
+#include <gtest/gtest.h>
+
+#include "model/model_support.h"
+#include "model/network_from_ast.h"
+#include "network/print_network.h"
+
+namespace dpde::model {
+namespace {
+
+using network::Activation;
+using network::Init;
+using network::LayerKind;
+using network::Network;
+using network::Padding;
+
+const Topology periodic = Topology::periodic, bounded = Topology::bounded;
+
+std::optional<double> literal(const ast::Expr& e, const std::string&) {
+  if (const auto* unary = std::get_if<ast::Unary>(&e->kind)) return -literal(unary->operand, "").value();
+  return std::get<ast::Number>(e->kind).value;
+}
+
+/// Of a frame, or as the header counts channels.
+struct Made {
+  std::optional<Network> network;
+  std::string problems;  // 3:5 E0338 message | hint
+};
+Made make(const std::string& text, std::optional<NetworkFrame> frame = {}) {
+  const SourceFile source("n.dpde", text);
+  DiagnosticSink sink;
+  const ast::File file = ast::parse(source, sink);
+  EXPECT_FALSE(sink.has_errors()) << sink.all().front().message;
+  const auto& block = std::get<ast::Network>(file.declarations.at(0).kind);
+  Made made;
+  made.network = frame ? network_from_ast(block, *frame, literal, sink) : network_from_ast(block, sink);
+  EXPECT_EQ(made.network.has_value(), !sink.has_errors());
+  for (const Diagnostic& d : sink.all()) {
+    const LineColumn place = source.locate(d.range.begin);
+    made.problems += std::to_string(place.line) + ":" + std::to_string(place.column) + " " + std::string(d.kind->code) + " " + d.message;
+    made.problems += (d.hint.empty() ? "" : " | " + d.hint) + "\n";
+  }
+  return made;
+}
+
+Network network_of(const std::string& layers, int inputs, int outputs, std::vector<Topology> axes) {
+  const Made made = make("network n(u) {\n" + layers + "\n}", NetworkFrame{inputs, outputs, std::move(axes)});
+  EXPECT_EQ(made.problems, "");
+  return made.network.value();
+}
+
+/// Of layers on two axes, the second one bounded.
+std::string problems_in(const std::string& layers, int inputs = 2, int outputs = 2) {
+  return make("network n(u) {\n" + layers + "\n}", NetworkFrame{inputs, outputs, {periodic, bounded}}).problems;
+}
+
+TEST(Networks, AreLayersInOrder) {
+  const Network n = network_of("initial xavier, seed 7\nconv 8, 5, stride = 2, groups = 2, bias = 0; leaky_relu(0.2)\nupsample 2; conv out, 3, dilation = 4, gain = 0.01, initial = zero\nscale -0.5; fix_sum 1; tanh", 4, 3, {periodic, bounded});
+  ASSERT_EQ(n.layers.size(), 7u);
+  EXPECT_EQ(n.inputs, 4);
+  EXPECT_EQ(n.outputs, 3);
+  EXPECT_EQ(n.seed, 7u);
+  EXPECT_EQ(n.real, Precision::f32);
+  EXPECT_EQ(n.padding, (std::vector{Padding::periodic, Padding::replicate}));
+  network::Layer conv;
+  conv.channels = 8;
+  conv.extent = 5;
+  conv.stride = 2;
+  conv.groups = 2;
+  conv.bias = false;
+  conv.init = Init::xavier;
+  EXPECT_EQ(n.layers[0], conv);
+  EXPECT_EQ(n.layers[1].kind, LayerKind::activate);
+  EXPECT_EQ(n.layers[1].activation, Activation::leaky_relu);
+  EXPECT_EQ(n.layers[1].factor, 0.2);
+  EXPECT_EQ(n.layers[1].channels, 8);
+  EXPECT_EQ(n.layers[1].input, 1);
+  EXPECT_EQ(n.layers[2].kind, LayerKind::upsample);
+  EXPECT_EQ(n.layers[2].stride, 2);
+  EXPECT_EQ(n.layers[3].channels, 3);
+  EXPECT_EQ(n.layers[3].dilation, 4);
+  EXPECT_EQ(n.layers[3].gain, 0.01);
+  EXPECT_EQ(n.layers[3].init, Init::zero);
+  EXPECT_EQ(n.layers[4].factor, -0.5);
+  EXPECT_EQ(n.layers[5].kind, LayerKind::fix_sum);
+  EXPECT_EQ(n.layers[5].factor, 1);
+  EXPECT_EQ(n.layers[6].activation, Activation::tanh);
+  EXPECT_EQ(network::weight_count(n), 8 * 2 * 25 + 3 * 8 * 9 + 3);
+}
+
+// Um et al. 2020 print 260354 parameters with 3 input channels and 261154 with 4 (shared/design/systems.md).
+TEST(Networks, HaveAsManyWeightsAsPublished) {
+  const std::string layers = "conv 32, 5; relu\nrepeat 5 { residual { conv 32, 5; relu; conv 32, 5 }; relu }\nconv out, 5";
+  EXPECT_EQ(network::weight_count(network_of(layers, 3, 2, {periodic, periodic})), 260354);
+  EXPECT_EQ(network::weight_count(network_of(layers, 4, 2, {periodic, periodic})), 261154);
+  // the book's residual network of 3x3: 47330, whose first block changes the channels
+  const std::string values =
+      "let a = relu(conv(conv(in, 32, 3), 32, 3))\nlet b = add(a, conv(in, 32, 1))\n"
+      "let c = add(b, conv(relu(conv(b, 32, 3)), 32, 3))\nlet d = add(c, conv(relu(conv(c, 32, 3)), 32, 3))\nout = conv(d, out, 1)";
+  EXPECT_EQ(network::weight_count(network_of(values, 3, 2, {periodic, periodic})), 47330);
+  EXPECT_EQ(network::weight_count(network_of("dense 10; silu; dense in; gelu; dense out", 3, 1, {bounded})), 40 + 33 + 4);
+}
+
+TEST(Networks, JoinInputAndBody) {
+  const Network n = network_of("residual { conv in, 3 }\nskip { max_pool 2; skip { mean_pool 2; relu; upsample 2 }; upsample 2 }\nconv out, 1", 2, 1, {periodic, bounded, bounded});
+  const std::string text = network::print(n);
+  EXPECT_EQ(text,
+            "network n(2) -> 1 {\n"
+            "  padding x periodic, y replicate, z replicate\n"
+            "  let v1 = conv(in, 2, 3)\n"
+            "  let v2 = add(in, v1)\n"
+            "  let v3 = max_pool(v2, 2)\n"
+            "  let v4 = mean_pool(v3, 2)\n"
+            "  let v5 = relu(v4)\n"
+            "  let v6 = upsample(v5, 2)\n"
+            "  let v7 = concat(v3, v6)\n"
+            "  let v8 = upsample(v7, 2)\n"
+            "  let v9 = concat(v2, v8)\n"
+            "  let v10 = conv(v9, 1, 1)\n"
+            "  out = v10\n"
+            "}\n");
+  EXPECT_EQ(n.layers[6].channels, 4);
+  EXPECT_EQ(n.layers[8].channels, 6);
+}
+
+TEST(Networks, ReadBackWhatIsPrinted) {
+  const std::string text =
+      "network corrector(3) -> 2 {\n"
+      "  padding x periodic, y zero, z reflect\n"
+      "  real f64\n"
+      "  initial seed 9007199254740991\n"
+      "  let v1 = conv(in, 6, 5, stride = 2, dilation = 3, groups = 3, bias = 0, gain = 0.1, initial = xavier)\n"
+      "  let v2 = leaky_relu(v1, 0.25)\n"
+      "  let v3 = gelu(v2)\n"
+      "  let v4 = sigmoid(v3)\n"
+      "  let v5 = softplus(v4)\n"
+      "  let v6 = silu(v5)\n"
+      "  let v7 = mean_pool(v6, 3)\n"
+      "  let v8 = max_pool(v7, 2)\n"
+      "  let v9 = upsample(v8, 12)\n"
+      "  let v10 = concat(in, v9)\n"
+      "  let v11 = conv(v10, 2, 1, initial = zero)\n"
+      "  let v12 = tanh(v11)\n"
+      "  let v13 = add(v11, v12)\n"
+      "  let v14 = scale(v13, -0.01)\n"
+      "  let v15 = fix_sum(v14, 1.5)\n"
+      "  out = v15\n"
+      "}\n";
+  const Made made = make(text);
+  EXPECT_EQ(made.problems, "");
+  ASSERT_TRUE(made.network);
+  EXPECT_EQ(network::print(*made.network), text);
+  EXPECT_EQ(made.network->real, Precision::f64);
+  EXPECT_EQ(make(network::print(*made.network)).network, made.network);
+}
+
+TEST(Networks, HavePaddingOfTheirScene) {
+  const auto padding = [](const std::string& line, std::vector<Topology> axes) {
+    return network_of(line + "\nconv out, 3", 1, 1, std::move(axes)).padding;
+  };
+  EXPECT_EQ(padding("", {bounded, periodic}), (std::vector{Padding::replicate, Padding::periodic}));
+  EXPECT_EQ(padding("padding reflect", {bounded, periodic}), (std::vector{Padding::reflect, Padding::periodic}));
+  EXPECT_EQ(padding("padding y zero", {bounded, bounded}), (std::vector{Padding::replicate, Padding::zero}));
+  EXPECT_EQ(padding("padding periodic", {periodic}), (std::vector{Padding::periodic}));
+  EXPECT_EQ(problems_in("padding x zero\nrelu"), "2:11 E0338 axis x is periodic, and its padding cannot be zero | one word without an axis holds for bounded axes only\n");
+  EXPECT_EQ(problems_in("padding periodic\nrelu"), "2:9 E0338 axis y is bounded, and its padding cannot be periodic | write zero, replicate or reflect\n");
+  EXPECT_EQ(problems_in("padding wrap\nrelu"), "2:9 E0338 wrap is no padding | choose one of: zero, replicate, reflect\n");
+  EXPECT_EQ(problems_in("padding zero, reflect\nrelu"), "2:9 E0338 of several paddings each is that of an axis | write padding x zero, y replicate\n");
+  EXPECT_EQ(problems_in("padding z zero\nrelu"), "2:9 E0321 the scene has no axis z\n");
+  EXPECT_EQ(problems_in("padding w zero\nrelu"), "2:9 E0402 w is not an axis\n");
+  EXPECT_EQ(problems_in("padding zero\npadding zero\nrelu"), "3:1 E0211 the padding is written twice\n");
+}
+
+TEST(Networks, SayWhatIsWrongWithALayer) {
+  EXPECT_EQ(problems_in("cnv 2, 3"), "2:1 E0337 there is no layer called cnv | did you mean conv?\n");
+  EXPECT_EQ(problems_in("attention 2").substr(0, 66), "2:1 E0337 there is no layer called attention | understood here: co");
+  EXPECT_EQ(problems_in("conv 2"), "2:1 E0305 conv takes 2 arguments, not 1 | as in conv 32, 5\n");
+  EXPECT_EQ(problems_in("conv 2, 4"), "2:9 E0338 an extent of 4 has no middle | write 3 or 5\n");
+  EXPECT_EQ(problems_in("conv 2.5, 3"), "2:6 E0338 the number of channels of conv is a whole number from 1 to 65536, not 2.5\n");
+  EXPECT_EQ(problems_in("conv 2, 3, strid = 2"), "2:12 E0207 strid is not an option of conv | did you mean stride?\n");
+  EXPECT_EQ(problems_in("dense 2, stride = 2").substr(0, 46), "2:10 E0207 stride is not an option of dense | ");
+  EXPECT_EQ(problems_in("relu slope = 2"), "2:6 E0207 slope is not an option of relu | it is written relu\n");
+  EXPECT_EQ(problems_in("conv 2, 3, bias = 0, bias = 1"), "2:22 E0211 bias is written twice\n");
+  EXPECT_EQ(problems_in("conv 9, 3, groups = 3"), "2:21 E0338 3 groups do not divide the channels: 2 go in, 9 come out\n");
+  EXPECT_EQ(problems_in("conv 2, 3, initial = kaiming"), "2:22 E0338 weights begin as he, xavier or zero\n");
+  EXPECT_EQ(problems_in("relu 3"), "2:1 E0305 relu takes 0 arguments, not 1 | as in relu\n");
+  EXPECT_EQ(problems_in("mean_pool 1"), "2:11 E0338 the factor of mean_pool is a whole number from 2 to 64, not 1\n");
+  EXPECT_EQ(problems_in("add 2").substr(0, 34), "2:1 E0338 add takes two values | w");
+  EXPECT_EQ(problems_in("initial kaiming\nrelu"), "2:9 E0338 weights begin as he, xavier or zero\n");
+  EXPECT_EQ(problems_in("initial seed 0.5\nrelu"), "2:14 E0336 0.5 is no seed: a whole number from 0 on, below 2^53\n");
+  EXPECT_EQ(problems_in("real f16\nrelu"), "2:6 E0338 f16 is no precision | choose one of: f32, f64\n");
+  EXPECT_EQ(problems_in("repeat 0 { relu }"), "2:8 E0372 a repeat makes 1 to 1024 passes, not 0\n");
+  EXPECT_EQ(problems_in("repeat 1000 { repeat 2 { relu } }"), "2:26 E0338 the network has more than 1024 layers\n");
+  EXPECT_EQ(problems_in("repeat 2 { padding zero; relu }"), "2:12 E0311 this line cannot appear in a block of layers | write it above the layers of the network\n");
+  EXPECT_EQ(problems_in("repeat 17 { skip { relu } }\nconv out, 1"), "2:13 E0338 this makes 131072 channels, more than 65536\n");
+}
+
+TEST(Networks, SayWhereShapesDoNotFit) {
+  EXPECT_EQ(problems_in("conv 32, 3\nresidual { conv 16, 3; relu }\nconv out, 3"),
+            "3:1 E0338 the body of residual makes 16 channels of 32 | end it with conv 32, 1, or write skip to keep the channels of both\n");
+  EXPECT_EQ(problems_in("skip { mean_pool 2; relu }\nconv out, 1"),
+            "2:1 E0338 the body of skip begins on the grid of the fields and ends on a grid 2 times coarser | write upsample 2 at its end\n");
+  EXPECT_EQ(problems_in("residual { }\nrelu"), "2:1 E0338 the body of residual has no layers\n");
+  EXPECT_EQ(problems_in("relu; upsample 2"), "2:7 E0338 upsample 2 cannot undo what made the grid here: it is the grid of the fields | a pool or a stride before it makes a coarser grid\n");
+  EXPECT_EQ(problems_in("mean_pool 3; upsample 2"), "2:14 E0338 upsample 2 cannot undo what made the grid here: it is a grid 3 times coarser | write upsample 3\n");
+  EXPECT_EQ(problems_in("mean_pool 2\nconv out, 3, stride = 3\nrelu"), "4:1 E0338 the network ends on a grid 6 times coarser | write upsample 6\n");
+  EXPECT_EQ(problems_in("conv 3, 3\nrelu"), "3:1 E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another extent\n");
+  EXPECT_EQ(problems_in("padding zero"), "1:9 E0338 network n has no layers | write conv out, 3 at its end\n");
+  EXPECT_EQ(problems_in("repeat 3 { mean_pool 64 }"), "2:12 E0338 the grid here is 262144 times coarser than that of the fields, more than 4096\n");
+}
+
+TEST(Networks, SayWhatIsWrongWithValues) {
+  EXPECT_EQ(problems_in("let a = relu(in)"), "1:9 E0338 network n has no output | write out = and a value at its end\n");
+  EXPECT_EQ(problems_in("let a = relu(in)\nout = relu(in)"), "2:5 E0338 nothing uses the value a\n");
+  EXPECT_EQ(problems_in("let a = relu(b)\nout = a"), "2:14 E0301 b is not known here | known here: in\n");
+  EXPECT_EQ(problems_in("let a = relu(in)\nlet a = relu(in)\nout = a"), "3:5 E0303 a is given twice\n");
+  EXPECT_EQ(problems_in("let out = relu(in)"), "2:5 E0304 out has a meaning of its own and cannot name a value | write out = ... without let\n");
+  EXPECT_EQ(problems_in("a = relu(in)"), "2:1 E0338 a has no let before it | write let a = ...\n");
+  EXPECT_EQ(problems_in("relu\nout = tanh(in)"), "2:1 E0338 layers are written as words or as values, not as both | write let v = relu(in), or no let and no out =\n");
+  EXPECT_EQ(problems_in("out = relu(in)\nlet b = relu(in)"), "3:1 E0338 nothing can stand behind out = ...\n");
+  EXPECT_EQ(problems_in("out = in"), "1:9 E0338 network n has no layers | write conv out, 3 at its end\n");
+  EXPECT_EQ(problems_in("out = in + in"), "2:7 E0338 a value is a name or a layer | write let v2 = relu(v1)\n");
+  EXPECT_EQ(problems_in("out = add(in)"), "2:7 E0305 add takes 2 values, not 1 | write let c = add(a, b)\n");
+  EXPECT_EQ(problems_in("out = relu()"), "2:7 E0305 relu takes 1 value, not 0 | write let v = relu(in, ...)\n");
+  EXPECT_EQ(problems_in("out = add(in, conv(in, 3, 1))"), "2:7 E0338 add has values of 2 and 3 channels\n");
+  EXPECT_EQ(problems_in("out = concat(in, mean_pool(in, 2))", 1), "2:7 E0338 concat has values on the grid of the fields and on a grid 2 times coarser | write upsample 2 at its end\n");
+}
+
+TEST(Networks, BelowTheModelCountTheirChannels) {
+  EXPECT_EQ(make("network n(u) { relu }").problems, "1:9 E0338 network n does not say how many channels it has | below the model inputs and outputs are numbers: network n(3) -> 2\n");
+  EXPECT_EQ(make("network n(1) -> 1 { relu }").problems, "1:9 E0338 network n does not say its padding along x, then y, then z | write padding x periodic, y zero\n");
+  EXPECT_EQ(make("network n(1) -> 1 { padding y zero\n relu }").problems.substr(0, 50), "1:9 E0338 network n does not say its padding along");
+  EXPECT_EQ(make("network n(1) -> 1 { padding x zero\n scale k }").problems, "2:8 E0338 the number of scale is a number here\n");
+}
+
+// ---- in scenes -----------------------------------------------------------------------------------------------------
+std::string scene_with(const std::string& network) {
+  return "model m { vector u; param nu, width; dt(u) = nu*lap(u) }\n"
+         "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4; width = 8; nu = 1\n"
+         "initial u = (0, 0); boundary u = zero_gradient; time 0 .. 1, step 0.1 }\n" +
+         network;
+}
+
+std::string problem_in(const std::string& network) {
+  const Outcome outcome = outcome_of(scene_with(network));
+  std::string text;
+  for (const Diagnostic& d : outcome.diagnostics) {
+    if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
+  }
+  return text;
+}
+
+TEST(Networks, OfScenesThatNothingCallsAreDropped) {
+  const Problem problem = problem_of(scene_with("network n(u: vector, nu) -> vector { conv 2*width, 3; relu; conv out, 3 }"));
+  EXPECT_TRUE(problem.networks.empty());
+  EXPECT_EQ(problem.dropped.back(), "network n: nothing calls it");
+}
+
+TEST(Networks, OfScenesAreChecked) {
+  EXPECT_EQ(problem_in("network n(u: vector, nu) -> vector { conv 3, 3 }"),
+            "E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another extent");
+  EXPECT_EQ(problem_in("network n(u: vector, nu) { conv 3, 3 }"),
+            "E0338 the last layer has 3 channels, but the network has 1 output | end with conv out, 1 or another extent");
+  EXPECT_EQ(problem_in("network n(u: vector, nu) -> a, b, c { relu; conv in, 1 }"), "");
+  EXPECT_EQ(problem_in("network n(u, u) -> scalar { conv out, 3 }"), "E0303 input u is given twice");
+  EXPECT_EQ(problem_in("network n(u) -> a, a { conv out, 3 }"), "E0303 output a is given twice");
+  EXPECT_EQ(problem_in("network n(u) -> a, vector { conv out, 3 }"), "E0338 vector stands alone, or each output has a name | write -> vector, or -> a, b");
+  EXPECT_EQ(problem_in("network sin(u) { conv out, 3 }"), "E0304 sin has a meaning of its own and cannot name a network | choose another name");
+  EXPECT_EQ(problem_in("network n(u) { conv out, 3 }\nfunction n(a) = a"), "E0303 n is given twice");
+  EXPECT_EQ(problem_in("network n(2) -> 1 { conv out, 3 }").substr(0, 60), "E0338 network n counts its channels, which only hand-written");
+  EXPECT_EQ(problem_in("network n(u) { conv hidden, 3; conv out, 3 }").substr(0, 30), "E0301 hidden is not known here");
+}
+
+TEST(Networks, ComputeInThePrecisionOfTheScheme) {
+  EXPECT_EQ(problem_of(scene_with("scheme c { networks = f64 }")).scheme.networks, Precision::f64);
+  EXPECT_EQ(problem_of(scene_with("scheme c { networks = f32 }")).scheme.networks, Precision::f32);
+  EXPECT_EQ(problem_in("scheme c { networks = f16 }"), "E0502 networks cannot be f16 | choose one of: f32, f64");
+}
+
+TEST(Components, OfCallsAndParentheses) {
+  const auto refusal = [](const std::string& rhs) { return outcome_of(text_with(rhs, 2)).code_and_hint(); };
+  EXPECT_EQ(print(*problem_of(text_with("grad(k*u).y + (u, 2*u).x", 2)).states[0].rhs), print(*problem_of(text_with("dy(k*u) + u", 2)).states[0].rhs));
+  EXPECT_EQ(print(*problem_of(text_with("grad(k*u).x", 1)).states[0].rhs), print(*problem_of(text_with("dx(k*u)", 1)).states[0].rhs));
+  EXPECT_EQ(refusal("grad(u).q"), "E0402 components are called x, y and z");
+  EXPECT_EQ(refusal("grad(u).z").substr(0, 5), "E0321");
+  EXPECT_EQ(refusal("lap(u).x").substr(0, 5), "E0328");
+}
+
+}  // namespace
+}  // namespace dpde::model
