@@ -18,6 +18,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
 #include "fill.h"
+#include "inference.h"
 #include "real.h"
 #include "reduce.h"
 #include "sweep_tuner.h"
@@ -64,6 +65,7 @@ struct Operation {
   HaloFill fill;
   HaloFold fold;
   FieldReduction reduction;
+  Inference inference;
   Sweep sweep;
 };
 
@@ -192,6 +194,7 @@ struct Executor::Plan {
   std::vector<HaloFill> prepare;
   std::vector<Line> lines;  // not empty: in place of the operations
   std::vector<Operation> operations;
+  std::vector<Network> networks;  // those of the program
   std::vector<Caller> callers;    // one a thread
   std::vector<void*> grids;       // bases of the grids of the sweep that runs
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
@@ -211,6 +214,8 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
   params_.assign(static_cast<size_t>(program.param_count), 0.0);
   uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
   sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
+  weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
+  for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i) plan_->networks.emplace_back(*program.networks[i], layout, std::max(threads, 1));
   for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
   size_t pointers = 0, grids = 0, row_sums = 0;
   for (int i = 0; i < program.operation_count; ++i) {
@@ -220,6 +225,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
     if (from.kind == DPDE_FILL) operation.fill = HaloFill(from.fill, layout);
     if (from.kind == DPDE_FOLD) operation.fold = HaloFold(from.fill, from.grow, layout);
     if (from.kind == DPDE_REDUCE) operation.reduction = FieldReduction(from.reduce, layout, std::max(threads, 1));
+    if (from.kind == DPDE_NETWORK) operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
     if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, std::max(threads, 1));
     const Sweep& sweep = operation.sweep;
     pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
@@ -256,6 +262,17 @@ int Executor::field_index(std::string_view name) const { return find_name(progra
 int Executor::param_index(std::string_view name) const { return find_name(program_->params, program_->param_count, name); }
 int Executor::sum_index(std::string_view name) const { return find_name(program_->sums, program_->sum_count, name); }
 
+int Executor::network_index(std::string_view name) const {
+  for (int i = 0; i < program_->network_count; ++i) {
+    if (name == program_->networks[i]->name) return i;
+  }
+  return -1;
+}
+
+void Executor::update_weights() {
+  for (size_t i = 0; i < plan_->networks.size(); ++i) plan_->networks[i].set_weights(weights_[i].values);
+}
+
 void Executor::update_uniforms() {
   if (program_->compute_uniforms != nullptr) program_->compute_uniforms(params_.data(), uniforms_.data());
 }
@@ -279,7 +296,7 @@ bool Executor::prepares(int field) const {
 
 void Executor::run() {
   if (program_->interpret != nullptr) {
-    program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), sums_.data());
+    program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), weights_.data(), sums_.data());
     return;
   }
   if (!frame_.empty()) {
@@ -292,6 +309,7 @@ void Executor::run() {
       case DPDE_SWEEP: plan_->run_sweep(operation.sweep, *this, sums_); break;
       case DPDE_FILL: operation.fill.run(fields_.data(), uniforms_.data()); break;
       case DPDE_FOLD: operation.fold.run(fields_.data(), uniforms_.data()); break;
+      case DPDE_NETWORK: operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(), weights_[operation.inference.network()]); break;
       default: operation.reduction.run(fields_.data());
     }
   }

@@ -49,7 +49,12 @@ void Rollout::Impl::set_step(BoundProgram& program, int n, int part, int parts) 
 }
 
 /// Fills the halos of all that the caller may have changed.
+void Rollout::Impl::update_weights() {
+  if (!setup.weights.empty()) for_each_program([](BoundProgram& program) { program.executor.update_weights(); });
+}
+
 void Rollout::Impl::begin(int first) {
+  update_weights();
   set_step(forward->program, first);
   forward->program.bind_states(buffers.front());
   for (size_t i = 0; i < state_names.size(); ++i) forward->program.executor.prepare(forward->program.states[i]);

@@ -34,6 +34,7 @@ const GradientResult& Rollout::Impl::gradient() {
   begin();
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
+  for (WeightBars& of_network : weight_bars) std::ranges::fill(of_network.values, 0.0);
   for (std::vector<double>& bars_of_control : result.control_bars) std::ranges::fill(bars_of_control, 0.0);
   for (size_t i = 0; i < result.field_bars.size(); ++i) {
     fill_all(bar_layout, field_bar_pool.base(static_cast<int64_t>(i)), 0.0);
@@ -77,6 +78,11 @@ void Rollout::Impl::copy_field_bar(std::string_view field, std::span<double> to)
 
 void Rollout::Impl::copy_param_bar(std::string_view param, std::span<double> to) const {
   std::ranges::fill(to, 0.0);
+  const auto network = std::ranges::find(weight_bars, param, &WeightBars::network);
+  if (network != weight_bars.end()) {
+    std::ranges::copy(network->values, to.begin());
+    return;
+  }
   const auto found = std::ranges::find(param_bar_names, param);
   if (found == param_bar_names.end()) return;
   const auto number = static_cast<size_t>(found - param_bar_names.begin());

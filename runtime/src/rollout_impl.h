@@ -132,6 +132,12 @@ struct LossEvent {
   size_t term, entry;
 };
 
+/// The gradient by the weights of a network that is learned.
+struct WeightBars {
+  std::string network;
+  std::vector<double> values;
+};
+
 struct Rollout::Impl {
   explicit Impl(RolloutSetup from);
 
@@ -139,6 +145,7 @@ struct Rollout::Impl {
   BoundProgram bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step);
   void bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields);
   void bind_params(BoundProgram& bound);
+  void bind_weights(BoundProgram& bound);
   void place_sought();
   void bind_step();
   void bind_rate();
@@ -174,6 +181,7 @@ struct Rollout::Impl {
   void set_control(std::string_view name, int every, std::span<const double> values);
   bool stopping() const { return setup.stop != nullptr && setup.stop->load(std::memory_order_relaxed); }
   void begin(int first = 0);
+  void update_weights();
   void step(int n, const StateBuffer& from, const StateBuffer& to);
   int steps_at_once(int n, int until) const;
   int parts_of(int n, const StateBuffer& state);
@@ -243,6 +251,7 @@ struct Rollout::Impl {
   size_t next_event = 0;             // of those at or behind the step that was asked for last
   int last_loss = 0;                 // the last step with a loss: the gradient runs so far
   std::vector<std::string> param_bar_names;
+  std::deque<WeightBars> weight_bars;
   std::vector<Control> controls;
   std::vector<int> control_every;    // steps an interval, for those of param_bar_names that are controls
 
@@ -279,5 +288,16 @@ struct Rollout::Impl {
   GradientResult result;
   std::chrono::steady_clock::time_point start;
 };
+
+template <class Visit>
+void Rollout::Impl::for_each_program(const Visit& visit) {
+  visit(forward->program);
+  if (rate) visit(rate->program);
+  if (backward) visit(backward->program);
+  for (BoundTerm& term : terms) {
+    visit(term.loss.program);
+    if (term.adjoint) visit(term.adjoint->program);
+  }
+}
 
 }  // namespace dpde

@@ -95,6 +95,20 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
   bound.dt_param = bound.executor.param_index("dt");
 }
 
+void Rollout::Impl::bind_weights(BoundProgram& bound) {
+  const dpde_program& program = bound.executor.program();
+  for (int i = 0; i < program.network_count; ++i) {
+    const dpde_network& network = *program.networks[i];
+    const auto given = std::ranges::find(setup.weights, network.name, &BoundWeights::network);
+    if (given == setup.weights.end() || given->values == nullptr) not_bound(program, "network", network.name);
+    auto bars = std::ranges::find(weight_bars, network.name, &WeightBars::network);
+    if (given->learned && bars == weight_bars.end()) {
+      bars = weight_bars.insert(bars, {network.name, std::vector<double>(static_cast<size_t>(network.weight_count))});
+    }
+    bound.executor.bind_weights(i, {given->values, given->rates, given->learned ? bars->values.data() : nullptr});
+  }
+}
+
 /// Binds the caller's fields; whatever else is not computed by the program and not in own_fields is missing.
 void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::string>& own_fields) {
   const dpde_program& program = bound.executor.program();
@@ -122,6 +136,7 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
 BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step) {
   BoundProgram bound{.executor = Executor(program, setup.layout, setup.threads)};
   bind_params(bound);
+  bind_weights(bound);
   std::vector<std::string> own = own_fields;
   for (const std::string& name : state_names) {
     const int field = bound.executor.field_index(name);
@@ -319,17 +334,6 @@ void Rollout::Impl::plan_memory() {
   result.state_bars.assign(state_names.size(), {});
 }
 
-template <class Visit>
-void Rollout::Impl::for_each_program(const Visit& visit) {
-  visit(forward->program);
-  if (rate) visit(rate->program);
-  if (backward) visit(backward->program);
-  for (BoundTerm& term : terms) {
-    visit(term.loss.program);
-    if (term.adjoint) visit(term.adjoint->program);
-  }
-}
-
 /// Paragraphs: the name of a program, its sweeps, an empty line.
 std::string Rollout::Impl::tuning() {
   std::string text;
@@ -363,6 +367,7 @@ int Rollout::state_index(std::string_view name) const {
   const auto found = std::ranges::find(impl_->state_names, name);
   return found == impl_->state_names.end() ? -1 : static_cast<int>(found - impl_->state_names.begin());
 }
+void Rollout::update_weights() { impl_->update_weights(); }
 Field& Rollout::initial(int state) { return impl_->initial[static_cast<size_t>(state)]; }
 
 bool Rollout::set_param(std::string_view name, double value) {

@@ -66,6 +66,8 @@ const Executor& Simulation::Impl::execute(const dpde_program& program, double t)
   for (int p = 0; p < program.param_count; ++p) {
     executor.set_param(p, param_at(program.params[p], t));
   }
+  for (int n = 0; n < program.network_count; ++n) executor.bind_weights(n, {weights_named(program.networks[n]->name).data(), nullptr, nullptr});
+  executor.update_weights();
   executor.update_uniforms();
   executor.prepare();
   executor.run();
@@ -234,6 +236,21 @@ void Simulation::set_control(std::string_view name, Values values) {
   if (std::ranges::any_of(impl_->control_fields, is_it)) return set_field(name, values);
   impl_->set_control(name, values);
 }
+void Simulation::set_weights(std::string_view network, Values values) {
+  std::vector<double>& own = impl_->weights_named(network);
+  if (values.size() != own.size()) throw Error(ErrorKind::input, fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
+  std::ranges::copy(values, own.begin());
+  impl_->stepper->update_weights();
+}
+
+std::vector<double> Simulation::weights(std::string_view network) const { return impl_->weights_named(network); }
+
+std::vector<std::string> Simulation::networks() const {
+  std::vector<std::string> names;
+  for (const auto& [name, values] : impl_->weights) names.push_back(name);
+  return names;
+}
+
 std::span<const double> Simulation::control(std::string_view name) const { return impl_->control_named(name); }
 
 double Simulation::param(std::string_view name) const { return impl_->param_named(name); }

@@ -40,6 +40,7 @@ struct Unknown {
   int32_t kind;
   double low, high;
   std::size_t offset, size;
+  bool is_network() const { return kind == DPDE_UNKNOWN_NETWORK; }
   bool is_field() const { return kind == DPDE_UNKNOWN_INITIAL || kind == DPDE_UNKNOWN_COEFFICIENT; }
   template <class Number>
   std::span<Number> part_of(std::span<Number> all) const {
@@ -68,6 +69,7 @@ struct Simulation::Impl {
 
   // Names
   std::vector<double>& control_named(std::string_view name);
+  std::vector<double>& weights_named(std::string_view name);
   void give_controls(Rollout& rollout) const;
   double& param_named(std::string_view name);
   int state_named(std::string_view name) const;
@@ -129,6 +131,7 @@ struct Simulation::Impl {
   std::size_t size = 0;
   std::map<std::string, double, std::less<>> params, scene_params;  // all that programs get; those of the scene alone
   std::map<std::string, std::vector<double>, std::less<>> controls;  // values of those of the scene's params that are controls
+  std::map<std::string, std::vector<double>, std::less<>> weights;   // of networks
   std::map<std::string, std::unique_ptr<Field>, std::less<>> fields;
   std::map<std::string, HostField, std::less<>> host_fields;        // coefficients and data
   std::vector<ControlField> control_fields;                         // coefficients, and their rates

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/network.h"
 #include "dpde/runtime/random.h"
 #include "simulation_impl.h"
 
@@ -95,6 +96,7 @@ void Simulation::Impl::make_params() {
 }
 
 void Simulation::Impl::make_fields() {
+  for (int32_t n = 0; n < scene.network_count; ++n) weights[scene.networks[n]->name] = initial_weights(*scene.networks[n], scene.networks[n]->seed);
   for (int32_t c = 0; c < scene.coefficient_count; ++c) {
     const dpde_coefficient& coefficient = scene.coefficients[c];
     field(coefficient.name);
@@ -128,6 +130,7 @@ void Simulation::Impl::make_unknowns() {
     const bool is_initial = unknown.kind == DPDE_UNKNOWN_INITIAL;
     const int state = is_initial ? state_named(unknown.name) : -1;
     std::size_t count = unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size;
+    if (unknown.kind == DPDE_UNKNOWN_NETWORK) count = weights_named(unknown.name).size();
     if (unknown.kind == DPDE_UNKNOWN_CONTROL) count = control_named(unknown.name).size();
     if (unknown.kind == DPDE_UNKNOWN_COEFFICIENT) count = size * static_cast<std::size_t>(host_field_named(unknown.name).states);
     unknowns.push_back({unknown.name, std::string(unknown.name) + "_dot", unknown.kind, unknown.low, unknown.high, gradient_values.size(), count});
@@ -181,6 +184,10 @@ RolloutSetup Simulation::Impl::setup() const {
   }
   setup.control_fields = control_fields;
   for (const auto& [name, value] : params) setup.params.push_back({name, value});
+  for (const auto& [name, values] : weights) {
+    const auto is_learned = [&](const Unknown& unknown) { return unknown.is_network() && unknown.name == name; };
+    setup.weights.push_back({name, values.data(), nullptr, std::ranges::any_of(unknowns, is_learned)});
+  }
   return setup;
 }
 
@@ -242,6 +249,12 @@ double& Simulation::Impl::param_named(std::string_view name) {
 std::vector<double>& Simulation::Impl::control_named(std::string_view name) {
   const auto found = controls.find(name);
   if (found == controls.end()) no_such(scene, "control", name, controls);
+  return found->second;
+}
+
+std::vector<double>& Simulation::Impl::weights_named(std::string_view name) {
+  const auto found = weights.find(name);
+  if (found == weights.end()) no_such(scene, "network", name, weights);
   return found->second;
 }
 

@@ -36,6 +36,25 @@ TEST(Adjoint, IsTheTransposeOfTheTangentOnEverySmallExtent) {
   for (const ProgramCase& c : program_cases()) expect_right(c, parse_module(c.text), "p", c.wrt, true);
 }
 
+TEST(Adjoint, OfNetworksIsTheTransposeOfTheTangent) {
+  for (const ProgramCase& c : testing::network_cases()) expect_right(c, parse_module(c.text), "p", c.wrt, true);
+}
+
+/// No wrong gradient: what is not worked out is refused.
+TEST(Adjoint, NetworksHaveNoSecondDerivatives) {
+  const ProgramCase c = testing::network_cases().front();
+  const stencil::Module module = parse_module(c.text);
+  DiagnosticSink sink;
+  const adjoint::Derivative first = adjoint::adjoint(module, "p", c.wrt, sink), tangent = adjoint::tangent(module, "p", c.wrt, sink);
+  ASSERT_FALSE(sink.has_errors());
+  for (const adjoint::Derivative* derivative : {&first, &tangent}) {
+    DiagnosticSink refusal;
+    adjoint::adjoint(derivative->module, derivative->program, {{"u"}, {}}, refusal);
+    ASSERT_EQ(refusal.all().size(), 1u);
+    EXPECT_EQ(refusal.all()[0].kind->code, "E0601");
+  }
+}
+
 /// Activity of a derived program: all its inputs that can vary.
 Activity inputs_of(const adjoint::Derivative& derived, const Activity& wrt) {
   Activity all = wrt;

@@ -136,7 +136,7 @@ TEST(ProgramTable, AddressesOutliveMoves) {
   EXPECT_EQ(second.names(), std::vector<std::string>{"heat_step"});
 }
 
-void interpret_nothing(void*, const dpde_layout*, void* const*, const double*, double*) {}
+void interpret_nothing(void*, const dpde_layout*, void* const*, const double*, const dpde_weights*, double*) {}
 
 TEST(ProgramTable, Interpreter) {
   const stencil::Module source = burgers();

@@ -294,7 +294,7 @@ TEST(Executor, SumsStartAtZeroInEveryRun) {
   }
 }
 
-void interpret(void* context, const dpde_layout* layout, void* const* fields, const double* params, double* sums) {
+void interpret(void* context, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights*, double* sums) {
   *static_cast<int*>(context) += 1;
   const test::Doubles of{fields};
   of[1][0] = of[0][0] + params[0] + static_cast<double>(layout->cells[0]);

@@ -25,10 +25,12 @@ using Values = std::map<std::string, std::vector<double>>;
 struct Run {
   Values fields;
   Params params;
+  std::map<std::string, Weights> weights;
 };
 struct Results {
   Values fields;
   std::map<std::string, double> sums;
+  std::map<std::string, Weights> weights;
 };
 
 size_t size_of(const Grid& grid) {
@@ -48,8 +50,10 @@ Results run_program(const Module& module, const std::string& name, const Grid& g
   State state(grid, halo_of(module, program));
   for (const auto& [field, values] : run.fields) state.set(field, values);
   for (int axis = 0; axis < grid.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, 0.3);
+  state.weights = run.weights;
   Results results;
   results.sums = interpret(module, program, state, run.params);
+  results.weights = state.weights;
   for (const Swap& swap : program.swaps) results.fields[swap.next] = state.get(swap.state);  // swapped by the interpreter
   for (const std::string& keep : program.keeps) results.fields[keep] = state.get(keep);
   return results;
@@ -71,6 +75,11 @@ class Checker {
     for (const std::string& field : active_fields_) primal_.fields.emplace(field, draw(0.5, 1.5));
     for (const std::string& name : needs.params) primal_.params[name] = draw_one(0.2, 0.8);
     for (const std::string& field : active_fields_) direction_.fields[field] = draw(-1, 1);
+    for (const network::Network& network : module.networks) {
+      const auto count = static_cast<size_t>(weight_count(network));
+      primal_.weights[network.name].values = random_.uniform(count, -0.5, 0.5);
+      if (active_params_.erase(network.name) > 0) primal_.weights[network.name].rates = random_.uniform(count, -1, 1);
+    }
     for (const std::string& name : active_params_) direction_.params[name] = draw_one(-1, 1);
   }
 
@@ -159,6 +168,9 @@ class Checker {
       for (size_t i = 0; i < d.size(); ++i) run.fields[field][i] += h * d[i];
     }
     for (const auto& [name, d] : direction_.params) run.params[name] += h * d;
+    for (auto& [name, weights] : run.weights) {
+      for (size_t i = 0; i < weights.rates.size(); ++i) weights.values[i] += h * weights.rates[i];
+    }
     return run_program(module_, program_.name, grid_, run);
   }
 
@@ -176,6 +188,9 @@ class Checker {
     for (const auto& [name, d] : direction_.params) {
       const auto sum = raw.sums.find(adjoint_.names.at(name));
       if (sum != raw.sums.end()) add(sum->second * d);
+    }
+    for (const auto& [name, weights] : raw.weights) {
+      for (size_t i = 0; i < weights.rates.size() && !weights.bars.empty(); ++i) add(weights.rates[i] * weights.bars[i]);
     }
     return reverse;
   }

@@ -18,6 +18,8 @@ struct ProgramCase {
 };
 
 std::vector<ProgramCase> program_cases();
+/// Programs that apply networks, whose weights vary too: these have no second derivatives.
+std::vector<ProgramCase> network_cases();
 
 /// Every extent from 1 to 7 in 1-D, all of 1..4 x 1..4 in 2-D, a selection of them in 3-D.
 std::vector<stencil::Grid> small_grids(int rank);

@@ -104,7 +104,7 @@ Json verify(Job& job) {
   if (!compiled) return result;
   const driver::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag()};
   std::shared_ptr<driver::Compiled> single;
-  if (compiled->real() == Precision::f32) {
+  if (compiled->is_single()) {
     single = std::make_shared<driver::Compiled>(std::move(*compiled));
     options->real = Precision::f64;
     compiled = driver::compile(job.source(), *options, job.sink());

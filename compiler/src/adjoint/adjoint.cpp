@@ -36,7 +36,7 @@ class Reversal {
   void reverse(int index) {
     match(
         program_.body[index], [&](const Fill& fill) { reverse_fill(fill); }, [&](const Fold& fold) { reverse_fold(fold); },
-        [&](const Reduce& reduce) { reverse_reduce(reduce, index); }, [&](const Run& run) { reverse_run(run, index); });
+        [&](const Reduce& reduce) { reverse_reduce(reduce, index); }, [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); });
   }
 
   /// Gives seeds their names back: those of the interface.
@@ -96,6 +96,8 @@ class Reversal {
       if (fill && fill->field == field && is_on_walls(fill->axes)) return true;
       const Reduce* reduce = std::get_if<Reduce>(&statement);
       if (reduce && reduce->field == field) return true;
+      const Infer* infer = std::get_if<Infer>(&statement);
+      if (infer && std::find(infer->inputs.begin(), infer->inputs.end(), field) != infer->inputs.end()) return true;
       if (fold && (fold->field == field || wall_fields(fold->axes).contains(field))) return true;
       if (!run) return false;
       const Kernel& kernel = *module_.find_kernel(run->kernel);
@@ -177,6 +179,31 @@ class Reversal {
       value = at_extreme(reduce, value / access(add_count_of_ties(reduce, {program_, "_adjoint", names_, kernels_, body})));
     }
     add_inside(reduce.field, value);
+  }
+
+  /// The bars of inputs are written where there are none yet, else to a field of their own that is added.
+  void reverse_network(const Infer& infer, int index) {
+    Infer reversed{infer.network, Infer::Mode::adjoint, infer.inputs, {}, {}, varied_.params.contains(infer.network)};
+    bool has_seed = false;
+    for (const std::string& result : infer.results) {
+      const bool is_seeded = !result.empty() && bars_.erase(result) > 0;
+      reversed.rates.push_back(is_seeded ? names_.of(result) : "");
+      has_seed = has_seed || is_seeded;
+    }
+    if (!has_seed) return;
+    std::vector<std::pair<std::string, std::string>> to_add;
+    for (const std::string& input : infer.inputs) {
+      reversed.results.push_back("");
+      if (!varied_.fields.contains(input)) continue;
+      const bool is_new = reach_ == 0 && !bars_.contains(input);
+      reversed.results.back() = is_new ? names_.of(input) : names_.fresh(names_.of(input) + "_" + infer.network);
+      if (is_new) bars_[input] = {};
+      if (!is_new) to_add.emplace_back(input, reversed.results.back());
+    }
+    if (!reversed.weights && fields_written(reversed).empty()) return;
+    for (const std::string& input : infer.inputs) needed[input] = index;
+    body.push_back(reversed);
+    for (const auto& [input, contribution] : to_add) add_inside(input, access(contribution));
   }
 
   /// Adds a value, known in the interior, to a bar.
@@ -317,6 +344,12 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
           needed.insert(reduce.field);
           return true;
         },
+        [&](const Infer& infer) {
+          const std::vector<std::string> written = fields_written(infer);
+          if (std::none_of(written.begin(), written.end(), [&](const std::string& field) { return needed.contains(field); })) return false;
+          for (const std::string& field : fields_read(infer)) needed.insert(field);
+          return true;
+        },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           const Signature s = signature(kernel);
@@ -351,7 +384,7 @@ bool changes(const Module& module, const Program& program, size_t index, const s
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
-      [](const Reduce&) { return false; },
+      [](const Reduce&) { return false; }, [](const Infer&) { return false; },
       [&](const Run& run) {
         const Signature s = signature(*module.find_kernel(run.kernel));
         return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();
@@ -419,6 +452,9 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   derived.body.insert(derived.body.end(), reversal.body.begin(), reversal.body.end());
   for (Kernel& kernel : reverse_kernels.kernels) result.module.kernels.push_back(std::move(kernel));
   add_results(*program, varied, wrt, names, derived);
+  for (const Statement& statement : derived.body) {
+    if (const Infer* infer = std::get_if<Infer>(&statement)) add_networks(result.module, {*module.find_network(infer->network)});
+  }
   result.module.programs.push_back(std::move(derived));
   for (const std::string& p : wrt.params) names.of(p);
   result.names = names.all();

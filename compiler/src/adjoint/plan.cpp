@@ -21,6 +21,7 @@ void reserve_values(const Module& module, NameSupply& supply) {
     }
     for (const Let& let : kernel.lets) supply.reserve(let.name);
   }
+  for (const network::Network& network : module.networks) supply.reserve(network.name);
   for (const Program& program : module.programs) {
     const Interface known = interface_of(module, program);
     for (const auto* names : {&known.inputs, &known.written, &known.params}) {
@@ -31,6 +32,11 @@ void reserve_values(const Module& module, NameSupply& supply) {
       supply.reserve(swap.next);
     }
   }
+}
+
+bool varies(const Infer& infer, const Varied& varied) {
+  const std::vector<std::string> read = fields_read(infer);
+  return varied.params.contains(infer.network) || std::any_of(read.begin(), read.end(), [&](const std::string& field) { return varied.fields.contains(field); });
 }
 
 /// One pass over the statements: adds the fields they make vary.
@@ -46,6 +52,9 @@ void grow_varied(const Module& module, const Program& program, Varied& varied) {
     }
     const Reduce* reduce = std::get_if<Reduce>(&statement);
     if (reduce && varied.fields.contains(reduce->field)) varied.fields.insert(reduce->result);
+    if (const Infer* infer = std::get_if<Infer>(&statement); infer && varies(*infer, varied)) {
+      for (const std::string& field : fields_written(*infer)) varied.fields.insert(field);
+    }
     const Run* run = std::get_if<Run>(&statement);
     if (!run) continue;
     const Kernel& kernel = *module.find_kernel(run->kernel);
@@ -126,6 +135,13 @@ bool check_sides(const std::string& field, const std::vector<AxisBoundary>& axes
   return good;
 }
 
+bool check_network(const Infer& infer, const Varied& varied, DiagnosticSink& sink) {
+  if (infer.mode == Infer::Mode::value || !varies(infer, varied)) return true;
+  sink.report("no-useful-derivative", {}, {"a derivative of the network " + infer.network, "here"},
+              "networks have first derivatives only: use an optimiser that needs no second ones, as adam or lbfgs");
+  return false;
+}
+
 }  // namespace
 
 DerivedNames::DerivedNames(const Module& module, std::string suffix) : suffix_(std::move(suffix)) {
@@ -162,7 +178,7 @@ bool check_differentiable(const Module& module, const Program& program, const Va
         statement,  //
         [&](const Fill& fill) { return check_sides(fill.field, fill.axes, varied, sink); },
         [&](const Fold& fold) { return check_sides(fold.field, fold.axes, varied, sink); },
-        [](const Reduce&) { return true; },
+        [](const Reduce&) { return true; }, [&](const Infer& infer) { return check_network(infer, varied, sink); },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
   }
   return good;

@@ -71,6 +71,9 @@ std::set<std::string> filled_at_the_end(const Module& module, const Program& pro
     match(
         statement, [&](const Fill& fill) { filled.insert(fill.field); }, [&](const Fold& fold) { filled.erase(fold.field); },
         [&](const Reduce& reduce) { filled.erase(reduce.result); },
+        [&](const Infer& infer) {
+          for (const std::string& field : fields_written(infer)) filled.erase(field);
+        },
         [&](const Run& run) {
           const Signature s = signature(*module.find_kernel(run.kernel));
           for (const auto* changed : {&s.writes, &s.updates}) {

@@ -193,6 +193,15 @@ void add_still_inputs(const Module& module, const Program& program, const Varied
 }
 
 /// The rate of a reduction, behind it.
+void add_rates(Infer infer, const Varied& varied, DerivedNames& names, Program& derived) {
+  if (infer.results.empty() || !varied.fields.contains(fields_written(infer).front())) return;
+  infer.mode = Infer::Mode::tangent;
+  infer.weights = varied.params.contains(infer.network);
+  for (const std::string& input : infer.inputs) infer.rates.push_back(varied.fields.contains(input) ? names.of(input) : "");
+  for (std::string& result : infer.results) result = result.empty() ? "" : names.of(result);
+  derived.body.push_back(infer);
+}
+
 void add_reduction(const Reduce& reduce, const Program& program, const Varied& varied, DerivedNames& names, Program& derived, Module& kernels) {
   if (!varied.fields.contains(reduce.result)) return;
   if (!varied.fields.contains(reduce.field)) {  // it varies by what is added to it later
@@ -235,6 +244,10 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
           derived.body.push_back(Fold{names.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});
         },
         [&](const Reduce& reduce) { add_reduction(reduce, *program, varied, names, derived, result.module); },
+        [&](const Infer& infer) {
+          add_networks(result.module, {*module.find_network(infer.network)});
+          add_rates(infer, varied, names, derived);
+        },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(kernel);

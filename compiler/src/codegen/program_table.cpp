@@ -5,6 +5,7 @@
 #include <deque>
 #include <utility>
 
+#include "codegen/network_table.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -72,20 +73,24 @@ constexpr dpde_side periodic{DPDE_PERIODIC, -1, -1, -1, -1};
 }  // namespace
 
 struct ProgramTables::Strings {
-  explicit Strings(const loop::Module& module) : params(module.params) {}
+  explicit Strings(const loop::Module& module) : params(module.params) {
+    for (const network::Network& network : module.networks) networks.emplace_back(network);
+  }
   Names params;
+  std::deque<NetworkTable> networks;
 };
 
 /// One program with everything its struct points to.
 struct ProgramTables::Table {
-  Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, const Names& params,
+  Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, const Strings& shared,
         ComputeUniforms compute_uniforms);
 
   dpde_fill fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes) const;
   void set_grow(dpde_operation& operation, int grow, const std::vector<Topology>& axes) const;
   dpde_operation operation(const loop::Module& module, const loop::Program& program, const loop::Operation& source,
-                           const RowResolver& row_code);
+                           const RowResolver& row_code, const Strings& shared);
   int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
+  dpde_inference inference(const loop::Infer& infer, const Strings& shared);
 
   std::string name;
   Names fields, sums;
@@ -95,6 +100,8 @@ struct ProgramTables::Table {
   std::vector<dpde_fill> prepare;
   std::vector<dpde_operation> operations;
   std::vector<dpde_swap> swaps;
+  std::deque<std::vector<int32_t>> lists;
+  std::vector<const dpde_network*> networks;
   dpde_program program{};
 };
 
@@ -141,8 +148,24 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Swe
   return static_cast<int32_t>(kernels.size()) - 1;
 }
 
+dpde_inference ProgramTables::Table::inference(const loop::Infer& infer, const Strings& shared) {
+  const auto list = [&](const std::vector<std::string>& names) {
+    std::vector<int32_t>& indices = lists.emplace_back();
+    for (const std::string& field : names) indices.push_back(field.empty() ? -1 : fields.index_of(field));
+    return indices.data();
+  };
+  const auto is_it = [&](const NetworkTable& table) { return table.name() == infer.network; };
+  const dpde_network* network = std::find_if(shared.networks.begin(), shared.networks.end(), is_it)->get();
+  auto place = std::find(networks.begin(), networks.end(), network);
+  if (place == networks.end()) place = networks.insert(place, network);
+  dpde_inference result{static_cast<int32_t>(place - networks.begin()), DPDE_NETWORK_VALUE, list(infer.inputs), list(infer.rates), list(infer.results), infer.weights};
+  if (infer.mode == loop::Infer::Mode::tangent) result.mode = DPDE_NETWORK_TANGENT;
+  if (infer.mode == loop::Infer::Mode::adjoint) result.mode = DPDE_NETWORK_ADJOINT;
+  return result;
+}
+
 dpde_operation ProgramTables::Table::operation(const loop::Module& module, const loop::Program& program,
-                                               const loop::Operation& source, const RowResolver& row_code) {
+                                               const loop::Operation& source, const RowResolver& row_code, const Strings& shared) {
   dpde_operation result{};
   match(
       source,
@@ -159,6 +182,10 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
         result.kind = DPDE_REDUCE;
         result.reduce = {kind_of(r.kind), fields.index_of(r.field), fields.index_of(r.result), {r.over[0], r.over[1], r.over[2]}};
       },
+      [&](const loop::Infer& i) {
+        result.kind = DPDE_NETWORK;
+        result.inference = inference(i, shared);
+      },
       [&](const loop::Sweep& s) {
         result.kind = DPDE_SWEEP;
         result.kernel = kernel(module, s, row_code);
@@ -173,10 +200,10 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
 }
 
 ProgramTables::Table::Table(const loop::Module& module, const loop::Program& source, const RowResolver& row_code,
-                            const Names& params, ComputeUniforms compute_uniforms)
+                            const Strings& shared, ComputeUniforms compute_uniforms)
     : name(source.name), fields(source.fields), sums(source.sums) {
   for (const loop::Fill& f : source.prepare) prepare.push_back(fill(f.field, f.axes));
-  for (const loop::Operation& o : source.body) operations.push_back(operation(module, source, o, row_code));
+  for (const loop::Operation& o : source.body) operations.push_back(operation(module, source, o, row_code, shared));
   for (const loop::Swap& s : source.swaps) swaps.push_back({fields.index_of(s.state), fields.index_of(s.next)});
 
   program.version = DPDE_ABI_VERSION;
@@ -187,8 +214,8 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
   program.field_count = fields.count();
   program.input_count = source.input_count;
   program.fields = fields.pointers.data();
-  program.param_count = params.count();
-  program.params = params.pointers.data();
+  program.param_count = shared.params.count();
+  program.params = shared.params.pointers.data();
   program.uniform_count = static_cast<int32_t>(module.uniforms.size());
   program.compute_uniforms = compute_uniforms;
   program.sum_count = sums.count();
@@ -201,12 +228,14 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
   program.operations = operations.data();
   program.swap_count = static_cast<int32_t>(swaps.size());
   program.swaps = swaps.data();
+  program.network_count = static_cast<int32_t>(networks.size());
+  program.networks = networks.data();
 }
 
 ProgramTables::ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms)
     : strings_(std::make_unique<Strings>(module)) {
   for (const loop::Program& program : module.programs) {
-    tables_.push_back(std::make_unique<Table>(module, program, row_code, strings_->params, compute_uniforms));
+    tables_.push_back(std::make_unique<Table>(module, program, row_code, *strings_, compute_uniforms));
   }
 }
 

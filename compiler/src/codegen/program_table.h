@@ -24,7 +24,7 @@ using RowResolver = std::function<RowCode(const std::string& row)>;
 /// Fills all uniforms of the module (order of Module::uniforms) from all its parameters (order of Module::params).
 using ComputeUniforms = void (*)(const double* params, double* uniforms);
 using Interpret = void (*)(void* context, const dpde_layout* layout, void* const* fields, const double* params,
-                           double* sums);
+                           const dpde_weights* weights, double* sums);
 
 class ProgramTables {
  public:

@@ -43,8 +43,10 @@ Point generic_point(Session& session, const Inverse& inverse, Random& random) {
       x = Eigen::Map<const Eigen::VectorXd>(own.data(), part.size);
     }
     const double magnitude = largest(x);
-    const double scale = magnitude > 0 ? magnitude : 1;
+    const double scale_of_all = magnitude > 0 ? magnitude : 1;
     for (Eigen::Index i = 0; i < part.size; ++i) {
+      // Of a network each weight by its own: a last layer that begins small keeps the run stable.
+      const double scale = part.is_network() ? std::abs(x[i]) + 1e-3 * scale_of_all : scale_of_all;
       x[i] += 0.02 * scale * normal(random);
       d[i] = scale * normal(random);
     }
@@ -177,6 +179,11 @@ bool is_kink(const stencil::Expr& e) {
   return bends || std::holds_alternative<stencil::Select>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
 }
 
+bool bends(const network::Layer& layer) {
+  const bool is_rectifier = layer.activation == network::Activation::relu || layer.activation == network::Activation::leaky_relu;
+  return layer.kind == network::LayerKind::max_pool || (layer.kind == network::LayerKind::activate && is_rectifier);
+}
+
 /// Whether the programs that were differentiated bend anywhere.
 bool has_kinks(const Compiled& compiled) {
   bool found = false;
@@ -189,6 +196,7 @@ bool has_kinks(const Compiled& compiled) {
       const auto* reduce = std::get_if<stencil::Reduce>(&statement);
       found = found || (reduce != nullptr && (reduce->kind == Reduction::max || reduce->kind == Reduction::min));
     }
+    for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
     for (const stencil::Kernel& kernel : module.kernels) {
       found = found || !kernel.scatters.empty();
       for (const stencil::Let& let : kernel.lets) look(let.value);

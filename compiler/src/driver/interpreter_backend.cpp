@@ -36,8 +36,38 @@ void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max
   }
 }
 
+/// In the order of the networks of the program's table.
+std::vector<const network::Network*> networks_of(const Context& context) {
+  std::vector<const network::Network*> networks;
+  for (const loop::Operation& operation : context.table->body) {
+    const loop::Infer* infer = std::get_if<loop::Infer>(&operation);
+    const network::Network* network = infer ? context.module->find_network(infer->network) : nullptr;
+    if (network && std::find(networks.begin(), networks.end(), network) == networks.end()) networks.push_back(network);
+  }
+  return networks;
+}
+
+void set_weights(const Context& context, const dpde_weights* weights, stencil::State& state) {
+  for (const network::Network* network : networks_of(context)) {
+    const dpde_weights& given = *weights++;
+    stencil::Weights& own = state.weights[network->name];
+    const std::int64_t count = weight_count(*network);
+    own.values.assign(given.values, given.values + count);
+    if (given.rates) own.rates.assign(given.rates, given.rates + count);
+  }
+}
+
+void add_weight_bars(const Context& context, const stencil::State& state, const dpde_weights* weights) {
+  for (const network::Network* network : networks_of(context)) {
+    const dpde_weights& to = *weights++;
+    const std::vector<double>& bars = state.weights.at(network->name).bars;
+    for (std::size_t i = 0; to.bars && i < bars.size(); ++i) to.bars[i] += bars[i];
+  }
+}
+
 template <class Real>
-void run_program(void* opaque, const dpde_layout* layout, void* const* fields, const double* params, double* sums) {
+void run_program(void* opaque, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights* weights,
+                 double* sums) {
   const Context& context = *static_cast<const Context*>(opaque);
   stencil::Grid grid{layout->rank, {1, 1, 1}};
   std::array<int, stencil::max_rank> grow{};
@@ -53,6 +83,7 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
   }
   stencil::Params values;
   for (std::size_t p = 0; p < context.params->size(); ++p) values[(*context.params)[p]] = params[p];
+  set_weights(context, weights, state);
   const std::map<std::string, double> totals = stencil::interpret(*context.module, *context.program, state, values);
   for (std::size_t f = 0; f < names.size(); ++f) {
     // The interpreter has applied the swaps: the new value lies under the state's name.
@@ -65,6 +96,7 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
     if (!is_result || !state.has(name)) continue;
     for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) { static_cast<Real*>(fields[f])[i] = static_cast<Real>(state.at(name, c)); });
   }
+  add_weight_bars(context, state, weights);
   for (std::size_t s = 0; s < context.table->sums.size(); ++s) {
     const auto total = totals.find(context.table->sums[s]);
     sums[s] = total == totals.end() ? 0 : total->second;

@@ -33,6 +33,7 @@ std::unique_ptr<Inverse> Inverse::open(Session& session, const SourceFile& sourc
 Eigen::Index Inverse::size_of(const model::Unknown& unknown) const {
   const model::Coefficient* coefficient = unknown.kind == model::Unknown::Kind::coefficient ? session_.problem().find_coefficient(unknown.name) : nullptr;
   const int intervals = coefficient != nullptr && coefficient->is_control() ? session_.problem().intervals(coefficient->every) : 1;
+  if (unknown.kind == model::Unknown::Kind::network) return static_cast<Eigen::Index>(session_.workspace().weights().at(unknown.name).values.size());
   if (unknown.is_field()) return intervals * static_cast<Eigen::Index>(session_.workspace().cell_count());
   const auto control = session_.workspace().controls().find(unknown.name);
   return control == session_.workspace().controls().end() ? 1 : static_cast<Eigen::Index>(control->second.values.size());
@@ -97,7 +98,9 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   for (const Part& part : parts_) {
     const model::Source& from = unknown_of(part).from;
     std::vector<double> values;
-    if (part.is_control()) {
+    if (part.is_network()) {
+      values = workspace.weights().at(part.name).values;
+    } else if (part.is_control()) {
       values = session_.problem().find_control(part.name)->start;
     } else if (!part.is_field()) {
       const model::Number* number = from.formula ? std::get_if<model::Number>(&(*from.formula)->kind) : nullptr;
@@ -134,8 +137,13 @@ Bounds Inverse::bounds() const {
 
 void Inverse::set_values(const std::string& name, const Part& part, const Eigen::VectorXd& x) {
   Workspace& workspace = session_.workspace();
-  if (!part.is_control()) return workspace.set_param(name, x[part.offset]);
   const std::span<const double> values = dense_part(x, part);
+  if (part.is_network()) {
+    Workspace::Weights& weights = workspace.weights().at(part.name);
+    std::ranges::copy(values, (name == part.name ? weights.values : weights.rates).begin());
+    return;
+  }
+  if (!part.is_control()) return workspace.set_param(name, values[0]);
   workspace.set_control(name, session_.problem().find_control(part.name)->every, {values.begin(), values.end()});
 }
 
@@ -188,7 +196,7 @@ void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& ad
   const auto add = [&](std::string_view param, double value) {
     for (const Part& part : parts_) {
       const std::string variable = of_rates ? part.name + "_dot" : part.name;
-      if (!part.is_field() && !part.is_control() && variable == param) to[part.offset] += value;
+      if (part.kind == model::Unknown::Kind::parameter && variable == param) to[part.offset] += value;
     }
   };
   dpde::add_through_formula(session_.workspace(), adjoint, rollout, counts, add);

@@ -16,7 +16,8 @@ namespace dpde::driver {
 
 /// The order of the unknowns in the vector; within a kind that of the task.
 inline constexpr model::Unknown::Kind unknown_kinds[] = {model::Unknown::Kind::initial, model::Unknown::Kind::coefficient,
-                                                         model::Unknown::Kind::parameter, model::Unknown::Kind::control};
+                                                         model::Unknown::Kind::parameter, model::Unknown::Kind::control,
+                                                         model::Unknown::Kind::network};
 
 class Inverse {
  public:
@@ -27,6 +28,7 @@ class Inverse {
     Eigen::Index offset, size;
     bool is_field() const { return kind == model::Unknown::Kind::initial || kind == model::Unknown::Kind::coefficient; }
     bool is_control() const { return kind == model::Unknown::Kind::control; }
+    bool is_network() const { return kind == model::Unknown::Kind::network; }
     bool is_initial() const { return kind == model::Unknown::Kind::initial; }
   };
 

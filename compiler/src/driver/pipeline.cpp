@@ -9,6 +9,7 @@
 
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/llvm/jit.h"
+#include "driver/activity.h"
 #include "driver/interpreter_backend.h"
 #include "driver/lone_models.h"
 #include "driver/over_time.h"
@@ -35,11 +36,6 @@ namespace {
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-bool is_bound_by_the_scene(const std::string& name) {
-  static const std::set<std::string> names = {"hx", "hy", "hz", "dt", "t", "cells", "x", "y", "z"};
-  return names.contains(name);
 }
 
 /// Tells the observer and reports broken invariants; false when there are some.
@@ -69,6 +65,7 @@ void merge(stencil::Module& base, const stencil::Module& extra) {
   for (const stencil::Program& program : extra.programs) {
     if (base.find_program(program.name) == nullptr) base.programs.push_back(program);
   }
+  add_networks(base, extra.networks);
   for (const stencil::Loop& loop : extra.loops) {
     if (std::find(base.loops.begin(), base.loops.end(), loop) == base.loops.end()) base.loops.push_back(loop);
   }
@@ -148,71 +145,6 @@ stencil::Module lower(const Compiled& compiled, const CompileOptions& options, D
   stencil::Module result = extract(written, wanted);
   merge(result, module);
   return result;
-}
-
-/// Parameters of boundary values have no adjoint yet.
-std::set<std::string> params_of_boundaries(const stencil::Module& module) {
-  std::set<std::string> params;
-  const auto collect = [&](const stencil::Expr& e) {
-    stencil::visit(e, [&](const stencil::Expr& part) {
-      if (const stencil::Param* param = std::get_if<stencil::Param>(&part->kind)) params.insert(param->name);
-    });
-  };
-  for (const stencil::Program& program : module.programs) {
-    for (const stencil::Statement& statement : program.body) {
-      const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
-      if (fill == nullptr) continue;
-      stencil::for_each_side_value(fill->axes, collect);
-    }
-  }
-  return params;
-}
-
-/// Whether the coefficient is an unknown or a formula of one.
-bool is_sought(const model::Problem& problem, const model::Coefficient& coefficient) {
-  if (!problem.task) return false;
-  const auto is_unknown = [&](const model::Unknown& unknown) {
-    return unknown.kind == model::Unknown::Kind::coefficient && unknown.name == coefficient.name;
-  };
-  const auto reads_unknown = [&](const model::Expr& e) {
-    const model::Param* param = std::get_if<model::Param>(&e->kind);
-    const model::Parameter* known = param == nullptr ? nullptr : problem.find_param(param->name);
-    return known != nullptr && known->unknown;
-  };
-  return std::any_of(problem.task->unknowns.begin(), problem.task->unknowns.end(), is_unknown) ||
-         (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
-}
-
-/// What derivatives are taken with respect to.
-adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& options) {
-  adjoint::Activity wrt;
-  const std::set<std::string> passive = params_of_boundaries(compiled.stencil);
-  const auto add_param = [&](const std::string& name) {
-    if (!is_bound_by_the_scene(name) && !passive.contains(name)) wrt.params.insert(name);
-  };
-  if (!compiled.problem) {
-    for (const stencil::Program& program : compiled.stencil.programs) {
-      const stencil::Interface interface = stencil::interface_of(compiled.stencil, program);
-      for (const std::string& field : interface.inputs) {
-        if (!is_bound_by_the_scene(field)) wrt.fields.insert(field);
-      }
-      for (const std::string& param : interface.params) add_param(param);
-    }
-    return wrt;
-  }
-  for (const model::State& state : compiled.problem->states) wrt.fields.insert(state.name);
-  for (const model::Coefficient& coefficient : compiled.problem->coefficients) {
-    if (options.by_everything || is_sought(*compiled.problem, coefficient)) wrt.fields.insert(coefficient.name);
-  }
-  for (const model::Parameter& param : compiled.problem->params) {
-    if (!param.unknown && !options.by_everything) continue;
-    if (options.certify || options.by_everything) {
-      add_param(param.name);
-    } else {
-      wrt.params.insert(param.name);
-    }
-  }
-  return wrt;
 }
 
 /// Programs a gradient goes through: the step, formulas of fields, the losses; all of a file without a scene.
@@ -365,7 +297,10 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   compiled.problem = model::from_ast(compiled.ast, selection, sink);
   if (sink.has_errors() || !compiled.problem) return false;
   if (options.without_task) compiled.problem->task.reset();
-  if (options.real) compiled.problem->scheme.real = *options.real;
+  if (options.real) {
+    compiled.problem->scheme.real = *options.real;
+    for (network::Network& network : compiled.problem->networks) network.real = *options.real;
+  }
   const auto text = [&] { return print(*compiled.problem); };
   if (!stages.after("model", text, [&] { return verify(*compiled.problem); })) return false;
   if (options.certify && !compiled.problem->task) add_certifying_task(*compiled.problem);
@@ -419,6 +354,9 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
   }
   for (const std::string& param : interface.params) {
     if (compiled.activity.params.contains(param)) wrt.params.insert(param);
+  }
+  for (const std::string& network : interface.networks) {
+    if (compiled.activity.params.contains(network)) wrt.params.insert(network);
   }
   return wrt;
 }
@@ -477,6 +415,10 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   return compiled;
 }
 
+bool Compiled::is_single() const {
+  return real() == Precision::f32 || std::ranges::any_of(stencil.networks, [](const network::Network& n) { return n.real == Precision::f32; });
+}
+
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs) {
   stencil::Module result;
   std::set<std::string> kernels;
@@ -485,6 +427,7 @@ stencil::Module extract(const stencil::Module& module, const std::vector<std::st
     result.programs.push_back(program);
     for (const stencil::Statement& statement : program.body) {
       if (const stencil::Run* run = std::get_if<stencil::Run>(&statement)) kernels.insert(run->kernel);
+      if (const stencil::Infer* infer = std::get_if<stencil::Infer>(&statement)) add_networks(result, {*module.find_network(infer->network)});
     }
   }
   for (const stencil::Kernel& kernel : module.kernels) {

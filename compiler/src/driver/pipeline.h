@@ -36,7 +36,7 @@ struct CompileOptions {
   std::optional<Backend> backend;   // nullopt: stop at the loop level
   bool tangent = false, adjoint = false;
   bool second = false;              // second derivatives, with tangent and adjoint; what has none is left without
-  std::optional<Precision> real;    // of a scene, in place of its scheme's
+  std::optional<Precision> real;    // of a scene and its networks, in place of what the file says
   bool without_task = false;        // of a task only its scene and scheme; "" is the only scene, if there is just one
   /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up functional.
   bool certify = false;
@@ -67,7 +67,10 @@ struct Compiled {
   std::string code_key;                           // of the code in the cache; "" without one
   double seconds = 0;
 
+  /// Of fields.
   Precision real() const { return problem ? problem->scheme.real : Precision::f64; }
+  /// Whether it computes anything in single precision: fields, or networks.
+  bool is_single() const;
   std::string step_name() const;  // "" without a problem
   /// Those that turn parameters into fields before the first step; each may be missing.
   std::vector<std::string> formula_programs() const;

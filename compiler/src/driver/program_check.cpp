@@ -39,6 +39,16 @@ void ProgramCheck::choose_inputs() {
     for (Workspace* workspace : {&workspace_, &forward_}) workspace->set_param(param, params_[param]);
     if (compiled_.activity.params.contains(param)) param_rates_[param] = uniform(-1, 1);
   }
+  choose_weight_rates();
+}
+
+/// The weights stay as they begin.
+void ProgramCheck::choose_weight_rates() {
+  for (const std::string& network : interface_.networks) {
+    if (!compiled_.activity.params.contains(network)) continue;
+    Values& rates = weight_rates_[network];
+    for (const double value : workspace_.weights().at(network).values) rates.push_back(uniform(-1, 1) * (std::abs(value) + 0.1));
+  }
 }
 
 void ProgramCheck::choose_seeds() {
@@ -78,6 +88,10 @@ double ProgramCheck::backward(double& scale) {
     const auto sum = names.contains(param) ? sums.find(names.at(param)) : sums.end();
     if (sum != sums.end()) add(sum->second * rate);
   }
+  for (const auto& [network, rates] : weight_rates_) {
+    const Values& bars = workspace_.weights().at(network).bars;
+    for (std::size_t i = 0; i < rates.size(); ++i) add(bars[i] * rates[i]);
+  }
   return total;
 }
 
@@ -89,6 +103,10 @@ double ProgramCheck::forward() {
   }
   for (const auto& [param, rate] : param_rates_) {
     if (names.contains(param)) forward_.set_param(names.at(param), rate);
+  }
+  for (const auto& [network, rates] : weight_rates_) {
+    const auto weights = forward_.weights().find(network);
+    if (weights != forward_.weights().end()) weights->second.rates = rates;
   }
   const std::map<std::string, double> sums = forward_.run(tangent_code_, 0);
   double total = 0;
@@ -141,6 +159,8 @@ void ProgramCheck::taylor(Certificate& certificate) {
   seeds_ = weights;
   sum_seeds_ = sum_weights;
   double size = std::abs(base);
+  std::map<std::string, Values> initial;
+  for (const auto& [network, weights] : workspace_.weights()) initial[network] = weights.values;
   for (int k = 0; k < 16; ++k) {
     const double step = 1e-2 * std::exp2(-k);
     for (const auto& [field, rate] : rates_) {
@@ -149,6 +169,10 @@ void ProgramCheck::taylor(Certificate& certificate) {
       workspace_.field(field).copy_in(moved);
     }
     for (const auto& [param, rate] : param_rates_) workspace_.set_param(param, params_[param] + step * rate);
+    for (const auto& [network, rates] : weight_rates_) {
+      Values& weights = workspace_.weights().at(network).values;
+      for (std::size_t i = 0; i < rates.size(); ++i) weights[i] = initial.at(network)[i] + step * rates[i];
+    }
     const double value = functional();
     size = std::max(size, std::abs(value));
     certificate.remainders.push_back({step, std::abs(value - base - step * slope)});

@@ -34,6 +34,7 @@ class ProgramCheck {
   Values randoms(double low, double high);
   std::vector<std::string> results() const;
   void choose_inputs();
+  void choose_weight_rates();
   void choose_seeds();
   double functional();
   double forward();
@@ -47,6 +48,7 @@ class ProgramCheck {
   std::mt19937_64& random_;
   Workspace workspace_, forward_;                                   // of program and adjoint, and of the tangent
   std::map<std::string, Values> inputs_, rates_, seeds_;            // fields by primal name
+  std::map<std::string, Values> weight_rates_;                      // by network
   std::map<std::string, double> params_, param_rates_, sum_seeds_;  // scalars by primal name
 };
 

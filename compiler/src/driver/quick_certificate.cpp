@@ -96,7 +96,7 @@ bool certify_program(const Compiled& compiled, const std::string& name, double m
   std::mt19937_64 random(20240229);
   for (const std::vector<int>& cells : quick_grids(program.axes.size())) {
     ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
-    const DotCase result = check.dot_product(compiled.real() == Precision::f32 ? 0.1 : 1e-3);
+    const DotCase result = check.dot_product(compiled.is_single() ? 0.1 : 1e-3);
     if (!std::isfinite(result.relative_error)) continue;
     if (result.relative_error > most) {
       sink.report("verification-failed", {}, {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
@@ -130,7 +130,7 @@ double expected_seconds(const Compiled& compiled) {
 std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certifying how, DiagnosticSink& sink) {
   if (how == Certifying::never || !compiled.code) return std::nullopt;
   const auto start = std::chrono::steady_clock::now();
-  const double most = compiled.real() == Precision::f32 ? largest_single_error : largest_error;
+  const double most = compiled.is_single() ? largest_single_error : largest_error;
   codegen::CodeCache* const cache = compiled.code_key.empty() ? nullptr : compiled.options.cache.get();
   const std::string key = cache == nullptr ? "" : key_of(compiled);
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "codegen/network_table.h"
 #include "driver/inverse.h"
 #include "stencil/from_model.h"
 #include "support/assert.h"
@@ -71,6 +72,8 @@ struct SceneTable::Storage {
   std::vector<dpde_coefficient> coefficients;
   std::vector<dpde_noise> noises;
   std::vector<const char*> sought;
+  std::deque<codegen::NetworkTable> network_tables;
+  std::vector<const dpde_network*> networks;
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
@@ -130,6 +133,7 @@ void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unkn
   switch (unknown.kind) {
     case model::Unknown::Kind::parameter: break;
     case model::Unknown::Kind::control: kind = DPDE_UNKNOWN_CONTROL; break;
+    case model::Unknown::Kind::network: kind = DPDE_UNKNOWN_NETWORK; break;
     case model::Unknown::Kind::initial: kind = DPDE_UNKNOWN_INITIAL; break;
     case model::Unknown::Kind::coefficient: kind = DPDE_UNKNOWN_COEFFICIENT; break;
   }
@@ -228,6 +232,7 @@ void SceneTable::Storage::fill() {
   }
   for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) add_coefficient(c);
+  for (const network::Network& network : problem.networks) networks.push_back(network_tables.emplace_back(network).get());
   for (const std::uint64_t seed : problem.noises()) noises.push_back({text(model::noise_name(seed)), seed});
   for (const model::Coefficient& c : problem.coefficients) {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
@@ -252,6 +257,7 @@ void SceneTable::Storage::fill() {
   set(scene.state_count, scene.states, states);
   set(scene.coefficient_count, scene.coefficients, coefficients);
   set(scene.noise_count, scene.noises, noises);
+  set(scene.network_count, scene.networks, networks);
   set(scene.sought_count, scene.sought, sought);
   set(scene.datum_count, scene.data, data);
   set(scene.loss_count, scene.losses, losses);

@@ -157,6 +157,9 @@ RolloutSetup Session::setup() {
   }
   setup.control_fields = workspace_->control_fields();
   for (const auto& [name, value] : workspace_->params()) setup.params.push_back({name, value});
+  for (const auto& [name, weights] : workspace_->weights()) {
+    setup.weights.push_back({name, weights.values.data(), weights.rates.data(), compiled_->activity.params.contains(name)});
+  }
   // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
   for (int p = 0; p < setup.step->param_count; ++p) {
     const std::string name = setup.step->params[p];

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/network.h"
 #include "dpde/runtime/random.h"
 
 namespace dpde::driver {
@@ -48,6 +49,15 @@ Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModul
     const model::Axis& axis = axes_[a];
     params_[spacings[a]] = axis.spacing();
     fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, axis.spacing(), axis.topology == Topology::periodic);
+  }
+  for (const std::string& name : code.names()) {
+    const dpde_program& program = *code.find(name);
+    for (int n = 0; n < program.network_count; ++n) {
+      const dpde_network& network = *program.networks[n];
+      if (weights_.contains(network.name)) continue;
+      const std::vector<double> zero(static_cast<std::size_t>(network.weight_count));
+      weights_[network.name] = {initial_weights(network, network.seed), zero, zero};
+    }
   }
   params_["dt"] = problem.step;
   params_["cells"] = static_cast<double>(cell_count_);
@@ -171,6 +181,12 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
   for (int p = 0; p < program.param_count; ++p) {
     executor->set_param(p, param_at(program.params[p], t));
   }
+  for (int n = 0; n < program.network_count; ++n) {
+    Weights& weights = weights_.at(program.networks[n]->name);
+    std::ranges::fill(weights.bars, 0.0);
+    executor->bind_weights(n, weights.bound());
+  }
+  executor->update_weights();
   executor->update_uniforms();
   executor->prepare();
   executor->run();

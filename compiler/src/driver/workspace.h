@@ -56,6 +56,13 @@ class Workspace {
   const std::map<std::string, Control>& controls() const { return controls_; }
   void set_control(const std::string& name, int every, std::vector<double> values);
 
+  /// Of a network: its weights, which begin as the file says, their rates and what the last run added to their gradient.
+  struct Weights {
+    std::vector<double> values, rates, bars;
+    dpde_weights bound() { return {values.data(), rates.data(), bars.data()}; }
+  };
+  std::map<std::string, Weights>& weights() { return weights_; }
+
   /// Fields that are others in each interval of time. The first of `at` is field(name).
   const std::vector<ControlField>& control_fields() const { return control_fields_; }
   /// Makes `name`, a rate, one with the same intervals as `like`, where that is one.
@@ -84,6 +91,7 @@ class Workspace {
   std::map<std::string, std::unique_ptr<Field>> fields_;
   std::map<std::string, double> params_;
   std::map<std::string, Control> controls_;
+  std::map<std::string, Weights> weights_;
   std::vector<ControlField> control_fields_;
   std::vector<std::uint64_t> noises_;
   double t_begin_, step_;

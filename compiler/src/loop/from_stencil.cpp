@@ -56,6 +56,10 @@ NameSupply taken_names(const stencil::Module& module) {
       const stencil::Reduce* reduce = std::get_if<stencil::Reduce>(&statement);
       if (reduce) taken.reserve(reduce->field);
       if (reduce) taken.reserve(reduce->result);
+      const Infer* infer = std::get_if<Infer>(&statement);
+      if (!infer) continue;
+      for (const std::string& field : network::fields_read(*infer)) taken.reserve(field);
+      for (const std::string& field : network::fields_written(*infer)) taken.reserve(field);
     }
   }
   return taken;
@@ -159,6 +163,13 @@ void ModuleBuilder::add_sweeps(std::vector<ScheduleItem>& items, const stencil::
   }
 }
 
+ScheduleItem item_of(const Infer& infer) {
+  const std::vector<std::string> read = network::fields_read(infer), written = network::fields_written(infer);
+  std::set<std::string> modified(written.begin(), written.end()), touched = modified;
+  touched.insert(read.begin(), read.end());
+  return {infer, std::move(modified), std::move(touched)};
+}
+
 std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& program) {
   std::vector<ScheduleItem> items;
   for (const stencil::Statement& statement : program.body) {
@@ -177,6 +188,7 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
         [&](const stencil::Reduce& r) {
           items.push_back({Reduce{r.result, r.kind, r.field, r.over}, {r.result}, {r.field, r.result}});
         },
+        [&](const Infer& i) { items.push_back(item_of(i)); },
         [&](const stencil::Run& run) { add_sweeps(items, run, program); });
   }
   return items;
@@ -267,6 +279,7 @@ Module from_stencil(const stencil::Module& module, const std::vector<std::string
   for (const stencil::Program* program : chosen) builder.add_program(*program);
   Module result = builder.take();
   result.real = real;
+  result.networks = module.networks;
   return share_rows(std::move(result));
 }
 

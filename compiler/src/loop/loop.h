@@ -19,6 +19,7 @@
 #include <variant>
 #include <vector>
 
+#include "network/network.h"
 #include "source/source_file.h"
 #include "support/vocabulary.h"
 
@@ -182,6 +183,7 @@ struct Reduce {
   std::array<bool, max_rank> over{};
   bool operator==(const Reduce&) const = default;
 };
+using network::Infer;
 /// What stands for the names of a row that several sweeps share; those that are not mentioned stand for themselves. Two
 /// names never stand for the same.
 struct Binding {
@@ -208,7 +210,7 @@ struct Sweep {
   Binding binding;
   bool operator==(const Sweep&) const = default;
 };
-using Operation = std::variant<Fill, Fold, Reduce, Sweep>;
+using Operation = std::variant<Fill, Fold, Reduce, Infer, Sweep>;
 
 struct Program {
   std::string name;
@@ -239,6 +241,7 @@ struct Module {
   std::vector<UniformDef> uniforms;
   std::vector<Row> rows;
   std::vector<Program> programs;
+  std::vector<network::Network> networks = {};
   bool operator==(const Module&) const = default;
   const Row* find_row(const std::string& name) const;
 };

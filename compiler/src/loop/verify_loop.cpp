@@ -51,6 +51,7 @@ class Verifier {
   void check_binding(const Program& program, const Row& row, const Binding& binding);
   void check_sweep(const Program& program, const Sweep& sweep);
   void check_reduce(const Program& program, const Reduce& reduce);
+  void check_network(const Program& program, const Infer& infer);
   void check_program(const Program& program);
 
   const Module& module_;
@@ -214,6 +215,14 @@ void Verifier::check_reduce(const Program& program, const Reduce& reduce) {
   for (std::size_t a = program.axes.size(); a < reduce.over.size(); ++a) check(!reduce.over[a], program.name, "reduces along an axis it does not have");
 }
 
+void Verifier::check_network(const Program& program, const Infer& infer) {
+  const auto is_it = [&](const network::Network& n) { return n.name == infer.network; };
+  check(std::any_of(module_.networks.begin(), module_.networks.end(), is_it), program.name, fmt::format("no network {}", infer.network));
+  for (const auto* fields : {&infer.inputs, &infer.rates, &infer.results}) {
+    for (const std::string& field : *fields) check(field.empty() || has(program.fields, field), program.name, fmt::format("no field {}", field));
+  }
+}
+
 void Verifier::check_program(const Program& program) {
   check(program.input_count >= 0 && program.input_count <= static_cast<int>(program.fields.size()), program.name,
         "more inputs than fields");
@@ -224,7 +233,7 @@ void Verifier::check_program(const Program& program) {
     match(
         operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Sweep& s) { check_sweep(program, s); });
+        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Infer& i) { check_network(program, i); }, [&](const Sweep& s) { check_sweep(program, s); });
   }
   for (const Swap& swap : program.swaps) {
     check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name,

@@ -119,6 +119,8 @@ Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
 
 Expr apply(Apply application, Origin origin) { return make(std::move(application), origin); }
 
+Expr infer(Infer inference, Origin origin) { return make(std::move(inference), origin); }
+
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
 bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
@@ -126,7 +128,7 @@ bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
 bool is_uniform(const Expr& e) {
   return !any_part(e, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
-           std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind);
+           std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Infer>(part->kind);
   });
 }
 
@@ -155,7 +157,8 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       },
       [&](const Shift& s) { f(s.operand); }, [&](const Interpolate& i) { f(i.operand); },
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
-      [&](const Reduce& r) { f(r.operand); }, [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); });
+      [&](const Reduce& r) { f(r.operand); }, [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
+      [&](const Infer& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); });
 }
 
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {

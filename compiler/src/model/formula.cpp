@@ -90,7 +90,8 @@ double value_at(const Expr& formula, double coordinate) {
       [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
       [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
-      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); });
+      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
+      [&](const Infer& e) { return none(e); });
 }
 
 Expr slope_of(const Expr& formula) {
@@ -103,7 +104,8 @@ Expr slope_of(const Expr& formula) {
       [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
       [&](const Advect& e) { return none(e); },
       [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
-      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); });
+      [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
+      [&](const Infer& e) { return none(e); });
 }
 
 }  // namespace dpde::model

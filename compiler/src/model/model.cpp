@@ -60,6 +60,11 @@ const Control* Problem::find_control(const std::string& name) const {
   return found == controls.end() ? nullptr : &*found;
 }
 
+const network::Network* Problem::find_network(const std::string& name) const {
+  const auto found = std::ranges::find(networks, name, &network::Network::name);
+  return found == networks.end() ? nullptr : &*found;
+}
+
 const Unknown* Problem::find_unknown(const Coefficient& coefficient) const {
   if (!task) return nullptr;
   const auto found = std::ranges::find_if(task->unknowns, [&](const Unknown& u) { return u.kind == Unknown::Kind::coefficient && u.name == coefficient.name; });

@@ -135,7 +135,16 @@ struct Apply {
   bool operator==(const Apply&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce, Apply>;
+/// One output of a network, a field of its own at the cell centres, made of the arguments there.
+struct Infer {
+  std::string network;
+  std::vector<Expr> arguments;  // one a channel
+  int output = 0, outputs = 1;
+  std::string name;  // of the output, as corrector(u).x has x; "" where it is the only one
+  bool operator==(const Infer&) const = default;
+};
+
+using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce, Apply, Infer>;
 struct Node {
   Kind kind;
   Origin origin;
@@ -245,6 +254,7 @@ struct Scheme {
   int laplacian_order = 2;   // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;
   Precision real = Precision::f64;
+  Precision networks = Precision::f32;  // what they compute in
 };
 
 /// Which states of a run a quantity or datum looks at.
@@ -263,8 +273,8 @@ struct Datum {
   Placement placement{};
 };
 struct Unknown {
-  enum class Kind { parameter, initial, coefficient, control } kind = Kind::parameter;
-  std::string name;  // of the parameter, the state whose initial values are sought, the coefficient or the control
+  enum class Kind { parameter, initial, coefficient, control, network } kind = Kind::parameter;
+  std::string name;  // of the parameter, the state whose initial values are sought, the coefficient, the control or the network whose weights are learned
   Source from;       // a field: formula or file (default: the scene's own values); parameter: a number; control: formula
   Origin origin;
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
@@ -343,6 +353,7 @@ struct Problem {
   const Parameter* find_param(const std::string& name) const;
   const Coefficient* find_coefficient(const std::string& name) const;
   const Control* find_control(const std::string& name) const;
+  const network::Network* find_network(const std::string& name) const;
   /// The unknown of the task that the coefficient is, or nullptr.
   const Unknown* find_unknown(const Coefficient& coefficient) const;
   /// Into how many intervals of `every` steps the run is divided, the last one maybe shorter.

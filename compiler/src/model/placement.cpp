@@ -19,7 +19,7 @@ const T* as(const Expr& e) {
 /// Calls `f` on the children whose values are taken where `e` is.
 template <class F>
 void for_each_part_in_place(const Expr& e, const F& f) {
-  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e)) return;
+  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<Infer>(e)) return;
   if (const Advect* advect = as<Advect>(e)) return f(advect->operand);
   for_each_part(e, f);
 }
@@ -77,9 +77,10 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
     if (!reduce->is_over_all()) found = Fields::several;  // along some axes it is anywhere
     return;
   }
-  if (const Field* field = as<Field>(e)) {
-    if (anywhere_.contains(field->name)) return;
-    const Placement own = of(field->name);
+  const Field* field = as<Field>(e);
+  if (field && anywhere_.contains(field->name)) return;
+  if (field || as<Infer>(e)) {
+    const Placement own = field ? of(field->name) : Placement{};
     if (found == Fields::one && own != placement) {
       found = Fields::several;
       return;
@@ -104,6 +105,13 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
     const Placement own = of(field->name);
     if (own == wanted || anywhere_.contains(field->name)) return std::nullopt;
     return Mistake{e, own, wanted};
+  }
+  if (const Infer* infer = as<Infer>(e)) {
+    if (wanted != Placement{}) return Mistake{e, Placement{}, wanted};
+    for (const Expr& argument : infer->arguments) {
+      if (const auto mistake = misplaced(argument, {})) return mistake;
+    }
+    return std::nullopt;
   }
   if (const Reduce* reduce = as<Reduce>(e)) {
     return operand_placement(*reduce, wanted) ? std::nullopt : std::optional(Mistake{e, natural(e), wanted});
@@ -140,6 +148,7 @@ void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) co
     if (!anywhere_.contains(field->name)) found.push_back(of(field->name));
     return;
   }
+  if (as<Infer>(e)) return found.push_back({});
   const std::size_t before = found.size();
   if (const Reduce* reduce = as<Reduce>(e); reduce && !reduce->is_over_all()) {
     add_candidates(reduce->operand, found);

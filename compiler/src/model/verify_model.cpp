@@ -171,7 +171,7 @@ class Verifier {
     demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
-      check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));
+      if (unknown.kind != Unknown::Kind::network) check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));
     }
     for (const Loss& loss : task.losses) {
       check(loss.value, "loss", quantity);
@@ -200,6 +200,7 @@ class Verifier {
       case Unknown::Kind::control: return unknowns_.contains(unknown.name) && problem_.find_control(unknown.name) != nullptr;
       case Unknown::Kind::initial: return problem_.find_state(unknown.name) != nullptr;
       case Unknown::Kind::coefficient: return problem_.find_coefficient(unknown.name) != nullptr;
+      case Unknown::Kind::network: return problem_.find_network(unknown.name) != nullptr;
     }
     unreachable("kind of unknown");
   }
@@ -286,7 +287,8 @@ class Verifier {
         [&](const Apply& a) {
           need(allowed.derivatives, "an operator");
           demand(a.arguments.size() == a.function.parameters.size(), fmt::format("{}: {} has {} arguments", where, a.function.name, a.arguments.size()));
-        });
+        },
+        [&](const Infer&) { need(allowed.reductions, "a network"); });
     check_children(e, where, allowed);
   }
 

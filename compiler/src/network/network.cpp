@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "network/network.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 namespace dpde::network {
@@ -47,6 +50,31 @@ bool is_pointwise(const Network& network) {
     const bool changes_grid = layer.kind == LayerKind::mean_pool || layer.kind == LayerKind::max_pool || layer.kind == LayerKind::upsample;
     return !changes_grid && layer.extent == 1 && layer.stride == 1;
   });
+}
+
+std::vector<std::string> fields_read(const Infer& infer) {
+  std::vector<std::string> fields = infer.inputs;
+  fields.insert(fields.end(), infer.rates.begin(), infer.rates.end());
+  std::erase(fields, "");
+  return fields;
+}
+
+std::vector<std::string> fields_written(const Infer& infer) {
+  std::vector<std::string> fields = infer.results;
+  std::erase(fields, "");
+  return fields;
+}
+
+std::string text_of(const Infer& infer) {
+  const auto list = [](const std::vector<std::string>& fields) {
+    std::vector<std::string> words;
+    for (const std::string& field : fields) words.push_back(field.empty() ? "_" : field);
+    return fmt::format("{}", fmt::join(words, ", "));
+  };
+  const bool is_value = infer.mode == Infer::Mode::value;
+  const char* word = is_value ? "apply" : infer.mode == Infer::Mode::tangent ? "tangent" : "adjoint";
+  const std::string rates = is_value ? "" : fmt::format(" by {}", list(infer.rates));
+  return fmt::format("{} {}({}){} to {}{}", word, infer.network, list(infer.inputs), rates, list(infer.results), infer.weights ? " weights" : "");
 }
 
 std::string_view name_of(Activation activation) {

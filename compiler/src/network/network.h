@@ -47,6 +47,24 @@ struct Network {
   bool operator==(const Network&) const = default;
 };
 
+/// A network or its derivative, done to fields: a statement of programs (stencil/stencil.h says what it means). "" stands
+/// for a rate that is 0 and for a result that nobody wants.
+struct Infer {
+  enum class Mode { value, tangent, adjoint };
+  std::string network;
+  Mode mode = Mode::value;
+  std::vector<std::string> inputs;   // one a channel
+  std::vector<std::string> rates;    // of the inputs; of the adjoint: seeds of the outputs
+  std::vector<std::string> results;  // the outputs, their rates, or the adjoints of the inputs
+  bool weights = false;
+  bool operator==(const Infer&) const = default;
+};
+/// The fields that are read and written, in order, without those that are not there.
+std::vector<std::string> fields_read(const Infer& infer);
+std::vector<std::string> fields_written(const Infer& infer);
+/// adjoint corrector(a, b) by c_bar, _ to a_bar, b_bar weights
+std::string text_of(const Infer& infer);
+
 /// Of value `number`.
 int channels_of(const Network& network, int number);
 /// The first weight of layer `index` (a conv) and of its bias; -1 for what it has not.

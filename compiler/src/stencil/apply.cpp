@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators whose adjoint is given: a kernel each, so that there is something that the adjoint can stand in for.
+// Operators whose adjoint is given: a kernel each, so that there is something that the adjoint can stand in for. And networks.
 #include <algorithm>
 #include <map>
 #include <vector>
@@ -123,6 +123,20 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   preparations_.push_back(without_idle_formulas(std::move(kernel)));
   operands_.push_back({e, place, field});
   return access(field);
+}
+
+/// The field of the output; all outputs of the network for the same fields are computed at once.
+std::string Discretiser::stored_inference(const model::Infer& e) {
+  Infer infer{e.network, Infer::Mode::value, {}, {}, {}, false};
+  for (const model::Expr& argument : e.arguments) infer.inputs.push_back(stored_operand(argument, {}));
+  for (Preparation& made : preparations_) {
+    Infer* known = std::get_if<Infer>(&made);
+    if (!known || known->network != infer.network || known->inputs != infer.inputs) continue;
+    return known->results[static_cast<std::size_t>(e.output)];
+  }
+  for (int i = 1; i <= e.outputs; ++i) infer.results.push_back(names_.fresh(e.network + "_" + (e.outputs == 1 ? "out" : std::to_string(i))));
+  preparations_.push_back(infer);
+  return infer.results[static_cast<std::size_t>(e.output)];
 }
 
 }  // namespace dpde::stencil

@@ -68,6 +68,7 @@ struct Interface {
   std::vector<std::string> written;
   std::vector<std::string> params;   // of kernels and of boundary values
   std::vector<std::string> sums;
+  std::vector<std::string> networks = {};  // that it applies
 };
 Interface interface_of(const Module& module, const Program& program);
 

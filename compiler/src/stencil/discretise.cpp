@@ -29,6 +29,7 @@ bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 bool reads_in_place(const model::Expr& e) {
   if (as<model::Interpolate>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e)) return !reduce->is_over_all();
+  if (as<model::Infer>(e)) return true;
   bool found = is_field(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || reads_in_place(part); });
   return found;
@@ -41,7 +42,10 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 }
 
 bool holds_derivative(const model::Expr& e) {
-  return model::any_part(e, [](const model::Expr& x) { return as<model::Derivative>(x) || as<model::Advect>(x); });
+  if (as<model::Infer>(e)) return false;  // of a field of its own
+  bool found = as<model::Derivative>(e) || as<model::Advect>(e);
+  model::for_each_part(e, [&](const model::Expr& part) { found = found || holds_derivative(part); });
+  return found;
 }
 
 Reduction reduction_of(model::Reduce::Kind kind) {
@@ -84,7 +88,7 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
 /// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
 bool has_parts_midway(const model::Expr& e) {
-  if (as<model::Apply>(e)) return false;
+  if (as<model::Apply>(e) || as<model::Infer>(e)) return false;
   if (holds_derivative(e) || !reads_in_place(e)) return true;
   if (as<model::Neg>(e)) return true;
   const model::Binary* b = as<model::Binary>(e);
@@ -232,6 +236,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [&](const model::Interpolate& i) { return interpolated_at(i, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
+      [&](const model::Infer& i) { return Quotient{access(stored_inference(i), Offset{place[0] / 2, place[1] / 2, place[2] / 2})}; },
       [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
 }
 
@@ -275,6 +280,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   operands_ = inner.operands_;
   for (const Preparation& made : preparations_) {  // by the inner one too
     if (const Reduce* reduce = std::get_if<Reduce>(&made)) names_.reserve(reduce->result);
+    if (const Infer* infer = std::get_if<Infer>(&made)) std::ranges::for_each(infer->results, [&](const std::string& field) { names_.reserve(field); });
     const Kernel* kernel = std::get_if<Kernel>(&made);
     for (std::size_t i = 0; kernel && i < kernel->stores.size(); ++i) names_.reserve(kernel->stores[i].field);
   }
@@ -293,6 +299,9 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
     const Reduce* reduce = std::get_if<Reduce>(&made);
     const Kernel* applied = std::get_if<Kernel>(&made);
     if (applied && !applied->name.empty()) return reads.find_read(applied->stores[0].field) != nullptr;
+    if (const Infer* infer = std::get_if<Infer>(&made)) {
+      return std::ranges::any_of(infer->results, [&](const std::string& field) { return reads.find_read(field) != nullptr; });
+    }
     return reduce && reads.find_read(reduce->result);
   });
   Kernel* first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
@@ -374,7 +383,7 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
-  if (as<model::Interpolate>(e) || as<model::Apply>(e)) return false;
+  if (as<model::Interpolate>(e) || as<model::Apply>(e) || as<model::Infer>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)]) return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
     if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;

@@ -14,6 +14,7 @@
 //    constant they are 0 exactly.
 //  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint; at another
 //    place it is another field, the operator of its arguments displaced;
+//  - the outputs of a network become fields, of its arguments at the cell centres; elsewhere they are read like any field;
 //  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does not go
 //    over, it is the reduction of its operand at that place: walls and half points are then what they are for the operand.
 // Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
@@ -54,7 +55,7 @@ struct Reading {
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a kernel
 /// without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
-using Preparation = std::variant<Kernel, Reduce>;
+using Preparation = std::variant<Kernel, Reduce, Infer>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
@@ -101,6 +102,7 @@ class Discretiser {
   std::string stored_operand(const model::Expr& e, const Place& place);
   std::string store_before(const Discretiser& inner, const Expr& value, const Origin& origin);
   std::string stored_reduction(Reduce reduce);
+  std::string stored_inference(const model::Infer& e);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
   std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const std::string& result, const Offset& offset);

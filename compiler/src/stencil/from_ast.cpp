@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "model/network_from_ast.h"
 #include "stencil/build.h"
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
@@ -87,6 +88,10 @@ class ModuleReader {
     for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, false); });
     for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, true); });
     for (const KernelRead& read : kernels_) module_.kernels.push_back(read.kernel);
+    for_each<ast::Network>([&](const ast::Network& network) {
+      if (!network.input_channels) return;  // of a model
+      if (const auto read = model::network_from_ast(network, sink_)) module_.networks.push_back(*read);
+    });
     for_each<ast::Program>([&](const ast::Program& program) { read_program(program); });
     for_each<ast::Loop>([&](const ast::Loop& loop) { read_loop(loop); });
     if (!sink_.has_errors()) report_problems();
@@ -186,6 +191,10 @@ class ModuleReader {
         fields.push_back(reduce->field.name);
         fields.push_back(reduce->result.name);
       }
+      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
+        const Infer infer = read_infer(*apply);
+        for (const auto& names : {fields_read(infer), fields_written(infer)}) fields.insert(fields.end(), names.begin(), names.end());
+      }
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
       fields_known_ = fields_known_ && (!run || kernel);
@@ -234,6 +243,9 @@ class ModuleReader {
       read_reduce(*reduce, item.range);
     } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
+    } else if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
+      ranges_.push_back(item.range);
+      program_.body.push_back(read_infer(*apply));
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
       read_swap(*swap);
     } else if (const auto* keep = std::get_if<ast::KeepItem>(&item.kind)) {
@@ -394,6 +406,7 @@ class ModuleReader {
     std::vector<std::string> written;
     for (const Statement& statement : program_.body) {
       if (const Reduce* reduce = std::get_if<Reduce>(&statement)) written.push_back(reduce->result);
+      if (const Infer* infer = std::get_if<Infer>(&statement)) std::ranges::copy(fields_written(*infer), std::back_inserter(written));
       const Run* run = std::get_if<Run>(&statement);
       if (!run) continue;
       const Signature s = signature(*module_.find_kernel(run->kernel));

@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 
+#include "network/evaluate.h"
 #include "stencil/build.h"
 #include "support/assert.h"
 #include "support/evaluate.h"
@@ -373,6 +374,44 @@ void apply(State& state, const Reduce& reduce) {
   });
 }
 
+namespace {
+
+/// One channel a field; "" is 0.
+network::Tensor tensor_of(const State& state, const std::vector<std::string>& fields) {
+  network::Tensor tensor{static_cast<int>(fields.size()), state.grid().cells, {}};
+  for (const std::string& field : fields) {
+    for_each_cell({}, tensor.cells, [&](const Cell& cell) { tensor.values.push_back(field.empty() ? 0.0 : state.at(field, cell)); });
+  }
+  return tensor;
+}
+
+}  // namespace
+
+void apply(State& state, const Infer& infer, const network::Network& network) {
+  Weights& weights = state.weights[infer.network];
+  const network::Tensor inputs = tensor_of(state, infer.inputs);
+  network::Tensor result;
+  if (infer.mode == Infer::Mode::value) {
+    result = network::value(network, inputs, weights.values);
+  } else if (infer.mode == Infer::Mode::tangent) {
+    const network::Weights all{weights.values, infer.weights ? weights.rates : std::vector<double>{}};
+    result = network::tangent(network, inputs, tensor_of(state, infer.rates), all);
+  } else {
+    std::vector<double> bars = weights.bars;
+    bars.resize(weights.values.size());
+    result = network::adjoint(network, inputs, tensor_of(state, infer.rates), weights.values, bars);
+    if (infer.weights) weights.bars = bars;
+  }
+  auto next = result.values.begin();
+  for (const std::string& field : infer.results) {
+    if (!field.empty() && !state.has(field)) state.poison(field);
+    for_each_cell({}, state.grid().cells, [&](const Cell& cell) {
+      const double value = *next++;
+      if (!field.empty()) state.at(field, cell) = state.stored(value);
+    });
+  }
+}
+
 std::map<std::string, double> interpret(const Module& module, const Program& program, State& state,
                                         const Params& params) {
   require(static_cast<int>(program.axes.size()) == state.grid().rank, "one topology an axis");
@@ -382,6 +421,7 @@ std::map<std::string, double> interpret(const Module& module, const Program& pro
     match(
         statement, [&](const Fill& fill) { apply(state, fill, params); }, [&](const Fold& fold) { apply(state, fold, params); },
         [&](const Reduce& reduce) { apply(state, reduce); },
+        [&](const Infer& infer) { apply(state, infer, *module.find_network(infer.network)); },
         [&](const Run& run) {
           run_kernel(*module.find_kernel(run.kernel), run.grow, program.axes, state, params, sums);
         });

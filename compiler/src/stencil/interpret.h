@@ -19,6 +19,11 @@ struct Grid {
 
 using Params = std::map<std::string, double>;
 
+/// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars` begins with 0.
+struct Weights {
+  std::vector<double> values, rates, bars;
+};
+
 /// Fields by name, each with the same halo on both sides of every axis. Of precision f32, every value a program stores
 /// (halos and what is added up in place too) is rounded to a float; between, all is computed in doubles.
 class State {
@@ -47,6 +52,9 @@ class State {
   /// Sets field x, y or z to the coordinates of the cell centres, low + (i + 1/2)*spacing, halo included.
   void set_coordinate(int axis, Topology topology, double low, double spacing);
 
+  /// By the name of the network.
+  std::map<std::string, Weights> weights;
+
  private:
   std::size_t index(const std::array<int, max_rank>& cell) const;
 
@@ -63,6 +71,9 @@ void apply(State& state, const Fold& fold, const Params& params);
 
 /// Sets the interior of the result.
 void apply(State& state, const Reduce& reduce);
+
+/// Sets the interior of the results. What the network computes in is doubles, whatever its precision.
+void apply(State& state, const Infer& infer, const network::Network& network);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or

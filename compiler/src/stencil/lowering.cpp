@@ -31,7 +31,10 @@ bool is_read_beyond_the_cell(const Signature::Read& read) {
 /// All that a preparation reads.
 std::vector<Signature::Read> reads_of(const Preparation& preparation) {
   if (const Kernel* kernel = std::get_if<Kernel>(&preparation)) return signature(*kernel).reads;
-  return {{std::get<Reduce>(preparation).field, {}, false}};
+  if (const Reduce* reduce = std::get_if<Reduce>(&preparation)) return {{reduce->field, {}, false}};
+  std::vector<Signature::Read> reads;
+  for (const std::string& field : std::get<Infer>(preparation).inputs) reads.push_back({field, {}, false});
+  return reads;
 }
 
 int width_of(const Signature::Read& read) { return *std::max_element(read.halo.begin(), read.halo.end()); }
@@ -93,10 +96,13 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
         rename(*kernel);
         for (Store& store : kernel->stores) store.field = names[store.field];
         kernel->name = stage.kernel.name + "_" + kernel->stores[0].field;
+      } else if (Reduce* reduce = std::get_if<Reduce>(&preparation)) {
+        reduce->field = renamed(reduce->field);
+        reduce->result = names[reduce->result] = taken.fresh(reduce->field + "_" + std::string(name_of(reduce->kind)));
       } else {
-        Reduce& reduce = std::get<Reduce>(preparation);
-        reduce.field = renamed(reduce.field);
-        reduce.result = names[reduce.result] = taken.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
+        Infer& infer = std::get<Infer>(preparation);
+        for (std::string& input : infer.inputs) input = renamed(input);
+        for (std::string& result : infer.results) result = names[result] = taken.fresh(result);
       }
     }
     rename(stage.kernel);
@@ -249,6 +255,10 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
         }
       }
       if (const Reduce* reduce = std::get_if<Reduce>(&stage.before[i])) program.body.push_back(*reduce);
+      if (const Infer* infer = std::get_if<Infer>(&stage.before[i])) {
+        program.body.push_back(*infer);
+        add_networks(module, {*problem_.find_network(infer->network)});
+      }
     }
     fill(signature(stage.kernel).reads, stage.time, 0);
     run(stage.kernel, 0);

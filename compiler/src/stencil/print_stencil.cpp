@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "network/print_network.h"
 #include "stencil/build.h"
 #include "stencil/given.h"
 #include "support/assert.h"
@@ -206,7 +207,7 @@ std::string statement_text(const Statement& statement, std::size_t rank) {
   return match(
       statement, [](const Fill& f) { return fmt::format("fill {} {}", f.field, boundary_text(f.axes)); },
       [](const Fold& f) { return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(f.axes)); },
-      [&](const Reduce& r) { return reduce_text(r, rank); },
+      [&](const Reduce& r) { return reduce_text(r, rank); }, [](const Infer& i) { return network::text_of(i); },
       [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); });
 }
 
@@ -268,6 +269,7 @@ std::string print(const Loop& loop) {
 
 std::string print(const Module& module) {
   std::vector<std::string> blocks;
+  for (const network::Network& network : module.networks) blocks.push_back(network::print(network));
   for (const Kernel& kernel : module.kernels) blocks.push_back(print(kernel));
   for (const Program& program : module.programs) blocks.push_back(print(program));
   for (const Loop& loop : module.loops) blocks.push_back(print(loop));

@@ -103,6 +103,17 @@ const Kernel* Module::find_kernel(const std::string& name) const {
   return found == kernels.end() ? nullptr : &*found;
 }
 
+const network::Network* Module::find_network(const std::string& name) const {
+  const auto found = std::find_if(networks.begin(), networks.end(), [&](const network::Network& n) { return n.name == name; });
+  return found == networks.end() ? nullptr : &*found;
+}
+
+void add_networks(Module& module, const std::vector<network::Network>& networks) {
+  for (const network::Network& network : networks) {
+    if (!module.find_network(network.name)) module.networks.push_back(network);
+  }
+}
+
 const Program* Module::find_program(const std::string& name) const {
   const auto found = std::find_if(programs.begin(), programs.end(), [&](const Program& p) { return p.name == name; });
   return found == programs.end() ? nullptr : &*found;
@@ -213,6 +224,11 @@ Interface interface_of(const Module& module, const Program& program) {
           add_input(result, reduce.field);
           add_once(result.written, reduce.result);
         },
+        [&](const Infer& infer) {
+          for (const std::string& field : fields_read(infer)) add_input(result, field);
+          for (const std::string& field : fields_written(infer)) add_once(result.written, field);
+          add_once(result.networks, infer.network);
+        },
         [&](const Run& run) { add_run(result, kernel_of(module, run)); });
   }
   return result;
@@ -237,6 +253,10 @@ std::map<std::string, Halo> required_halo(const Module& module, const Program& p
         [&](const Reduce& reduce) {
           result[reduce.field];
           result[reduce.result];
+        },
+        [&](const Infer& infer) {
+          for (const std::string& field : fields_read(infer)) result[field];
+          for (const std::string& field : fields_written(infer)) result[field];
         },
         add_run);
   }

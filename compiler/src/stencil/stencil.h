@@ -30,6 +30,11 @@
 //  - reduce m = mean u over y: m at each interior cell is the mean of u over the interior cells along y through it, so
 //    that m is the same along y; sum, max and min likewise, over all axes where none are named. Sums are added up in f64.
 //    A NaN makes the result NaN. m is a field like any other: its halo is what a fill makes of it.
+//  - apply N(a, b) to c, d: the outputs of the network N for these fields, in the interior cells; what is around them is the
+//    network's padding. tangent N(a, b) by a_dot, b_dot to c_dot, d_dot: the rates of the outputs. adjoint N(a, b) by c_bar,
+//    d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With `weights` the
+//    tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have no second
+//    derivatives. Their weights are given from outside.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): interpolation of u at the point displaced by `offset` and then d (in cells, one value an axis). The
@@ -53,6 +58,7 @@
 #include <variant>
 #include <vector>
 
+#include "network/network.h"
 #include "source/source_file.h"
 #include "support/vocabulary.h"
 
@@ -215,12 +221,13 @@ struct Reduce {
   std::array<bool, max_rank> over{};
   bool operator==(const Reduce&) const = default;
 };
+using network::Infer;
 struct Run {
   std::string kernel;
   int grow = 0;
   bool operator==(const Run&) const = default;
 };
-using Statement = std::variant<Fill, Fold, Reduce, Run>;
+using Statement = std::variant<Fill, Fold, Reduce, Infer, Run>;
 
 /// After the program `next` becomes `state`.
 struct Swap {
@@ -249,10 +256,14 @@ struct Module {
   std::vector<Kernel> kernels;
   std::vector<Program> programs;
   std::vector<Loop> loops;
+  std::vector<network::Network> networks = {};
   bool operator==(const Module&) const = default;
 
   const Kernel* find_kernel(const std::string& name) const;
   const Program* find_program(const std::string& name) const;
+  const network::Network* find_network(const std::string& name) const;
 };
+/// Adds those networks that `module` has not.
+void add_networks(Module& module, const std::vector<network::Network>& networks);
 
 }  // namespace dpde::stencil

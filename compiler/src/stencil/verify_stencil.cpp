@@ -162,7 +162,7 @@ class ProgramCheck {
       ++statement_;
       match(
           statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
-          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Run& run) { check_run(run); });
+          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Infer& infer) { check_infer(infer); }, [&](const Run& run) { check_run(run); });
     }
     statement_ = -1;
     check_results();
@@ -261,6 +261,28 @@ class ProgramCheck {
     if (axes == 0) problem("reduces {} along no axis", reduce.field);
     check_write(reduce.result);
     grown_[reduce.result] = 0;
+  }
+
+  void check_infer(const Infer& infer) {
+    const network::Network* network = module_.find_network(infer.network);
+    if (!network) return problem("applies {}, which does not exist", infer.network);
+    const bool is_adjoint = infer.mode == Infer::Mode::adjoint;
+    const auto inputs = static_cast<std::size_t>(network->inputs), outputs = static_cast<std::size_t>(network->outputs);
+    const std::size_t rates = infer.mode == Infer::Mode::value ? 0 : is_adjoint ? outputs : inputs;
+    if (infer.inputs.size() != inputs || infer.rates.size() != rates || infer.results.size() != (is_adjoint ? inputs : outputs)) {
+      problem("applies {}, which has {} inputs and {} outputs, to other numbers of fields", infer.network, inputs, outputs);
+    }
+    if (network->rank() != static_cast<int>(program_.axes.size())) problem("applies {}, which has {} axes", infer.network, network->rank());
+    for (const std::string& field : fields_read(infer)) {
+      fields_.insert(field);
+      if (!filled_.contains(field)) read_unfilled_.insert(field);
+    }
+    for (const std::string& field : fields_written(infer)) {
+      const std::vector<std::string> read = fields_read(infer);
+      if (std::find(read.begin(), read.end(), field) != read.end()) problem("applies {} to {} itself", infer.network, field);
+      check_write(field);
+      grown_[field] = 0;
+    }
   }
 
   void check_run(const Run& run) {

@@ -14,11 +14,13 @@
 
 #include <stdint.h>
 
+#include "dpde/network_abi.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 7
+#define DPDE_ABI_VERSION 8
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -102,7 +104,26 @@ typedef struct dpde_reduce {
   int32_t over[DPDE_MAX_RANK]; /* 1: along this axis */
 } dpde_reduce;
 
-enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3 };
+enum { DPDE_NETWORK_VALUE = 0, DPDE_NETWORK_TANGENT = 1, DPDE_NETWORK_ADJOINT = 2 };
+/* A network or its derivative, done to fields: indices into dpde_program.fields; -1 for a rate that is 0 and for a result that is
+ * not wanted. Tangent: rates of the inputs to rates of the outputs. Adjoint: rates are the seeds of the outputs, results the
+ * adjoints of the inputs. Interior cells only are read and written. */
+typedef struct dpde_inference {
+  int32_t network; /* index into dpde_program.networks */
+  int32_t mode;
+  const int32_t* inputs;
+  const int32_t* rates;
+  const int32_t* results;
+  int32_t weights; /* 1: the tangent takes the rates of the weights along, the adjoint adds to their gradient */
+} dpde_inference;
+/* Of one network, in its order. */
+typedef struct dpde_weights {
+  const double* values;
+  const double* rates; /* null: 0 */
+  double* bars;        /* added to; may be null where no adjoint by the weights is run */
+} dpde_weights;
+
+enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4 };
 typedef struct dpde_operation {
   int32_t kind;
   dpde_fill fill;                      /* of DPDE_FILL and DPDE_FOLD */
@@ -113,6 +134,7 @@ typedef struct dpde_operation {
   int32_t then_count;                  /* fills to be done with the sweep */
   const dpde_fill* then;
   dpde_reduce reduce;                  /* of DPDE_REDUCE */
+  dpde_inference inference;            /* of DPDE_NETWORK */
 } dpde_operation;
 
 typedef struct dpde_swap {
@@ -141,9 +163,11 @@ typedef struct dpde_program {
   const dpde_operation* operations;
   int32_t swap_count;
   const dpde_swap* swaps;
+  int32_t network_count;
+  const dpde_network* const* networks;
   /* Not null: runs the whole program in place of the operations above (the reference interpreter).
-   * fields: base pointers, one a field. sums: set to the program's sums. */
-  void (*interpret)(void* context, const dpde_layout* layout, void* const* fields, const double* params, double* sums);
+   * fields: base pointers, one a field. weights: one a network. sums: set to the program's sums. */
+  void (*interpret)(void* context, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights* weights, double* sums);
   void* context;
 } dpde_program;
 

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 5
+#define DPDE_SCENE_VERSION 6
 
 typedef struct dpde_axis {
   const char* name;
@@ -80,7 +80,7 @@ typedef struct dpde_loss {
   dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum of squares */
 } dpde_loss;
 
-enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2, DPDE_UNKNOWN_CONTROL = 3 };
+enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2, DPDE_UNKNOWN_CONTROL = 3, DPDE_UNKNOWN_NETWORK = 4 };
 enum { DPDE_START_SCENE = 0, DPDE_START_FORMULA = 1, DPDE_START_HOST = 2 };
 typedef struct dpde_unknown {
   const char* name;
@@ -117,6 +117,8 @@ typedef struct dpde_scene {
   const dpde_coefficient* coefficients;
   int32_t noise_count;
   const dpde_noise* noises;
+  int32_t network_count;
+  const dpde_network* const* networks; /* those that programs apply; their weights begin as initial_weights() of dpde/runtime/network.h says */
   int32_t sought_count;
   const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep <name>_bar */
   const dpde_program* program;         /* one step */
@@ -132,7 +134,7 @@ typedef struct dpde_scene {
   int32_t loss_count;
   const dpde_loss* losses;
   int32_t unknown_count;
-  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls: the order of the vector of all of them */
+  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls, weights of networks: the order of the vector of all of them */
   dpde_optimiser optimiser;
   const char* no_second; /* why there are no programs of second derivatives; null: there are */
   dpde_second second, initial_second, coefficient_second; /* of the step and of the formulas */

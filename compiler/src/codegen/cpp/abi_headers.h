@@ -12,7 +12,7 @@ struct HeaderText {
   std::string_view name;  // "kernel_abi.h"
   std::string_view text;
 };
-extern const HeaderText abi_headers[2];  // abi_texts.cpp.in, filled in by CMake
+extern const HeaderText abi_headers[3];  // abi_texts.cpp.in, filled in by CMake
 
 /// Writes folder/dpde/<name> for each; false when that fails.
 bool write_abi_headers(const std::filesystem::path& folder);

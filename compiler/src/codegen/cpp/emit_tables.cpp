@@ -50,6 +50,7 @@ class Tables {
   }
   /// "nullptr" or the address of the program's struct, defined at its first use.
   std::string program(const dpde_program* source);
+  std::string network(const dpde_network* source);
   std::string instants(const dpde_instants& at) {
     if (at.count < 0) return "{-1, nullptr}";
     return fmt::format("{{{}, {}}}", at.count, array("int32_t", "steps", texts(at.steps, at.count, [](int32_t k) { return fmt::format("{}", k); })));
@@ -58,12 +59,14 @@ class Tables {
 
  private:
   std::string kernel(const dpde_kernel& source);
-  std::string operation(const dpde_operation& source);
+  std::string operation(const dpde_operation& source, const dpde_program& program);
+  std::string inference(const dpde_inference& source, const dpde_program& program);
 
   std::string out_;
   std::map<std::string, int> count_;
   std::map<std::string, std::string> names_;
   std::map<const dpde_program*, std::string> programs_;
+  std::map<std::string, std::string> networks_;
 };
 
 std::string Tables::kernel(const dpde_kernel& k) {
@@ -77,11 +80,40 @@ std::string Tables::kernel(const dpde_kernel& k) {
   return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, 0, nullptr, {}}}", quoted(k.name), symbol_of(k.name), k.stream_count, streams, k.grid_count, grids, k.sum_count, sums, k.own);
 }
 
-std::string Tables::operation(const dpde_operation& o) {
+/// "nullptr" or the address of the network's struct, defined at its first use.
+std::string Tables::network(const dpde_network* source) {
+  const auto found = networks_.find(source->name);
+  if (found != networks_.end()) return found->second;
+  const auto layer = [](const dpde_layer& l) {
+    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", l.kind, l.input, l.other, l.channels, l.extent, l.stride, l.dilation, l.groups,
+                       l.activation, l.factor, l.weights, l.bias, l.init, l.gain);
+  };
+  const dpde_network& n = *source;
+  const std::string layers = array("dpde_layer", "layers", texts(n.layers, n.layer_count, layer));
+  const std::string name = fmt::format("dpde_network_{}", networks_.size());
+  out_ += fmt::format("static const dpde_network {} = {{{}, {}, {}, {}, {}, {{{}, {}, {}}}, {}, {}u, {}, {}}};\n", name, quoted(n.name), n.rank, n.real, n.inputs,
+                      n.outputs, n.padding[0], n.padding[1], n.padding[2], n.weight_count, n.seed, n.layer_count, layers);
+  return networks_[source->name] = "&" + name;
+}
+
+std::string Tables::inference(const dpde_inference& i, const dpde_program& program) {
+  const auto list = [&](const int32_t* fields, int32_t count) {
+    return array("int32_t", "fields", texts(fields, count, [](int32_t field) { return fmt::format("{}", field); }));
+  };
+  const dpde_network& n = *program.networks[i.network];
+  const bool is_adjoint = i.mode == DPDE_NETWORK_ADJOINT;
+  const std::string inputs = list(i.inputs, n.inputs);
+  const std::string rates = list(i.rates, i.mode == DPDE_NETWORK_VALUE ? 0 : is_adjoint ? n.outputs : n.inputs);
+  const std::string results = list(i.results, is_adjoint ? n.inputs : n.outputs);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}}}", i.network, i.mode, inputs, rates, results, i.weights);
+}
+
+std::string Tables::operation(const dpde_operation& o, const dpde_program& program) {
   const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, fill));
   const dpde_reduce& r = o.reduce;
   const std::string reduce = fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial, o.then_count, then, reduce);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial, o.then_count, then, reduce,
+                     o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}");
 }
 
 std::string Tables::program(const dpde_program* source) {
@@ -95,7 +127,8 @@ std::string Tables::program(const dpde_program* source) {
   const std::string kernels = array("dpde_kernel", "kernels", texts(p.kernels, p.kernel_count, [&](const dpde_kernel& k) { return kernel(k); }));
   const std::string prepare = array("dpde_fill", "fills", texts(p.prepare, p.prepare_count, fill));
   const std::string operations =
-      array("dpde_operation", "operations", texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o); }));
+      array("dpde_operation", "operations", texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o, p); }));
+  const std::string networks = array("dpde_network* const", "networks", texts(p.networks, p.network_count, [&](const dpde_network* n) { return network(n); }));
   const std::string swaps = array("dpde_swap", "swaps", texts(p.swaps, p.swap_count, swap));
   const std::string name = fmt::format("dpde_program_{}", programs_.size());
   out_ += fmt::format("static const dpde_program {} = {{\n", name);
@@ -104,6 +137,7 @@ std::string Tables::program(const dpde_program* source) {
   out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params, p.uniform_count);
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
   out_ += fmt::format("    {}, {}, {}, {}, {}, {},  // prepare, operations, swaps\n", p.prepare_count, prepare, p.operation_count, operations, p.swap_count, swaps);
+  out_ += fmt::format("    {}, {},  // networks\n", p.network_count, networks);
   out_ += "    nullptr, nullptr};\n";
   return programs_[source] = "&" + name;
 }
@@ -151,6 +185,8 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const auto noise = [](const dpde_noise& n) { return fmt::format("{{{}, {}u}}", quoted(n.name), n.seed); };
   const std::string coefficients = tables.array("dpde_coefficient", "coefficients", texts(s.coefficients, s.coefficient_count, coefficient));
   const std::string noises = tables.array("dpde_noise", "noises", texts(s.noises, s.noise_count, noise));
+  const std::string networks =
+      tables.array("dpde_network* const", "networks", texts(s.networks, s.network_count, [&](const dpde_network* n) { return tables.network(n); }));
   const std::string sought = tables.names(s.sought, s.sought_count);
   const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
   const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
@@ -163,8 +199,8 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
   out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params, s.control_count, controls,
                      tables.program(s.rate), s.courant);
-  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, sought coefficients\n", s.state_count, states, s.coefficient_count,
-                     coefficients, s.noise_count, noises, s.sought_count, sought);
+  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, networks, sought coefficients\n", s.state_count, states, s.coefficient_count,
+                     coefficients, s.noise_count, noises, s.network_count, networks, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
   out += fmt::format("    {}, {}, {}, {}, {}, {},\n", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
   out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate, s.optimiser.gauss_newton, s.optimiser.iterations);

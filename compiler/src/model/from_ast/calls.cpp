@@ -8,6 +8,7 @@
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
 #include "support/assert.h"
 
 namespace dpde::model {
@@ -43,6 +44,7 @@ bool Expressions::is_built_in(const std::string& function) {
 Typed Expressions::call(const ast::Call& e, SourceRange range) {
   const std::string& name = e.callee;
   if (const auto* function = find_declaration<ast::Function>(draft_.file, name)) return user_call(*function, e, range);
+  if (const DeclaredNetwork* network = find_network(draft_, name)) return inference(*network, e, nullptr, range);
   const bool is_derivative = name == "dx" || name == "dy" || name == "dz" || name == "d" || name == "lap" ||
                              name == "grad" || name == "div" || name == "advect" || name == "curl";
   const bool is_equation = purpose_ == Purpose::equation || purpose_ == Purpose::quantity;
@@ -95,6 +97,7 @@ Typed Expressions::unknown_call(const ast::Call& e) {
   }
   std::vector<std::string> known = function_names();
   for (const std::string& name : names_of<ast::Function>(draft_.file)) known.push_back(name);
+  for (const std::string& name : names_of<ast::Network>(draft_.file)) known.push_back(name);
   draft_.sink.report("unknown-function", e.callee_range, {e.callee}, did_you_mean(e.callee, known));
   return {};
 }

@@ -47,7 +47,8 @@ class Evaluation {
         [](const Interpolate&) -> double { unreachable("an interpolation in a number"); },
         [](const Sample&) -> double { unreachable("a sample in a number"); },
         [](const Reduce&) -> double { unreachable("a reduction in a number"); },
-        [](const Apply&) -> double { unreachable("an operator in a number"); });
+        [](const Apply&) -> double { unreachable("an operator in a number"); },
+        [](const Infer&) -> double { unreachable("a network in a number"); });
   }
 
   Value finish(double number) const { return {number, mistake_, at_}; }

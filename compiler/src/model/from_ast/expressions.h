@@ -82,6 +82,10 @@ class Expressions {
   Typed norm(const Typed& value, SourceRange range);
   Typed interpolation(const ast::Call& e, SourceRange range);
 
+  // inferences.cpp
+  Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range);
+  std::optional<std::vector<Expr>> channels(const ast::Network& source, const ast::Call& e);
+
   // reductions.cpp
   /// mean, sum, integral, and max and min of one argument: over space.
   static std::optional<Reduce::Kind> reduction_called(const ast::Call& e);

@@ -72,10 +72,11 @@ std::optional<Expr> Expressions::formula_of_parameters(const ast::Function& func
   const auto number = as_number(value, e.range());
   if (!number) return std::nullopt;
   const bool is_simple = !any_part(*number, [](const Expr& part) {
-    return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) || std::holds_alternative<Advect>(part->kind);
+    return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) || std::holds_alternative<Advect>(part->kind) ||
+           std::holds_alternative<Infer>(part->kind);
   });
   if (is_simple) return number;
-  draft_.sink.report("not-allowed-here", e.range(), {"a reduction, advect or another operator whose adjoint is given", "an operator whose adjoint is given"},
+  draft_.sink.report("not-allowed-here", e.range(), {"a reduction, advect, a network or another operator whose adjoint is given", "an operator whose adjoint is given"},
                      "pass what it gives as an argument");
   return std::nullopt;
 }

@@ -242,9 +242,9 @@ void bind_unknowns(Draft& draft) {
       bind_unknown_values(draft, item, unknown);
     }
   }
-  if (!seen.empty()) return;
+  if (!seen.empty() || !items_of<ast::LearnItem>(draft.task->items).empty()) return;
   draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "find"},
-                    "write unknown initial u from 0, or unknown and the name of a parameter");
+                    "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
 }
 
 void bind_losses(Draft& draft) {
@@ -284,15 +284,37 @@ void mark_unknowns(Draft& draft) {
   }
 }
 
+/// The weights of networks; those must be called somewhere, be it in the loss.
+void bind_learned(Draft& draft) {
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [item, range] : items_of<ast::LearnItem>(draft.task->items)) {
+    const std::string& name = item.network.name;
+    const auto [first, is_new] = seen.emplace(name, item.network.range);
+    if (!find_declaration<ast::Network>(draft.file, name)) {
+      draft.sink.report("unknown-block", item.network.range, {"network", name}, did_you_mean(name, names_of<ast::Network>(draft.file)));
+    } else if (!is_new) {
+      report_duplicate(draft, name, item.network.range, first->second);
+    } else if (!draft.called_networks.contains(name)) {
+      draft.sink.report("network-not-called", item.network.range, {draft.task->name.name, name},
+                        "write after step: u += " + name + "(...), or call it in an equation");
+    } else {
+      Unknown unknown;
+      unknown.kind = Unknown::Kind::network;
+      unknown.name = name;
+      unknown.origin = {item.network.range};
+      if (item.from) unknown.from.file = std::get<ast::Text>((*item.from)->kind).value;
+      draft.problem.task->unknowns.push_back(std::move(unknown));
+    }
+  }
+}
+
 void bind_task(Draft& draft) {
   if (!draft.task) return;
   for (const auto& [item, range] : items_of<ast::DataItem>(draft.task->items)) bind_datum(draft, item, range);
-  for (const auto& [item, range] : items_of<ast::LearnItem>(draft.task->items)) {
-    draft.sink.report("not-allowed-here", item.network.range, {"learn", "a task without networks"});
-  }
   bind_unknowns(draft);
   bind_losses(draft);
   bind_tests(draft);
+  bind_learned(draft);
   const auto lines = items_of<ast::UsingItem>(draft.task->items);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     report_duplicate(draft, "the optimiser", lines[i].range, lines[0].range);

@@ -5,6 +5,7 @@
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
 
 namespace dpde::model {
 
@@ -96,6 +97,10 @@ Typed Expressions::component(const ast::Identifier& name) {
 
 /// grad(u).x; on one axis a number is a vector as well.
 Typed Expressions::component(const ast::Component& e, SourceRange range) {
+  if (const auto* call = std::get_if<ast::Call>(&e.operand->kind)) {
+    const DeclaredNetwork* network = find_network(draft_, call->callee);
+    if (network && !network->outputs.empty()) return inference(*network, *call, &e.name, range);
+  }
   const Typed whole = numeric(e.operand);
   if (whole.type == Typed::Type::none) return {};
   const int axis = axis_of(e.name.name);

@@ -59,10 +59,11 @@ class Liveness {
       const bool has_effect = match(
           *statement, [&](const Fill& fill) { return pass_fill(fill); },
           [&](const Fold& fold) { return pass_fold(fold); },
-          [&](const Reduce& reduce) { return pass_reduce(reduce); }, [&](const Run& run) { return pass_run(run); });
+          [&](const Reduce& reduce) { return pass_reduce(reduce); }, [&](const Infer& infer) { return pass_infer(infer); }, [&](const Run& run) { return pass_run(run); });
       if (!has_effect) continue;
-      const Fold* fold = std::get_if<Fold>(&*statement);
-      kept.push_back(fold ? without_dead_walls(*fold) : *statement);
+      kept.push_back(*statement);
+      if (const Fold* fold = std::get_if<Fold>(&*statement)) kept.back() = without_dead_walls(*fold);
+      if (const Infer* infer = std::get_if<Infer>(&*statement)) kept.back() = without_dead_results(*infer);
     }
     std::reverse(kept.begin(), kept.end());
     return kept;
@@ -94,6 +95,26 @@ class Liveness {
     live_.erase(reduce.result);
     live_.insert(reduce.field);
     return true;
+  }
+
+  bool pass_infer(const Infer& infer) {
+    dead_results_.clear();
+    bool has_effect = infer.weights && infer.mode == Infer::Mode::adjoint;
+    for (const std::string& result : fields_written(infer)) {
+      has_effect = has_effect || is_live(result);
+      if (!is_live(result)) dead_results_.insert(result);
+      live_.erase(result);
+    }
+    if (!has_effect) return false;
+    for (const std::string& field : fields_read(infer)) live_.insert(field);
+    return true;
+  }
+
+  Statement without_dead_results(Infer infer) const {
+    for (std::string& result : infer.results) {
+      if (infer.mode == Infer::Mode::adjoint && dead_results_.contains(result)) result.clear();
+    }
+    return infer;
   }
 
   /// What nobody reads may be gone: nothing is added to it.
@@ -133,6 +154,7 @@ class Liveness {
   const Program& program_;
   std::map<std::string, Names>& live_parts_;
   Names live_, live_halos_;
+  Names dead_results_;  // of the network that was passed last
 };
 
 Names kernels_run(const std::vector<Program>& programs) {

@@ -35,10 +35,16 @@ class Executor {
   int field_index(std::string_view name) const;
   int param_index(std::string_view name) const;
   int sum_index(std::string_view name) const;
+  int network_index(std::string_view name) const;
 
   /// `base` points at cell (0, 0, 0) of memory with the executor's layout, doubles or floats as it says.
   void bind(int field, void* base) { fields_[static_cast<size_t>(field)] = base; }
   void* bound(int field) const { return fields_[static_cast<size_t>(field)]; }
+
+  /// Weights, their rates and where their gradient is added: doubles, in the order of the network. They must stay; after every
+  /// change of the values update_weights().
+  void bind_weights(int network, const dpde_weights& weights) { weights_[static_cast<size_t>(network)] = weights; }
+  void update_weights();
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
   void set_param(int param, double value) { params_[static_cast<size_t>(param)] = value; }
@@ -79,6 +85,7 @@ class Executor {
   std::unique_ptr<dpde_layout> layout_;
   std::vector<void*> fields_;
   std::vector<double> params_, uniforms_, sums_;
+  std::vector<dpde_weights> weights_;
   std::vector<void*> frame_;
   std::unique_ptr<Plan> plan_;
 };

@@ -53,6 +53,13 @@ struct BoundParam {
   std::string name;
   double value = 0;
 };
+/// The weights of a network, in its order, and their rates for tangents. They must stay, and may change between calls.
+struct BoundWeights {
+  std::string network;
+  const double* values = nullptr;
+  const double* rates = nullptr;  // null: 0
+  bool learned = false;  // gradient() computes d loss / d weights, where the adjoints have it
+};
 /// An input of a loss program that is neither state nor one of RolloutSetup::fields: one pointer for all steps, or one for
 /// each entry of at_steps.
 struct LossData {
@@ -83,6 +90,7 @@ struct RolloutSetup {
   std::vector<BoundField> fields;
   std::vector<BoundParam> params;
   std::vector<ControlField> control_fields;
+  std::vector<BoundWeights> weights;
   std::vector<std::string> sought;  // names among `fields`: gradient() computes d loss / d field for them
   std::vector<LossTerm> losses;
   /// Not null: steps limited by a Courant number. The program keeps a field `courant_rate`, speed over spacing added up over the axes;
@@ -176,6 +184,9 @@ class Rollout {
   /// @throws Error(input) for every < 1 or no values.
   void set_control(std::string_view name, int every, std::span<const double> values);
 
+  /// Takes over what the caller has changed in the weights of networks, for advance(); run(), loss(), gradient() and restart() do it anyway.
+  void update_weights();
+
   /// Forward from initial(); keeps the last state. Looks for values that are not finite at intervals and, when there are
   /// some, runs again from the last good state to find the first. Losses are not evaluated. initial() may hold the state
   /// after `first` steps, to go on from there to the same end.
@@ -202,7 +213,7 @@ class Rollout {
   FieldView bar_of(std::string_view field) const;
   /// The interior of that; of a control field those of all intervals, one after the other.
   void copy_field_bar(std::string_view field, std::span<double> to) const;
-  /// Of a parameter, or of a control for each interval; zeros where the loss does not depend on it.
+  /// Of a parameter, of a control for each interval, or of the weights of a network; zeros where the loss does not depend on it.
   void copy_param_bar(std::string_view param, std::span<double> to) const;
   /// Parameters whose gradient the adjoint programs compute (without `_bar`).
   const std::vector<std::string>& param_bar_names() const;

@@ -77,6 +77,10 @@ class Simulation {
 
   void set(std::string_view param, double value);
   double param(std::string_view name) const;
+  /// All weights of a network, in the order of dpde/network_abi.h. They begin random, as the network's seed says.
+  void set_weights(std::string_view network, Values values);
+  std::vector<double> weights(std::string_view network) const;
+  std::vector<std::string> networks() const;
   /// One value for each interval of time; of a control field one field, as set_field does.
   void set_control(std::string_view name, Values values);
   std::span<const double> control(std::string_view name) const;

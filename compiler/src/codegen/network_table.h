@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C struct of network_abi.h for a network. It owns what the struct points to; its address must stay.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dpde/network_abi.h"
+#include "network/network.h"
+
+namespace dpde::codegen {
+
+class NetworkTable {
+ public:
+  explicit NetworkTable(const network::Network& network);
+  NetworkTable(const NetworkTable&) = delete;
+  NetworkTable& operator=(const NetworkTable&) = delete;
+  const std::string& name() const { return name_; }
+  const dpde_network* get() const { return &table_; }
+
+ private:
+  std::string name_;
+  std::vector<dpde_layer> layers_;
+  dpde_network table_{};
+};
+
+}  // namespace dpde::codegen

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A network as an operation of a program: which fields go in and out. Inside the runtime only.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+#include "dpde/runtime/network.h"
+
+namespace dpde {
+
+class Inference {
+ public:
+  Inference() = default;
+  Inference(const dpde_inference& source, const dpde_network& network);
+  /// Number of the network among those of the program.
+  std::size_t network() const { return network_; }
+  /// `fields`: base pointers of the fields of the program.
+  void run(Network& network, void* const* fields, const dpde_weights& weights);
+
+ private:
+  /// Fields, -1 for those that are not there, and room for their pointers.
+  struct List {
+    std::vector<int> fields;
+    std::vector<void*> bases;
+    void* const* bound(void* const* to);
+  };
+  std::size_t network_ = 0;
+  int mode_ = DPDE_NETWORK_VALUE;
+  bool weights_ = false;
+  List inputs_, rates_, results_;
+};
+
+}  // namespace dpde
