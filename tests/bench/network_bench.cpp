@@ -171,6 +171,34 @@ test::TestNetwork per_cell() {
   return network;
 }
 
+/// Two levels, once by a pool and once by a stride; bounded axes.
+test::TestNetwork u_net(int32_t padding, int32_t real) {
+  test::TestNetwork network(2, 2, {padding, padding, padding}, real);
+  network.conv(Conv{16});
+  const int fine = network.activate(DPDE_RELU);
+  network.pool(DPDE_MEAN_POOL, 2);
+  network.conv(Conv{16});
+  const int coarse = network.activate(DPDE_RELU);
+  network.conv({.channels = 32, .stride = 2});
+  network.activate(DPDE_RELU);
+  network.pool(DPDE_UPSAMPLE, 2);
+  network.join(DPDE_CONCAT, coarse, network.last());
+  network.conv(Conv{16});
+  network.activate(DPDE_RELU);
+  network.pool(DPDE_UPSAMPLE, 2);
+  network.join(DPDE_CONCAT, fine, network.last());
+  network.conv(Conv{2});
+  network.unary(DPDE_FIX_SUM, 0);
+  return network;
+}
+void u_net_2d(benchmark::State& state, int32_t padding, int32_t real, bool adjoint) { run_network(state, u_net(padding, real), {128, 128}, adjoint); }
+BENCHMARK_CAPTURE(u_net_2d, periodic, DPDE_PAD_PERIODIC, DPDE_F32, false);
+BENCHMARK_CAPTURE(u_net_2d, periodic_adjoint, DPDE_PAD_PERIODIC, DPDE_F32, true);
+BENCHMARK_CAPTURE(u_net_2d, replicate, DPDE_PAD_REPLICATE, DPDE_F32, false);
+BENCHMARK_CAPTURE(u_net_2d, replicate_adjoint, DPDE_PAD_REPLICATE, DPDE_F32, true);
+BENCHMARK_CAPTURE(u_net_2d, f64, DPDE_PAD_PERIODIC, DPDE_F64, false);
+BENCHMARK_CAPTURE(u_net_2d, f64_adjoint, DPDE_PAD_PERIODIC, DPDE_F64, true);
+
 void corrector_2d(benchmark::State& state, int channels, bool adjoint) { run_network(state, corrector(2, channels), {128, 128}, adjoint); }
 void corrector_1d(benchmark::State& state, int channels, bool adjoint) { run_network(state, corrector(1, channels), {state.range(0)}, adjoint); }
 void closure_per_cell(benchmark::State& state, bool adjoint) { run_network(state, per_cell(), {512, 512}, adjoint); }

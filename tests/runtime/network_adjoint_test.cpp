@@ -122,6 +122,28 @@ TEST(NetworkAdjoint, NumberOfThreadsChangesNoBit) {
   }
 }
 
+TEST(NetworkAdjoint, WhatWasNoNumberOnceLeavesNoTrace) {
+  for (const test::Named& named : test::networks()) {
+    for (const auto& padding : test::paddings()) {
+      TestNetwork network = named.make(2, padding);
+      const Case c(network, {19, 6});
+      Case broken = c;
+      for (auto* values : {&broken.inputs, &broken.rates, &broken.seeds}) {
+        for (auto& channel : *values) std::fill(channel.begin(), channel.end(), std::nan(""));
+      }
+      Network fresh = c.make(), used = c.make();
+      broken.adjoint(used);
+      broken.tangent(used);
+      EXPECT_EQ(c.value(fresh), c.value(used)) << named.name;
+      const Case::Bars a = c.adjoint(fresh);
+      EXPECT_EQ(c.tangent(fresh), c.tangent(used)) << named.name;
+      const Case::Bars b = c.adjoint(used);
+      EXPECT_EQ(a.inputs, b.inputs) << named.name;
+      EXPECT_EQ(a.weights, b.weights) << named.name;
+    }
+  }
+}
+
 TEST(NetworkAdjoint, OnlyWhatIsWanted) {
   TestNetwork network(2, 3, {});
   network.conv(Conv{5});

@@ -18,8 +18,6 @@ struct Pool {
       end[axis] = std::min(begin[axis] + stride, fine.cells[axis]);
     }
   }
-  int64_t count() const { return (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]); }
-
   template <class F>
   void for_each(const F& f) const {
     for (int64_t z = begin[2]; z < end[2]; ++z) {
@@ -49,6 +47,61 @@ void for_each_pool(int64_t stride, const Shape& fine, const Shape& coarse, const
   }
 }
 
+/// The rows of fine cells that one coarse row stands for.
+struct RowPool {
+  std::array<int64_t, 2> begin{}, end{};  // y, z
+
+  int64_t rows() const { return (end[0] - begin[0]) * (end[1] - begin[1]); }
+  template <class F>
+  void for_each(const Shape& fine, const F& f) const {
+    for (int64_t z = begin[1]; z < end[1]; ++z) {
+      for (int64_t y = begin[0]; y < end[0]; ++y) f(offset(fine, {0, y, z}));
+    }
+  }
+};
+
+/// `f(offset of the coarse row, its pool)`.
+template <class F>
+void for_each_coarse_row(int64_t stride, const Shape& fine, const Shape& coarse, const F& f) {
+  for (int64_t z = 0; z < coarse.cells[2]; ++z) {
+    for (int64_t y = 0; y < coarse.cells[1]; ++y) {
+      const Pool pool({0, y, z}, stride, fine);
+      f(offset(coarse, {0, y, z}), RowPool{{pool.begin[1], pool.begin[2]}, {pool.end[1], pool.end[2]}});
+    }
+  }
+}
+
+/// `f(to[x], from[x / stride])` for x in 0 .. count-1.
+template <class Real, class F>
+void spread(int64_t stride, const Real* __restrict from, int64_t count, Real* __restrict to, const F& f) {
+  if (stride == 2) {
+    for (int64_t x = 0; x < count / 2; ++x) {
+      f(to[2 * x], from[x]);
+      f(to[2 * x + 1], from[x]);
+    }
+    if (count % 2 == 1) f(to[count - 1], from[count / 2]);
+    return;
+  }
+  for (int64_t begin = 0, x = 0; begin < count; begin += stride, ++x) {
+    const int64_t end = std::min(begin + stride, count);
+    for (int64_t i = begin; i < end; ++i) f(to[i], from[x]);
+  }
+}
+
+/// to[x / stride] += from[x] for x in 0 .. count-1.
+template <class Real>
+void add_pieces(int64_t stride, const Real* __restrict from, int64_t count, Real* __restrict to) {
+  if (stride == 2) {
+    for (int64_t x = 0; x < count / 2; ++x) to[x] += from[2 * x] + from[2 * x + 1];
+    if (count % 2 == 1) to[count / 2] += from[count - 1];
+    return;
+  }
+  for (int64_t begin = 0, x = 0; begin < count; begin += stride, ++x) {
+    const int64_t end = std::min(begin + stride, count);
+    for (int64_t i = begin; i < end; ++i) to[x] += from[i];
+  }
+}
+
 template <class Real, class F>
 void for_each_channel(int threads, const View<Real>& view, const F& f) {
   parallel(threads, view.shape->channels, view.shape->channels * view.shape->rows() * view.shape->cells[0], f);
@@ -63,7 +116,11 @@ void copy_channels(int threads, const View<Real>& from, int64_t first, const Vie
     for (int64_t number = 0; number < from.shape->rows(); ++number) {
       const Real* const source = from.row(first + channel, number);
       Real* const target = to.row(to_first + channel, number);
-      for (int64_t x = 0; x < cells; ++x) target[x] = add ? target[x] + source[x] : source[x];
+      if (!add) {
+        std::copy_n(source, cells, target);
+        continue;
+      }
+      for (int64_t x = 0; x < cells; ++x) target[x] += source[x];
     }
   });
 }
@@ -77,25 +134,31 @@ void clear_cells(int threads, const View<Real>& view) {
 
 template <class Real>
 void mean_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse) {
+  const int64_t cells = coarse.shape->cells[0], cut = fine.shape->cells[0] - (cells - 1) * stride;
   for_each_channel(threads, fine, [&](int64_t channel) {
-    const Real* const from = fine.plane(channel);
-    Real* const to = coarse.plane(channel);
-    for_each_pool(stride, *fine.shape, *coarse.shape, [&](int64_t cell, const Pool& pool) {
-      Real sum = 0;
-      pool.for_each([&](const Axes& at) { sum += from[offset(*fine.shape, at)]; });
-      to[cell] = sum / static_cast<Real>(pool.count());
+    for_each_coarse_row(stride, *fine.shape, *coarse.shape, [&](int64_t row, const RowPool& pool) {
+      Real* const to = coarse.plane(channel) + row;
+      std::fill_n(to, cells, Real(0));
+      pool.for_each(*fine.shape, [&](int64_t fine_row) { add_pieces(stride, fine.plane(channel) + fine_row, fine.shape->cells[0], to); });
+      const Real share = Real(1) / static_cast<Real>(pool.rows() * stride);
+      for (int64_t x = 0; x < cells - 1; ++x) to[x] *= share;
+      to[cells - 1] *= Real(1) / static_cast<Real>(pool.rows() * cut);
     });
   });
 }
 
 template <class Real>
 void add_mean_pool_adjoint(int threads, int64_t stride, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
+  const int64_t cells = coarse_bar.shape->cells[0], cut = fine_bar.shape->cells[0] - (cells - 1) * stride;
   for_each_channel(threads, fine_bar, [&](int64_t channel) {
-    const Real* const from = coarse_bar.plane(channel);
-    Real* const to = fine_bar.plane(channel);
-    for_each_pool(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t cell, const Pool& pool) {
-      const Real share = from[cell] / static_cast<Real>(pool.count());
-      pool.for_each([&](const Axes& at) { to[offset(*fine_bar.shape, at)] += share; });
+    for_each_coarse_row(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t row, const RowPool& pool) {
+      const Real* const from = coarse_bar.plane(channel) + row;
+      const Real share = Real(1) / static_cast<Real>(pool.rows() * stride), last = from[cells - 1] / static_cast<Real>(pool.rows() * cut);
+      pool.for_each(*fine_bar.shape, [&](int64_t fine_row) {
+        Real* const to = fine_bar.plane(channel) + fine_row;
+        spread(stride, from, (cells - 1) * stride, to, [share](Real& target, Real value) { target += share * value; });
+        for (int64_t x = (cells - 1) * stride; x < fine_bar.shape->cells[0]; ++x) to[x] += last;
+      });
     });
   });
 }
@@ -123,10 +186,10 @@ void add_max_pool_adjoint(int threads, int64_t stride, const View<Real>& fine, c
 template <class Real>
 void upsample(int threads, int64_t stride, const View<Real>& coarse, const View<Real>& fine) {
   for_each_channel(threads, fine, [&](int64_t channel) {
-    const Real* const from = coarse.plane(channel);
-    Real* const to = fine.plane(channel);
-    for_each_pool(stride, *fine.shape, *coarse.shape, [&](int64_t cell, const Pool& pool) {
-      pool.for_each([&](const Axes& at) { to[offset(*fine.shape, at)] = from[cell]; });
+    for_each_coarse_row(stride, *fine.shape, *coarse.shape, [&](int64_t row, const RowPool& pool) {
+      pool.for_each(*fine.shape, [&](int64_t fine_row) {
+        spread(stride, coarse.plane(channel) + row, fine.shape->cells[0], fine.plane(channel) + fine_row, [](Real& target, Real value) { target = value; });
+      });
     });
   });
 }
@@ -134,12 +197,10 @@ void upsample(int threads, int64_t stride, const View<Real>& coarse, const View<
 template <class Real>
 void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_bar, const View<Real>& coarse_bar) {
   for_each_channel(threads, fine_bar, [&](int64_t channel) {
-    const Real* const from = fine_bar.plane(channel);
-    Real* const to = coarse_bar.plane(channel);
-    for_each_pool(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t cell, const Pool& pool) {
-      Real sum = 0;
-      pool.for_each([&](const Axes& at) { sum += from[offset(*fine_bar.shape, at)]; });
-      to[cell] += sum;
+    for_each_coarse_row(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t row, const RowPool& pool) {
+      pool.for_each(*fine_bar.shape, [&](int64_t fine_row) {
+        add_pieces(stride, fine_bar.plane(channel) + fine_row, fine_bar.shape->cells[0], coarse_bar.plane(channel) + row);
+      });
     });
   });
 }
@@ -147,15 +208,20 @@ void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_ba
 template <class Real>
 void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& results, bool add) {
   const int64_t channels = values.shape->channels, cells = values.shape->cells[0];
-  parallel(threads, values.shape->rows(), channels * values.shape->rows() * cells, [&](int64_t number) {
-    for (int64_t x = 0; x < cells; ++x) {
-      Real all = 0;
-      for (int64_t channel = 0; channel < channels; ++channel) all += values.row(channel, number)[x];
-      const Real correction = (sum - all) / static_cast<Real>(channels);
+  constexpr int64_t at_once = 64;  // cells
+  parallel(threads, values.shape->rows(), channels * values.shape->rows() * cells / 4, [&](int64_t number) {
+    for (int64_t first = 0; first < cells; first += at_once) {
+      const int64_t count = std::min(at_once, cells - first);
+      Real corrections[at_once]{};
       for (int64_t channel = 0; channel < channels; ++channel) {
-        Real& result = results.row(channel, number)[x];
-        const Real value = values.row(channel, number)[x] + correction;
-        result = add ? result + value : value;
+        const Real* const from = values.row(channel, number) + first;
+        for (int64_t x = 0; x < count; ++x) corrections[x] += from[x];
+      }
+      for (int64_t x = 0; x < count; ++x) corrections[x] = (sum - corrections[x]) / static_cast<Real>(channels);
+      for (int64_t channel = 0; channel < channels; ++channel) {
+        const Real* const from = values.row(channel, number) + first;
+        Real* const to = results.row(channel, number) + first;
+        for (int64_t x = 0; x < count; ++x) to[x] = (add ? to[x] : Real(0)) + (from[x] + corrections[x]);
       }
     }
   });

@@ -43,7 +43,25 @@ struct Code {
     return even == 5 ? 4 : even == 7 ? 6 : even;
   }
 
-  static V activated(int32_t kind, Real factor, V v) {
+  template <int32_t K>
+  struct Kind {
+    static constexpr int32_t value = K;
+  };
+  /// `f(Kind)`: loops over cells know it when they are compiled.
+  template <class F>
+  static void with_kind(int32_t kind, const F& f) {
+    switch (kind) {
+      case DPDE_RELU: return f(Kind<DPDE_RELU>{});
+      case DPDE_LEAKY_RELU: return f(Kind<DPDE_LEAKY_RELU>{});
+      case DPDE_GELU: return f(Kind<DPDE_GELU>{});
+      case DPDE_TANH: return f(Kind<DPDE_TANH>{});
+      case DPDE_SIGMOID: return f(Kind<DPDE_SIGMOID>{});
+      case DPDE_SOFTPLUS: return f(Kind<DPDE_SOFTPLUS>{});
+      default: return f(Kind<DPDE_SILU>{});
+    }
+  }
+
+  [[gnu::always_inline]] static V activated(int32_t kind, Real factor, V v) {
     switch (kind) {
       case DPDE_RELU: return v < 0 ? V{} : v;
       case DPDE_LEAKY_RELU: return v > v * factor ? v : v * factor;
@@ -55,7 +73,7 @@ struct Code {
       default: return v;
     }
   }
-  static V derivative(int32_t kind, Real factor, V v) {
+  [[gnu::always_inline]] static V derivative(int32_t kind, Real factor, V v) {
     const V one = M::all(1);
     switch (kind) {
       case DPDE_RELU: return v > 0 ? one : V{};
@@ -73,7 +91,7 @@ struct Code {
       default: return derivative_of_result(kind, factor, M::sigmoid(v));
     }
   }
-  static V derivative_of_result(int32_t kind, Real factor, V r) {
+  [[gnu::always_inline]] static V derivative_of_result(int32_t kind, Real factor, V r) {
     const V one = M::all(1);
     switch (kind) {
       case DPDE_RELU: return r > 0 ? one : V{};
@@ -137,12 +155,16 @@ struct Code {
     }
   }
   static void finish(const ConvolveCall<Real>& call, int64_t width, Real* output, int64_t count, int64_t step) {
-    for (int64_t c = 0; c < width; ++c) {
-      for (int64_t v = 0; v < count; ++v) {
-        Real* const at = output + c * call.output_plane + v * step;
-        store(at, activated(call.activation, call.factor, load(at)));
+    const Real factor = call.factor;
+    const int64_t plane = call.output_plane;
+    with_kind(call.activation, [=](auto kind) {
+      for (int64_t c = 0; c < width; ++c) {
+        for (int64_t v = 0; v < count; ++v) {
+          Real* const at = output + c * plane + v * step;
+          store(at, activated(kind.value, factor, load(at)));
+        }
       }
-    }
+    });
   }
 
   static void blocks(const ConvolveCall<Real>& call, int64_t x, int64_t y, int64_t z, int64_t count, bool along_y) {
@@ -169,7 +191,7 @@ struct Code {
       const int64_t y = row % call.rows_y, z = row / call.rows_y;
       if (vectors == 1) {  // narrow: several rows together
         const int64_t left = end - row < call.rows_y - y ? end - row : call.rows_y - y;
-        const int64_t together = left < 8 ? left : 8;
+        const int64_t together = left < 24 ? left : 24;  // whole tiles of every width
         blocks(call, 0, y, z, together, true);
         row += together;
         continue;
@@ -301,19 +323,25 @@ struct Code {
   }
 
   static void activate(int32_t kind, Real factor, const Real* values, Real* results, int64_t count) {
-    for (int64_t i = 0; i < count; i += lanes) store(results + i, activated(kind, factor, load(values + i)));
+    with_kind(kind, [=](auto known) {
+      for (int64_t i = 0; i < count; i += lanes) store(results + i, activated(known.value, factor, load(values + i)));
+    });
   }
   static void activation_rate(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count) {
-    for (int64_t i = 0; i < count; i += lanes) {
-      const V rate = derivative(kind, factor, load(values + i)) * load(rates + i);
-      store(results + i, add ? load(results + i) + rate : rate);
-    }
+    with_kind(kind, [=](auto known) {
+      for (int64_t i = 0; i < count; i += lanes) {
+        const V rate = derivative(known.value, factor, load(values + i)) * load(rates + i);
+        store(results + i, add ? load(results + i) + rate : rate);
+      }
+    });
   }
   static void rate_of_result(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count) {
-    for (int64_t i = 0; i < count; i += lanes) {
-      const V rate = derivative_of_result(kind, factor, load(values + i)) * load(rates + i);
-      store(results + i, add ? load(results + i) + rate : rate);
-    }
+    with_kind(kind, [=](auto known) {
+      for (int64_t i = 0; i < count; i += lanes) {
+        const V rate = derivative_of_result(known.value, factor, load(values + i)) * load(rates + i);
+        store(results + i, add ? load(results + i) + rate : rate);
+      }
+    });
   }
   static void scale(Real factor, const Real* values, Real* results, bool add, int64_t count) {
     for (int64_t i = 0; i < count; i += lanes) {

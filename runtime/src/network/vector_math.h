@@ -37,6 +37,16 @@ struct Vectors {
   static constexpr int lanes = Bytes / sizeof(Real);
 };
 
+/// 1/k!
+struct InverseFactorials {
+  double of[16]{};
+  constexpr InverseFactorials() {
+    of[0] = 1;
+    for (int k = 1; k < 16; ++k) of[k] = of[k - 1] / k;
+  }
+};
+constexpr InverseFactorials inverse_factorials;
+
 /// Coefficients of Chebyshev polynomials of 2t-1, t = a/(a+z), whose sum is exp(z^2)*erfc(z)/t for z >= 0.
 constexpr double erfc_shape = 3.75;
 constexpr double erfc_coefficients[] = {
@@ -67,8 +77,9 @@ struct Maths {
     const V shifted = x * static_cast<Real>(0x1.71547652b82fep0) + N::shift;
     const V whole = shifted - N::shift;
     const V r = (x - whole * N::ln2_high) - whole * N::ln2_low;
-    V sum = all(static_cast<Real>(1));
-    for (int k = N::exponential_terms; k > 1; --k) sum = sum * r * (static_cast<Real>(1) / static_cast<Real>(k)) + static_cast<Real>(1);
+    V sum = all(static_cast<Real>(inverse_factorials.of[N::exponential_terms]));
+#pragma GCC unroll 16
+    for (int k = N::exponential_terms - 1; k > 0; --k) sum = sum * r + static_cast<Real>(inverse_factorials.of[k]);
     const B power = ((B)shifted << N::mantissa) + N::one;
     return {(V)power, sum * r};
   }
@@ -85,6 +96,7 @@ struct Maths {
   static V log1p(V t) {
     const V s = t / (static_cast<Real>(2) + t), square = s * s;
     V sum = all(0);
+#pragma GCC unroll 20
     for (int k = N::logarithm_terms; k >= 0; --k) sum = sum * square + static_cast<Real>(2) / static_cast<Real>(2 * k + 1);
     return sum * s;
   }
@@ -101,6 +113,7 @@ struct Maths {
   static V scaled_erfc(V z) {
     const V t = static_cast<Real>(erfc_shape) / (static_cast<Real>(erfc_shape) + z), u = t + t - static_cast<Real>(1);
     V a = all(0), b = all(0);
+#pragma GCC unroll 25
     for (int k = N::erfc_terms - 1; k > 0; --k) {
       const V next = (u + u) * a - b + static_cast<Real>(erfc_coefficients[k]);
       b = a;
