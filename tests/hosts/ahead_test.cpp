@@ -43,6 +43,7 @@ const Case cases[] = {
     {"../tests/golden/repeat/in.dpde", "find", {}, {}},
     {"../tests/golden/subcycles/in.dpde", "s", {}, {}},
     {"../tests/golden/control_field/in.dpde", "t", {}, {}},
+    {"../tests/golden/network/in.dpde", "t", {}, {}},
 };
 
 std::string example(const Case& c) { return DPDE_SOURCE_DIR "/dsl-examples/" + c.file; }

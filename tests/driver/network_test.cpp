@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Derivatives through networks and steps together: tangent against adjoint and Taylor slopes, by weights, parameters and states.
+#include "driver_support.h"
+
+namespace dpde {
+namespace {
+
+using testing::expect_certified;
+
+const std::string corrector = R"(
+network corrector(u, nu) {
+  initial he, seed 7
+  padding replicate
+  conv 6, 5; tanh
+  residual { conv 6, 3; silu }
+  conv out, 3, gain = 0.1
+}
+)";
+
+TEST(Networks, CorrectAStepBetweenWalls) {
+  expect_certified(corrector + R"(
+model m { field u; param nu; dt(u) = -u*dx(u) + nu*lap(u) }
+scheme s { time = rk2; networks = f64 }
+scene r : m with s {
+  grid x = 0 .. 1, cells 9
+  boundary u: x.low = 0.2, x.high = zero_gradient
+  nu = 0.05
+  initial u = x
+  time 0 .. 0.2, step 0.02
+  after step: u += corrector(u, nu)
+}
+task t : r { learn corrector; unknown nu; unknown initial u; minimise mean((u - 0.5)^2) over time })", false);
+}
+
+/// Outputs are read at neighbours and midway between cells, arguments hold derivatives.
+TEST(Networks, StandInsideOfEquations) {
+  expect_certified(R"(
+network law(s, g) -> k, q { initial xavier, seed 1; dense 5; tanh; dense out; softplus; scale 0.1 }
+model m { field u; dt(u) = dx(law(u, dx(u)).k*dx(u)) + dy(law(u, dx(u)).q) - advect((law(u, 1).k, law(u, 1).q), u) }
+scheme s { time = rk4; networks = f64 }
+scene r : m with s {
+  grid x = 0 .. 1, cells 6
+  grid y = 0 .. 1, cells 5, periodic
+  boundary u: x = gradient(0.1)
+  initial u = sin(2*pi*y) + x
+  time 0 .. 0.1, step 0.02
+}
+task t : r { learn law; unknown initial u; minimise mean(u^2) })", false);
+}
+
+/// Velocities on faces; the network is at the centres.
+TEST(Networks, OnStaggeredGrids) {
+  expect_certified(R"(
+network push(u: vector, p) -> vector { initial he, seed 2; conv 4, 3; gelu; conv out, 3, gain = 0.3 }
+model m {
+  vector u on faces
+  field p
+  dt(u) = -grad(p) + interpolate(push(interpolate(u), p))
+  dt(p) = -div(u)
+}
+scheme s { time = ssp_rk3; networks = f64 }
+scene r : m with s {
+  grid x = 0 .. 1, cells 6, periodic
+  grid y = 0 .. 1, cells 4, periodic
+  initial u = (0.1*sin(2*pi*y), 0)
+  initial p = 0.3*cos(2*pi*x)
+  time 0 .. 0.1, step 0.02
+}
+task t : r { learn push; unknown initial p; minimise mean(p^2) + mean(u.x^2) over time })", false);
+}
+
+/// A controller: what it sees are means, what it does is the same everywhere until the next decision.
+TEST(Networks, ControlByObservations) {
+  expect_certified(R"(
+network controller(left, right) { initial xavier, seed 4; dense 6; tanh; dense out }
+model m { field u, knob; dt(u) = 0.05*lap(u) + u - u^3 + knob; dt(knob) = 0 }
+scheme s { time = rk2; networks = f64 }
+scene r : m with s {
+  grid x = 0 .. 1, cells 8, periodic
+  initial u = 0.3*sin(2*pi*x)
+  initial knob = 0
+  time 0 .. 0.6, step 0.05
+  every 0.2: knob = controller(mean(if(x < 0.5, u, 0)), mean(if(x < 0.5, 0, u)))
+}
+task t : r { learn controller; minimise mean(u^2 + 0.1*knob^2) over time })", false);
+}
+
+TEST(Networks, InThreeDimensionsWithALossOfTheirOwn) {
+  expect_certified(R"(
+network pressure(d) {
+  initial he, seed 9
+  conv 3, 3; leaky_relu(0.1)
+  skip { mean_pool 2; conv 4, 3; tanh; upsample 2 }
+  conv out, 3
+}
+model m { vector v; dt(v) = 0*v }
+scheme s { time = euler; networks = f64 }
+scene r : m with s {
+  grid x = 0 .. 1, cells 4, periodic
+  grid y = 0 .. 1, cells 3, periodic
+  grid z = 0 .. 1, cells 5, periodic
+  initial v = (sin(2*pi*y), cos(2*pi*z), sin(2*pi*x))
+  time 0 .. 0.1, step 0.1
+}
+task t : r { learn pressure; unknown initial v; minimise mean((div(v) - lap(pressure(div(v))))^2) at t = 0 })", false);
+}
+
+}  // namespace
+}  // namespace dpde
