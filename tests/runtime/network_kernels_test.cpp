@@ -77,8 +77,24 @@ void check(const Set& set) {
     const std::string what = set.name + ", " + std::to_string(cells) + " cells";
     Planes<Real> in(inputs, 1), out(channels, 2);
     const Planes<Real> before = out;
-    const nn::ConvolveCall<Real> call{in.data(), out.data(),      0,           {0, 0}, cells, 6,   {row, plane}, {row, plane}, plane,
-                                      offsets.data(), terms, weights.data(), bias.data(), true, blocks.data(), std::ssize(blocks), DPDE_TANH, 0};
+    nn::ConvolveCall<Real> call{};
+    call.input = in.data();
+    call.output = out.data();
+    call.base = out.data();
+    call.cells = cells;
+    call.rows_y = 6;
+    for (int64_t* stride : {call.input_stride, call.output_stride, call.base_stride}) {
+      stride[0] = row;
+      stride[1] = plane;
+    }
+    call.output_plane = call.base_plane = plane;
+    call.offsets = offsets.data();
+    call.terms = terms;
+    call.weights = weights.data();
+    call.bias = bias.data();
+    call.blocks = blocks.data();
+    call.block_count = std::ssize(blocks);
+    call.activation = DPDE_TANH;
     code.convolve(call, 0, 2);
     code.convolve(call, 2, 6);
     Planes<Real> seeds(channels, 3);

@@ -187,6 +187,20 @@ inline std::vector<Named> networks() {
     }
     n.conv(Conv{1, 5});
   });
+  add("sums that convolutions could begin with", 3, [](TestNetwork& n) {
+    const int a = n.conv(Conv{3});
+    n.activate(DPDE_GELU);
+    const int b = n.conv(Conv{3, 5});
+    n.join(DPDE_ADD, b, a);
+    const int c = n.activate(DPDE_GELU), d = n.conv(Conv{3}, a), e = n.join(DPDE_ADD, c, d);
+    n.activate(DPDE_TANH);
+    n.join(DPDE_ADD, n.conv(Conv{3}), e);
+    const int f = n.conv({.channels = 3, .stride = 2}), g = n.conv({.channels = 3, .stride = 2}, a);
+    n.join(DPDE_ADD, g, f);
+    n.pool(DPDE_UPSAMPLE, 2);
+    n.join(DPDE_ADD, n.last(), n.conv(Conv{3}, 0));
+    n.join(DPDE_ADD, n.conv(Conv{3}, 0), n.last());
+  });
   add("U-net", 2, [](TestNetwork& n) {
     const int a = n.conv(Conv{5});
     n.activate(DPDE_GELU);

@@ -70,7 +70,12 @@ void convolve(int threads, const Product& product, const Real* packed, const Vie
   call.terms = static_cast<int64_t>(product.offsets.size());
   call.weights = packed;
   call.bias = ends.bias;
-  call.add = ends.add;
+  if (ends.base.data) {
+    const Shape& base = *ends.base.shape;
+    call.base = ends.base.data + range.first[0] + range.first[1] * base.stride[1] + range.first[2] * base.stride[2];
+    call.base_plane = base.plane;
+    for (size_t axis = 0; axis < 2; ++axis) call.base_stride[axis] = base.stride[axis + 1];
+  }
   call.blocks = product.blocks.data();
   call.block_count = static_cast<int64_t>(product.blocks.size());
   call.activation = ends.activation;
@@ -86,6 +91,7 @@ void convolve(int threads, const Product& product, const Real* packed, const Vie
     ConvolveCall<Real> part = call;
     part.first_x += begin;
     part.output += begin;
+    if (part.base) part.base += begin;
     part.cells = end - begin;
     code.convolve(part, 0, 1);
   });

@@ -16,11 +16,11 @@ struct Range {
   Axes first{}, cells{};
 };
 
-/// Begin and end of sums: with biases, on top of what the result holds, with an activation (-1: none).
+/// Begin and end of sums: with biases, with values of the cells that are written, with an activation (-1: none).
 template <class Real>
 struct Ends {
   const Real* bias = nullptr;
-  bool add = false;
+  View<Real> base{};
   int32_t activation = -1;
   Real factor = 0;
 };

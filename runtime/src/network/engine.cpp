@@ -169,14 +169,11 @@ template <class Real>
 void Engine<Real>::run_step(size_t k, bool keep) {
   const Step& step = plan_.steps[k];
   if (!step.live) return;
-  const auto input = static_cast<size_t>(step.layer.input);
   if (step.layer.kind == DPDE_CONV) return run_convolution(k, keep);
-  const bool done = step.layer.kind == DPDE_ACTIVATE && input > 0 && plan_.steps[input - 1].fused == static_cast<int32_t>(k) &&
-                    (!keep || !plan_.values[input].kept);
-  if (!done) {
-    run_layer(step, value_view(input), joins(step) ? value_view(static_cast<size_t>(step.layer.other)) : View<Real>{}, value_view(k + 1));
-    finish(k + 1, value_view(k + 1));
-  }
+  if (keep ? step.done_kept : step.done) return;
+  const View<Real> input = value_view(static_cast<size_t>(step.layer.input));
+  run_layer(step, input, joins(step) ? value_view(static_cast<size_t>(step.layer.other)) : View<Real>{}, value_view(k + 1));
+  finish(k + 1, value_view(k + 1));
 }
 
 /// The input of a convolution as its terms want it.
@@ -191,14 +188,20 @@ View<Real> Engine<Real>::read_by(const Step& step, const View<Real>& input) {
 template <class Real>
 void Engine<Real>::run_convolution(size_t k, bool keep) {
   const Step& step = plan_.steps[k];
-  const bool fuses = step.fused >= 0 && (!keep || !plan_.values[k + 1].kept);
-  const size_t result = fuses ? static_cast<size_t>(step.fused) + 1 : k + 1;
+  size_t result = k + 1;
   Ends<Real> ends;
+  if (step.base >= 0) {
+    ends.base = value_view(static_cast<size_t>(step.base));
+    result = static_cast<size_t>(plan_.values[result].reader) + 1;
+  }
   if (step.layer.bias >= 0) ends.bias = packed_[k].bias;
-  if (fuses) {
-    const dpde_layer& activation = plan_.steps[static_cast<size_t>(step.fused)].layer;
-    ends.activation = activation.activation;
-    ends.factor = static_cast<Real>(activation.factor);
+  if (step.activation >= 0) {
+    const Step& activation = plan_.steps[static_cast<size_t>(step.activation)];
+    if (!keep || activation.done_kept) {
+      ends.activation = activation.layer.activation;
+      ends.factor = static_cast<Real>(activation.layer.factor);
+      result = static_cast<size_t>(step.activation) + 1;
+    }
   }
   const View<Real> source = read_by(step, value_view(static_cast<size_t>(step.layer.input)));
   convolve(threads_, step.convolution.forward, packed_[k].forward, source, {value_view(result)}, whole(plan_.values[k + 1]), ends);

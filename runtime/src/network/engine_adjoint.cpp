@@ -127,8 +127,8 @@ void Engine<Real>::adjoint_of_input(size_t k) {
     range.cells[axis] += 2 * reach[axis];
   }
   Ends<Real> ends;
-  ends.add = begin_adjoint(input);
-  if (ends.add && is_larger) each_channel(bars, [&](int64_t channel) { clear_margin(*bars.shape, bars.plane(channel)); });
+  if (begin_adjoint(input)) ends.base = bars;
+  if (ends.base.data && is_larger) each_channel(bars, [&](int64_t channel) { clear_margin(*bars.shape, bars.plane(channel)); });
   convolve(threads_, step.convolution.reverse[0], packed_[k].reverse[0], seeds, {bars}, range, ends);
   if (is_larger) each_channel(bars, [&](int64_t channel) { fold_margin(*bars.shape, plan_.padding, reach, bars.plane(channel)); });
 }
@@ -171,13 +171,18 @@ void Engine<Real>::adjoint_activation(size_t k) {
 
 template <class Real>
 void Engine<Real>::adjoint_sum(size_t k) {
-  const dpde_layer& layer = plan_.steps[k].layer;
+  const Step& step = plan_.steps[k];
+  const dpde_layer& layer = step.layer;
   const View<Real> seeds = adjoint_view(k + 1);
   int64_t first = 0;
   for (const int32_t number : {layer.input, layer.other}) {
     const auto value = static_cast<size_t>(number);
     const int64_t channels = plan_.values[value].channels;
-    if (needed_[value]) copy_channels(threads_, seeds, first, adjoint_view(value), 0, channels, begin_adjoint(value));
+    if (number == step.merged) {
+      written_[value] = 1;
+    } else if (needed_[value]) {
+      copy_channels(threads_, seeds, first, adjoint_view(value), 0, channels, begin_adjoint(value));
+    }
     if (layer.kind == DPDE_CONCAT) first += channels;
   }
 }

@@ -40,6 +40,15 @@ void Engine<Real>::rate_step(size_t k, const double* weight_rates) {
     }
     case DPDE_MAX_POOL: max_pool(threads_, layer.stride, value_view(input), rates, result); break;
     case DPDE_FIX_SUM: fix_sum(threads_, Real(0), rates, result, false); break;
+    case DPDE_ADD:
+      if (step.merged >= 0) {
+        const View<Real> other = rate_view(static_cast<size_t>(layer.input == step.merged ? layer.other : layer.input));
+        for_each_row_of(threads_, *other.shape, 1, [&](int64_t channel, int64_t row) {
+          kernels_.scale(1, other.row(channel, row), result.row(channel, row), true, other.shape->cells[0]);
+        });
+        break;
+      }
+      [[fallthrough]];
     default: run_layer(step, rates, joins(step) ? rate_view(static_cast<size_t>(layer.other)) : View<Real>{}, result);
   }
   finish(k + 1, result);
@@ -57,7 +66,7 @@ void Engine<Real>::rate_convolution(size_t k, const double* weight_rates) {
   if (weight_rates == nullptr) return;
   pack(product, weight_rates, packed_[k].rates);
   Ends<Real> ends;
-  ends.add = true;
+  ends.base = target.result;
   if (step.layer.bias >= 0) {
     std::transform(weight_rates + step.layer.bias, weight_rates + step.layer.bias + step.layer.channels, packed_[k].bias_rates,
                    [](double value) { return static_cast<Real>(value); });

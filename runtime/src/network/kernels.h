@@ -15,7 +15,7 @@ struct Block {
   int64_t weights;  // where those of the block begin: [term][width]
 };
 
-/// result[c](p) = begin + sum over terms t of weights[t][c] * input(p + offsets[t]), then the activation.
+/// result[c](p) = bias[c] + base[c](p) + sum over terms t of weights[t][c] * input(p + offsets[t]), then the activation.
 template <class Real>
 struct ConvolveCall {
   const Real* input;  // cell (0, 0, 0) of what is read, of the first plane
@@ -29,7 +29,8 @@ struct ConvolveCall {
   int64_t terms;
   const Real* weights;
   const Real* bias;  // null: none
-  bool add;          // to what the output holds
+  const Real* base;  // sums begin with these values, of the cells and channels that are written; null: none
+  int64_t base_plane, base_stride[2];
   const Block* blocks;
   int64_t block_count;
   int32_t activation;  // DPDE_RELU ..., -1: none

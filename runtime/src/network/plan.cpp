@@ -99,18 +99,46 @@ void find_readers(Plan& plan) {
   }
 }
 
+/// The step that alone reads a value; null: none, or several.
+Step* only_reader(Plan& plan, size_t value) {
+  const Value& read = plan.values[value];
+  return read.readers == 1 ? &plan.steps[static_cast<size_t>(read.reader)] : nullptr;
+}
+
+/// Sums that convolutions begin with, activations that they end with.
+void fuse(Plan& plan, size_t k) {
+  Step& conv = plan.steps[k];
+  size_t result = k + 1;
+  Step* reader = only_reader(plan, result);
+  if (reader != nullptr && reader->layer.kind == DPDE_ADD) {
+    const int32_t own = static_cast<int32_t>(result), other = reader->layer.input == own ? reader->layer.other : reader->layer.input;
+    if (other < own) {
+      conv.base = other;
+      reader->merged = own;
+      reader->done = reader->done_kept = true;
+      plan.values[result].kept = false;
+      result = static_cast<size_t>(plan.values[result].reader) + 1;
+      reader = only_reader(plan, result);
+    }
+  }
+  if (reader == nullptr || reader->layer.kind != DPDE_ACTIVATE) return;
+  conv.activation = plan.values[result].reader;
+  reader->done = true;
+  reader->done_kept = Plan::result_tells(reader->layer);
+  plan.values[result].kept = !reader->done_kept;
+}
+
 void find_what_goes_together(Plan& plan) {
-  for (size_t v = 0; v < plan.values.size(); ++v) plan.values[v].root = static_cast<int32_t>(v);
-  for (size_t v = plan.values.size() - 1; v-- > 0;) {
+  for (size_t k = 0; k < plan.steps.size(); ++k) {
+    if (plan.steps[k].live && plan.steps[k].layer.kind == DPDE_CONV) fuse(plan, k);
+  }
+  for (size_t v = plan.values.size(); v-- > 0;) {
     Value& value = plan.values[v];
-    if (value.readers != 1) continue;
-    Step& reader = plan.steps[static_cast<size_t>(value.reader)];
-    if (reader.layer.kind != DPDE_ACTIVATE && reader.layer.kind != DPDE_SCALE) continue;
-    reader.in_place = true;
-    value.root = plan.values[static_cast<size_t>(value.reader) + 1].root;
-    if (reader.layer.kind != DPDE_ACTIVATE || v == 0 || plan.steps[v - 1].layer.kind != DPDE_CONV) continue;
-    plan.steps[v - 1].fused = value.reader;
-    value.kept = !Plan::result_tells(reader.layer);
+    value.root = static_cast<int32_t>(v);
+    const Step* reader = only_reader(plan, v);
+    if (reader == nullptr) continue;
+    const bool in_place = reader->layer.kind == DPDE_ACTIVATE || reader->layer.kind == DPDE_SCALE || reader->merged == value.root;
+    if (in_place) value.root = plan.values[static_cast<size_t>(value.reader) + 1].root;
   }
 }
 

@@ -35,8 +35,12 @@ struct Convolution {
 struct Step {
   dpde_layer layer{};
   bool live = false;      // the output depends on it
-  int32_t fused = -1;     // convolution: the step, an activation and the only one to read it, that is done with it
-  bool in_place = false;  // its input has no other reader: rates and adjoints of both are one
+  // A convolution whose result has one reader, a sum with a value that is there before, begins with that value (`base`); where then
+  // one activation reads the result, that is done with it (`activation`, a step).
+  int32_t base = -1, activation = -1;
+  int32_t merged = -1;  // sum: the operand, such a convolution, whose rates and adjoints lie in the memory of the result's
+  bool done = false;    // by the convolution before it, unless what derivatives need is to be kept; `done_kept`: even then
+  bool done_kept = false;
   Convolution convolution;
 };
 
@@ -46,7 +50,7 @@ struct Value {
   int32_t readers = 0, reader = -1;  // live ones; the last
   Shape shape, adjoint;              // memory of values and rates, of adjoints
   int32_t root = 0;                  // the value whose memory its rates and adjoints lie in
-  bool kept = true;                  // false: never stored by itself, since what reads it is done with it
+  bool kept = true;                  // false: never stored by itself, since its reader is done with it
 };
 
 struct Plan {

@@ -101,16 +101,26 @@ struct Code {
     }
   }
 
+  /// Where the vectors of a tile lie, the steps apart.
+  struct Place {
+    const Real* input;
+    Real* output;
+    const Real* base;
+    int64_t input_step, output_step, base_step;
+  };
+
   template <int Width, int Count>
-  [[gnu::noinline]] static void tile(const ConvolveCall<Real>& call, const Block& block, const Real* input, Real* output, int64_t input_step,
-                                     int64_t output_step) {
+  [[gnu::noinline]] static void tile(const ConvolveCall<Real>& call, const Block& block, const Place& place) {
+    const Real* const input = place.input;
+    Real* const output = place.output;
+    const int64_t input_step = place.input_step, output_step = place.output_step;
     V sums[Width][Count];
 #pragma GCC unroll 8
     for (int c = 0; c < Width; ++c) {
 #pragma GCC unroll 8
       for (int v = 0; v < Count; ++v) {
         sums[c][v] = call.bias ? M::all(call.bias[block.first + c]) : V{};
-        if (call.add) sums[c][v] += load(output + c * call.output_plane + v * output_step);
+        if (place.base) sums[c][v] += load(place.base + c * call.base_plane + v * place.base_step);
       }
     }
     const Real* weights = call.weights + block.weights;
@@ -134,24 +144,24 @@ struct Code {
     }
   }
 
-  /// `count` vectors that lie the steps apart.
+  /// `count` vectors from a place on.
   template <int Width>
-  static void tiles(const ConvolveCall<Real>& call, const Block& block, const Real* input, Real* output, int64_t count, int64_t input_step,
-                    int64_t output_step) {
+  static void tiles(const ConvolveCall<Real>& call, const Block& block, Place place, int64_t count) {
     while (count > 0) {
       const int64_t n = piece(count, most(Width));
       switch (n) {
-        case 1: tile<Width, 1>(call, block, input, output, input_step, output_step); break;
-        case 2: tile<Width, 2>(call, block, input, output, input_step, output_step); break;
-        case 3: tile<Width, 3>(call, block, input, output, input_step, output_step); break;
-        case 4: if constexpr (most(Width) >= 4) tile<Width, 4>(call, block, input, output, input_step, output_step); break;
-        case 6: if constexpr (most(Width) >= 6) tile<Width, 6>(call, block, input, output, input_step, output_step); break;
-        default: if constexpr (most(Width) >= 8) tile<Width, 8>(call, block, input, output, input_step, output_step); break;
+        case 1: tile<Width, 1>(call, block, place); break;
+        case 2: tile<Width, 2>(call, block, place); break;
+        case 3: tile<Width, 3>(call, block, place); break;
+        case 4: if constexpr (most(Width) >= 4) tile<Width, 4>(call, block, place); break;
+        case 6: if constexpr (most(Width) >= 6) tile<Width, 6>(call, block, place); break;
+        default: if constexpr (most(Width) >= 8) tile<Width, 8>(call, block, place); break;
       }
-      if (call.activation >= 0) finish(call, Width, output, n, output_step);
+      if (call.activation >= 0) finish(call, Width, place.output, n, place.output_step);
       count -= n;
-      input += n * input_step;
-      output += n * output_step;
+      place.input += n * place.input_step;
+      place.output += n * place.output_step;
+      if (place.base) place.base += n * place.base_step;
     }
   }
   static void finish(const ConvolveCall<Real>& call, int64_t width, Real* output, int64_t count, int64_t step) {
@@ -170,15 +180,19 @@ struct Code {
   static void blocks(const ConvolveCall<Real>& call, int64_t x, int64_t y, int64_t z, int64_t count, bool along_y) {
     const Real* const input = call.input + call.first_x + x + (call.first[0] + y) * call.input_stride[0] + (call.first[1] + z) * call.input_stride[1];
     Real* const output = call.output + x + y * call.output_stride[0] + z * call.output_stride[1];
-    const int64_t input_step = along_y ? call.input_stride[0] : lanes, output_step = along_y ? call.output_stride[0] : lanes;
+    const Real* const base = call.base ? call.base + x + y * call.base_stride[0] + z * call.base_stride[1] : nullptr;
     for (const Block* block = call.blocks; block != call.blocks + call.block_count; ++block) {
-      const Real* const from = input + block->input;
-      Real* const to = output + block->first * call.output_plane;
+      Place place{input + block->input, output + block->first * call.output_plane, base ? base + block->first * call.base_plane : nullptr, lanes, lanes, lanes};
+      if (along_y) {
+        place.input_step = call.input_stride[0];
+        place.output_step = call.output_stride[0];
+        place.base_step = call.base_stride[0];
+      }
       switch (block->width) {
-        case 8: if constexpr (widest == 8) tiles<8>(call, *block, from, to, count, input_step, output_step); break;
-        case 4: tiles<4>(call, *block, from, to, count, input_step, output_step); break;
-        case 2: tiles<2>(call, *block, from, to, count, input_step, output_step); break;
-        default: tiles<1>(call, *block, from, to, count, input_step, output_step); break;
+        case 8: if constexpr (widest == 8) tiles<8>(call, *block, place, count); break;
+        case 4: tiles<4>(call, *block, place, count); break;
+        case 2: tiles<2>(call, *block, place, count); break;
+        default: tiles<1>(call, *block, place, count); break;
       }
     }
   }
