@@ -9,14 +9,13 @@
 #include <fmt/ranges.h>
 
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <optional>
 
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
+#include "read_file.h"
 
 namespace dpde {
 namespace {
@@ -175,21 +174,8 @@ std::vector<double> from_fortran_order(const std::vector<double>& values, const 
   return result;
 }
 
-std::string read_file(const std::filesystem::path& path) {
-  const auto fail = [&](std::string_view why) { throw Error(ErrorKind::input, fmt::format("cannot read {}: {}", path.string(), why)); };
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) fail("it is a folder");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail(std::strerror(errno));
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) fail("it is not a regular file");
-  std::string bytes(size, '\0');
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) fail("it is shorter than it says");
-  return bytes;
-}
-
-std::string header_of(std::span<const int64_t> shape) {
-  std::string text = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}{}), }}", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
+std::string header_of(std::span<const int64_t> shape, bool is_single) {
+  std::string text = fmt::format("{{'descr': '<f{}', 'fortran_order': False, 'shape': ({}{}), }}", is_single ? 4 : 8, fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
   const size_t before = magic.size() + 4;
   text.append(63 - (before + text.size()) % 64, ' ');
   text += '\n';
@@ -227,14 +213,19 @@ NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
 
 NpyArray read_npy(const std::filesystem::path& path) { return parse_npy(read_file(path), path.string()); }
 
-void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values) {
+std::string compose_npy(std::span<const int64_t> shape, std::span<const double> values, bool is_single) {
   const std::optional<size_t> count = count_of({shape.begin(), shape.end()}, values.size());
   if (!count || *count != values.size()) {
     throw Error(ErrorKind::input, fmt::format("{} values do not have the shape ({})", values.size(), fmt::join(shape, ", ")));
   }
-  const std::string header = header_of(shape);
-  const std::string_view numbers(reinterpret_cast<const char*>(values.data()), values.size_bytes());
-  write_file_atomically(path, {header, numbers});
+  std::string bytes = header_of(shape, is_single);
+  if (!is_single) return bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  const std::vector<float> rounded(values.begin(), values.end());
+  return bytes.append(reinterpret_cast<const char*>(rounded.data()), rounded.size() * sizeof(float));
+}
+
+void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values) {
+  write_file_atomically(path, compose_npy(shape, values));
 }
 
 }  // namespace dpde

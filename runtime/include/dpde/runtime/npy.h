@@ -22,6 +22,10 @@ NpyArray read_npy(const std::filesystem::path& path);
 /// The same from bytes in memory; `name` stands for the file in messages.
 NpyArray parse_npy(std::span<const char> bytes, const std::string& name);
 
+/// The bytes of a file of float64, or float32 where `is_single`: C order, version 1.0.
+/// @throws Error(input) when shape and length disagree.
+std::string compose_npy(std::span<const int64_t> shape, std::span<const double> values, bool is_single = false);
+
 /// Writes float64, C order, version 1.0, atomically (see atomic_file.h).
 /// @throws Error(input) when shape and length disagree, Error(machine) when the file cannot be written.
 void write_npy(const std::filesystem::path& path, std::span<const int64_t> shape, std::span<const double> values);

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// The .safetensors format: eight bytes with the length of the header, the header (JSON), the numbers of all arrays one
+// after the other. https://huggingface.co/docs/safetensors
+//
+// Nothing in the file is trusted: every length is compared with what is there before anything is allocated.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstring>
+
+#include "dpde/runtime/error.h"
+#include "weight_formats.h"
+
+namespace dpde {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+constexpr std::size_t most_axes = 32, length_bytes = 8;
+
+struct Entry {
+  std::string type;
+  std::vector<int64_t> shape, offsets;
+};
+
+/// Reads the header: {"name": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}, "__metadata__": {"key": "text"}}
+class HeaderReader {
+ public:
+  HeaderReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+  std::vector<std::pair<std::string, Entry>> read() {
+    std::vector<std::pair<std::string, Entry>> entries;
+    for_each_member([&](const std::string& key) {
+      if (key == "__metadata__") {
+        for_each_member([&](const std::string&) { text(); });
+      } else {
+        entries.emplace_back(key, entry(key));
+      }
+    });
+    return entries;
+  }
+
+  [[noreturn]] void fail(std::string_view what) const { throw Error(ErrorKind::input, fmt::format("{} is not a usable .safetensors file: {}", file_, what)); }
+
+ private:
+  void skip_space() {
+    while (!text_.empty() && std::string_view(" \n\r\t").find(text_.front()) != std::string_view::npos) text_.remove_prefix(1);
+  }
+  bool accept(char c) {
+    skip_space();
+    if (text_.empty() || text_.front() != c) return false;
+    text_.remove_prefix(1);
+    return true;
+  }
+  void expect(char c) {
+    if (!accept(c)) fail(fmt::format("its header lacks a '{}'", c));
+  }
+
+  template <class Visit>
+  void for_each_member(const Visit& visit) {
+    expect('{');
+    if (accept('}')) return;
+    do {
+      const std::string key = text();
+      expect(':');
+      visit(key);
+    } while (accept(','));
+    expect('}');
+  }
+
+  std::string text() {
+    expect('"');
+    std::string content;
+    while (!text_.empty() && text_.front() != '"') {
+      char c = text_.front();
+      text_.remove_prefix(1);
+      if (c == '\\') c = escaped();
+      content += c;
+    }
+    expect('"');
+    return content;
+  }
+  char escaped() {
+    constexpr std::string_view written = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
+    const std::size_t which = text_.empty() ? std::string_view::npos : written.find(text_.front());
+    if (which == std::string_view::npos) fail("its header has a name with an escape that is not supported");
+    text_.remove_prefix(1);
+    return meant[which];
+  }
+
+  std::vector<int64_t> sizes(const std::string& of) {
+    std::vector<int64_t> values;
+    expect('[');
+    if (accept(']')) return values;
+    do {
+      skip_space();
+      int64_t value = 0;
+      const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value);
+      if (error != std::errc() || value < 0 || values.size() == most_axes) fail(fmt::format("the entry of {} has a list that is none of sizes", of));
+      text_.remove_prefix(static_cast<std::size_t>(end - text_.data()));
+      values.push_back(value);
+    } while (accept(','));
+    expect(']');
+    return values;
+  }
+
+  Entry entry(const std::string& name) {
+    Entry entry;
+    for_each_member([&](const std::string& key) {
+      if (key == "dtype") {
+        entry.type = text();
+      } else if (key == "shape") {
+        entry.shape = sizes(name);
+      } else if (key == "data_offsets") {
+        entry.offsets = sizes(name);
+      } else {
+        fail(fmt::format("the entry of {} has an unknown key {}", name, key.substr(0, 40)));
+      }
+    });
+    if (entry.offsets.size() != 2 || entry.offsets[0] > entry.offsets[1]) fail(fmt::format("the entry of {} has no data_offsets", name));
+    return entry;
+  }
+
+  std::string_view text_;
+  const std::string& file_;
+};
+
+template <class Number>
+std::vector<double> numbers(std::string_view data) {
+  std::vector<Number> raw(data.size() / sizeof(Number));
+  std::memcpy(raw.data(), data.data(), data.size());
+  return {raw.begin(), raw.end()};
+}
+
+NamedArray array_of(const HeaderReader& reader, const std::string& name, const Entry& entry, std::string_view data) {
+  const std::size_t bytes = entry.type == "F64" ? 8 : entry.type == "F32" ? 4 : 0;
+  if (bytes == 0) reader.fail(fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, entry.type.substr(0, 40)));
+  const auto begin = static_cast<std::size_t>(entry.offsets[0]), end = static_cast<std::size_t>(entry.offsets[1]);
+  if (end > data.size()) reader.fail(fmt::format("{} ends at byte {} of {}: the file was cut off", name, end, data.size()));
+  std::size_t count = bytes;
+  for (const int64_t size : entry.shape) {
+    if (__builtin_mul_overflow(count, static_cast<std::size_t>(size), &count)) reader.fail(fmt::format("the shape of {} is too large", name));
+  }
+  if (count != end - begin) reader.fail(fmt::format("{} bytes of {} do not fit its shape ({})", end - begin, name, fmt::join(entry.shape, ", ")));
+  data = data.substr(begin, count);
+  return {name, entry.shape, bytes == 8 ? numbers<double>(data) : numbers<float>(data)};
+}
+
+std::string quoted(const std::string& name) {
+  std::string text = "\"";
+  for (const char c : name) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + '"';
+}
+
+}  // namespace
+
+std::vector<NamedArray> parse_safetensors(std::string_view bytes, const std::string& name) {
+  uint64_t length = 0;
+  const HeaderReader nothing({}, name);
+  if (bytes.size() < length_bytes) nothing.fail("it ends before its header");
+  std::memcpy(&length, bytes.data(), length_bytes);
+  if (length > bytes.size() - length_bytes) nothing.fail("it ends inside its header");
+  HeaderReader reader(bytes.substr(length_bytes, length), name);
+  const std::string_view data = bytes.substr(length_bytes + length);
+  std::vector<NamedArray> arrays;
+  for (const auto& [key, entry] : reader.read()) arrays.push_back(array_of(reader, key, entry, data));
+  return arrays;
+}
+
+std::string compose_safetensors(std::span<const NamedArray> arrays, bool is_single) {
+  const std::size_t bytes = is_single ? 4 : 8;
+  std::string header = "{", data;
+  for (const NamedArray& array : arrays) {
+    const std::size_t begin = data.size();
+    if (is_single) {
+      const std::vector<float> rounded(array.values.begin(), array.values.end());
+      data.append(reinterpret_cast<const char*>(rounded.data()), rounded.size() * bytes);
+    } else {
+      data.append(reinterpret_cast<const char*>(array.values.data()), array.values.size() * bytes);
+    }
+    header += fmt::format(R"({}{}:{{"dtype":"{}","shape":[{}],"data_offsets":[{},{}]}})", header.size() > 1 ? "," : "", quoted(array.name),
+                          is_single ? "F32" : "F64", fmt::join(array.shape, ","), begin, data.size());
+  }
+  header += '}';
+  header.append((8 - header.size() % 8) % 8, ' ');  // the numbers begin at a multiple of eight bytes
+  const auto length = std::bit_cast<std::array<char, length_bytes>>(static_cast<uint64_t>(header.size()));
+  return std::string(length.data(), length.size()) + header + data;
+}
+
+}  // namespace dpde

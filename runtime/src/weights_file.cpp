@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Weights files: which format, and which arrays a network has.
+#include "dpde/runtime/weights_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/error.h"
+#include "read_file.h"
+#include "weight_formats.h"
+
+namespace dpde {
+namespace {
+
+[[noreturn]] void fail(const std::string& file, const std::string& what) {
+  throw Error(ErrorKind::input, fmt::format("{} is not a usable file of weights: {}", file, what));
+}
+
+bool is_npz(const std::string& name) {
+  if (name.ends_with(".npz")) return true;
+  if (!name.ends_with(".safetensors")) fail(name, "its name ends neither with .safetensors nor with .npz");
+  return false;
+}
+
+std::size_t count_of(const std::vector<int64_t>& shape) {
+  std::size_t count = 1;
+  for (const int64_t size : shape) count *= static_cast<std::size_t>(size);
+  return count;
+}
+
+/// An array of a network: its name behind "<network>.", its shape, and where it begins among the weights.
+struct Place {
+  std::string name;
+  std::vector<int64_t> shape;
+  int64_t begin;
+};
+
+std::vector<Place> places_of(const dpde_network& network) {
+  std::vector<int64_t> channels{network.inputs};
+  std::vector<Place> places;
+  for (int32_t l = 0; l < network.layer_count; ++l) {
+    const dpde_layer& layer = network.layers[l];
+    channels.push_back(layer.channels);
+    if (layer.kind != DPDE_CONV) continue;
+    Place weight{fmt::format("v{}.weight", l + 1), {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)}, layer.weights};
+    weight.shape.insert(weight.shape.end(), static_cast<std::size_t>(network.rank), layer.extent);
+    places.push_back(std::move(weight));
+    if (layer.bias >= 0) places.push_back({fmt::format("v{}.bias", l + 1), {layer.channels}, layer.bias});
+  }
+  return places;
+}
+
+/// The network's own name where an array is called after it, or else the one that all arrays share.
+std::string prefix_in(const dpde_network& network, std::span<const NamedArray> arrays) {
+  const std::string own = std::string(network.name) + ".";
+  std::string shared;
+  for (const NamedArray& array : arrays) {
+    if (array.name.starts_with(own)) return own;
+    const std::string prefix = array.name.substr(0, array.name.find('.') + 1);
+    if (!shared.empty() && prefix != shared) return own;
+    shared = prefix;
+  }
+  return shared.empty() ? own : shared;
+}
+
+}  // namespace
+
+std::vector<NamedArray> parse_weights(std::string_view bytes, const std::string& name) {
+  return is_npz(name) ? parse_npz(bytes, name) : parse_safetensors(bytes, name);
+}
+
+std::vector<NamedArray> read_weights(const std::filesystem::path& path) {
+  is_npz(path.string());  // or an error, before anything is read
+  return parse_weights(read_file(path), path.string());
+}
+
+void write_weights(const std::filesystem::path& path, std::span<const NamedArray> arrays, bool is_single) {
+  const bool zipped = is_npz(path.string());
+  for (const NamedArray& array : arrays) {
+    if (count_of(array.shape) == array.values.size()) continue;
+    throw Error(ErrorKind::input, fmt::format("{} values of {} do not have the shape ({})", array.values.size(), array.name, fmt::join(array.shape, ", ")));
+  }
+  write_file_atomically(path, zipped ? compose_npz(arrays, is_single) : compose_safetensors(arrays, is_single));
+}
+
+std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const double> weights) {
+  if (static_cast<int64_t>(weights.size()) != network.weight_count) {
+    throw Error(ErrorKind::input, fmt::format("network {} has {} weights, not {}", network.name, network.weight_count, weights.size()));
+  }
+  std::vector<NamedArray> arrays;
+  for (const Place& place : places_of(network)) {
+    const auto values = weights.subspan(static_cast<std::size_t>(place.begin), count_of(place.shape));
+    arrays.push_back({fmt::format("{}.{}", network.name, place.name), place.shape, {values.begin(), values.end()}});
+  }
+  return arrays;
+}
+
+std::vector<double> weights_of(const dpde_network& network, std::span<const NamedArray> arrays, const std::string& file) {
+  std::vector<double> weights(static_cast<std::size_t>(network.weight_count));
+  const std::string prefix = prefix_in(network, arrays);
+  std::size_t used = 0;
+  for (const Place& place : places_of(network)) {
+    const auto array = std::ranges::find(arrays, prefix + place.name, &NamedArray::name);
+    if (array == arrays.end()) {
+      std::vector<std::string> names;
+      for (const NamedArray& each : arrays) names.push_back(each.name);
+      fail(file, fmt::format("network {} needs an array {}; it has {}", network.name, prefix + place.name,
+                             names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+    }
+    if (array->shape != place.shape) {
+      fail(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name, fmt::join(array->shape, ", "), network.name, fmt::join(place.shape, ", ")));
+    }
+    const auto bad = std::ranges::find_if_not(array->values, [](double value) { return std::isfinite(value); });
+    if (bad != array->values.end()) fail(file, fmt::format("value {} of {} is {}", bad - array->values.begin(), array->name, *bad));
+    std::ranges::copy(array->values, weights.begin() + place.begin);
+    ++used;
+  }
+  const auto mine = std::ranges::count_if(arrays, [&](const NamedArray& array) { return array.name.starts_with(prefix); });
+  if (static_cast<std::size_t>(mine) != used) fail(file, fmt::format("it has {} arrays called {}*, network {} has {}: they are the weights of another network", mine, prefix, network.name, used));
+  return weights;
+}
+
+}  // namespace dpde
