@@ -37,7 +37,7 @@ void Rollout::Impl::plan_block() {
 
 /// The adjoints of several steps at once where that saves storing their states.
 void Rollout::Impl::plan_reverse_block() {
-  if (setup.block_steps == 1 || rate || !backward->program.fill_states.empty()) return;
+  if (setup.block_steps == 1 || rate || setup.cut > 0 || !backward->program.fill_states.empty()) return;
   AdjointFields fields{backward->program.states, {}};
   for (const FieldBar& bar_of_field : backward->fields) fields.added.emplace_back(bar_of_field.field, static_cast<int>(bar_of_field.number));
   const bool chooses = setup.block_steps == 0;

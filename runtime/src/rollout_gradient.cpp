@@ -268,7 +268,14 @@ void Rollout::Impl::reverse(int n, const StateBuffer& state) {
   } else {
     for (int part = parts; part-- > 0;) reverse_part(n, part, parts, state);
   }
+  drop_adjoints(n);
   if (has_losses(n)) add_seeds(n, state);
+}
+
+/// Of a state that lies on a cut, before the losses at it add theirs.
+void Rollout::Impl::drop_adjoints(int state) {
+  if (setup.cut <= 0 || state == 0 || state % setup.cut != 0) return;
+  for (void* bar_of_state : bars[bar]) fill_all(setup.layout, bar_of_state, 0.0);
 }
 
 /// The states between the parts of a step are computed again, by a checkpoint plan of their own: buffers 0 and 1 are worked
@@ -361,6 +368,7 @@ bool Rollout::Impl::run_frames() {
     }
     adjoint.executor.run_frame(frame);
     after_reverse(n);
+    drop_adjoints(n);
     if (has_losses(n)) add_seeds(n, state);
     if (!go_on(n)) return false;
   }

@@ -226,6 +226,7 @@ struct Rollout::Impl {
   const StateBuffer& part_buffer(int part);
   void bind_reverse(const StateBuffer& state, size_t seeds);
   void prepare_seeds();
+  void drop_adjoints(int state);
   void add_param_bars(std::span<const double> sums, const std::vector<ParamBar>& params, int n);
   void add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n);
   void after_reverse(int n);

@@ -382,6 +382,8 @@ bool Rollout::set_param(std::string_view name, double value) {
   return found;
 }
 
+void Rollout::set_begin(double t0) { impl_->setup.t0 = t0; }
+
 void Rollout::Impl::set_control(std::string_view name, int every, std::span<const double> values) {
   if (every < 1 || values.empty()) throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
   auto control = std::ranges::find(controls, name, &Control::name);

@@ -36,7 +36,7 @@ double Simulation::Impl::param_at(std::string_view name, double t) const {
 }
 
 std::size_t Simulation::Impl::interval_at(double t, int every, std::size_t count) const {
-  return control_interval(std::llround((t - scene.t_begin) / scene.step), every, count);
+  return control_interval(std::llround((t - t_begin) / scene.step), every, count);
 }
 
 void* Simulation::Impl::field_at(std::string_view name, double t) {
@@ -98,7 +98,7 @@ void Simulation::Impl::update_control_fields() {
       draw_noise(static_cast<std::uint64_t>(k));
       drew = true;
       program.bind(result, state_of(control.name, k).base());
-      const double middle = scene.t_begin + (k + 0.5) * control.every * scene.step;
+      const double middle = t_begin + (k + 0.5) * control.every * scene.step;
       for (int p = 0; p < control.formula->param_count; ++p) program.set_param(p, param_at(control.formula->params[p], middle));
       program.update_uniforms();
       program.prepare();
@@ -164,7 +164,7 @@ void Simulation::Impl::look_for_blow_up() {
     const std::optional<Cell> bad = find_not_finite(layout, stepper->present()[s]);
     if (!bad) continue;
     throw Error(ErrorKind::run, fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}); a smaller step than {} may help",
-                                            initial_states[s].name, reached, scene.t_begin + reached * scene.step, bad->x, bad->y, bad->z, scene.step));
+                                            initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z, scene.step));
   }
 }
 
@@ -298,6 +298,15 @@ std::vector<double> Simulation::initial(std::string_view name) {
   return values;
 }
 
+void Simulation::Impl::begin_at(double time) {
+  t_begin = time;
+  formulas_are_stale = true;
+  has_begun = false;
+  for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
+    if (*rollout) (*rollout)->set_begin(time);
+  }
+}
+
 double Simulation::Impl::observe(std::string_view name) {
   begin_stepping();
   const dpde_program* program = scene.observe;
@@ -309,13 +318,14 @@ double Simulation::Impl::observe(std::string_view name) {
   for (size_t s = 0; s < initial_states.size(); ++s) {
     copy_all(layout, field(initial_states[s].name).base(), stepper->present()[s]);
   }
-  return execute(*program, scene.t_begin + reached * scene.step).sums()[static_cast<size_t>(sum)];
+  return execute(*program, t_begin + reached * scene.step).sums()[static_cast<size_t>(sum)];
 }
 
 double Simulation::observe(std::string_view name) { return impl_->observe(name); }
 
-double Simulation::time() const { return impl_->scene.t_begin + impl_->reached * impl_->scene.step; }
+double Simulation::time() const { return impl_->t_begin + impl_->reached * impl_->scene.step; }
 double Simulation::time_step() const { return impl_->scene.step; }
+void Simulation::begin_at(double time) { impl_->begin_at(time); }
 int Simulation::steps_done() const { return impl_->reached; }
 
 void Simulation::reset() {
@@ -326,7 +336,7 @@ void Simulation::reset() {
 bool Simulation::step(int count) { return impl_->advance(count, false); }
 
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
-  const double position = (time - impl_->scene.t_begin) / impl_->scene.step;
+  const double position = (time - impl_->t_begin) / impl_->scene.step;
   if (!(position < std::numeric_limits<int>::max())) throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
   const int from = impl_->has_begun ? impl_->reached : 0;
   const int count = static_cast<int>(std::ceil(std::max(position - 1e-6, static_cast<double>(from)))) - from;
@@ -341,7 +351,7 @@ bool Simulation::run_to(double time, const ProgressCallback& progress, int every
 }
 
 bool Simulation::run(const ProgressCallback& progress, int every) {
-  return run_to(impl_->scene.t_begin + impl_->scene.steps * impl_->scene.step, progress, every);
+  return run_to(impl_->t_begin + impl_->scene.steps * impl_->scene.step, progress, every);
 }
 
 double Simulation::loss() {

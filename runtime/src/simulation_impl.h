@@ -82,10 +82,11 @@ struct Simulation::Impl {
   void copy_in_all(std::string_view name, Values values);
   void copy_out_all(std::string_view name, Target to);
   void set_param(std::string_view name, double value);
+  void begin_at(double time);
   void set_control(std::string_view name, Values values);
   /// Runs a program once on the fields of these names: formulas of fields, observables, their adjoints.
   const Executor& execute(const dpde_program& program, double t);
-  const Executor& execute(const dpde_program& program) { return execute(program, scene.t_begin); }
+  const Executor& execute(const dpde_program& program) { return execute(program, t_begin); }
   template <class Run>
   void keeping_given(const Run& run);
   void update_control_fields();
@@ -138,6 +139,7 @@ struct Simulation::Impl {
   std::vector<InitialState> initial_states;
   std::vector<Field> initial;
   bool formulas_are_stale = true, has_begun = false;
+  double t_begin = scene.t_begin;
   int reached = 0, looked_at = 0;  // steps
   std::map<const dpde_program*, Executor> executors;  // of execute()
   std::optional<Rollout> stepper, losses, full, gauss_newton;  // the last two are for products

@@ -170,7 +170,7 @@ RolloutSetup Simulation::Impl::setup() const {
   setup.step = scene.program;
   setup.layout = layout;
   setup.steps = scene.steps;
-  setup.t0 = scene.t_begin;
+  setup.t0 = t_begin;
   setup.dt = scene.step;
   setup.rate = scene.rate;
   if (scene.rate != nullptr) setup.courant = scene.courant;
@@ -232,6 +232,7 @@ Rollout& Simulation::Impl::objective() {
     RolloutSetup full = setup();
     full.adjoint = scene.adjoint;
     for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i], *scene.losses[i].loss));
+    full.cut = options.cut;
     full.sought.assign(scene.sought, scene.sought + scene.sought_count);
     losses.emplace(std::move(full));
     give_controls(*losses);

@@ -112,7 +112,7 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   session_options.stop = options.stop;
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
   if (!session) fail(source, sink);
-  Simulation simulation(table->scene(), {{}, options.threads, session->options().checkpoint_bytes, options.slots, options.stop}, table);
+  Simulation simulation(table->scene(), {{}, options.threads, session->options().checkpoint_bytes, options.slots, 0, options.stop}, table);
   if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
   return simulation;
 }

@@ -107,6 +107,9 @@ struct RolloutSetup {
   /// fields of gradients are the same to the last bit; gradients of parameters are added up in another order. Programs that
   /// cannot be blocked run step by step, and so do adjoints between bounded axes.
   int block_steps = 0;
+  /// > 0: gradient() leaves out what acts through more than so many steps. The adjoints of the states are dropped at the states cut,
+  /// 2*cut, ...; what the losses say of such a state goes on into the steps before it. The steps are then reversed one by one.
+  int cut = 0;
   /// What tuning() of a rollout of the same programs, layout and threads has said; "": nothing is known.
   std::string tuning;
   /// Looked at before each step; when it becomes true the call returns early with `stopped`.
@@ -179,6 +182,9 @@ class Rollout {
 
   /// Sets a parameter in all programs that have it; false when none has it. Not for the inner loop: it looks up names.
   bool set_param(std::string_view name, double value);
+
+  /// The time of state 0 from now on, in place of RolloutSetup::t0. Controls stay with the numbers of the steps.
+  void set_begin(double t0);
 
   /// Makes the parameter a control: it is values[n / every] in step n and in losses at state n, the last value beyond.
   /// @throws Error(input) for every < 1 or no values.

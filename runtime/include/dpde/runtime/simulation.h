@@ -41,6 +41,9 @@ struct SimulationOptions {
   /// For the stored states of gradient(); what does not fit is computed again (checkpoints). slots > 0 overrides it.
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
   int slots = 0;
+  /// > 0: gradient() leaves out what acts through more than so many steps (RolloutSetup::cut); 1: nothing acts through the solver's
+  /// steps. It is then not the derivative of loss(). hessian_vector() knows nothing of it.
+  int cut = 0;
   /// Looked at before each step: when it becomes true, step() and run() return false, loss() and gradient() NaN.
   const std::atomic<bool>* stop = nullptr;
 };
@@ -94,6 +97,9 @@ class Simulation {
   /// An observable of the scene, at the present state.
   double observe(std::string_view name);
 
+  /// Time begins here in place of the scene's begin: that of the initial state, for formulas too. reset() follows.
+  /// Controls stay with the numbers of the steps.
+  void begin_at(double time);
   double time() const;
   double time_step() const;
   int steps_done() const;
