@@ -192,6 +192,27 @@ TEST(Items, OfTasksThatTrain) {
   EXPECT_FALSE(std::get<TestItem>(task.items[7].kind).steps.has_value());
 }
 
+TEST(Items, OfDataSets) {
+  const std::string text =
+      "dataset train : fine with plain {\n"
+      "  runs 10\n"
+      "  seed 3\n"
+      "  vary nu in 0.01 .. 0.1\n"
+      "  vary s from 100\n"
+      "  frames every 1/16 from 3 to 23\n"
+      "  coarsen 4\n"
+      "  file \"train.nc\"\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const DataSet set = only_block<DataSet>(text);
+  EXPECT_EQ(set.of.name, "fine");
+  EXPECT_EQ(std::get<OptionItem>(set.items[0].kind).name.name, "runs");
+  EXPECT_EQ(print(*std::get<VaryItem>(set.items[2].kind).high), "0.1");
+  EXPECT_FALSE(std::get<VaryItem>(set.items[3].kind).low.has_value());
+  EXPECT_EQ(print(std::get<FramesItem>(set.items[4].kind).every), "1/16");
+  EXPECT_EQ(print(*std::get<FramesItem>(set.items[4].kind).to), "23");
+}
+
 TEST(Items, OfKernels) {
   const std::string text =
       "kernel k(u, f: field halo 1, out v: field, inout w: field, sum nu_bar: param, nu, hx, dt: param) on 2 axes {\n"

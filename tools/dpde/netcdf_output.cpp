@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <set>
 
 #include "dpde/runtime/netcdf.h"
 #include "driver/imports.h"
@@ -17,31 +15,7 @@ namespace dpde::tools {
 
 namespace {
 
-/// Names no variable of the user has.
-class Names {
- public:
-  explicit Names(const driver::Session& session) {
-    const model::Problem& problem = session.problem();
-    for (const model::State& state : problem.states) taken_.insert(state.name);
-    for (const model::Parameter& param : problem.params) taken_.insert(param.name);
-    for (const model::Quantity& quantity : problem.observables) taken_.insert(quantity.name);
-  }
-  std::string free(std::string name) {
-    while (!taken_.insert(name).second) name += "_";
-    return name;
-  }
-
- private:
-  std::set<std::string> taken_;
-};
-
-/// The language has no units: every number is a ratio.
-NetcdfAttributes described(const std::string& what) { return {{"long_name", what}, {"units", "1"}}; }
-
-/// Names of the dimensions of values at centres, and at faces, of each axis.
-using AxisNames = std::vector<std::array<std::string, 2>>;
-
-void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& what, const std::string& corner, Names& names) {
+void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& what, const std::string& corner, NetcdfNames& names) {
   content.dimensions.push_back({name, axis.cells});
   NetcdfVariable places{name, {name}, described(axis.name + what), {}};
   NetcdfVariable bounds{names.free(name + "_bounds"), {name, corner}, {}, {}};
@@ -54,25 +28,6 @@ void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string
   }
   content.variables.push_back(std::move(places));
   content.variables.push_back(std::move(bounds));
-}
-
-/// The axes, and for those along which states are staggered the places of the faces.
-AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const driver::Workspace& workspace, Names& names) {
-  const std::string corner = names.free("bounds");
-  content.dimensions.push_back({corner, 2});
-  AxisNames result;
-  for (std::size_t a = 0; a < workspace.axes().size(); ++a) {
-    const model::Axis& axis = workspace.axes()[a];
-    result.push_back({axis.name, ""});
-    add_axis(content, axis, axis.name, " of the cell centres", corner, names);
-    const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
-    if (std::ranges::none_of(session.problem().states, is_staggered)) continue;
-    result.back()[1] = names.free(axis.name + "_faces");
-    model::Placement faces{};
-    faces[a] = true;
-    add_axis(content, model::axes_at(workspace.axes(), faces)[a], result.back()[1], " of the upper faces of the cells", corner, names);
-  }
-  return result;
 }
 
 void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Series& series, const std::string& time) {
@@ -98,7 +53,40 @@ void add_observables(NetcdfContent& content, const Series& series, const std::st
   }
 }
 
-/// What it takes to make the file again.
+}  // namespace
+
+NetcdfNames::NetcdfNames(const driver::Session& session) {
+  const model::Problem& problem = session.problem();
+  for (const model::State& state : problem.states) taken_.insert(state.name);
+  for (const model::Parameter& param : problem.params) taken_.insert(param.name);
+  for (const model::Quantity& quantity : problem.observables) taken_.insert(quantity.name);
+}
+
+std::string NetcdfNames::free(std::string name) {
+  while (!taken_.insert(name).second) name += "_";
+  return name;
+}
+
+NetcdfAttributes described(const std::string& what) { return {{"long_name", what}, {"units", "1"}}; }
+
+AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes, NetcdfNames& names) {
+  const std::string corner = names.free("bounds");
+  content.dimensions.push_back({corner, 2});
+  AxisNames result;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const model::Axis& axis = axes[a];
+    result.push_back({axis.name, ""});
+    add_axis(content, axis, axis.name, " of the cell centres", corner, names);
+    const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
+    if (std::ranges::none_of(session.problem().states, is_staggered)) continue;
+    result.back()[1] = names.free(axis.name + "_faces");
+    model::Placement faces{};
+    faces[a] = true;
+    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1], " of the upper faces of the cells", corner, names);
+  }
+  return result;
+}
+
 void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session) {
   const CommonOptions& options = job.options();
   const model::Problem& problem = session.problem();
@@ -120,14 +108,12 @@ void add_origin(NetcdfContent& content, const Job& job, const driver::Session& s
                         {"dpde_seed", static_cast<double>(options.seed)}};
 }
 
-}  // namespace
-
 void save_netcdf(Job& job, driver::Session& session, const Record& record) {
   if (job.options().out.empty()) return;
   NetcdfContent content;
-  Names names(session);
+  NetcdfNames names(session);
   add_origin(content, job, session);
-  const AxisNames axes = add_axes(content, session, session.workspace(), names);
+  const AxisNames axes = add_axes(content, session, session.workspace().axes(), names);
   bool is_first = true;
   for (const Series& series : record.series()) {
     const std::string time = names.free("time");

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "command.h"
+#include "data_set.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "progress.h"
@@ -96,7 +97,7 @@ bool Run::prepare_checkpoints() {
 }
 
 bool Run::open() {
-  if (!check_options() || !job_.load_source() || !prepare_out(job_)) return false;
+  if (!check_options() || !prepare_out(job_)) return false;
   std::optional<driver::CompileOptions> options = job_.compile_options();
   if (!options) return false;
   options->without_task = true;
@@ -240,18 +241,21 @@ void Run::show_curve() {
 
 void add_run(CLI::App& app, int& status) {
   const auto options = std::make_shared<RunOptions>();
-  CLI::App* verb = app.add_subcommand("run", "step a scene through time");
+  CLI::App* verb = app.add_subcommand("run", "step a scene through time, or make a data set");
   add_common_options(*verb, *options);
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")->check(CLI::PositiveNumber);
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->add_option("--checkpoint-every", options->checkpoint_every, "with --out: a checkpoint every N steps, or 30s, 10min, 2h")->type_name("N");
   verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
   verb->footer("Examples:\n  dpde run burgers.dpde\n  dpde run heat.dpde plate --set cells=256 --out results\n"
-               "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json");
+               "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json\n  dpde run burgers.dpde train --out data --resume");
   on_call(*verb, status, [options] {
     Job job(*options);
     Json result;
-    guarded(job, [&] { result = Run(job, *options)(); });
+    guarded(job, [&] {
+      if (!job.load_source()) return;
+      result = is_data_set(job) ? make_data_set(job, options->resume, options->quiet || options->json) : Run(job, *options)();
+    });
     if (result.is_null()) result = Json::object();
     return job.finish(std::move(result));
   });

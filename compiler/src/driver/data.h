@@ -13,6 +13,10 @@ namespace dpde::driver {
 /// Reads every file that the problem names and reports those that are missing or do not fit.
 void check_files(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink);
 
+/// Means over the cells of `from` that make one of `to`; of those on its upper faces where the values lie on faces.
+std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
+                                 const std::vector<model::Axis>& to, const model::Placement& placement);
+
 /// Field values sampled at the nearest cells of another grid.
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to);

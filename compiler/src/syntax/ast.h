@@ -340,10 +340,24 @@ struct RealItem {  // real f64
   Identifier precision;
 };
 
+// ---- items inside a data set ---------------------------------------------------------------------------------------
+struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ... from run to run)
+  Identifier name;
+  std::optional<Expr> low, high, from;
+};
+struct FramesItem {  // frames every 0.1 from 3 to 23
+  Expr every;
+  std::optional<Expr> from, to;
+};
+struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
+  Identifier name;
+  Expr value;
+};
+
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
                               AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem,
-                              LayerItem, BranchItem, PaddingItem, StartItem, RealItem>;
+                              LayerItem, BranchItem, PaddingItem, StartItem, RealItem, VaryItem, FramesItem, OptionItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -412,7 +426,14 @@ struct Network {
   std::vector<Item> items;  // PaddingItem, StartItem, RealItem, and LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
 };
 
-using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network>;
+/// dataset NAME : SCENE [with SCHEME] { runs 10; vary nu in 0.01 .. 0.1; ... }      runs of a scene, in one file
+struct DataSet {
+  Identifier name, of;
+  std::optional<Identifier> scheme;
+  std::vector<Item> items;  // VaryItem, FramesItem, OptionItem
+};
+
+using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet>;
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;

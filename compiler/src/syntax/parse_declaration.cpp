@@ -28,7 +28,7 @@ std::string understood(const BlockRule& rule) {
 std::string hint_for(std::string_view word, const BlockRule& here) {
   const std::string near = nearest_name(word, words_of(here));
   if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
-  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(), network_rule()}) {
+  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(), network_rule(), data_set_rule()}) {
     for (const ItemRule& item : rule.items) {
       if (item.word == word) return fmt::format("{} belongs in a {}; {}", word, rule.name, understood(here));
     }
@@ -180,6 +180,16 @@ void parse_network(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(network);
 }
 
+void parse_data_set(Cursor& cursor, Declaration& declaration) {
+  DataSet set;
+  set.name = cursor.expect_name("the name of the data set");
+  cursor.expect(TokenKind::colon);
+  set.of = cursor.expect_name("the name of a scene");
+  parse_scheme_name(cursor, set.scheme);
+  parse_items(cursor, declaration, data_set_rule(), set.items);
+  declaration.kind = std::move(set);
+}
+
 void parse_loop(Cursor& cursor, Declaration& declaration) {
   Loop loop;
   loop.counter = cursor.expect_name("the name of the counter");
@@ -261,7 +271,7 @@ struct DeclarationRule {
 constexpr DeclarationRule declaration_rules[] = {
     {"model", parse_model},   {"scene", parse_scene},     {"scheme", parse_scheme}, {"task", parse_task},
     {"kernel", parse_kernel}, {"program", parse_program}, {"loop", parse_loop},
-    {"function", parse_function}, {"operator", parse_operator}, {"network", parse_network}, {"import", parse_import},
+    {"function", parse_function}, {"operator", parse_operator}, {"network", parse_network}, {"dataset", parse_data_set}, {"import", parse_import},
 };
 
 void refuse_declaration(Cursor& cursor) {

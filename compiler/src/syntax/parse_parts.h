@@ -44,6 +44,7 @@ BlockRule kernel_rule();
 BlockRule program_rule();
 BlockRule repeat_rule();
 BlockRule network_rule();
+BlockRule data_set_rule();
 /// parse_declaration.cpp: { ... } with items of the rule
 void parse_items(Cursor& cursor, BlockLayout& layout, const BlockRule& rule, std::vector<Item>& items);
 

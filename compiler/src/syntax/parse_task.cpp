@@ -97,7 +97,47 @@ ItemKind parse_test(Cursor& cursor) {
   return item;
 }
 
+/// nu in 0.01 .. 0.1, or s from 100
+ItemKind parse_vary(Cursor& cursor) {
+  VaryItem item;
+  item.name = cursor.expect_name("the name of a parameter");
+  if (cursor.accept_word("from")) {
+    item.from = parse_expression(cursor);
+    return item;
+  }
+  cursor.expect_word("in");
+  item.low = parse_expression(cursor);
+  cursor.expect(TokenKind::dot_dot);
+  item.high = parse_expression(cursor);
+  return item;
+}
+
+ItemKind parse_frames(Cursor& cursor) {
+  cursor.expect_word("every");
+  FramesItem item{parse_expression(cursor), {}, {}};
+  if (cursor.accept_word("from")) item.from = parse_expression(cursor);
+  if (cursor.accept_word("to")) item.to = parse_expression(cursor);
+  return item;
+}
+
+template <const char* const& word>
+ItemKind parse_option(Cursor& cursor) {
+  return OptionItem{{word, {}}, parse_expression(cursor)};
+}
+constexpr const char *runs_word = "runs", *seed_word = "seed", *coarsen_word = "coarsen", *file_word = "file";
+
 }  // namespace
+
+BlockRule data_set_rule() {
+  return {"dataset",
+          {{"runs", parse_option<runs_word>},
+           {"seed", parse_option<seed_word>},
+           {"vary", parse_vary},
+           {"frames", parse_frames},
+           {"coarsen", parse_option<coarsen_word>},
+           {"file", parse_option<file_word>}},
+          {}};
+}
 
 BlockRule task_rule() {
   return {"task",

@@ -176,6 +176,11 @@ std::string print_start(const StartItem& item) {
   return text + (item.seed ? "seed " + print(*item.seed) : "");
 }
 
+std::string print_vary(const VaryItem& item) {
+  if (item.from) return fmt::format("vary {} from {}", item.name.name, print(*item.from));
+  return fmt::format("vary {} in {} .. {}", item.name.name, print(*item.low), print(*item.high));
+}
+
 /// Several lines, each but the first behind the indent of the block; or one.
 std::string print_repeat(const RepeatItem& repeat);
 std::string print_branch(const BranchItem& branch);
@@ -223,7 +228,11 @@ std::string print_item(const Item& item) {
       [](const AxesItem& i) { return print_axes(i); }, [](const ApplyItem& i) { return print_apply(i); },
       [](const LayerItem& i) { return print_layer(i); }, [](const BranchItem& i) { return print_branch(i); },
       [](const PaddingItem& i) { return print_padding(i); }, [](const StartItem& i) { return print_start(i); },
-      [](const RealItem& i) { return "real " + i.precision.name; });
+      [](const RealItem& i) { return "real " + i.precision.name; }, [](const VaryItem& i) { return print_vary(i); },
+      [](const FramesItem& i) {
+        return fmt::format("frames every {}{}{}", print(i.every), i.from ? " from " + print(*i.from) : "", i.to ? " to " + print(*i.to) : "");
+      },
+      [](const OptionItem& i) { return i.name.name + " " + print(i.value); });
 }
 
 // ---- headers -------------------------------------------------------------------------------------------------------
@@ -297,7 +306,8 @@ std::string print_header(const DeclarationKind& kind) {
         return text;
       },
       [](const Import& d) { return fmt::format("import \"{}\"", d.path); },
-      [](const Network& d) { return print_network_header(d); });
+      [](const Network& d) { return print_network_header(d); },
+      [](const DataSet& d) { return print_of("dataset", d.name, {d.of}, {}, d.scheme); });
 }
 
 // ---- blocks --------------------------------------------------------------------------------------------------------
@@ -329,7 +339,8 @@ std::vector<Row> rows_of(const DeclarationKind& kind) {
       [](const Loop&) -> const std::vector<Item>* { unreachable("a loop has no items"); },
       [](const Function&) -> const std::vector<Item>* { unreachable("a function has no items"); },
       [](const Import&) -> const std::vector<Item>* { unreachable("an import has no items"); },
-      [](const Network& d) -> const std::vector<Item>* { return &d.items; });
+      [](const Network& d) -> const std::vector<Item>* { return &d.items; },
+      [](const DataSet& d) -> const std::vector<Item>* { return &d.items; });
   return rows_of(*items);
 }
 

@@ -46,7 +46,7 @@ bool check_block_names(Draft& draft) {
           if (add(chosen, p.name)) add(models, p.name);
         },
         [](const ast::Kernel&) {}, [](const ast::Loop&) {}, [](const ast::Import&) {},
-        [&](const ast::Network& n) { add(functions, n.name); },
+        [&](const ast::Network& n) { add(functions, n.name); }, [&](const ast::DataSet& d) { add(chosen, d.name); },
         [&](const ast::Function& f) {
           add(functions, f.name);
           check_function(draft, f);

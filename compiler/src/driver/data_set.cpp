@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/data_set.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "driver/data.h"
+#include "driver/evaluation_log.h"
+#include "model/placement.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr int fewest_cells = 4;  // along an axis of the coarsest grid of an estimate
+
+double root_of_mean_square(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+std::vector<model::Axis> with_cells(std::vector<model::Axis> axes, int ratio) {
+  for (model::Axis& axis : axes) axis.cells /= ratio;
+  return axes;
+}
+
+}  // namespace
+
+double OrderEstimate::error() const { return difference / (std::exp2(order) - 1); }
+
+std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model::DataSet set, const DataSetOptions& options, DiagnosticSink& sink) {
+  std::unique_ptr<DataSetMaker> maker(new DataSetMaker(source, std::move(set), options));
+  maker->session_ = maker->open_run(0, {}, sink);
+  if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
+  for (const model::Axis& axis : maker->session_->workspace().axes()) {
+    if (axis.cells % maker->set_.coarsen == 0) continue;
+    sink.report("bad-optimiser-option", {}, {"coarsen", "dataset " + maker->set_.name, fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
+    return nullptr;
+  }
+  return maker;
+}
+
+/// The scene of a run, with its parameters set as --set would.
+std::unique_ptr<Session> DataSetMaker::open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const {
+  CompileOptions compile_options;
+  compile_options.selection = options_.selection;
+  compile_options.selection.name = set_.scene;
+  if (!set_.scheme.empty()) compile_options.selection.scheme = set_.scheme;
+  for (std::size_t v = 0; v < set_.vary.size(); ++v) compile_options.selection.overrides[set_.vary[v].param] = fmt::format("{}", set_.value_of(v, run));
+  if (set_.to) compile_options.selection.overrides["end"] = fmt::format("{}", *set_.to);
+  for (const auto& [name, value] : more) compile_options.selection.overrides[name] = value;
+  compile_options.backend = options_.backend;
+  compile_options.cache = options_.cache;
+  std::optional<Compiled> compiled = compile(source_, compile_options, sink);
+  if (!compiled) return nullptr;
+  SessionOptions session_options;
+  session_options.stop = options_.stop;
+  return Session::open(source_, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
+}
+
+bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
+  const model::Problem& problem = session_->problem();
+  const auto steps_to = [&](double length, const char* what) -> std::optional<int> {
+    const double steps = std::round(length / problem.step);
+    if (std::abs(steps * problem.step - length) <= 1e-6 * problem.step && steps >= 0) return static_cast<int>(steps);
+    sink.report("bad-optimiser-option", {}, {what, "dataset " + set_.name, fmt::format("is no whole number of steps of {}", problem.step)});
+    return std::nullopt;
+  };
+  const std::optional<int> every = set_.every > 0 ? steps_to(set_.every, "the interval of the frames") : 1;
+  const std::optional<int> first = steps_to(set_.from.value_or(problem.t_begin) - problem.t_begin, "the first frame");
+  if (!every || !first) return false;
+  every_ = std::max(*every, 1);
+  first_ = *first;
+  for (int k = first_; k <= problem.steps; k += every_) times_.push_back(session_->time_of(k));
+  if (times_.size() >= 2) return true;
+  sink.report("bad-optimiser-option", {}, {"frames", "dataset " + set_.name, fmt::format("are {}, fewer than two, up to t = {}", times_.size(), session_->end_time())});
+  return false;
+}
+
+std::vector<int> DataSetMaker::cells() const {
+  std::vector<int> all;
+  for (const model::Axis& axis : session_->workspace().axes()) all.push_back(axis.cells / set_.coarsen);
+  return all;
+}
+
+std::uint64_t DataSetMaker::key() const {
+  std::string text = print(session_->compiled().stencil) + std::string(source_.text());
+  for (const auto& [name, value] : options_.selection.overrides) text += fmt::format("{}={}\n", name, value);
+  text += fmt::format("{} {} {} {} {}", set_.name, set_.seed, set_.coarsen, first_, every_);
+  return hash_bytes(text.data(), text.size());
+}
+
+/// `count` frames of a run, down-sampled. False after a diagnostic, and when stopped.
+bool DataSetMaker::frames_of(Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const {
+  const std::vector<model::Axis>& axes = session.workspace().axes();
+  const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
+  Rollout& rollout = session.rollout();
+  to.states.assign(static_cast<std::size_t>(rollout.state_count()), {});
+  std::vector<double> values(session.workspace().cell_count());
+  const auto keep = [&](const Snapshot& snapshot) {
+    if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count) return;
+    for (std::size_t s = 0; s < to.states.size(); ++s) {
+      const model::State* state = session.problem().find_state(rollout.state_name(static_cast<int>(s)));
+      copy_out(session.workspace().layout(), snapshot.states[s], values);
+      const std::vector<double> frame = set_.coarsen == 1 ? values : average_down(values, axes, coarse, state != nullptr ? state->placement : model::Placement{});
+      to.states[s].insert(to.states[s].end(), frame.begin(), frame.end());
+    }
+  };
+  const RunResult result = rollout.run({std::gcd(first, every), keep});
+  if (result.blow_up) report_blow_up(session, *result.blow_up, sink);
+  return !result.blow_up && !result.stopped;
+}
+
+bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
+  std::vector<int> wanted;
+  for (int run = 0; run < set_.runs; ++run) {
+    if (!is_done(run)) wanted.push_back(run);
+  }
+  const auto count = static_cast<std::int64_t>(wanted.size());
+  bool fine = true;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(std::max(options_.threads, 1))
+  for (std::int64_t i = 0; i < count; ++i) {
+    const int run = wanted[static_cast<std::size_t>(i)];
+    DiagnosticSink own;
+    std::unique_ptr<Session> session;
+    bool goes_on = false;
+#pragma omp critical(dpde_data_set)
+    {
+      goes_on = fine && (options_.stop == nullptr || !options_.stop->load());
+      if (goes_on) session = open_run(run, {}, own);  // one compilation at a time
+    }
+    DataRun data;
+    for (std::size_t v = 0; v < set_.vary.size(); ++v) data.params.push_back(set_.value_of(v, run));
+    bool done = false;
+    try {
+      done = session != nullptr && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own);
+    } catch (const std::exception& error) {
+      report_error(error, own);
+    }
+#pragma omp critical(dpde_data_set)
+    {
+      if (done) take(run, data);
+      for (const Diagnostic& each : own.all()) {
+        if (each.kind->severity == Severity::error) sink.report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", run, set_.name, each.message)}, each.hint);
+      }
+      fine = fine && (done || !goes_on);
+      session.reset();
+    }
+  }
+  return fine && (options_.stop == nullptr || !options_.stop->load());
+}
+
+std::vector<OrderEstimate> DataSetMaker::estimate_order() {
+  const model::Problem& problem = session_->problem();
+  const std::vector<model::Axis> axes = session_->workspace().axes();
+  for (const model::Axis& axis : axes) {
+    if (axis.cells % 4 != 0 || axis.cells / 4 < fewest_cells) return {};
+  }
+  const int at = (first_ + every_ + 3) / 4 * 4;  // a state that all three runs have
+  if (at > problem.steps || problem.courant > 0) return {};
+  std::vector<DataRun> runs(3);
+  const std::vector<model::Axis> coarsest = with_cells(axes, 4);
+  DiagnosticSink silent;
+  for (int level = 0; level < 3; ++level) {
+    std::map<std::string, std::string> more{{"step", fmt::format("{}", problem.step * (1 << level))}, {"end", fmt::format("{}", problem.t_begin + at * problem.step)}};
+    for (const model::Axis& axis : axes) more["cells." + axis.name] = fmt::format("{}", axis.cells >> level);
+    const std::unique_ptr<Session> session = open_run(0, more, silent);
+    if (!session || session->steps() != at >> level) return {};
+    const RunResult result = session->rollout().run();
+    if (result.blow_up || result.stopped) return {};
+    for (int s = 0; s < session->rollout().state_count(); ++s) {
+      const model::State* state = problem.find_state(session->rollout().state_name(s));
+      runs[static_cast<std::size_t>(level)].states.push_back(average_down(session->final_state(s), session->workspace().axes(), coarsest, state != nullptr ? state->placement : model::Placement{}));
+    }
+  }
+  std::vector<OrderEstimate> estimates;
+  for (int s = 0; s < session_->rollout().state_count(); ++s) {
+    const auto i = static_cast<std::size_t>(s);
+    const double near = root_of_mean_square(runs[0].states[i], runs[1].states[i]), far = root_of_mean_square(runs[1].states[i], runs[2].states[i]);
+    if (near > 0 && far > near) estimates.push_back({session_->rollout().state_name(s), near, std::log2(far / near)});
+  }
+  return estimates;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// dataset NAME : SCENE { runs 10; seed 0; vary nu in 0.01 .. 0.1; vary s from 100; frames every 0.1 from 3 to 23; coarsen 4; file "train.nc" }
+#include "model/data_set.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <random>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr double most = 1e9;
+
+class Reader {
+ public:
+  Reader(const ast::DataSet& source, Draft& draft) : source_(source), draft_(draft) {}
+
+  DataSet read() {
+    set_.name = set_.file = source_.name.name;
+    set_.file += ".nc";
+    set_.scene = source_.of.name;
+    if (source_.scheme) set_.scheme = source_.scheme->name;
+    if (find_declaration<ast::Scene>(draft_.file, set_.scene) == nullptr) {
+      draft_.sink.report("unknown-block", source_.of.range, {"scene", set_.scene}, did_you_mean(set_.scene, names_of<ast::Scene>(draft_.file)));
+    }
+    for (const auto& [item, range] : items_of<ast::OptionItem>(source_.items)) read_option(item, range);
+    for (const auto& [item, range] : items_of<ast::FramesItem>(source_.items)) {
+      refuse_second("frames", range);
+      set_.every = number(item.every);
+      if (item.from) set_.from = number(*item.from);
+      if (item.to) set_.to = number(*item.to);
+      if (!(set_.every > 0)) fail(item.every.range(), "frames every", fmt::format("must be positive, not {}", set_.every));
+    }
+    for (const auto& [item, range] : items_of<ast::VaryItem>(source_.items)) read_vary(item);
+    return set_;
+  }
+
+ private:
+  void fail(SourceRange where, const std::string& option, const std::string& what) {
+    draft_.sink.report("bad-optimiser-option", where, {option, "dataset " + set_.name, what});
+  }
+  double number(const ast::Expr& e) { return evaluate(draft_, e, "a number of a data set").value_or(1); }
+
+  int whole(const ast::Expr& e, const std::string& option, double least) {
+    const double value = number(e);
+    if (value >= least && value <= most && value == std::floor(value)) return static_cast<int>(value);
+    fail(e.range(), option, fmt::format("is a whole number from {} on, not {}", least, value));
+    return 1;
+  }
+
+  void refuse_second(const std::string& what, SourceRange range) {
+    const auto [first, is_new] = seen_.emplace(what, range);
+    if (!is_new) report_duplicate(draft_, what, range, first->second);
+  }
+
+  void read_option(const ast::OptionItem& item, SourceRange range) {
+    const std::string& name = item.name.name;
+    refuse_second(name, range);
+    if (name == "runs") set_.runs = whole(item.value, name, 1);
+    if (name == "seed") set_.seed = static_cast<std::uint64_t>(whole(item.value, name, 0));
+    if (name == "coarsen") set_.coarsen = whole(item.value, name, 1);
+    if (name != "file") return;
+    const auto* text = std::get_if<ast::Text>(&item.value->kind);
+    const bool fits = text && text->value.ends_with(".nc") && text->value.find('/') == std::string::npos;
+    if (fits) set_.file = text->value;
+    if (!fits) fail(item.value.range(), name, "is the name of a .nc file in the folder of --out, as in file \"train.nc\"");
+  }
+
+  void read_vary(const ast::VaryItem& item) {
+    refuse_second("vary " + item.name.name, item.name.range);
+    DataSet::Vary vary{item.name.name, 0, 0, item.from.has_value(), item.name.range};
+    vary.low = vary.high = item.from ? whole(*item.from, "vary " + item.name.name, 0) : number(*item.low);
+    if (item.high) vary.high = number(*item.high);
+    if (vary.low > vary.high) fail(item.low->range(), "vary " + item.name.name, fmt::format("has no number from {} to {}", vary.low, vary.high));
+    set_.vary.push_back(vary);
+  }
+
+  const ast::DataSet& source_;
+  Draft& draft_;
+  DataSet set_;
+  std::map<std::string, SourceRange> seen_;
+};
+
+}  // namespace
+
+double DataSet::value_of(std::size_t number, int run) const {
+  const Vary& each = vary[number];
+  if (each.counts) return each.low + run;
+  std::seed_seq words{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), static_cast<std::uint32_t>(run), static_cast<std::uint32_t>(number)};
+  std::mt19937_64 random(words);  // the standard says what both give
+  return each.low + (each.high - each.low) * (static_cast<double>(random() >> 11) * 0x1p-53);
+}
+
+std::optional<DataSet> data_set_from_ast(const ast::File& file, const std::string& name, DiagnosticSink& sink) {
+  const ast::DataSet* source = find_declaration<ast::DataSet>(file, name);
+  const Selection nothing;
+  Draft draft(file, nothing, sink);
+  DataSet set = Reader(*source, draft).read();
+  return sink.has_errors() ? std::nullopt : std::optional(std::move(set));
+}
+
+std::vector<std::string> data_set_names(const ast::File& file) { return names_of<ast::DataSet>(file); }
+
+}  // namespace dpde::model

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data_set.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "driver/data_set.h"
+#include "driver/evaluation_log.h"
+#include "driver/files.h"
+#include "driver/restart_file.h"
+#include "interrupt.h"
+#include "netcdf_output.h"
+#include "progress.h"
+#include "scene_output.h"
+#include "syntax/parser.h"
+#include "syntax/print_ast.h"
+
+namespace dpde::tools {
+
+namespace {
+
+/// A run on disk: what it is of, its numbers, then a checksum of all before it.
+class Part {
+ public:
+  Part(const Job& job, const driver::DataSetMaker& maker, int run)
+      : path_(std::filesystem::path(job.options().out) / fmt::format("{}.{}", maker.set().file, run)), key_(static_cast<std::int64_t>(maker.key())) {}
+
+  bool save(const driver::DataRun& data, DiagnosticSink& sink) const {
+    driver::ByteWriter out;
+    out.number(key_);
+    out.values(data.params);
+    out.number(static_cast<std::int64_t>(data.states.size()));
+    for (const std::vector<double>& state : data.states) out.values(state);
+    const std::uint64_t sum = driver::hash_bytes(out.bytes().data(), out.bytes().size());
+    return driver::write_file(path_, out.bytes() + std::string(reinterpret_cast<const char*>(&sum), sizeof sum), sink);
+  }
+  /// nullopt where it is not there, damaged or of another data set.
+  std::optional<driver::DataRun> load() const {
+    DiagnosticSink silent;
+    std::error_code error;
+    if (!std::filesystem::exists(path_, error)) return std::nullopt;
+    const std::optional<std::string> bytes = driver::read_file(path_, {}, silent);
+    std::uint64_t sum = 0;
+    if (!bytes || bytes->size() < sizeof sum) return std::nullopt;
+    const std::string_view content = std::string_view(*bytes).substr(0, bytes->size() - sizeof sum);
+    std::memcpy(&sum, bytes->data() + content.size(), sizeof sum);
+    if (sum != driver::hash_bytes(content.data(), content.size())) return std::nullopt;
+    driver::ByteReader in(content);
+    if (in.number() != key_) return std::nullopt;
+    driver::DataRun data;
+    data.params = in.values();
+    for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) data.states.push_back(in.values());
+    return in.is_done() ? std::optional(std::move(data)) : std::nullopt;
+  }
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::int64_t key_;
+};
+
+std::vector<model::Axis> axes_of(driver::DataSetMaker& maker) {
+  std::vector<model::Axis> axes = maker.session().workspace().axes();
+  const std::vector<int> cells = maker.cells();
+  for (std::size_t a = 0; a < axes.size(); ++a) axes[a].cells = cells[a];
+  return axes;
+}
+
+/// The block as it stands in the file.
+std::string text_of(const Job& job, const std::string& name) {
+  DiagnosticSink silent;
+  ast::File file = ast::parse(job.source(), silent);
+  std::erase_if(file.declarations, [&](const ast::Declaration& declaration) {
+    const auto* set = std::get_if<ast::DataSet>(&declaration.kind);
+    return set == nullptr || set->name.name != name;
+  });
+  return print(file);
+}
+
+NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
+  NetcdfContent content;
+  driver::Session& session = maker.session();
+  const model::DataSet& set = maker.set();
+  NetcdfNames names(session);
+  add_origin(content, job, session);
+  content.attributes.insert(content.attributes.end(), {{"dpde_dataset", text_of(job, set.name)}, {"dpde_dataset_seed", static_cast<double>(set.seed)}});
+  const AxisNames axes = add_axes(content, session, axes_of(maker), names);
+  const std::string time = names.free("time");
+  content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())}, {time, static_cast<std::int64_t>(maker.times().size())}});
+  NetcdfVariable times{time, {time}, described("time"), maker.times()};
+  times.attributes.push_back({"axis", "T"});
+  content.variables.push_back(std::move(times));
+  for (int s = 0; s < session.rollout().state_count(); ++s) {
+    const std::string& name = session.rollout().state_name(s);
+    const model::Placement placement = placement_of(session, name);
+    NetcdfVariable variable{name, {"run", time}, described("field " + name), {}, session.problem().scheme.real == Precision::f32};
+    for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
+    for (const driver::DataRun& run : runs) variable.values.insert(variable.values.end(), run.states[static_cast<std::size_t>(s)].begin(), run.states[static_cast<std::size_t>(s)].end());
+    const auto estimate = std::ranges::find(estimates, name, &driver::OrderEstimate::state);
+    if (estimate != estimates.end()) {
+      variable.attributes.insert(variable.attributes.end(), {{"order_estimate", estimate->order}, {"difference_to_twice_the_spacing", estimate->difference}, {"error_estimate", estimate->error()}});
+    }
+    content.variables.push_back(std::move(variable));
+  }
+  for (std::size_t v = 0; v < set.vary.size(); ++v) {
+    NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
+    for (const driver::DataRun& run : runs) variable.values.push_back(run.params[v]);
+    content.variables.push_back(std::move(variable));
+  }
+  for (const model::Parameter& param : session.problem().params) {
+    const bool varies = std::ranges::find(set.vary, param.name, &model::DataSet::Vary::param) != set.vary.end();
+    if (!varies && session.problem().find_control(param.name) == nullptr) content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
+  }
+  return content;
+}
+
+std::unique_ptr<driver::DataSetMaker> open(Job& job) {
+  DiagnosticSink silent;
+  const ast::File file = ast::parse(job.source(), silent);
+  std::optional<model::DataSet> set = model::data_set_from_ast(file, job.options().name, job.sink());
+  std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (!set || !compile_options) return nullptr;
+  const driver::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache, thread_count(job.options()), &interrupt_flag()};
+  return driver::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
+}
+
+void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estimates, Json& result) {
+  Json all = Json::object();
+  for (const driver::OrderEstimate& each : estimates) {
+    all[each.state] = {{"order", json_number(each.order)}, {"difference", json_number(each.difference)}, {"error", json_number(each.error())}};
+    job.say(fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n", each.state, each.order, each.error()));
+  }
+  result["estimates"] = std::move(all);
+}
+
+}  // namespace
+
+bool is_data_set(Job& job) {
+  if (job.options().name.empty()) return false;
+  DiagnosticSink silent;
+  const std::vector<std::string> names = model::data_set_names(ast::parse(job.source(), silent));
+  return std::ranges::find(names, job.options().name) != names.end();
+}
+
+Json make_data_set(Job& job, bool resume, bool quiet) {
+  Json result = Json::object();
+  if (job.options().out.empty()) {
+    job.sink().report("bad-option", {}, {"a data set needs --out DIR, the folder of its file"});
+    return result;
+  }
+  if (!prepare_out(job)) return result;
+  const std::unique_ptr<driver::DataSetMaker> maker = open(job);
+  if (!maker) return result;
+  const model::DataSet& set = maker->set();
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress(false, quiet);
+  int done = 0, there = 0;
+  const auto is_done = [&](int run) {
+    const bool is_there = resume && Part(job, *maker, run).load().has_value();
+    there += is_there ? 1 : 0;
+    return is_there;
+  };
+  const auto take = [&](int run, const driver::DataRun& data) {
+    Part(job, *maker, run).save(data, job.sink());
+    ++done;
+    progress.show(fmt::format("run {} of {}", done, set.runs - there), done, set.runs - there);
+  };
+  const bool complete = maker->make(is_done, take, job.sink());
+  if (interrupt_flag().load()) {
+    job.sink().report("optimiser-interrupted", {}, {fmt::format("{} (runs)", done + there), fmt::format("{}", set.runs)}, "the same command with --resume makes the others");
+  }
+  if (!complete || job.failed()) return result;
+  std::vector<driver::DataRun> runs;
+  for (int run = 0; run < set.runs; ++run) {
+    std::optional<driver::DataRun> data = Part(job, *maker, run).load();
+    if (!data) {
+      job.sink().report("run-failed", {}, {fmt::format("run {} of dataset {} is no longer there", run, set.name)});
+      return result;
+    }
+    runs.push_back(std::move(*data));
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  job.say(fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells, in {}\n", set.name, set.runs, set.scene, maker->times().size(), maker->times().front(),
+                      maker->times().back(), fmt::join(maker->cells(), " x "), human_seconds(seconds)));
+  const std::vector<driver::OrderEstimate> estimates = maker->estimate_order();
+  report_estimates(job, estimates, result);
+  guarded(job, [&] { save_text(job, set.file, compose_netcdf(content_of(job, *maker, runs, estimates))); });
+  if (!job.failed()) {
+    for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();
+  }
+  result["runs"] = set.runs;
+  result["resumed_runs"] = there;
+  result["frames"] = maker->times().size();
+  result["cells"] = maker->cells();
+  result["wall_s"] = seconds;
+  result["files"] = job.files();
+  return result;
+}
+
+}  // namespace dpde::tools
