@@ -55,7 +55,7 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
 Json gradient(Job& job, const TaskOptions& options) {
   Json result = Json::object();
   TaskRun run;
-  if (!open_task(job, options, run)) return result;
+  if (!job.load_source() || !prepare_out(job) || !open_task(job, options, run)) return result;
   driver::Inverse& inverse = *run.inverse;
   Eigen::VectorXd gradient(inverse.size());
   const double loss = inverse.value_and_gradient(inverse.start(), gradient);

@@ -14,17 +14,14 @@
 #include "optimize_output.h"
 #include "progress.h"
 #include "stencil/print_stencil.h"
+#include "scene_output.h"
 #include "support/evaluate.h"
+#include "train.h"
 #include "verbs.h"
 
 namespace dpde::tools {
 
 namespace {
-
-struct OptimizeOptions : TaskOptions {
-  int iterations = 0;  // 0: the task's
-  bool resume = false;
-};
 
 /// Everything the sequence of evaluations depends on: programs, start, data, times, method.
 std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
@@ -160,6 +157,8 @@ Json optimize(Job& job, const OptimizeOptions& options) {
     job.sink().report("bad-option", {}, {"--resume needs the --out DIR of the run that goes on"});
     return json;
   }
+  if (!job.load_source() || !prepare_out(job)) return json;
+  if (learns_from_trajectories(job)) return train(job, options);
   if (!open_task(job, options, run)) return json;
   model::Optimiser method = run.task().optimiser.value_or(model::Optimiser{});
   if (options.iterations > 0) method.iterations = options.iterations;
@@ -206,6 +205,8 @@ void add_optimize(CLI::App& app, int& status) {
   CLI::App* verb = app.add_subcommand("optimize", "run the optimiser of a task: find its unknowns");
   add_task_options(*verb, *options);
   verb->add_option("--iterations", options->iterations, "in place of the task's")->check(CLI::PositiveNumber);
+  verb->add_option("--epochs", options->epochs, "in place of the task's, where it learns from trajectories")->check(CLI::PositiveNumber);
+  verb->add_option("--checkpoint-every", options->checkpoint_every, "of such a task: updates, or time as in 30s, 10min (else every 10 minutes)")->type_name("INTERVAL");
   verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
   verb->footer("Examples:\n  dpde optimize burgers.dpde recover --out results\n"
                "  dpde optimize burgers.dpde recover --out results --iterations 500 --resume");

@@ -21,22 +21,8 @@ void add_task_options(CLI::App& verb, TaskOptions& options) {
       ->type_name("DIR");
 }
 
-bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
-  driver::SessionOptions session;
-  session.threads = thread_count(options);
-  session.stop = &interrupt_flag();
-  session.checkpoint_folder = options.checkpoint_folder;
-  if (!options.memory.empty()) {
-    const std::optional<std::uint64_t> bytes = parse_bytes(options.memory);
-    if (!bytes) {
-      job.sink().report("bad-option", {}, {fmt::format("--memory {} is not a number of bytes, as in 64M", options.memory)});
-      return false;
-    }
-    session.checkpoint_bytes = static_cast<std::int64_t>(*bytes);
-  }
-  if (!job.load_source() || !prepare_out(job)) return false;
-  std::optional<driver::CompileOptions> compile_options = job.compile_options();
-  if (!compile_options) return false;
+bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run) {
+  std::optional<driver::CompileOptions> compile_options = wanted;
   compile_options->adjoint = true;
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return false;
@@ -46,7 +32,32 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
   run.certificate = driver::certify_quickly(*run.compiled, options.certifying, job.sink());
-  if (job.failed()) return false;
+  return !job.failed();
+}
+
+std::optional<std::int64_t> checkpoint_bytes(Job& job, const TaskOptions& options) {
+  if (options.memory.empty()) return std::numeric_limits<std::int64_t>::max();
+  const std::optional<std::uint64_t> bytes = parse_bytes(options.memory);
+  if (bytes) return static_cast<std::int64_t>(*bytes);
+  job.sink().report("bad-option", {}, {fmt::format("--memory {} is not a number of bytes, as in 64M", options.memory)});
+  return std::nullopt;
+}
+
+bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
+  driver::SessionOptions session;
+  session.threads = thread_count(options);
+  session.stop = &interrupt_flag();
+  session.checkpoint_folder = options.checkpoint_folder;
+  const std::optional<std::int64_t> bytes = checkpoint_bytes(job, options);
+  if (!bytes) return false;
+  session.checkpoint_bytes = *bytes;
+  const std::optional<driver::CompileOptions> compile_options = job.compile_options();
+  if (!compile_options || !compile_task(job, options, *compile_options, run)) return false;
+  if (run.compiled->problem->task->training) {
+    job.sink().report("nothing-to-do", {}, {fmt::format("task {} learns from trajectories: each of their windows has a gradient of its own", run.compiled->problem->task->name)},
+                      "dpde optimize learns from them, dpde verify proves the derivative");
+    return false;
+  }
   run.session = driver::Session::open(job.source(), run.compiled, session, job.sink());
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
   return run.inverse != nullptr;

@@ -28,7 +28,12 @@ struct TaskRun {
 
 void add_task_options(CLI::App& verb, TaskOptions& options);
 
-/// False and diagnostics when anything is wrong.
+/// Compiles the task with its adjoints and certifies them; false and diagnostics when anything is wrong.
+bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run);
+/// --memory; nullopt after a diagnostic.
+std::optional<std::int64_t> checkpoint_bytes(Job& job, const TaskOptions& options);
+
+/// The job's source is loaded. False and diagnostics when anything is wrong.
 bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
 
 /// What --json says about the certificate: null where there is none.

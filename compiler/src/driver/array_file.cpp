@@ -119,18 +119,9 @@ class NetcdfField {
     return true;
   }
   bool axis_fits(const model::Axis& axis, const std::string& dimension) {
-    const NetcdfReader::Variable* coordinate = file_.find(dimension);
-    if (coordinate == nullptr || coordinate->shape != Shape{axis.cells}) return true;
-    const std::vector<double> places = file_.read(*coordinate);
-    constexpr double tolerance = 1e-3;  // of a cell: single precision passes, another grid does not
-    for (int i = 0; i < axis.cells; ++i) {
-      const double centre = axis.centre(i);
-      if (std::abs(places[static_cast<std::size_t>(i)] - centre) <= tolerance * axis.width(i)) continue;
-      fail(fmt::format("it is of another grid: cell {} lies at {} = {:.6g}, here at {} = {:.6g}", i, dimension,
-                       places[static_cast<std::size_t>(i)], axis.name, centre));
-      return false;
-    }
-    return true;
+    const std::string why = axis_mismatch(file_, axis, dimension);
+    if (!why.empty()) fail(why);
+    return why.empty();
   }
 
   Values read_times(const NetcdfReader::Variable& variable) {
@@ -173,6 +164,20 @@ Values from_npy(const std::string& bytes, const std::string& path, const ArrayFi
 }
 
 }  // namespace
+
+std::string axis_mismatch(const NetcdfReader& file, const model::Axis& axis, const std::string& dimension) {
+  const NetcdfReader::Variable* coordinate = file.find(dimension);
+  if (coordinate == nullptr || coordinate->shape != Shape{axis.cells}) return "";
+  const std::vector<double> places = file.read(*coordinate);
+  constexpr double tolerance = 1e-3;  // of a cell: single precision passes, another grid does not
+  for (int i = 0; i < axis.cells; ++i) {
+    const double centre = axis.centre(i);
+    if (std::abs(places[static_cast<std::size_t>(i)] - centre) <= tolerance * axis.width(i)) continue;
+    return fmt::format("it is of another grid: cell {} lies at {} = {:.6g}, here at {} = {:.6g}", i, dimension,
+                       places[static_cast<std::size_t>(i)], axis.name, centre);
+  }
+  return "";
+}
 
 Values load_array(const ArrayFile& from, const SourceFile& source, const std::vector<model::Axis>& axes, Precision real,
                   SourceRange where, DiagnosticSink& sink) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dpde/runtime/netcdf.h"
 #include "model/model.h"
 #include "source/diagnostic.h"
 
@@ -26,5 +27,8 @@ std::optional<std::vector<double>> load_array(const ArrayFile& from, const Sourc
 /// The same for a formula's place.
 std::optional<std::vector<double>> load_array(const model::Source& from, const SourceFile& source,
                                               const std::vector<model::Axis>& axes, Precision real, DiagnosticSink& sink);
+
+/// Why the coordinates that a file has along `dimension` are not those of `axis`; "" when they are, or when it has none.
+std::string axis_mismatch(const NetcdfReader& file, const model::Axis& axis, const std::string& dimension);
 
 }  // namespace dpde::driver

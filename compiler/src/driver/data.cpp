@@ -6,8 +6,10 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <set>
 
 #include "driver/array_file.h"
+#include "driver/trajectories.h"
 #include "model/placement.h"
 #include "support/assert.h"
 
@@ -21,34 +23,6 @@ int step_at(const Session& session, double t) {
   const double nearest = std::round(position);
   const bool fits = std::abs(position - nearest) < 1e-6 && nearest >= 0 && nearest <= session.steps();
   return fits ? static_cast<int>(nearest) : -1;
-}
-
-/// Means over blocks of ratio[0] x ratio[1] x ratio[2] cells; of their upper faces where the values lie on faces.
-std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
-                                 const std::vector<model::Axis>& to, const model::Placement& placement) {
-  std::array<int, 3> n{1, 1, 1}, ratio{1, 1, 1};
-  std::array<std::vector<double>, 3> weights{{{1}, {1}, {1}}};  // of each fine cell in its coarse one
-  for (std::size_t a = 0; a < to.size(); ++a) {
-    n[a] = to[a].cells;
-    ratio[a] = from[a].cells / to[a].cells;
-    weights[a].assign(static_cast<std::size_t>(from[a].cells), placement[a] ? 1.0 : 1.0 / ratio[a]);
-    if (!to[a].stretch || placement[a]) continue;
-    for (int i = 0; i < from[a].cells; ++i) weights[a][static_cast<std::size_t>(i)] = from[a].width(i) / to[a].width(i / ratio[a]);
-  }
-  const auto counts = [&](std::size_t axis, int place) { return !placement[axis] || (place + 1) % ratio[axis] == 0; };
-  std::vector<double> result(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0.0);
-  std::size_t i = 0;
-  for (int z = 0; z < n[2] * ratio[2]; ++z) {
-    for (int y = 0; y < n[1] * ratio[1]; ++y) {
-      for (int x = 0; x < n[0] * ratio[0]; ++x, ++i) {
-        if (!counts(0, x) || !counts(1, y) || !counts(2, z)) continue;
-        const std::size_t row = static_cast<std::size_t>(z / ratio[2]) * n[1] + y / ratio[1];
-        const double weight = weights[0][static_cast<std::size_t>(x)] * weights[1][static_cast<std::size_t>(y)] * weights[2][static_cast<std::size_t>(z)];
-        result[row * n[0] + x / ratio[0]] += weight * fine[i];
-      }
-    }
-  }
-  return result;
 }
 
 /// Why cells of `from` are not whole parts of cells of `to`; "" when they are.
@@ -77,7 +51,8 @@ std::vector<double> times_of(const Session& session, const model::When& when) {
   switch (when.kind) {
     case model::When::Kind::end: return {session.end_time()};
     case model::When::Kind::at: return when.times;
-    case model::When::Kind::over: break;
+    case model::When::Kind::over:
+    case model::When::Kind::steps: break;
   }
   std::vector<double> times;
   for (int k = 0; k <= session.steps(); ++k) times.push_back(session.time_of(k));
@@ -234,6 +209,21 @@ std::optional<std::vector<double>> load_coefficient(Session& session, const mode
   return values;
 }
 
+namespace {
+
+/// Of a task that learns, its data and what it is tested on.
+void check_trajectories(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
+  std::set<std::string> seen;
+  for (const model::Datum& datum : problem.task->data) {
+    if (datum.trajectories && seen.insert(datum.file).second) load_trajectories(problem, datum.file, source, datum.origin.range, sink);
+  }
+  for (const model::Test& test : problem.task->tests) {
+    if (!test.on.empty() && seen.insert(test.on).second) load_trajectories(problem, test.on, source, test.on_origin.range, sink);
+  }
+}
+
+}  // namespace
+
 void check_files(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
   const model::Placements placements(problem);
   const auto check = [&](const std::string& field, const model::Source& from) {
@@ -254,8 +244,9 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     const bool is_the_scenes = state != nullptr && state->initial.origin.range == unknown.from.origin.range;
     if (!is_the_scenes) check(unknown.name, unknown.from);
   }
+  check_trajectories(problem, source, sink);
   for (const model::Datum& datum : problem.task->data) {
-    if (datum.file.empty()) continue;
+    if (datum.file.empty() || datum.trajectories) continue;
     std::vector<double> times = datum.when.times;
     for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
       times.push_back(problem.t_begin + k * problem.step);
@@ -263,6 +254,33 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement), problem.scheme.real,
                datum.origin.range, sink);
   }
+}
+
+std::vector<double> average_down(const std::vector<double>& fine, const std::vector<model::Axis>& from,
+                                 const std::vector<model::Axis>& to, const model::Placement& placement) {
+  std::array<int, 3> n{1, 1, 1}, ratio{1, 1, 1};
+  std::array<std::vector<double>, 3> weights{{{1}, {1}, {1}}};  // of each fine cell in its coarse one
+  for (std::size_t a = 0; a < to.size(); ++a) {
+    n[a] = to[a].cells;
+    ratio[a] = from[a].cells / to[a].cells;
+    weights[a].assign(static_cast<std::size_t>(from[a].cells), placement[a] ? 1.0 : 1.0 / ratio[a]);
+    if (!to[a].stretch || placement[a]) continue;
+    for (int i = 0; i < from[a].cells; ++i) weights[a][static_cast<std::size_t>(i)] = from[a].width(i) / to[a].width(i / ratio[a]);
+  }
+  const auto counts = [&](std::size_t axis, int place) { return !placement[axis] || (place + 1) % ratio[axis] == 0; };
+  std::vector<double> result(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0.0);
+  std::size_t i = 0;
+  for (int z = 0; z < n[2] * ratio[2]; ++z) {
+    for (int y = 0; y < n[1] * ratio[1]; ++y) {
+      for (int x = 0; x < n[0] * ratio[0]; ++x, ++i) {
+        if (!counts(0, x) || !counts(1, y) || !counts(2, z)) continue;
+        const std::size_t row = static_cast<std::size_t>(z / ratio[2]) * n[1] + y / ratio[1];
+        const double weight = weights[0][static_cast<std::size_t>(x)] * weights[1][static_cast<std::size_t>(y)] * weights[2][static_cast<std::size_t>(z)];
+        result[row * n[0] + x / ratio[0]] += weight * fine[i];
+      }
+    }
+  }
+  return result;
 }
 
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
@@ -286,7 +304,8 @@ std::vector<double> resample(const std::vector<double>& values, const std::vecto
 
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
                                      DiagnosticSink& sink) {
-  const bool is_made_up = !session.options().cells.empty() || (datum.file.empty() && datum.scene.empty());
+  // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is compared with.
+  const bool is_made_up = !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());
   const std::vector<double> times = is_made_up ? std::vector<double>(1) : times_of(session, datum.when);
   std::optional<std::vector<std::vector<double>>> states;
   if (is_made_up) {

@@ -101,6 +101,9 @@ dpde_instants SceneTable::Storage::instants(const model::When& when) {
       list.erase(std::unique(list.begin(), list.end()), list.end());
       break;
     case model::When::Kind::over: return {-1, nullptr};
+    case model::When::Kind::steps:
+      for (int32_t k = 1; k <= when.count; ++k) list.push_back(k);
+      break;
   }
   return {static_cast<int32_t>(list.size()), list.data()};
 }

@@ -267,6 +267,9 @@ std::vector<int> Session::steps_of(const model::When& when) const {
     case model::When::Kind::over:
       for (int k = 0; k <= steps_; ++k) steps.push_back(k);
       break;
+    case model::When::Kind::steps:
+      for (int k = 1; k <= std::min(when.count, steps_); ++k) steps.push_back(k);
+      break;
   }
   return steps;
 }

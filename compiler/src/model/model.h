@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "model/training.h"
 #include "network/network.h"
 #include "source/source_file.h"
 #include "support/vocabulary.h"
@@ -259,13 +260,15 @@ struct Scheme {
 
 /// Which states of a run a quantity or datum looks at.
 struct When {
-  enum class Kind { end, at, over } kind = Kind::end;
+  enum class Kind { end, at, over, steps } kind = Kind::end;
   std::vector<double> times;  // of `at`
+  int count = 0;              // of `steps`: each of so many states behind the first one
 };
 
 struct Datum {
   std::string name;
   std::string file, variable;  // load("...", variable), or
+  bool trajectories = false;   // of that file: states of runs, each of which a window may begin with
   std::string scene, field;    // the field of another scene's run, or its observable
   bool series = false;         // one number a state of the run, the same at all points
   When when;
@@ -306,11 +309,14 @@ struct Loss {
 };
 struct Test {
   Quantity quantity;
-  When when;
+  When when;        // steps: of the runs of `on`
+  std::string on;   // a file of trajectories; "": the scene's own run
+  Origin on_origin;
 };
 struct Optimiser {
   enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
   double rate = 0;  // gradient_descent, adam
+  double momentum = 0, decay = 0;  // of gradient_descent, of both: for training
   bool gauss_newton = false;  // newton_cg: in place of the full Hessian
   int iterations = 50;
 };
@@ -321,6 +327,7 @@ struct Task {
   std::vector<Loss> losses;
   std::optional<Optimiser> optimiser;
   std::vector<Test> tests;
+  std::optional<Training> training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
 };
 
 struct Problem {

@@ -140,6 +140,7 @@ std::string text_of(const When& when) {
     case When::Kind::end: return "";
     case When::Kind::at: return fmt::format(" at t = {}", fmt::join(when.times, ", "));
     case When::Kind::over: return " over time";
+    case When::Kind::steps: return fmt::format(" over {} steps", when.count);
   }
   unreachable("when");
 }
@@ -220,23 +221,40 @@ std::vector<std::string> scene_lines(const Problem& p) {
 }
 
 std::string text_of(const Datum& datum) {
+  if (datum.trajectories) return fmt::format("data {} = trajectories(\"{}\", {})", datum.name, datum.file, datum.variable);
   const std::string value = datum.scene.empty() ? load_text(datum.file, datum.variable)
                                                 : fmt::format("{} from scene {}", datum.field, datum.scene);
   return fmt::format("data {} = {}{}", datum.name, value, text_of(datum.when));
 }
 
-std::string text_of(const Optimiser& optimiser) {
+std::string option_text(const char* name, double value) { return value == 0 ? "" : fmt::format(", {} = {}", name, value); }
+
+/// Those that are not as they would be anyway.
+std::string text_of(const Training& training) {
+  std::string text = fmt::format(", batch {}, epochs {}, seed {}", training.batch, training.epochs, training.seed);
+  if (!training.unroll.empty()) text += fmt::format(", unroll ({})", fmt::join(training.unroll, ", "));
+  if (training.cut > 0) text += fmt::format(", cut {}", training.cut);
+  if (training.noise > 0) text += fmt::format(", noise {}", training.noise);
+  if (training.clip > 0) text += fmt::format(", clip {}", training.clip);
+  if (training.validate > 0) text += fmt::format(", validate {}", training.validate);
+  if (training.patience > 0) text += fmt::format(", patience {}", training.patience);
+  if (training.schedule.kind == RateSchedule::Kind::halve) text += fmt::format(", schedule halve({})", training.schedule.every);
+  if (training.schedule.kind == RateSchedule::Kind::cosine) text += ", schedule cosine";
+  return text;
+}
+
+std::string text_of(const Optimiser& optimiser, const std::optional<Training>& training) {
   const auto text = [&]() -> std::string {
     switch (optimiser.kind) {
-      case Optimiser::Kind::gradient_descent: return fmt::format("gradient_descent(rate = {})", optimiser.rate);
-      case Optimiser::Kind::adam: return fmt::format("adam(rate = {})", optimiser.rate);
+      case Optimiser::Kind::gradient_descent: return fmt::format("gradient_descent(rate = {}{}{})", optimiser.rate, option_text("momentum", optimiser.momentum), option_text("decay", optimiser.decay));
+      case Optimiser::Kind::adam: return fmt::format("adam(rate = {}{})", optimiser.rate, option_text("decay", optimiser.decay));
       case Optimiser::Kind::lbfgs: return "lbfgs()";
       case Optimiser::Kind::newton_cg:
         return fmt::format("newton_cg(hessian = {})", optimiser.gauss_newton ? "gauss_newton" : "full");
     }
     unreachable("optimiser");
   };
-  return fmt::format("using {}, iterations {}", text(), optimiser.iterations);
+  return fmt::format("using {}{}", text(), training ? text_of(*training) : fmt::format(", iterations {}", optimiser.iterations));
 }
 
 std::vector<std::string> task_lines(const Task& task) {
@@ -248,9 +266,10 @@ std::vector<std::string> task_lines(const Task& task) {
     lines.push_back(fmt::format("unknown {}{} from {}{}", initial, unknown.name, print(unknown.from), bounds));
   }
   for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
-  if (task.optimiser) lines.push_back(text_of(*task.optimiser));
+  if (task.optimiser) lines.push_back(text_of(*task.optimiser, task.training));
   for (const Test& test : task.tests) {
-    lines.push_back(fmt::format("test {} = {}{}", test.quantity.name, print(test.quantity.value), text_of(test.when)));
+    const std::string when = test.on.empty() ? text_of(test.when) : fmt::format(" on trajectories(\"{}\") for {} steps", test.on, test.when.count);
+    lines.push_back(fmt::format("test {} = {}{}", test.quantity.name, print(test.quantity.value), when));
   }
   return lines;
 }

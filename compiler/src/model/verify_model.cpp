@@ -179,7 +179,7 @@ class Verifier {
     }
     for (const Test& test : task.tests) {
       check(test.quantity.value, "test " + test.quantity.name, quantity);
-      check_when(test.when, "test " + test.quantity.name);
+      if (test.on.empty()) check_when(test.when, "test " + test.quantity.name);
     }
     if (!task.optimiser) return;
     demand(task.optimiser->iterations >= 1, "the optimiser has no iterations");

@@ -56,9 +56,24 @@ std::string example_of(const OptimiserKind& kind) {
   return fmt::format("write {}({})", kind.name, kind.takes_rate ? "rate = 0.1" : "");
 }
 
+/// momentum of gradient descent, decay of both methods that take a rate; false where the argument is another one.
+bool bind_memory(Draft& draft, const ast::Call& call, const ast::Argument& argument, Optimiser& optimiser) {
+  const bool is_momentum = argument.name == "momentum" && optimiser.kind == Optimiser::Kind::gradient_descent;
+  const bool is_decay = argument.name == "decay" && (optimiser.kind == Optimiser::Kind::gradient_descent || optimiser.kind == Optimiser::Kind::adam);
+  if (!is_momentum && !is_decay) return false;
+  const auto value = evaluate(draft, argument.value, argument.name);
+  if (!value) return true;
+  const std::string what = !learns_from_trajectories(draft) ? "is for tasks that learn from trajectories"
+                           : *value < 0 || (is_momentum && *value >= 1) ? fmt::format("must be {}, not {}", is_momentum ? "from 0 on and below 1" : "0 or more", *value) : "";
+  if (!what.empty()) draft.sink.report("bad-optimiser-option", argument.value.range(), {argument.name, call.callee, what});
+  (is_momentum ? optimiser.momentum : optimiser.decay) = *value;
+  return true;
+}
+
 void bind_options(Draft& draft, const ast::Call& call, const OptimiserKind& kind, Optimiser& optimiser) {
   bool has_rate = false;
   for (const ast::Argument& argument : call.arguments) {
+    if (bind_memory(draft, call, argument, optimiser)) continue;
     if (bind_hessian(draft, call, argument, optimiser)) continue;
     if (!kind.takes_rate || argument.name != "rate") {
       const std::string name = argument.name.empty() ? "a number without name" : argument.name;
@@ -93,8 +108,10 @@ void bind_options(Draft& draft, const ast::UsingItem& item, Optimiser& optimiser
     if (!is_new) report_duplicate(draft, option.name, option.name_range, first->second);
     if (option.name == "iterations") {
       bind_iterations(draft, option.value, optimiser);
-    } else {
-      draft.sink.report("unknown-option", option.name_range, {option.name, "using"}, "understood here: iterations");
+    } else if (!is_training_option(option.name)) {
+      draft.sink.report("unknown-option", option.name_range, {option.name, "using"}, "understood here: iterations, and where a task learns from trajectories batch, epochs, unroll, cut, noise, clip, validate, patience, schedule, seed");
+    } else if (!learns_from_trajectories(draft)) {
+      draft.sink.report("not-allowed-here", option.name_range, {option.name, "a task that does not learn from trajectories"}, "understood here: iterations");
     }
   }
 }

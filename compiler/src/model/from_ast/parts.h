@@ -40,6 +40,14 @@ void bind_task(Draft& draft);
 // optimiser.cpp
 std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
 
+// training.cpp: tasks that learn from trajectories
+bool learns_from_trajectories(const Draft& draft);
+bool is_training_option(const std::string& name);
+/// One datum a component; nullopt where the item is something else, none after a diagnostic.
+std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::DataItem& item);
+void bind_test_on(Draft& draft, const ast::TestItem& item, Test& test);
+void bind_training(Draft& draft);
+
 // scheme.cpp
 void bind_scheme(Draft& draft);
 /// Puts the row `key = value` into `scheme`; otherwise what could stand there instead.

@@ -129,7 +129,8 @@ bool is_component(const ast::DataItem& item, const Datum& datum) {
 }
 
 void bind_datum(Draft& draft, const ast::DataItem& item, SourceRange range) {
-  std::vector<Datum> data = item.scene ? data_of_run(draft, item) : data_of_files(draft, item);
+  const std::optional<std::vector<Datum>> trajectories = item.scene ? std::nullopt : data_of_trajectories(draft, item);
+  std::vector<Datum> data = trajectories ? *trajectories : item.scene ? data_of_run(draft, item) : data_of_files(draft, item);
   const bool is_vector = data.size() > 1 || (!data.empty() && !data[0].field.empty() && is_component(item, data[0]));
   const When when = when_of(draft, item.when, item.scene && item.scene->name == draft.problem.scene);
   if (!declare(draft, item.name, Role::datum, is_vector)) return;
@@ -265,8 +266,9 @@ void bind_tests(Draft& draft) {
     const bool fine = can_name_a_quantity(draft, item.name, seen);
     const auto value = quantity_of(draft, item.value, "the test");
     const When when = when_of(draft, item.when, true);
-    if (item.on) draft.sink.report("not-allowed-here", item.on->range(), {"another set of data", "a task that learns nothing"});
-    if (fine && value) draft.problem.task->tests.push_back({{item.name.name, *value, {range}}, when});
+    if (!fine || !value) continue;
+    Test& test = draft.problem.task->tests.emplace_back(Test{{item.name.name, *value, {range}}, when, "", {}});
+    bind_test_on(draft, item, test);
   }
 }
 
@@ -320,6 +322,7 @@ void bind_task(Draft& draft) {
     report_duplicate(draft, "the optimiser", lines[i].range, lines[0].range);
   }
   if (!lines.empty()) draft.problem.task->optimiser = optimiser_of(draft, lines[0].kind);
+  bind_training(draft);
 }
 
 }  // namespace dpde::model

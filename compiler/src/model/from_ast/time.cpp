@@ -200,9 +200,16 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps) {
   if (std::holds_alternative<ast::WhenEnd>(when)) return {};
   if (std::holds_alternative<ast::WhenOver>(when)) return {When::Kind::over, {}};
   if (const auto* steps = std::get_if<ast::WhenSteps>(&when)) {
-    draft.sink.report("not-allowed-here", steps->steps.range(), {"a number of steps", "a task that learns nothing"},
-                      "write over time, or at t = 1");
-    return {};
+    if (!learns_from_trajectories(draft)) {
+      draft.sink.report("not-allowed-here", steps->steps.range(), {"a number of steps", "a task that does not learn from trajectories"},
+                        "write over time, or at t = 1");
+      return {};
+    }
+    const auto count = evaluate(draft, steps->steps, "a number of steps");
+    if (!count) return {When::Kind::steps, {}, 1};
+    if (*count >= 1 && *count <= 1e6 && *count == std::floor(*count)) return {When::Kind::steps, {}, static_cast<int>(*count)};
+    draft.sink.report("not-whole", steps->steps.range(), {fmt::format("{}", *count)});
+    return {When::Kind::steps, {}, 1};
   }
   When result{When::Kind::at, {}};
   const Problem& problem = draft.problem;

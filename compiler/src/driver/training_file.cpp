@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checkpoints of a training: "dpdetrn1", what it is of, everything it goes on from, then a checksum of all before it.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "driver/evaluation_log.h"
+#include "driver/trainer.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr std::string_view magic = "dpdetrn1";
+
+std::vector<double> numbers_in(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
+
+Eigen::VectorXd vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+void write(ByteWriter& out, const TrainingState& state) {
+  out.number(state.updates.made);
+  out.number(state.epoch);
+  out.number(state.batch);
+  out.number(state.best_epoch);
+  out.values({state.epoch_loss, state.best_loss});
+  for (const Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best}) out.values(numbers_in(*x));
+  out.values(state.losses);
+  std::vector<double> epochs;
+  for (const Epoch& epoch : state.epochs) epochs.insert(epochs.end(), {static_cast<double>(epoch.unroll), epoch.loss, epoch.validation, epoch.rate, static_cast<double>(epoch.updates)});
+  out.values(epochs);
+}
+
+/// False when what is there is no state of so many unknowns.
+bool read(ByteReader& in, TrainingState& state) {
+  const Eigen::Index size = state.updates.x.size(), square = state.updates.square.size();
+  state.updates.made = in.number();
+  state.epoch = static_cast<int>(in.number());
+  state.batch = static_cast<int>(in.number());
+  state.best_epoch = static_cast<int>(in.number());
+  const std::vector<double> both = in.values();
+  if (both.size() != 2) return false;
+  state.epoch_loss = both[0];
+  state.best_loss = both[1];
+  for (Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best}) *x = vector_of(in.values());
+  state.losses = in.values();
+  const std::vector<double> epochs = in.values();
+  if (!in.is_done() || epochs.size() % 5 != 0) return false;
+  for (std::size_t i = 0; i < epochs.size(); i += 5) {
+    state.epochs.push_back({static_cast<int>(epochs[i]), epochs[i + 1], epochs[i + 2], epochs[i + 3], static_cast<std::int64_t>(epochs[i + 4])});
+  }
+  const bool has_best = state.best_epoch < 0 ? state.best.size() == 0 || state.best.size() == size : state.best.size() == size;
+  return state.updates.x.size() == size && state.updates.mean.size() == size && state.updates.square.size() == square && has_best &&
+         state.epoch >= 0 && state.batch >= 0 && state.epochs.size() == static_cast<std::size_t>(state.epoch);
+}
+
+}  // namespace
+
+/// More epochs may be wanted later, unless they change what the first ones are.
+RunIdentity Trainer::identity() const {
+  const model::Training& training = scene_.training();
+  const std::string text = print(scene_.compiled->stencil);
+  const std::vector<double> start = numbers_in(start_);
+  std::string method = fmt::format("{} {} {} {} {}, schedule {} {}, batch {}, seed {}, unroll {}, cut {}, noise {}, validate {}", static_cast<int>(rule_.kind), rule_.rate, rule_.momentum,
+                                   rule_.decay, rule_.clip, static_cast<int>(rule_.schedule.kind), rule_.schedule.every, training.batch, training.seed,
+                                   fmt::join(training.unroll, " "), training.cut, training.noise, training.validate);
+  if (rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1) method += fmt::format(", epochs {}", epochs_);
+  std::string params;
+  for (const model::Parameter& param : scene_.compiled->problem->params) params += fmt::format("{} = {}, ", param.name, param.value);
+  return {{"task", scene_.task().name},
+          {"model", fmt::format("hash {:016x}", hash_bytes(text.data(), text.size()))},
+          {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash)},
+          {"set of parameters", params},
+          {"length of windows", fmt::format("{}", scene_.steps())},
+          {"way to learn", method},
+          {"start", fmt::format("hash {:016x}", hash_bytes(start.data(), start.size() * sizeof(double)))}};
+}
+
+std::string Trainer::save() const {
+  ByteWriter out;
+  const RunIdentity all = identity();
+  out.number(static_cast<std::int64_t>(all.size()));
+  for (const auto& [name, value] : all) {
+    out.text(name);
+    out.text(value);
+  }
+  write(out, state_);
+  const std::string bytes = std::string(magic) + out.bytes();
+  const std::uint64_t sum = hash_bytes(bytes.data(), bytes.size());
+  return bytes + std::string(reinterpret_cast<const char*>(&sum), sizeof sum);
+}
+
+bool Trainer::restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink) {
+  std::uint64_t sum = 0;
+  const auto damaged = [&] {
+    sink.report("bad-array-file", {}, {file, "it is damaged"}, "without --resume the training starts at its beginning");
+    return false;
+  };
+  if (bytes.size() < magic.size() + sizeof sum || !bytes.starts_with(magic)) return damaged();
+  std::memcpy(&sum, bytes.data() + bytes.size() - sizeof sum, sizeof sum);
+  bytes.remove_suffix(sizeof sum);
+  if (sum != hash_bytes(bytes.data(), bytes.size())) return damaged();
+  ByteReader in(bytes.substr(magic.size()));
+  const RunIdentity wanted = identity();
+  if (in.number() != static_cast<std::int64_t>(wanted.size())) return damaged();
+  for (const auto& [name, value] : wanted) {
+    const std::string its_name = in.text(), its_value = in.text();
+    if (its_name != name) return damaged();
+    if (its_value == value) continue;
+    sink.report("restart-differs", {}, {file, name}, "without --resume the training starts at its beginning");
+    return false;
+  }
+  TrainingState state;
+  state.updates = state_.updates;
+  if (!read(in, state)) return damaged();
+  state_ = std::move(state);
+  return true;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a training needs before it begins: the scene as hosts run it, trajectories, fields of files.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "driver/array_file.h"
+#include "driver/window_batches.h"
+#include "model/placement.h"
+#include "model/print_model.h"
+
+namespace dpde::driver {
+
+namespace {
+
+/// A scheme with a memory cannot begin in the middle of a run without it.
+bool has_histories(const model::Problem& problem, const Trajectories& trajectories, SourceRange where, DiagnosticSink& sink) {
+  for (const model::State& state : problem.states) {
+    if (state.history_of.empty() || std::ranges::find(trajectories.states, state.name) != trajectories.states.end()) continue;
+    sink.report("bad-array-file", where, {trajectories.path, fmt::format("it has no {}, what the time scheme of scene {} remembers of the step before", state.name, problem.scene)},
+                "a scheme with a single step, as rk2, needs no memory");
+    return false;
+  }
+  return true;
+}
+
+/// The scene but for what windows bring along: values of parameters, initial states.
+std::string text_without_values(model::Problem problem, const Trajectories& trajectories) {
+  for (model::Parameter& param : problem.params) param.value = 0;
+  for (model::State& state : problem.states) {
+    if (std::ranges::find(trajectories.states, state.name) != trajectories.states.end()) state.initial = {};
+  }
+  problem.task.reset();
+  return print(problem);
+}
+
+}  // namespace
+
+/// A parameter may stand where the compiler needs its number: in a seed, an extent. Another value then makes another scene.
+bool runs_are_of_this_scene(const TrainingScene& scene, const Trajectories& trajectories, SourceRange where, DiagnosticSink& sink) {
+  const Compiled& compiled = *scene.compiled;
+  const std::string own = text_without_values(*compiled.problem, trajectories);
+  for (std::size_t p = 0; p < trajectories.params.size(); ++p) {
+    model::Selection selection = compiled.options.selection;
+    const std::string& name = trajectories.params[p];
+    selection.overrides[name] = fmt::format("{}", trajectories.runs.back().params[p]);
+    DiagnosticSink ignored;
+    const std::optional<model::Problem> other = model::from_ast(compiled.ast, selection, ignored);
+    if (other && text_without_values(*other, trajectories) == own) continue;
+    sink.report("bad-array-file", where, {trajectories.path, fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed or an extent", name, compiled.problem->scene)},
+                "what differs from run to run must be able to change between two windows");
+    return false;
+  }
+  return true;
+}
+
+std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
+  const model::Problem& problem = *compiled->problem;
+  auto scene = std::make_unique<TrainingScene>();
+  const auto datum = std::ranges::find_if(problem.task->data, &model::Datum::trajectories);
+  std::optional<Trajectories> trajectories = load_trajectories(problem, datum->file, source, datum->origin.range, sink);
+  if (!trajectories || !has_histories(problem, *trajectories, datum->origin.range, sink)) return nullptr;
+  scene->trajectories = std::move(*trajectories);
+  const auto take = [&](auto& to, const std::string& name, const model::Placement& placement, const model::Source& from) {
+    if (from.formula || from.file.empty()) return;
+    std::optional<std::vector<double>> values = load_array(from, source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
+    if (values) to.emplace_back(name, std::move(*values));
+  };
+  for (const model::State& state : problem.states) {
+    const bool is_there = std::ranges::find(scene->trajectories.states, state.name) != scene->trajectories.states.end();
+    if (!is_there) take(scene->given_states, state.name, state.placement, state.initial);
+  }
+  for (const model::Coefficient& coefficient : problem.coefficients) {
+    const model::Unknown* unknown = problem.find_unknown(coefficient);
+    take(scene->given_fields, coefficient.name, coefficient.placement, unknown != nullptr ? unknown->from : coefficient.value);
+  }
+  if (sink.has_errors()) return nullptr;
+  scene->compiled = compiled;
+  if (!runs_are_of_this_scene(*scene, scene->trajectories, datum->origin.range, sink)) return nullptr;
+  scene->table = SceneTable::make(std::move(compiled), sink);
+  if (!scene->table) return nullptr;
+  const int steps = scene->steps(), every = scene->trajectories.every;
+  if (steps % every != 0) {
+    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its frames are {} steps apart, and {} steps of the loss are no multiple of that", every, steps)});
+    return nullptr;
+  }
+  if (scene->starts(steps) < 1) {
+    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its {} frames, {} steps apart, are too few for windows of {} steps", scene->trajectories.frame_count(), every, steps)});
+    return nullptr;
+  }
+  return scene;
+}
+
+int TrainingScene::starts(int steps) const {
+  return trajectories.frame_count() - (table->scene().datum_count > 0 ? steps / trajectories.every : 0);
+}
+
+void TrainingScene::give(Simulation& simulation) const {
+  for (const auto& [name, values] : given_states) simulation.set_initial(name, values);
+  for (const auto& [name, values] : given_fields) simulation.set_field(name, values);
+}
+
+void TrainingScene::begin(Simulation& simulation, const Trajectories& from, const Window& window) const {
+  simulation.begin_at(from.times[static_cast<std::size_t>(window.frame)]);
+  const Trajectories::Run& run = from.runs[static_cast<std::size_t>(window.run)];
+  for (std::size_t p = 0; p < from.params.size(); ++p) simulation.set(from.params[p], run.params[p]);
+  for (const std::string& state : from.states) simulation.set_initial(state, from.frames(window.run, state, window.frame));
+}
+
+}  // namespace dpde::driver

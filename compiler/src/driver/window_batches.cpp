@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/window_batches.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/random.h"
+
+namespace dpde::driver {
+
+namespace {
+
+Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
+
+}  // namespace
+
+/// The scene's table with another number of steps: everything else in it holds for runs of any length.
+WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_batch, const BatchOptions& options)
+    : from_(scene), steps_(steps), scale_(1), scene_(scene.table->scene()) {
+  const int every = scene.trajectories.every;
+  for (int k = every; k <= steps; k += every) at_.push_back(k);
+  const auto count = static_cast<std::int32_t>(at_.size());
+  scale_ = static_cast<double>(scene.steps()) / static_cast<double>(at_.size());
+  losses_.assign(scene_.losses, scene_.losses + scene_.loss_count);
+  for (dpde_loss& loss : losses_) loss.at = {count, at_.data()};
+  data_.assign(scene_.data, scene_.data + scene_.datum_count);
+  for (dpde_datum& datum : data_) datum.at = count == 1 ? dpde_instants{0, nullptr} : dpde_instants{count, at_.data()};
+  scene_.steps = steps;
+  scene_.losses = losses_.data();
+  scene_.data = data_.data();
+  const int threads = std::clamp(options.threads, 1, std::max(largest_batch, 1));
+  SimulationOptions each;
+  each.checkpoint_bytes = options.checkpoint_bytes / threads;
+  each.cut = options.cut;
+  each.stop = options.stop;
+  for (int t = 0; t < threads; ++t) {
+    simulations_.emplace_back(scene_, each, scene.table);
+    scene.give(simulations_.back());
+  }
+}
+
+WindowBatches::~WindowBatches() = default;
+
+Eigen::VectorXd WindowBatches::unknown_values() {
+  const std::vector<double> values = simulations_.front().unknown_values();
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::vector<UnknownPart> WindowBatches::parts() {
+  std::vector<UnknownPart> all;
+  Eigen::Index offset = 0;
+  for (const dpde_unknown& unknown : std::span(scene_.unknowns, static_cast<std::size_t>(scene_.unknown_count))) {
+    const auto size = static_cast<Eigen::Index>(simulations_.front().value_of(unknown.name).size());
+    all.push_back({unknown.name, unknown.kind, unknown.low, unknown.high, offset, size});
+    offset += size;
+  }
+  return all;
+}
+
+void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window, const StartNoise& noise, std::uint64_t number) {
+  const Trajectories& trajectories = from_.trajectories;
+  from_.begin(simulation, trajectories, window);
+  simulation.set_unknowns(values_in(x));
+  for (std::size_t s = 0; s < noise.deviations.size(); ++s) {
+    const std::span<const double> frame = trajectories.frames(window.run, trajectories.states[s], window.frame);
+    std::vector<double> start(frame.begin(), frame.end());
+    for (std::size_t i = 0; i < start.size(); ++i) start[i] += noise.deviations[s] * normal(noise.seed, i * noise.deviations.size() + s, noise.stream + number);
+    simulation.set_initial(trajectories.states[s], start);
+  }
+  for (const dpde_datum& datum : data_) {
+    const auto declared = std::ranges::find(from_.task().data, datum.name, &model::Datum::name);
+    simulation.set_field(datum.name, trajectories.frames(window.run, declared->variable, window.frame + 1, static_cast<int>(at_.size())));
+  }
+}
+
+WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd* gradient) {
+  const auto count = static_cast<std::int64_t>(windows.size());
+  std::vector<double> losses(windows.size());
+  std::vector<std::exception_ptr> errors(windows.size());
+  if (gradient != nullptr) gradients_.resize(std::max(gradients_.size(), windows.size()));
+#pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(simulations_.size()))
+  for (std::int64_t i = 0; i < count; ++i) {
+    const auto number = static_cast<std::size_t>(i);
+    Simulation& simulation = simulations_[static_cast<std::size_t>(omp_get_thread_num())];
+    try {
+      begin(simulation, x, windows[number], noise, number);
+      losses[number] = gradient != nullptr ? simulation.gradient() : simulation.loss();
+      if (gradient != nullptr) gradients_[number] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
+    } catch (...) {
+      errors[number] = std::current_exception();
+    }
+  }
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  Result result;
+  if (gradient != nullptr) gradient->setZero(x.size());
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    result.loss += losses[i];
+    if (gradient != nullptr) *gradient += gradients_[i];
+    const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || gradients_[i].allFinite());
+    if (!fine && !result.bad) result.bad = i;
+  }
+  const double factor = scale_ / static_cast<double>(count);
+  result.loss *= factor;
+  if (gradient != nullptr) *gradient *= factor;
+  return result;
+}
+
+WindowBatches::Result WindowBatches::gradient(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd& gradient) {
+  return over(x, windows, noise, &gradient);
+}
+
+WindowBatches::Result WindowBatches::loss(const Eigen::VectorXd& x, std::span<const Window> windows) { return over(x, windows, {}, nullptr); }
+
+std::string WindowBatches::why_not_finite(const Eigen::VectorXd& x, const Window& window) {
+  Simulation& simulation = simulations_.front();
+  try {
+    begin(simulation, x, window, {}, 0);
+    simulation.reset();
+    for (int k = 0; k < steps_ && simulation.run_to(simulation.time() + simulation.time_step()); ++k) {
+    }
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace dpde::driver

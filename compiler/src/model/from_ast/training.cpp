@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tasks that learn from trajectories: their data, the lengths of windows, and what `using` says of batches.
+#include "model/training.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "model/from_ast/expressions.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr const char* subject = "a task that learns from trajectories";
+constexpr double most = 1e9;
+constexpr std::array<std::string_view, 10> option_names{"batch", "epochs", "seed", "unroll", "cut", "noise", "clip", "validate", "patience", "schedule"};
+
+void refuse(Draft& draft, SourceRange range, const std::string& what, const std::string& hint = "") {
+  draft.sink.report("not-allowed-here", range, {what, subject}, hint);
+}
+
+/// trajectories("train.nc", u) with its arguments.
+const ast::Call* as_trajectories(const ast::Expr& e) {
+  const auto* call = std::get_if<ast::Call>(&e->kind);
+  return call && call->callee == "trajectories" ? call : nullptr;
+}
+
+/// The name of the file; "" after a diagnostic.
+std::string file_in(Draft& draft, const ast::Expr& e, std::size_t arguments) {
+  const ast::Call* call = as_trajectories(e);
+  const auto* file = call && call->arguments.size() == arguments ? std::get_if<ast::Text>(&call->arguments[0].value->kind) : nullptr;
+  if (file && file->value.ends_with(".nc")) return file->value;
+  draft.sink.report("bad-data", e.range(), {}, arguments == 2 ? "write trajectories(\"train.nc\", u)" : "write trajectories(\"test.nc\")");
+  return "";
+}
+
+double at_least(Draft& draft, const ast::Expr& e, const std::string& option, double least, double otherwise) {
+  const auto value = evaluate(draft, e, option);
+  if (!value) return otherwise;
+  if (*value >= least && *value <= most) return *value;
+  draft.sink.report("bad-optimiser-option", e.range(), {option, "using", fmt::format("must be {} or more, not {}", least, *value)});
+  return otherwise;
+}
+
+std::int64_t whole(Draft& draft, const ast::Expr& e, const std::string& option, double least, std::int64_t otherwise) {
+  const auto value = evaluate(draft, e, option);
+  if (!value) return otherwise;
+  if (*value >= least && *value <= most && *value == std::floor(*value)) return static_cast<std::int64_t>(*value);
+  draft.sink.report("bad-optimiser-option", e.range(), {option, "using", fmt::format("is a whole number from {} on, not {}", least, *value)});
+  return otherwise;
+}
+
+/// cosine, or halve(1000)
+RateSchedule schedule_of(Draft& draft, const ast::Expr& e) {
+  const auto* word = std::get_if<ast::Name>(&e->kind);
+  const auto* call = std::get_if<ast::Call>(&e->kind);
+  if (word && word->name == "constant") return {};
+  if (word && word->name == "cosine") return {RateSchedule::Kind::cosine, 1};
+  if (call && call->callee == "halve" && call->arguments.size() == 1) {
+    return {RateSchedule::Kind::halve, static_cast<int>(whole(draft, call->arguments[0].value, "halve", 1, 1))};
+  }
+  draft.sink.report("bad-optimiser-option", e.range(), {"schedule", "using", "is constant, cosine or halve(updates)"});
+  return {};
+}
+
+std::vector<int> lengths_of(Draft& draft, const ast::Expr& e) {
+  std::vector<int> lengths;
+  const auto* tuple = std::get_if<ast::Tuple>(&e->kind);
+  for (const ast::Expr& each : tuple ? tuple->elements : std::vector<ast::Expr>{e}) lengths.push_back(static_cast<int>(whole(draft, each, "unroll", 1, 1)));
+  return lengths;
+}
+
+void bind_option(Draft& draft, const ast::Argument& option, Training& training) {
+  const ast::Expr& value = option.value;
+  if (option.name == "batch") training.batch = static_cast<int>(whole(draft, value, option.name, 1, 1));
+  if (option.name == "epochs") training.epochs = static_cast<int>(whole(draft, value, option.name, 1, 1));
+  if (option.name == "seed") training.seed = static_cast<std::uint64_t>(whole(draft, value, option.name, 0, 0));
+  if (option.name == "unroll") training.unroll = lengths_of(draft, value);
+  if (option.name == "cut") training.cut = static_cast<int>(whole(draft, value, option.name, 1, 0));
+  if (option.name == "noise") training.noise = at_least(draft, value, option.name, 0, 0);
+  if (option.name == "clip") training.clip = at_least(draft, value, option.name, 0, 0);
+  if (option.name == "patience") training.patience = static_cast<int>(whole(draft, value, option.name, 1, 0));
+  if (option.name == "schedule") training.schedule = schedule_of(draft, value);
+  if (option.name != "validate") return;
+  training.validate = at_least(draft, value, option.name, 0, 0);
+  if (training.validate < 1) return;
+  draft.sink.report("bad-optimiser-option", value.range(), {"validate", "using", fmt::format("is a share of the runs, below 1, not {}", training.validate)});
+}
+
+/// How many states the losses look at: the same of all.
+int length_of_losses(Draft& draft) {
+  int length = 0;
+  for (const Loss& loss : draft.problem.task->losses) {
+    if (loss.when.kind != When::Kind::steps) {
+      refuse(draft, loss.origin.range, "a loss that is not over a number of steps", "write minimise mean((u - u_ref)^2) over 4 steps");
+    } else if (length != 0 && loss.when.count != length) {
+      refuse(draft, loss.origin.range, fmt::format("a loss over {} steps beside one over {}", loss.when.count, length));
+    } else {
+      length = loss.when.count;
+    }
+  }
+  return length;
+}
+
+void check_data(Draft& draft) {
+  const std::vector<Datum>& data = draft.problem.task->data;
+  const auto first = std::ranges::find_if(data, &Datum::trajectories);
+  for (const Datum& datum : data) {
+    if (!datum.trajectories) {
+      refuse(draft, datum.origin.range, "data that are no trajectories");
+    } else if (datum.file != first->file) {
+      refuse(draft, datum.origin.range, fmt::format("a second file of trajectories ({} and {})", first->file, datum.file), "one file holds all fields of its runs");
+    }
+  }
+}
+
+/// What does not begin anew with each window.
+void check_scene(Draft& draft) {
+  const Problem& problem = draft.problem;
+  for (const Unknown& unknown : problem.task->unknowns) {
+    if (unknown.kind == Unknown::Kind::initial) refuse(draft, unknown.origin.range, "an unknown initial state", "each window begins with a state of the data");
+  }
+  for (const Control& control : problem.controls) refuse(draft, control.origin.range, fmt::format("control {}", control.name), "it counts steps from the begin of the scene, which windows do not begin with");
+  for (const Coefficient& coefficient : problem.coefficients) {
+    if (coefficient.is_control()) refuse(draft, coefficient.value.origin.range, fmt::format("control {}", coefficient.name));
+  }
+  for (const Event& event : problem.events) {
+    const bool is_each_step = event.after_step || event.every == 1;
+    if (!is_each_step) refuse(draft, event.origin.range, "an event that is not after each step", "it counts steps from the begin of the scene, which windows do not begin with");
+  }
+}
+
+void check_optimiser(Draft& draft, SourceRange range) {
+  const std::optional<Optimiser>& optimiser = draft.problem.task->optimiser;
+  if (!optimiser || optimiser->kind == Optimiser::Kind::adam || optimiser->kind == Optimiser::Kind::gradient_descent) return;
+  refuse(draft, range, "an optimiser that compares losses", "write using adam(rate = 1e-3), batch 4, epochs 20");
+}
+
+void check_lengths(Draft& draft, SourceRange range, const Training& training, int length) {
+  for (const int each : training.unroll) {
+    if (each <= length) continue;
+    draft.sink.report("bad-optimiser-option", range, {"unroll", "using", fmt::format("is at most the {} steps of the loss, not {}", length, each)});
+  }
+}
+
+}  // namespace
+
+bool is_training_option(const std::string& name) { return std::ranges::find(option_names, name) != option_names.end(); }
+
+bool learns_from_trajectories(const Draft& draft) {
+  if (!draft.task) return false;
+  const auto items = items_of<ast::DataItem>(draft.task->items);
+  return std::ranges::any_of(items, [](const auto& item) { return as_trajectories(item.kind.value) != nullptr; });
+}
+
+std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::DataItem& item) {
+  const ast::Call* call = as_trajectories(item.value);
+  if (!call) return std::nullopt;
+  std::vector<Datum> data;
+  const std::string file = file_in(draft, item.value, 2);
+  const auto* variable = call->arguments.size() == 2 ? std::get_if<ast::Name>(&call->arguments[1].value->kind) : nullptr;
+  if (file.empty()) return data;
+  if (!variable) {
+    draft.sink.report("bad-data", item.value.range(), {}, "write trajectories(\"train.nc\", u)");
+    return data;
+  }
+  const std::vector<std::string> names = components_of(draft, variable->name);
+  for (const std::string& name : names) {
+    Datum& datum = data.emplace_back();
+    datum.file = file;
+    datum.variable = name;
+    datum.trajectories = true;
+    const State* state = draft.problem.find_state(name);
+    datum.placement = state ? state->placement : placement_of(draft, item.on, names.size() > 1 ? static_cast<int>(data.size()) - 1 : -1);
+  }
+  return data;
+}
+
+void bind_test_on(Draft& draft, const ast::TestItem& item, Test& test) {
+  if (!item.on) {
+    if (learns_from_trajectories(draft)) refuse(draft, test.quantity.origin.range, "a test on the run of the scene", "write test e = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 100 steps");
+    return;
+  }
+  if (!learns_from_trajectories(draft)) {
+    draft.sink.report("not-allowed-here", item.on->range(), {"a set of trajectories", "a task that does not learn from trajectories"});
+    return;
+  }
+  test.on = file_in(draft, *item.on, 1);
+  test.on_origin = {item.on->range()};
+  test.when = {When::Kind::steps, {}, 1};
+  if (item.steps) {
+    test.when.count = static_cast<int>(whole(draft, *item.steps, "for", 1, 1));
+  } else {
+    draft.sink.report("bad-data", item.on->range(), {}, "write on trajectories(\"test.nc\") for 100 steps");
+  }
+}
+
+void bind_training(Draft& draft) {
+  if (!learns_from_trajectories(draft)) return;
+  Task& task = *draft.problem.task;
+  Training& training = task.training.emplace();
+  const auto lines = items_of<ast::UsingItem>(draft.task->items);
+  for (const auto& [item, range] : lines) {
+    for (const ast::Argument& option : item.options) {
+      if (option.name == "iterations") refuse(draft, option.name_range, "iterations", "write epochs 20");
+      bind_option(draft, option, training);
+    }
+  }
+  const int length = length_of_losses(draft);
+  check_data(draft);
+  check_scene(draft);
+  if (lines.empty()) {
+    refuse(draft, draft.task->name.range, "the want of an optimiser", "write using adam(rate = 1e-3), batch 4, epochs 20");
+  } else {
+    check_optimiser(draft, lines[0].range);
+    check_lengths(draft, lines[0].range, training, length);
+  }
+  for (Datum& datum : task.data) datum.when = {When::Kind::steps, {}, length};
+  draft.problem.steps = std::max(length, 1);
+}
+
+}  // namespace dpde::model

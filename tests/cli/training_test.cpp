@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+// Data sets and learning from them, as a user does: runs with varied parameters in one file, a parameter learnt from mini-batches of
+// windows, killed and taken up again.
+#include "command_support.h"
+
+#include <cmath>
+
+namespace dpde::testing {
+namespace {
+
+const std::string burgers = R"(
+model burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
+scheme plain { time = rk2 }
+scene truth : burgers with plain {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  nu = 0.05
+  a = 1
+  phase = 0
+  initial u = a*sin(x) + 0.3*cos(2*x + phase)
+  time 0 .. 1, step 1/32
+}
+dataset train : truth { runs 4; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; file "train.nc" }
+dataset other : truth { runs 3; seed 9; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; file "test.nc" }
+)";
+
+std::string learning(const std::string& options, const std::string& data = "train.nc", const std::string& steps = "4") {
+  return burgers + "task learn : truth { data u_ref = trajectories(\"" + data + "\", u); unknown nu from 0.2 in 0 .. 1; minimise mean((u - u_ref)^2) over " + steps +
+         " steps; using " + options + "; test err = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 32 steps }\n";
+}
+
+const std::string adam = "adam(rate = 0.02), batch 4, epochs 20, schedule cosine, validate 0.25, seed 3";
+
+class Training : public Command {
+ protected:
+  void SetUp() override {
+    Command::SetUp();
+    write("data.dpde", burgers);
+    for (const std::string set : {"train", "other"}) {
+      const Outcome made = dpde("run data.dpde " + set + " --out . --json");
+      ASSERT_EQ(made.status, 0) << made.out << made.err;
+    }
+  }
+  Outcome learn(const std::string& options, const std::string& arguments, const std::string& steps = "4") const {
+    write("t.dpde", learning(options, "train.nc", steps));
+    return dpde("optimize t.dpde learn " + arguments);
+  }
+};
+
+TEST_F(Training, FindsTheViscosityOfFourRuns) {
+  const Outcome outcome = learn(adam, "--out o --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+  const Json json = outcome.json();
+  EXPECT_NEAR(json["unknowns"]["nu"]["value"].get<double>(), 0.05, 1e-4);
+  EXPECT_EQ(json["unknowns"]["nu"]["start"], 0.2);
+  EXPECT_EQ(json["windows"], 45);  // three runs of 17 frames, windows of two more
+  EXPECT_EQ(json["iterations"], 20 * 12);
+  EXPECT_EQ(json["loss"].size(), 240U);
+  EXPECT_EQ(json["epochs"].size(), 20U);
+  const Json test = json["test"]["err"];
+  EXPECT_EQ(test["runs"].size(), 3U);
+  EXPECT_EQ(test["t"].size(), 16U);
+  EXPECT_LT(test["mean"].get<double>(), 1e-2 * test["start"]["mean"].get<double>());
+  for (const char* file : {"loss.csv", "epochs.csv", "err.csv", "learn.training"}) EXPECT_TRUE(fs::exists(path("o") / file)) << file;
+}
+
+TEST_F(Training, IsTheSameForAnyNumberOfThreads) {
+  const Outcome one = learn(adam, "--threads 1 --epochs 3 --json"), two = learn(adam, "--threads 2 --epochs 3 --json"), four = learn(adam, "--threads 4 --epochs 3 --json");
+  ASSERT_EQ(one.status, 0) << one.out << one.err;
+  for (const Outcome& other : {two, four}) {
+    EXPECT_EQ(one.json()["loss"], other.json()["loss"]);
+    EXPECT_EQ(one.json()["unknowns"], other.json()["unknowns"]);
+    EXPECT_EQ(one.json()["test"], other.json()["test"]);
+  }
+}
+
+TEST_F(Training, GoesOnToTheSameNumbers) {
+  const std::string options = "adam(rate = 0.01, decay = 1e-3), batch 3, epochs 8, noise 0.01, clip 1, schedule halve(50), seed 5";
+  const Outcome whole = learn(options, "--out whole --json");
+  ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
+  const Outcome first = learn(options, "--out parts --epochs 3 --json");
+  ASSERT_EQ(first.status, 0) << first.out << first.err;
+  const Outcome rest = learn(options, "--out parts --resume --json");
+  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
+  EXPECT_EQ(rest.json()["resumed_iterations"], first.json()["iterations"]);
+  EXPECT_EQ(rest.json()["loss"], whole.json()["loss"]);
+  EXPECT_EQ(rest.json()["unknowns"], whole.json()["unknowns"]);
+}
+
+TEST_F(Training, SurvivesAKill) {
+  const std::string options = "adam(rate = 0.01), batch 2, epochs 40, seed 5";
+  const Outcome whole = learn(options, "--json");
+  ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
+  shell("$DPDE optimize t.dpde learn --out o --checkpoint-every 7 --json & run=$!; "
+        "for i in $(seq 6000); do [ -s o/learn.training ] && break; sleep 0.01; done; kill -9 $run; wait $run");
+  ASSERT_TRUE(fs::exists(path("o/learn.training")));
+  const Outcome rest = dpde("optimize t.dpde learn --out o --resume --json");
+  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
+  EXPECT_GT(rest.json()["resumed_iterations"], 0);
+  EXPECT_EQ(rest.json()["loss"], whole.json()["loss"]);
+  EXPECT_EQ(rest.json()["unknowns"], whole.json()["unknowns"]);
+}
+
+TEST_F(Training, RefusesToGoOnWithAnother) {
+  ASSERT_EQ(learn(adam, "--out o --epochs 2 --json").status, 0);
+  EXPECT_EQ(learn("adam(rate = 0.03), batch 4, epochs 2", "--out o --resume --json").codes(), std::vector<std::string>{"E0914"});
+  std::string bytes = content(path("o/learn.training"));
+  bytes[bytes.size() / 2] ^= 1;
+  std::ofstream(path("o/learn.training"), std::ios::binary) << bytes;
+  EXPECT_EQ(learn(adam, "--out o --resume --epochs 2 --json").codes(), std::vector<std::string>{"E0907"});
+}
+
+TEST_F(Training, StopsWhenAskedAndGoesOn) {
+  write("t.dpde", learning("adam(rate = 0.01), batch 2, epochs 100000"));
+  const Outcome stopped = interrupted("optimize t.dpde learn --out o --checkpoint-every 5 --json", "0.05", "o/learn.training");
+  EXPECT_EQ(stopped.codes(), std::vector<std::string>{"E0806"}) << stopped.out << stopped.err;
+  ASSERT_TRUE(fs::exists(path("o/learn.training")));
+  const auto made = stopped.json()["iterations"].get<int>();
+  const Outcome rest = dpde("optimize t.dpde learn --out o --resume --json --epochs " + std::to_string(made / 30 + 1));
+  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
+  EXPECT_EQ(rest.json()["resumed_iterations"], made);
+}
+
+TEST_F(Training, CurriculumAndCut) {
+  const Outcome grown = learn("adam(rate = 0.02), batch 4, epochs 9, unroll (2, 4, 8), schedule cosine", "--json", "8");
+  ASSERT_EQ(grown.status, 0) << grown.out << grown.err;
+  const Json epochs = grown.json()["epochs"];
+  for (int e = 0; e < 9; ++e) EXPECT_EQ(epochs[static_cast<std::size_t>(e)]["unroll"], e < 3 ? 2 : e < 6 ? 4 : 8);
+  EXPECT_NEAR(grown.json()["unknowns"]["nu"]["value"].get<double>(), 0.05, 5e-3);
+  const Outcome cut = learn("adam(rate = 0.02), batch 4, epochs 9, cut 2, schedule cosine", "--json", "8");
+  const Outcome through = learn("adam(rate = 0.02), batch 4, epochs 9, schedule cosine", "--json", "8");
+  ASSERT_EQ(cut.status, 0) << cut.out << cut.err;
+  EXPECT_EQ(cut.json()["loss"][0], through.json()["loss"][0]) << "the first loss is the same";
+  EXPECT_NE(cut.json()["loss"][5], through.json()["loss"][5]) << "its gradient is not";
+  EXPECT_NEAR(cut.json()["unknowns"]["nu"]["value"].get<double>(), 0.05, 5e-3);
+}
+
+TEST_F(Training, EarlyStopKeepsTheBest) {
+  // A rate that throws the value about: the last is not the best.
+  const Outcome outcome = learn("gradient_descent(rate = 3, momentum = 0.9), batch 4, epochs 60, validate 0.25, patience 4", "--json");
+  ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+  const Json json = outcome.json();
+  double least = INFINITY;
+  std::size_t best = 0;
+  for (std::size_t e = 0; e < json["epochs"].size(); ++e) {
+    const double loss = json["epochs"][e]["validation"].get<double>();
+    if (loss < least) best = e;
+    least = std::min(least, loss);
+  }
+  EXPECT_EQ(json["best"]["epoch"], best + 1);
+  EXPECT_EQ(json["best"]["loss"], least);
+  if (json["reason"] != "all epochs made") {
+    EXPECT_EQ(json["epochs"].size(), best + 1 + 4);
+  }
+}
+
+TEST_F(Training, DivergenceIsNamedAndTheBestKept) {
+  write("t.dpde", burgers + "task learn : truth { data u_ref = trajectories(\"train.nc\", u); unknown nu from 0.2; minimise mean((u - u_ref)^2) over 16 steps; "
+                            "using gradient_descent(rate = 1e6), batch 4, epochs 5 }\n");
+  const Outcome outcome = dpde("optimize t.dpde learn --json");
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0803"}) << outcome.out;
+  EXPECT_NE(outcome.err.find("in epoch 1, from frame"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("clip 1"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.json()["unknowns"]["nu"]["value"], 0.2);
+}
+
+TEST_F(Training, DataThatDoNotFit) {
+  const auto refused = [&](const std::string& text, const std::string& arguments = "") {
+    write("t.dpde", text);
+    const Outcome outcome = dpde("optimize t.dpde learn --json " + arguments);
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0907"}) << outcome.out;
+    return outcome.err;
+  };
+  EXPECT_NE(refused(learning(adam), "--set cells=16").find("it is of another grid: u has 32 cells along x, the scene has 16"), std::string::npos);
+  EXPECT_NE(refused(learning(adam), "--set step=1/24").find("its frames are 0.0625 apart, no whole number of steps of 0.0416667"), std::string::npos);
+  EXPECT_NE(refused(learning(adam, "train.nc", "3")).find("its frames are 2 steps apart, and 3 steps of the loss are no multiple"), std::string::npos);
+  EXPECT_NE(refused(learning(adam, "train.nc", "34")).find("too few for windows of 34 steps"), std::string::npos);
+  write("broken.nc", content(path("train.nc")).substr(0, 3000));
+  refused(learning(adam, "broken.nc"));
+}
+
+TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
+  const std::string model = "model m { field u; coefficient f; param nu; param s; dt(u) = nu*lap(u) + f }\n";
+  const auto text = [&](const std::string& force, const std::string& start) {
+    return model + "scene truth : m { grid x = 0 .. 1, cells 16, periodic; nu = 0.05; s = 1; f = " + force + "; initial u = " + start +
+           "; time 0 .. 1, step 1/64 }\n"
+           "dataset d : truth { runs 2; vary s from 3; frames every 1/8; file \"d.nc\" }\n"
+           "task learn : truth { data r = trajectories(\"d.nc\", u); unknown nu from 0.2; minimise mean((u - r)^2) over 8 steps; using adam(rate = 0.01), epochs 1 }\n";
+  };
+  write("force.dpde", text("random_field(seed = s, lowest = 1, highest = 3)", "0"));
+  write("start.dpde", text("1", "random_field(seed = s, lowest = 1, highest = 3)"));
+  ASSERT_EQ(dpde("run force.dpde d --out . --json").status, 0);
+  EXPECT_EQ(dpde("optimize force.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
+  ASSERT_EQ(dpde("run start.dpde d --out . --json").status, 0);
+  EXPECT_EQ(dpde("optimize start.dpde learn --json").status, 0);
+}
+
+TEST_F(Training, WhatATaskCannotSay) {
+  const auto refused = [&](const std::string& items, const std::string& code, const std::string& part) {
+    write("t.dpde", burgers + "task learn : truth { " + items + " }\n");
+    const Outcome outcome = dpde("check t.dpde learn");
+    EXPECT_EQ(outcome.status, 2) << items;
+    EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << items << "\n" << outcome.err;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << items << "\n" << outcome.err;
+  };
+  const std::string data = "data r = trajectories(\"train.nc\", u); ", nu = "unknown nu from 0.2; ", loss = "minimise mean((u - r)^2) over 4 steps; ", use = "using adam(rate = 0.1)";
+  refused(data + nu + "minimise mean((u - r)^2); " + use, "E0311", "a loss that is not over a number of steps");
+  refused(data + nu + loss + "minimise mean(u^2) over 2 steps; " + use, "E0311", "a loss over 2 steps beside one over 4");
+  refused(data + nu + "minimise mean((u - r)^2) over 2.5 steps; " + use, "E0208", "2.5");
+  refused(data + "unknown initial u from 0; " + loss + use, "E0311", "an unknown initial state");
+  refused(data + nu + loss + "using lbfgs()", "E0311", "an optimiser that compares losses");
+  refused(data + nu + loss, "E0311", "the want of an optimiser");
+  refused(data + nu + loss + use + ", iterations 5", "E0311", "write epochs 20");
+  refused(data + nu + loss + use + ", batch 0", "E0707", "is a whole number from 1 on, not 0");
+  refused(data + nu + loss + use + ", unroll (1, 8)", "E0707", "is at most the 4 steps of the loss, not 8");
+  refused(data + nu + loss + use + ", schedule line", "E0707", "is constant, cosine or halve(updates)");
+  refused(data + nu + loss + use + ", validate 1", "E0707", "is a share of the runs, below 1");
+  refused(data + nu + loss + use + ", noise -1", "E0707", "must be 0 or more");
+  refused(data + nu + loss + use + ", bunch 4", "E0207", "batch");
+  refused(data + nu + loss + use + "; test e = mean(u^2)", "E0311", "a test on the run of the scene");
+  refused(data + nu + loss + use + "; test e = mean(u^2) on trajectories(\"test.nc\")", "E0703", "for 100 steps");
+  refused(data + "data q = load(\"q.npy\"); " + nu + loss + use, "E0311", "data that are no trajectories");
+  refused(data + "data q = trajectories(\"q.nc\", u); " + nu + loss + use, "E0311", "a second file of trajectories");
+  refused("data r = trajectories(\"train.npy\", u); " + nu + loss + use, "E0703", "write trajectories(\"train.nc\", u)");
+  refused(nu + "minimise mean(u^2) over 4 steps; " + use, "E0311", "a task that does not learn from trajectories");
+  refused(nu + "minimise mean(u^2); " + use + ", batch 4", "E0311", "batch");
+  refused(nu + "minimise mean(u^2); using adam(rate = 0.1, decay = 0.1)", "E0707", "is for tasks that learn from trajectories");
+}
+
+TEST_F(Training, WhatADataSetCannotSay) {
+  const auto refused = [&](const std::string& items, const std::string& part) {
+    write("d.dpde", burgers + "dataset d : truth { " + items + " }\n");
+    const Outcome outcome = dpde("run d.dpde d --out x");
+    EXPECT_NE(outcome.status, 0) << items;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << items << "\n" << outcome.err;
+    EXPECT_FALSE(fs::exists(path("x/d.nc")));
+  };
+  refused("runs 0", "runs of dataset d is a whole number from 1 on, not 0");
+  refused("vary nu in 2 .. 1", "has no number from 2 to 1");
+  refused("vary mu in 1 .. 2", "mu");
+  refused("vary nu in 1 .. 2; vary nu in 1 .. 2", "vary nu is given twice");
+  refused("frames every 0.01", "is no whole number of steps");
+  refused("frames every 1 from 1/2", "fewer than two");
+  refused("coarsen 3", "does not divide the 32 cells along x");
+  refused("file \"d.npy\"", "is the name of a .nc file");
+  refused("runs 2; vary nu in -20 .. -19", "run 0 of dataset d: u is no longer finite");
+}
+
+TEST_F(Training, GradientAndVerify) {
+  write("t.dpde", learning(adam));
+  EXPECT_EQ(dpde("verify t.dpde learn --json").status, 0);
+  EXPECT_EQ(dpde("gradient t.dpde learn --json").codes(), std::vector<std::string>{"E0908"});
+  EXPECT_EQ(dpde("check t.dpde learn --json").status, 0);
+}
+
+TEST_F(Training, DataSetsAreMadeAgainAndGoOn) {
+  const std::string first = content(path("train.nc"));
+  EXPECT_EQ(dpde("run data.dpde train --out again --threads 1 --json").status, 0);
+  EXPECT_EQ(content(path("again/train.nc")), first) << "the same bytes for any number of threads";
+  const Json made = dpde("run data.dpde train --out again --resume --json").json();
+  EXPECT_EQ(made["resumed_runs"], 0) << "parts of complete sets are gone";
+  EXPECT_EQ(made["frames"], 17);
+  EXPECT_NEAR(made["estimates"]["u"]["order"].get<double>(), 2, 0.3);
+}
+
+TEST_F(Training, DataSetsAreCoarsened) {
+  write("c.dpde", burgers + "dataset coarse : truth { runs 2; vary a in 0.5 .. 1.5; frames every 1/8 from 1/4 to 1/2; coarsen 4; file \"coarse.nc\" }\n"
+                            "scene small : burgers with plain { grid x = 0 .. 2*pi, cells 8, periodic; nu = 0.05; a = 1; phase = 0; initial u = 0; time 0 .. 1, step 1/32 }\n"
+                            "task learn : small { data u_ref = trajectories(\"coarse.nc\", u); unknown nu from 0.2; minimise mean((u - u_ref)^2) over 4 steps; using adam(rate = 0.01), epochs 2 }\n");
+  const Outcome made = dpde("run c.dpde coarse --out . --json");
+  ASSERT_EQ(made.status, 0) << made.out << made.err;
+  EXPECT_EQ(made.json()["frames"], 3);
+  EXPECT_EQ(made.json()["cells"], Json::array({8}));
+  const Outcome learnt = dpde("optimize c.dpde learn --json");
+  ASSERT_EQ(learnt.status, 0) << learnt.out << learnt.err;
+  EXPECT_EQ(learnt.json()["windows"], 4);
+}
+
+}  // namespace
+}  // namespace dpde::testing
