@@ -178,6 +178,49 @@ TEST_F(Training, DataThatDoNotFit) {
   refused(learning(adam, "broken.nc"));
 }
 
+const std::string corrected = R"(
+model burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
+scheme plain { time = rk2 }
+network corrector(u) { initial he, seed 1; conv 8, 5; tanh; conv out, 5, gain = 0.01 }
+scene fine : burgers with plain {
+  grid x = 0 .. 2*pi, cells 64, periodic
+  nu = 0.3; a = 1; phase = 0
+  initial u = a*sin(x) + 0.3*cos(2*x + phase)
+  time 0 .. 2, step 1/64
+}
+scene coarse : burgers with plain {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  nu = 0.3; a = 1; phase = 0
+  initial u = a*sin(x) + 0.3*cos(2*x + phase)
+  time 0 .. 2, step 1/16
+  after step: u += corrector(u)
+}
+dataset train : fine { runs 6; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; coarsen 4; file "fine.nc" }
+dataset test : fine { runs 3; seed 7; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; coarsen 4; file "fine_test.nc" }
+)";
+
+std::string correcting(const std::string& from, int epochs) {
+  return corrected + "task learn : coarse { data r = trajectories(\"fine.nc\", u); learn corrector" + from + "; minimise mean((u - r)^2) over 4 steps; using adam(rate = 3e-3), batch 8, epochs " +
+         std::to_string(epochs) + ", unroll (1, 2, 4), schedule cosine, validate 0.2; test err = mean(abs(u - r)) on trajectories(\"fine_test.nc\") for 32 steps }\n";
+}
+
+TEST_F(Training, ANetworkCorrectsACoarseRun) {
+  write("n.dpde", correcting("", 15));
+  ASSERT_EQ(dpde("run n.dpde train --out . --json").status, 0);
+  ASSERT_EQ(dpde("run n.dpde test --out . --json").status, 0);
+  const Outcome first = dpde("optimize n.dpde learn --out o --json");
+  ASSERT_EQ(first.status, 0) << first.out << first.err;
+  const Json test = first.json()["test"]["err"];
+  EXPECT_LT(test["mean"].get<double>(), 0.5 * test["start"]["mean"].get<double>());
+  const Outcome two = dpde("optimize n.dpde learn --threads 2 --epochs 15 --json");
+  EXPECT_EQ(two.json()["loss"], first.json()["loss"]) << "the same for any number of threads";
+  write("again.dpde", correcting(" from \"o/corrector.safetensors\"", 3));
+  const Json again = dpde("optimize again.dpde learn --out again --json").json();
+  EXPECT_NEAR(again["test"]["err"]["start"]["mean"].get<double>(), test["mean"].get<double>(), 1e-5);
+  write("other.dpde", correcting(" from \"o/corrector.safetensors\"", 3).replace(corrected.find("conv 8, 5"), 9, "conv 8, 3"));
+  EXPECT_EQ(dpde("optimize other.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
+}
+
 TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   const std::string model = "model m { field u; coefficient f; param nu; param s; dt(u) = nu*lap(u) + f }\n";
   const auto text = [&](const std::string& force, const std::string& start) {

@@ -45,6 +45,8 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
   } else if (part.is_control()) {
     entry["values"] = json_numbers(part_of(gradient, part));
     job.say(fmt::format("d loss / d {}: norm {:.12g} over {} intervals\n", name, shown(norm), part.size));
+  } else if (part.is_network()) {
+    job.say(fmt::format("d loss / d {}: norm {:.12g} over {} weights\n", name, shown(norm), part.size));
   } else {
     entry["value"] = json_number(gradient[part.offset]);
     job.say(fmt::format("d loss / d {} = {:.12g}\n", name, shown(gradient[part.offset])));

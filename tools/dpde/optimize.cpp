@@ -138,7 +138,7 @@ void report_stop(Job& job, const OptimiseResult& result, int iterations) {
 Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
   Json unknowns = Json::object();
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
-    if (part.is_field()) {
+    if (part.is_field() || part.is_network()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
     } else if (part.is_control()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}, {"values", json_numbers(part_of(result.x, part))}};

@@ -137,6 +137,9 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
   save_text(job, "loss.csv", table);
   for (const driver::Inverse::Part& part : run.inverse->parts()) {
     if (part.is_control()) save_control(job, run, part.name, part_of(result.x, part));
+    for (const network::Network& network : run.session->problem().networks) {
+      if (part.is_network() && network.name == part.name) save_weights(job, network, part_of(result.x, part));
+    }
     if (!part.is_field()) continue;
     save_state(job, run.session->workspace(), part.is_initial() ? part.name + "_initial" : part.name, part_of(result.x, part));
   }

@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <set>
 
+#include "codegen/network_table.h"
 #include "driver/files.h"
 #include "dpde/runtime/npy.h"
+#include "dpde/runtime/weights_file.h"
 #include "model/placement.h"
 
 namespace dpde::tools {
@@ -108,6 +110,13 @@ void save_state(Job& job, const driver::Workspace& workspace, const std::string&
     shape.insert(shape.begin(), static_cast<std::int64_t>(values.size() / workspace.cell_count()));
   }
   if (guarded(job, [&] { write_npy(path, shape, values); })) job.wrote(path.string());
+}
+
+void save_weights(Job& job, const network::Network& network, const std::vector<double>& values) {
+  if (job.options().out.empty()) return;
+  const fs::path path = out_path(job, network.name + ".safetensors");
+  const codegen::NetworkTable table(network);
+  if (guarded(job, [&] { write_weights(path, arrays_of(*table.get(), values), network.real == Precision::f32); })) job.wrote(path.string());
 }
 
 void save_text(Job& job, const std::string& name, const std::string& text) {

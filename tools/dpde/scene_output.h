@@ -41,6 +41,9 @@ void save_text(Job& job, const std::string& name, const std::string& text);
 void save_picture(Job& job, const std::string& name, const std::vector<Panel>& panels);
 
 /// Cells an axis, for JSON.
+/// NAME.safetensors, in the precision that the network computes with.
+void save_weights(Job& job, const network::Network& network, const std::vector<double>& values);
+
 Json json_cells(const driver::Workspace& workspace);
 /// "128" or "64 x 32".
 std::string cells_text(const driver::Workspace& workspace);

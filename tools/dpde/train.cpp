@@ -180,7 +180,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   compile_options->selection.keeps_params = true;  // each run of the data may have its own
   if (!compile_task(job, options, *compile_options, run)) return json;
   const std::unique_ptr<driver::TrainingScene> scene = driver::TrainingScene::open(job.source(), run.compiled, job.sink());
-  if (!scene) return json;
+  if (!scene || !driver::check_tests(*scene, job.source(), job.sink())) return json;
   const driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   const std::unique_ptr<driver::Trainer> trainer = driver::Trainer::open(*scene, options.epochs, batch, job.sink());
   if (!trainer) return json;

@@ -96,7 +96,11 @@ void write_trained(Job& job, const driver::Trainer& trainer) {
   const driver::Workspace workspace(*trainer.scene().compiled->problem, *trainer.scene().compiled->code, {}, 1);
   for (const driver::UnknownPart& part : trainer.parts()) {
     const auto values = trainer.best().segment(part.offset, part.size);
-    if (part.kind == DPDE_UNKNOWN_COEFFICIENT) save_state(job, workspace, part.name, {values.data(), values.data() + part.size});
+    const std::vector<double> numbers(values.data(), values.data() + part.size);
+    if (part.kind == DPDE_UNKNOWN_COEFFICIENT) save_state(job, workspace, part.name, numbers);
+    for (const network::Network& network : trainer.scene().compiled->problem->networks) {
+      if (part.kind == DPDE_UNKNOWN_NETWORK && network.name == part.name) save_weights(job, network, numbers);
+    }
   }
   if (std::ranges::any_of(state.losses, [](double loss) { return std::isfinite(loss) && loss > 0; })) save_picture(job, "loss", {loss_panel(trainer)});
 }

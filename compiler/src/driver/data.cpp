@@ -10,6 +10,7 @@
 
 #include "driver/array_file.h"
 #include "driver/trajectories.h"
+#include "driver/weights.h"
 #include "model/placement.h"
 #include "support/assert.h"
 
@@ -240,6 +241,10 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
   for (const model::State& state : problem.states) check(state.name, state.initial);
   if (!problem.task) return;
   for (const model::Unknown& unknown : problem.task->unknowns) {
+    if (unknown.kind == model::Unknown::Kind::network) {
+      if (!unknown.from.file.empty()) load_weights(problem, unknown, source, sink);
+      continue;
+    }
     const model::State* state = problem.find_state(unknown.name);
     const bool is_the_scenes = state != nullptr && state->initial.origin.range == unknown.from.origin.range;
     if (!is_the_scenes) check(unknown.name, unknown.from);

@@ -51,6 +51,10 @@ class Roller {
     for (const model::Unknown& unknown : scene_.task().unknowns) {
       if (unknown.is_field()) workspace_.set_dense(unknown.name, simulation_->value_of(unknown.name));
     }
+    for (const std::string& network : simulation_->networks()) {
+      const auto weights = workspace_.weights().find(network);
+      if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
+    }
   }
 
   /// To the next frame; false from where the run has blown up.
@@ -138,12 +142,26 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values) {
   return result;
 }
 
+namespace {
+
+std::optional<Trajectories> load_test(const TrainingScene& scene, const model::Test& test, const SourceFile& source, DiagnosticSink& sink) {
+  std::optional<Trajectories> on = load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
+  if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink)) return std::nullopt;
+  return on;
+}
+
+}  // namespace
+
+bool check_tests(const TrainingScene& scene, const SourceFile& source, DiagnosticSink& sink) {
+  return std::ranges::all_of(scene.task().tests, [&](const model::Test& test) { return test.on.empty() || load_test(scene, test, source, sink).has_value(); });
+}
+
 std::vector<TrajectoryTest> tests_on_trajectories(const TrainingScene& scene, const Eigen::VectorXd& x, const SourceFile& source, const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<TrajectoryTest> results;
   for (const model::Test& test : scene.task().tests) {
     if (test.on.empty()) continue;
-    const std::optional<Trajectories> on = load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
-    if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink)) continue;
+    const std::optional<Trajectories> on = load_test(scene, test, source, sink);
+    if (!on) continue;
     TrajectoryTest& result = results.emplace_back(TrajectoryTest{test.quantity.name, test.on, {}, {}});
     for (int k = 1; k <= test.when.count / on->every; ++k) result.times.push_back(on->times[static_cast<std::size_t>(k)] - on->times[0]);
     result.runs = roll_all(scene, *on, test, x, options);

@@ -25,6 +25,9 @@ struct MeanAndSpread {
 };
 MeanAndSpread mean_and_spread(const std::vector<double>& values);
 
+/// Whether the files of all tests are there and fit, before a long training begins. Reports what is wrong with them.
+bool check_tests(const TrainingScene& scene, const SourceFile& source, DiagnosticSink& sink);
+
 /// All tests on trajectories of the scene's task, with the unknowns x. Reports what is wrong with their files.
 std::vector<TrajectoryTest> tests_on_trajectories(const TrainingScene& scene, const Eigen::VectorXd& x, const SourceFile& source, const BatchOptions& options, DiagnosticSink& sink);
 
