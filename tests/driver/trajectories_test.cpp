@@ -32,7 +32,7 @@ NetcdfContent good() {
 class TrajectoryFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) / "dpde_trajectories";
+    folder_ = std::filesystem::path(::testing::TempDir()) / (std::string("dpde_trajectories_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
