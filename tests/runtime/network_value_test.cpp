@@ -44,6 +44,7 @@ TEST(NetworkValue, EveryLayerIsWhatItsDefinitionSays) {
 
 TEST(NetworkValue, SinglePrecision) {
   test::for_each_case([&](TestNetwork& network, const Cells& cells, const std::string& what) {
+    if (cells.size() != 2) return;  // the same code
     network.set_real(DPDE_F32);
     const Case c(network, cells);
     Network run = c.make();

@@ -8,45 +8,6 @@ namespace {
 
 int64_t offset(const Shape& shape, const Axes& cell) { return cell[0] + cell[1] * shape.stride[1] + cell[2] * shape.stride[2]; }
 
-/// Fine cells that one coarse cell stands for: fewer at an end that the stride does not divide.
-struct Pool {
-  Axes begin{}, end{};
-
-  Pool(const Axes& coarse, int64_t stride, const Shape& fine) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      begin[axis] = coarse[axis] * stride;
-      end[axis] = std::min(begin[axis] + stride, fine.cells[axis]);
-    }
-  }
-  template <class F>
-  void for_each(const F& f) const {
-    for (int64_t z = begin[2]; z < end[2]; ++z) {
-      for (int64_t y = begin[1]; y < end[1]; ++y) {
-        for (int64_t x = begin[0]; x < end[0]; ++x) f(Axes{x, y, z});
-      }
-    }
-  }
-  /// The first of the largest.
-  template <class Real>
-  Axes largest(const Real* plane, const Shape& fine) const {
-    Axes place = begin;
-    for_each([&](const Axes& cell) {
-      if (plane[offset(fine, cell)] > plane[offset(fine, place)]) place = cell;
-    });
-    return place;
-  }
-};
-
-/// `f(offset of the coarse cell, its pool)`.
-template <class F>
-void for_each_pool(int64_t stride, const Shape& fine, const Shape& coarse, const F& f) {
-  for (int64_t z = 0; z < coarse.cells[2]; ++z) {
-    for (int64_t y = 0; y < coarse.cells[1]; ++y) {
-      for (int64_t x = 0; x < coarse.cells[0]; ++x) f(offset(coarse, {x, y, z}), Pool({x, y, z}, stride, fine));
-    }
-  }
-}
-
 /// The rows of fine cells that one coarse row stands for.
 struct RowPool {
   std::array<int64_t, 2> begin{}, end{};  // y, z
@@ -60,15 +21,49 @@ struct RowPool {
   }
 };
 
-/// `f(offset of the coarse row, its pool)`.
+/// `f(offset of the coarse row, its pool)`: fewer rows at an end that the stride does not divide.
 template <class F>
 void for_each_coarse_row(int64_t stride, const Shape& fine, const Shape& coarse, const F& f) {
   for (int64_t z = 0; z < coarse.cells[2]; ++z) {
     for (int64_t y = 0; y < coarse.cells[1]; ++y) {
-      const Pool pool({0, y, z}, stride, fine);
-      f(offset(coarse, {0, y, z}), RowPool{{pool.begin[1], pool.begin[2]}, {pool.end[1], pool.end[2]}});
+      const int64_t fine_y = y * stride, fine_z = z * stride;
+      f(offset(coarse, {0, y, z}),
+        RowPool{{fine_y, fine_z}, {std::min(fine_y + stride, fine.cells[1]), std::min(fine_z + stride, fine.cells[2])}});
     }
   }
+}
+
+/// `f(offset of the coarse cell, the first fine cell of those with the largest value)`.
+template <class Real, class F>
+void for_each_largest(int64_t stride, const Shape& fine, const Shape& coarse, const Real* plane, const F& f) {
+  constexpr int64_t at_once = 64;  // coarse cells
+  for_each_coarse_row(stride, fine, coarse, [&](int64_t coarse_row, const RowPool& pool) {
+    for (int64_t first = 0; first < coarse.cells[0]; first += at_once) {
+      const int64_t count = std::min(at_once, coarse.cells[0] - first);
+      Real most[at_once];
+      int64_t column[at_once]{}, line[at_once]{};
+      const Real* const begin = plane + offset(fine, {first * stride, pool.begin[0], pool.begin[1]});
+      for (int64_t x = 0; x < count; ++x) most[x] = begin[x * stride];
+      int64_t number = 0;
+      pool.for_each(fine, [&](int64_t fine_row) {
+        const Real* const row = plane + fine_row + first * stride;
+        for (int64_t k = 0; k < stride; ++k) {
+          const int64_t whole = std::min(count, (fine.cells[0] - first * stride - k + stride - 1) / stride);
+          for (int64_t x = 0; x < whole; ++x) {
+            const bool larger = row[x * stride + k] > most[x];
+            most[x] = larger ? row[x * stride + k] : most[x];
+            column[x] = larger ? k : column[x];
+            line[x] = larger ? number : line[x];
+          }
+        }
+        ++number;
+      });
+      const int64_t ny = pool.end[0] - pool.begin[0];
+      for (int64_t x = 0; x < count; ++x) {
+        f(coarse_row + first + x, Axes{(first + x) * stride + column[x], pool.begin[0] + line[x] % ny, pool.begin[1] + line[x] / ny});
+      }
+    }
+  });
 }
 
 /// `f(to[x], from[x / stride])` for x in 0 .. count-1.
@@ -166,20 +161,20 @@ void add_mean_pool_adjoint(int threads, int64_t stride, const View<Real>& coarse
 template <class Real>
 void max_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse) {
   for_each_channel(threads, fine, [&](int64_t channel) {
-    const Real *const values = fine.plane(channel), *const from = taken.plane(channel);
+    const Real* const from = taken.plane(channel);
     Real* const to = coarse.plane(channel);
-    for_each_pool(stride, *fine.shape, *coarse.shape,
-                  [&](int64_t cell, const Pool& pool) { to[cell] = from[offset(*taken.shape, pool.largest(values, *fine.shape))]; });
+    for_each_largest(stride, *fine.shape, *coarse.shape, fine.plane(channel),
+                     [&](int64_t cell, const Axes& largest) { to[cell] = from[offset(*taken.shape, largest)]; });
   });
 }
 
 template <class Real>
 void add_max_pool_adjoint(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
   for_each_channel(threads, fine, [&](int64_t channel) {
-    const Real *const values = fine.plane(channel), *const from = coarse_bar.plane(channel);
+    const Real* const from = coarse_bar.plane(channel);
     Real* const to = fine_bar.plane(channel);
-    for_each_pool(stride, *fine.shape, *coarse_bar.shape,
-                  [&](int64_t cell, const Pool& pool) { to[offset(*fine_bar.shape, pool.largest(values, *fine.shape))] += from[cell]; });
+    for_each_largest(stride, *fine.shape, *coarse_bar.shape, fine.plane(channel),
+                     [&](int64_t cell, const Axes& largest) { to[offset(*fine_bar.shape, largest)] += from[cell]; });
   });
 }
 
