@@ -191,6 +191,7 @@ TEST(Networks, SayWhatIsWrongWithALayer) {
   EXPECT_EQ(problems_in("initial seed 0.5\nrelu"), "2:14 E0336 0.5 is no seed: a whole number from 0 on, below 2^53\n");
   EXPECT_EQ(problems_in("real f16\nrelu"), "2:6 E0338 f16 is no precision | choose one of: f32, f64\n");
   EXPECT_EQ(problems_in("repeat 0 { relu }"), "2:8 E0372 a repeat makes 1 to 1024 passes, not 0\n");
+  EXPECT_EQ(problems_in("repeat 1000 { repeat 1000 { repeat 1000 { repeat 1000 { } } } }"), "2:50 E0338 the body of repeat has no layers\n");
   EXPECT_EQ(problems_in("repeat 1000 { repeat 2 { relu } }"), "2:26 E0338 the network has more than 1024 layers\n");
   EXPECT_EQ(problems_in("repeat 2 { padding zero; relu }"), "2:12 E0311 this line cannot appear in a block of layers | write it above the layers of the network\n");
   EXPECT_EQ(problems_in("repeat 17 { skip { relu } }\nconv out, 1"), "2:13 E0338 this makes 131072 channels, more than 65536\n");

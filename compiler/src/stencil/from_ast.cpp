@@ -9,10 +9,10 @@
 #include <map>
 #include <set>
 
-#include "model/network_from_ast.h"
 #include "stencil/build.h"
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
+#include "stencil/networks_from_ast.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
 #include "syntax/unroll.h"
@@ -88,10 +88,7 @@ class ModuleReader {
     for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, false); });
     for_each<ast::Program>([&](const ast::Program& program) { spread_rank(program, true); });
     for (const KernelRead& read : kernels_) module_.kernels.push_back(read.kernel);
-    for_each<ast::Network>([&](const ast::Network& network) {
-      if (!network.input_channels) return;  // of a model
-      if (const auto read = model::network_from_ast(network, sink_)) module_.networks.push_back(*read);
-    });
+    module_.networks = read_networks(source_.file, sink_);
     for_each<ast::Program>([&](const ast::Program& program) { read_program(program); });
     for_each<ast::Loop>([&](const ast::Loop& loop) { read_loop(loop); });
     if (!sink_.has_errors()) report_problems();
@@ -133,6 +130,7 @@ class ModuleReader {
       if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
         for (const ast::Identifier& axis : reduce->axes) rank = std::max(rank, axis_of(axis) + 1);
       }
+      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) rank = std::max(rank, stencil::told_rank(source_.file, *apply).value_or(0));
       const auto* fill = std::get_if<ast::FillItem>(&item.kind);
       if (!fill) continue;
       for (const ast::BoundarySide& side : fill->sides) {
@@ -192,8 +190,8 @@ class ModuleReader {
         fields.push_back(reduce->result.name);
       }
       if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
-        const Infer infer = read_infer(*apply);
-        for (const auto& names : {fields_read(infer), fields_written(infer)}) fields.insert(fields.end(), names.begin(), names.end());
+        std::ranges::copy(stencil::fields_of(*apply), std::back_inserter(fields));
+        fields_known_ = fields_known_ && module_.find_network(apply->network.name);
       }
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
@@ -244,8 +242,9 @@ class ModuleReader {
     } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
     } else if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
-      ranges_.push_back(item.range);
-      program_.body.push_back(read_infer(*apply));
+      const auto infer = read_infer(source_.file, *apply, module_, sink_);
+      if (infer) ranges_.push_back(item.range);
+      if (infer) program_.body.push_back(*infer);
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
       read_swap(*swap);
     } else if (const auto* keep = std::get_if<ast::KeepItem>(&item.kind)) {

@@ -419,16 +419,4 @@ class KernelReader : public ExprReader {
 
 KernelRead read_kernel(const ast::Kernel& source, DiagnosticSink& sink) { return KernelReader(source, sink).run(); }
 
-Infer read_infer(const ast::ApplyItem& source) {
-  const auto fields = [](const std::vector<ast::Identifier>& names) {
-    std::vector<std::string> result;
-    for (const ast::Identifier& name : names) result.push_back(name.name == "_" ? "" : name.name);
-    return result;
-  };
-  Infer infer{source.network.name, Infer::Mode::value, fields(source.inputs), fields(source.by), fields(source.to), source.weights};
-  if (source.mode == ast::ApplyItem::Mode::tangent) infer.mode = Infer::Mode::tangent;
-  if (source.mode == ast::ApplyItem::Mode::adjoint) infer.mode = Infer::Mode::adjoint;
-  return infer;
-}
-
 }  // namespace dpde::stencil

@@ -16,7 +16,4 @@ struct KernelRead {
 
 KernelRead read_kernel(const ast::Kernel& source, DiagnosticSink& sink);
 
-/// The statement as it is written; verify() says whether the network is there and fits.
-Infer read_infer(const ast::ApplyItem& source);
-
 }  // namespace dpde::stencil

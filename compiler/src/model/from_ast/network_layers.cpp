@@ -142,7 +142,12 @@ class LayerReader {
     if (repeat.count < 1 || repeat.count > most_layers) {
       return fail("bad-repeat", repeat.count_range, {std::to_string(most_layers), std::to_string(repeat.count)});
     }
-    for (int pass = 0; pass < repeat.count && !failed_; ++pass) read_items(repeat.items, true);
+    const std::size_t before = network_.layers.size();
+    for (int pass = 0; pass < repeat.count && !failed_; ++pass) {
+      read_items(repeat.items, true);
+      // each pass adds a layer, so that the limit of layers is one of passes
+      if (network_.layers.size() == before) refuse(repeat.count_range, "the body of repeat has no layers");
+    }
   }
 
   // ---- values ------------------------------------------------------------------------------------------------------
