@@ -236,6 +236,12 @@ struct Control {
   Origin origin;
 };
 
+/// Where the weights of a network come from, in place of its seed.
+struct GivenWeights {
+  std::string network;
+  Source from;  // a .safetensors or .npz file
+};
+
 /// A named number made of reductions: a loss term, an observable, a test.
 struct Quantity {
   std::string name;
@@ -340,6 +346,7 @@ struct Problem {
   std::vector<Coefficient> coefficients;
   std::vector<Control> controls;
   std::vector<network::Network> networks;  // those that are called, for the axes of the scene
+  std::vector<GivenWeights> weights;
   std::vector<Quantity> observables;
   std::vector<Output> outputs;
   std::vector<Event> events;  // in the order in which they happen

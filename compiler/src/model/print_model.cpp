@@ -183,6 +183,7 @@ std::vector<std::string> scene_lines(const Problem& p) {
     lines.push_back(fmt::format("{} = {}{}", param.name, bare(param.value), param.unknown ? "  # unknown" : ""));
   }
   for (const Coefficient& c : p.coefficients) lines.push_back(print(c, p.step));
+  for (const GivenWeights& given : p.weights) lines.push_back(fmt::format("{} = load(\"{}\")", given.network, given.from.file));
   for (const State& state : p.states) {
     if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
   }
@@ -261,6 +262,10 @@ std::vector<std::string> task_lines(const Task& task) {
   std::vector<std::string> lines;
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
   for (const Unknown& unknown : task.unknowns) {
+    if (unknown.kind == Unknown::Kind::network) {
+      lines.push_back(fmt::format("learn {}{}", unknown.name, unknown.from.file.empty() ? "" : fmt::format(" from \"{}\"", unknown.from.file)));
+      continue;
+    }
     const std::string bounds = unknown.is_bounded() ? fmt::format(" in {} .. {}", unknown.low, unknown.high) : "";
     const char* initial = unknown.kind == Unknown::Kind::initial ? "initial " : "";
     lines.push_back(fmt::format("unknown {}{} from {}{}", initial, unknown.name, print(unknown.from), bounds));

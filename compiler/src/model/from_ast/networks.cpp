@@ -79,6 +79,29 @@ void bind_network_of_program(Draft& draft, DeclaredNetwork& declared) {
                                  declared.network->rank() == 1 ? "axis" : "axes", axes)});
 }
 
+/// corrector = load("corrector.safetensors") of a scene.
+void bind_weights(Draft& draft, const DeclaredNetwork& declared) {
+  const std::string& name = declared.source->name.name;
+  std::map<std::string, SourceRange> seen;
+  for (const auto& [item, range] : items_of<ast::ValueItem>(draft.scene->items)) {
+    if (item.name.name != name) continue;
+    const auto [first, is_new] = seen.emplace(name, item.name.range);
+    if (!is_new) report_duplicate(draft, name, item.name.range, first->second);
+    const auto* load = std::get_if<ast::Call>(&item.value->kind);
+    const auto* file = load && load->callee == "load" && load->arguments.size() == 1 ? std::get_if<ast::Text>(&load->arguments[0].value->kind) : nullptr;
+    if (!file || !(file->value.ends_with(".safetensors") || file->value.ends_with(".npz"))) {
+      draft.sink.report("bad-network", item.value.range(), {fmt::format("the weights of network {} come from a file", name)},
+                        fmt::format("write {} = load(\"{}.safetensors\"), or .npz", name, name));
+      continue;
+    }
+    if (!is_new) continue;
+    GivenWeights& weights = draft.problem.weights.emplace_back();
+    weights.network = name;
+    weights.from.file = file->value;
+    weights.from.origin = {item.value.range()};
+  }
+}
+
 }  // namespace
 
 void bind_networks(Draft& draft) {
@@ -93,6 +116,7 @@ void bind_networks(Draft& draft) {
     } else {
       bind_network(draft, declared);
     }
+    bind_weights(draft, declared);
   }
 }
 
@@ -102,6 +126,7 @@ const DeclaredNetwork* find_network(const Draft& draft, const std::string& name)
 }
 
 void keep_called_networks(Draft& draft) {
+  std::erase_if(draft.problem.weights, [&](const GivenWeights& given) { return !draft.called_networks.contains(given.network); });
   for (const DeclaredNetwork& declared : draft.networks) {
     if (!declared.network) continue;
     if (draft.called_networks.contains(declared.source->name.name)) {

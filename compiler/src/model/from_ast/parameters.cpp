@@ -30,6 +30,7 @@ void report_not_a_value(Draft& draft, const ast::Identifier& name, const Meaning
 }
 
 void bind_value(Draft& draft, const ast::ValueItem& item, std::map<std::string, SourceRange>& seen) {
+  if (find_declaration<ast::Network>(draft.file, item.name.name)) return;  // bind_networks
   const Meaning* meaning = draft.scope.find(item.name.name);
   const bool is_component = !vector_of(item.name.name).empty() && draft.scope.find(vector_of(item.name.name));
   if (is_component || (meaning && meaning->role == Role::coefficient)) return;  // bind_coefficients

@@ -304,6 +304,9 @@ void bind_learned(Draft& draft) {
       unknown.kind = Unknown::Kind::network;
       unknown.name = name;
       unknown.origin = {item.network.range};
+      const auto given = std::ranges::find(draft.problem.weights, name, &GivenWeights::network);
+      if (given != draft.problem.weights.end()) unknown.from = given->from;
+      if (item.from) unknown.from.origin = {item.from->range()};
       if (item.from) unknown.from.file = std::get<ast::Text>((*item.from)->kind).value;
       draft.problem.task->unknowns.push_back(std::move(unknown));
     }
