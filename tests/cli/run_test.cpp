@@ -202,5 +202,32 @@ TEST_F(CheckCommand, ShowsSeveralMistakesAtOnce) {
   EXPECT_EQ(check.codes().size(), 2u) << check.err;
 }
 
+using CheckCommand = Command;
+
+TEST_F(CheckCommand, TellsOrdersOfOperatorsAsStatedAndAsMeasured) {
+  const auto text = [](const std::string& order) {
+    return "operator slope(u) order " + order + " = (u[+1] - u[-1])/(2*hx)\noperator drift(u) order 4 = u[+1] - mean(u)\n"
+           "model m { field u; dt(u) = slope(u) + slope(slope(u)) + drift(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n  initial u = x\n"
+           "  time 0 .. 1, step 1/8\n}\n";
+  };
+  write("m.dpde", text("2"));
+  const Outcome good = dpde("check m.dpde --json");
+  ASSERT_EQ(good.status, 0) << good.err;
+  EXPECT_EQ(good.json()["order"]["space"], 2);
+  EXPECT_EQ(good.json()["operators"].dump(),
+            R"([{"measured":2,"name":"slope","note":null,"stated":2},{"measured":null,"name":"drift","note":"not measured: it holds a reduction","stated":4}])");
+  EXPECT_NE(dpde("check m.dpde").out.find("operator slope: order 2 as stated and measured\noperator drift: order 4 as stated, not measured: it holds a reduction\n"),
+            std::string::npos);
+  write("m.dpde", text("3"));
+  const Outcome wrong = dpde("run m.dpde");
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_NE(wrong.err.find("m.dpde:1:10: error[E0557]: operator slope is stated to be of order 3, but its error goes as h^2\n"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("help: write order 2, or mend its weights (as fractions: 1/3, not 0.3333)"), std::string::npos) << wrong.err;
+  write("m.dpde", text("1"));
+  const Outcome modest = dpde("check m.dpde --json");
+  EXPECT_EQ(modest.status, 0);
+  EXPECT_EQ(modest.codes(), std::vector<std::string>{"W0501"});
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -86,7 +86,7 @@ scene pond : drift with plain {
 
 TEST(Certificate, PassesOperatorsOfTheFile) {
   const SourceFile source("skew.dpde", R"(
-operator skew(f, g) order 1 = f[+1, 0]*g[0, -2]/hx - f[-1, +1]*g/hy + max(f[0, +1], g[+1, 0])
+operator skew(f, g) order 0 = f[+1, 0]*g[0, -2]/hx - f[-1, +1]*g/hy + max(f[0, +1], g[+1, 0])
 model m { field u; vector v; param k; dt(u) = k*skew(u, u*u) + 0.1*lap(u); dt(v) = skew(u, v.x)*v }
 scheme plain { time = rk2 }
 scene pond : m with plain {

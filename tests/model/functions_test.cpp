@@ -59,6 +59,7 @@ TEST(Functions, ThatAreWrongAreRefused) {
   EXPECT_EQ(message("function f(a) = a[+1]\n", "f(u)"),
             "the neighbour a[...] cannot appear in a formula | neighbours are read in kernels and operators; formulas "
             "have dx, lap and the like");
+  EXPECT_EQ(message("operator o(a) order 1 = (x[+1] - a)/hx\n", "o(u)"), "the neighbour x[...] cannot appear in an operator | neighbours are those of its parameters");
   EXPECT_EQ(message("operator o(a) order 1 = (a[+1] - a)/hx\n", "o(u)", 2),
             "expected 2 offsets but this has 1 | the scene has 2 axes");
   EXPECT_EQ(message("operator o(a) order 1 = a[+1] - a[+99]\n", "o(u)"), "99 cells is not a distance between -64 and 64 | ");

@@ -10,6 +10,7 @@
 #include "driver/cost.h"
 #include "driver/savings.h"
 #include "model/build.h"
+#include "stencil/operator_order.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -25,7 +26,7 @@ bool is_transport_alone(const model::Expr& rate) {
   return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
 }
 
-/// The formal order of the scheme: the lowest of what the equations use.
+/// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is stated.
 Order order_of(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
   std::vector<int> space;
@@ -44,6 +45,9 @@ Order order_of(const model::Problem& problem) {
       return false;
     });
   }
+  for (const model::StatedOrder& stated : problem.operators) {
+    if (stated.in_equations) space.push_back(stated.order);
+  }
   Order order;
   order.space = space.empty() ? 0 : *std::min_element(space.begin(), space.end());
   switch (scheme.time) {
@@ -58,6 +62,32 @@ Order order_of(const model::Problem& problem) {
   if (!model::follows_flow(scheme.advect) || !transports) return order;
   order.time = split || scheme.advect == model::Advection::semi_lagrangian ? 1 : 2;
   return order;
+}
+
+/// Operators of the file, with their orders as stated and as measured: null where there is no such number, and why.
+std::string report_operators(const model::Problem& problem, Json& result) {
+  std::string text;
+  Json rows = Json::array();
+  for (const model::StatedOrder& stated : problem.operators) {
+    const stencil::MeasuredOrder found = stencil::measure_order(problem, stated);
+    Json row = {{"name", stated.name}, {"stated", stated.order}, {"measured", nullptr}};
+    std::string words;
+    switch (found.kind) {
+      case stencil::MeasuredOrder::Kind::found:
+        row["measured"] = found.order;
+        words = found.order == stated.order ? " and measured" : fmt::format(", measured {}", found.order);
+        break;
+      case stencil::MeasuredOrder::Kind::none: words = fmt::format(", but it grows as 1/h^{}", found.order); break;
+      case stencil::MeasuredOrder::Kind::exact: words = ", exact for smooth fields"; break;
+      case stencil::MeasuredOrder::Kind::unknown: words = fmt::format(", not measured: {}", found.why); break;
+    }
+    row["note"] = found.kind == stencil::MeasuredOrder::Kind::found ? Json(nullptr) : Json(words.substr(2));
+    if (std::ranges::find(rows, row) != rows.end()) continue;
+    text += fmt::format("operator {}: order {} as stated{}\n", stated.name, stated.order, words);
+    rows.push_back(std::move(row));
+  }
+  result["operators"] = std::move(rows);
+  return text;
 }
 
 Json types_of(const model::Problem& problem) {
@@ -114,6 +144,7 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
     const Order order = order_of(problem);
     result["order"] = {{"space", order.space}, {"time", order.time}};
     text += fmt::format("order: {} in space, {} in time\n", order.space, order.time);
+    text += report_operators(problem, result);
   } else {
     result["order"] = {{"space", nullptr}, {"time", nullptr}};
   }

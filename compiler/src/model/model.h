@@ -290,6 +290,15 @@ struct Unknown {
   bool is_bounded() const { return low > -std::numeric_limits<double>::infinity(); }
   bool is_field() const { return kind == Kind::initial || kind == Kind::coefficient; }
 };
+/// The order that an author states of an operator, and the body as one of its uses has it: arguments that are the same at all
+/// points put in, the others as fields of names that nothing else has.
+struct StatedOrder {
+  std::string name;
+  int order = 0;               // 0 states nothing
+  std::vector<Expr> body;      // the components of what it gives
+  bool in_equations = false;   // else in losses, observables and the like
+  Origin origin;               // of the name, where the operator is defined
+};
 /// What a run writes down: these states every so many steps, the first and the last one in any case.
 struct Output {
   std::vector<std::string> fields;
@@ -350,6 +359,7 @@ struct Problem {
   std::vector<Quantity> observables;
   std::vector<Output> outputs;
   std::vector<Event> events;  // in the order in which they happen
+  std::vector<StatedOrder> operators;  // each as often as it is used in different ways
   double t_begin = 0, step = 0;
   int steps = 0;
   double courant = 0;        // > 0: each step is done in as many equal parts as keep step*rate below it

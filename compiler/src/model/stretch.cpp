@@ -184,6 +184,9 @@ Problem in_uniform_coordinates(Problem problem) {
   for (Event& event : problem.events) {
     for (Event::Update& update : event.updates) update.value = rewriter(update.value);
   }
+  for (StatedOrder& stated : problem.operators) {
+    for (Expr& part : stated.body) part = rewriter(part);
+  }
   rewriter.rewrite(problem.rate);
   if (problem.task) rewrite_task(rewriter, *problem.task);
   for (Coefficient& metric : rewriter.metrics()) problem.coefficients.push_back(std::move(metric));

@@ -12,6 +12,7 @@
 #include "stencil/given.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
+#include "stencil/operator_order.h"
 #include "stencil/quantities.h"
 #include "stencil/semi_lagrangian.h"
 #include "stencil/subcycles.h"
@@ -256,7 +257,7 @@ std::string control_start_program(const model::Problem& problem, const std::stri
 Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
   Module module;
   Lowering lowering(problem);
-  if (!check(lowering, sink)) return module;
+  if (!check(lowering, sink) || !check_stated_orders(problem, sink)) return module;
   add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
   add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
   if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(lowering, *problem.task));

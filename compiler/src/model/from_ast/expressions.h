@@ -53,6 +53,7 @@ class Expressions {
   Typed tuple(const ast::Tuple& e);
   // functions.cpp: those of the file
   Typed user_call(const ast::Function& function, const ast::Call& e, SourceRange range);
+  void note_order(const FunctionScope& call, const Typed& value);
   // operators.cpp: those whose adjoint is given
   Typed application(const FunctionScope& call, const ast::Call& e, SourceRange range);
   bool can_apply(const FunctionScope& call, const ast::Call& e, SourceRange range);
@@ -129,6 +130,7 @@ class Expressions {
   Purpose purpose_;
   std::string subject_;
   const FunctionScope* function_ = nullptr;  // whose body this is
+  bool is_measuring_ = false;                // this body is read for its order only
 };
 
 /// "an equation", "an initial state", ...

@@ -3,6 +3,8 @@
 // and that of an operator the spacings and neighbours of its parameters.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 
@@ -48,11 +50,51 @@ Typed Expressions::user_call(const ast::Function& function, const ast::Call& e, 
     if (argument.type == Typed::Type::none) return {};
     scope.arguments.emplace(function.parameters[i].name, std::move(argument));
   }
-  if (!function.adjoints.empty()) return application(scope, e, range);
+  if (!function.adjoints.empty() && !is_measuring_) {
+    const Typed value = application(scope, e, range);
+    if (value.type != Typed::Type::none) note_order(scope, value);
+    return value;
+  }
   function_ = &scope;
   Typed value = any(function.body);
   function_ = scope.outer;
-  return is_too_large(value, range) ? Typed{} : value;
+  if (is_too_large(value, range)) return {};
+  if (function.order && value.type != Typed::Type::none) note_order(scope, value);
+  return value;
+}
+
+/// The operator by itself, of fields of its own, so that its order can be found out. What it holds was checked before. Where a
+/// network is in it, it stays as it is used: networks are not measured.
+void Expressions::note_order(const FunctionScope& call, const Typed& value) {
+  if (is_measuring_) return;
+  const ast::Function& function = call.function;
+  const bool holds_network = std::any_of(value.parts.begin(), value.parts.end(), [](const Expr& part) {
+    return any_part(part, [](const Expr& e) { return std::holds_alternative<Infer>(e->kind); });
+  });
+  FunctionScope scope{function, {}, function_};
+  for (const auto& [name, value] : call.arguments) {
+    Typed argument = value;
+    for (std::size_t i = 0; i < argument.parts.size(); ++i) {
+      if (is_uniform(argument.parts[i])) continue;
+      const Expr own = field(fmt::format("argument {} {}", name, i));
+      argument.parts[i] = argument.type == Typed::Type::condition ? binary(BinaryOp::greater, own, 0.0) : own;
+    }
+    scope.arguments.emplace(name, std::move(argument));
+  }
+  const std::size_t dropped = draft_.problem.dropped.size();
+  const int injections = draft_.injections;
+  is_measuring_ = true;
+  function_ = &scope;
+  const Typed body = holds_network ? value : any(function.body);
+  function_ = scope.outer;
+  is_measuring_ = false;
+  draft_.injections = injections;
+  draft_.problem.dropped.resize(dropped);
+  const StatedOrder stated{function.name.name, *function.order, body.parts, purpose_ == Purpose::equation, {function.name.range}};
+  const bool is_known = std::any_of(draft_.problem.operators.begin(), draft_.problem.operators.end(), [&](const StatedOrder& other) {
+    return other.name == stated.name && other.body == stated.body && other.in_equations == stated.in_equations;
+  });
+  if (!is_known) draft_.problem.operators.push_back(stated);
 }
 
 Typed Expressions::name_in_function(const std::string& name, SourceRange range) {
@@ -94,8 +136,11 @@ Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {
                        "neighbours are read in kernels and operators; formulas have dx, lap and the like");
     return {};
   }
-  if (argument == function_->arguments.end()) {
-    name_in_function(e.name, range);
+  const bool is_parameter = argument != function_->arguments.end();
+  Typed value = is_parameter ? argument->second : name_in_function(e.name, range);
+  if (value.type == Typed::Type::none) return {};
+  if (!is_parameter && !function_->arguments.contains(vector_of(e.name))) {
+    draft_.sink.report("not-allowed-here", range, {fmt::format("the neighbour {}[...]", e.name), "an operator"}, "neighbours are those of its parameters");
     return {};
   }
   const int count = static_cast<int>(e.offsets.size());
@@ -110,7 +155,6 @@ Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {
                        {std::to_string(cells), std::to_string(-max_offset), std::to_string(max_offset)});
     return {};
   }
-  Typed value = argument->second;
   if (value.type == Typed::Type::condition) as_number(value, range);
   if (value.type == Typed::Type::condition) return {};
   for (Expr& part : value.parts) part = shift(part, e.offsets, {range});
