@@ -69,6 +69,12 @@ TEST(Adjoint, IsClosedUnderItself) {
     DiagnosticSink sink;
     const adjoint::Derivative first = adjoint::adjoint(module, "p", c.wrt, sink);
     ASSERT_FALSE(sink.has_errors()) << c.name;
+    if (c.name.starts_with("weights that vary")) {  // a fold whose weights vary has no derivative; the tangent's adjoint has one
+      adjoint::adjoint(first.module, first.program, inputs_of(first, c.wrt), sink);
+      ASSERT_TRUE(sink.has_errors()) << c.name;
+      EXPECT_EQ(sink.all()[0].kind->code, "E0604");
+      continue;
+    }
     if (c.name == "values along walls, interpolated") {
       adjoint::adjoint(first.module, first.program, inputs_of(first, c.wrt), sink);
       ASSERT_TRUE(sink.has_errors());

@@ -68,8 +68,6 @@ TEST(VerifyModel, FindsEachBreakage) {
        [](Problem& p) { p.states[0].initial.file = "u.npy"; }},
       {"the boundary of u reads state u", [&](Problem& p) { p.states[0].boundary[0].low.value = u; }},
       {"boundary of u: a coordinate cannot stand here", [](Problem& p) { p.states[0].boundary[0].low.a = coordinate(0); }},
-      {"a weight at the boundary of u depends on an unknown",
-       [](Problem& p) { p.states[0].boundary[0].low.b = param("k"); }},
       {"exact solution of u: a derivative cannot stand here",
        [](Problem& p) { p.states[0].exact = derivative(coordinate(0), 0, 1); }},
       {"exact solution of u: a reduction cannot stand here",

@@ -295,6 +295,25 @@ std::vector<ProgramCase> program_cases() {
        {{"u", "kappa"}, {"a", "g"}}},
       {"a wall alone", 1, walls_kernel + "kernel k(u: field halo 3, out v: field) { v = u[-3]*u[+2] + sin(u) }\n"
                           "program p { run wall grow 3; fill u x = wc; run k; keep v }", {{}, {"g"}}},
+      {"weights that vary", 1, walls_kernel + two_stages +
+           "program p { run wall grow 2; fill u x.low = mixed(a, 2*g, wc), x.high = mixed(a*g + dt, sin(g), 0.2); fill kappa x = mixed(1, g, 0.3); run s1; "
+           "fill w x.low = mixed(if(g > 0.5, a, a^2), 1, wc), x.high = mixed(1, a, wc); run s2; swap u, v }",
+       {{"u", "kappa"}, {"a", "g"}}},
+      {"weights that vary, wide", 1, "kernel k(u: field halo 3, out v: field) { v = u[-3]*u[+2] + sin(u)*u[+3] }\n"
+           "program p { fill u x = mixed(a, 1 + b, 0.3); run k; keep v }", {{}, {"a", "b"}}},
+      {"weights that vary 2-D", 2, walls_2d_kernel + symplectic +
+           "program p { run wall grow 2; fill u x.low = mixed(g, 1, wc), x.high = mixed(1, g, wc), y.low = wc, y.high = mixed(1, c0, 0.2); run a; "
+           "fill pn x = 0.3, y.low = mixed(c0, 1, wc), y.high = gradient(0.2); run b; swap p, pn; swap u, un }",
+       {{"p", "u"}, {"c0", "g"}}},
+      {"weights that vary, corners", 2, "kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }\n"
+           "program p { fill u x = mixed(1, a, 0.3), y = mixed(a, b, 0.5); run k; keep v }", {{"u"}, {"a", "b"}}},
+      {"weights that vary, mixed axes", 2, walls_2d_kernel + cross_kernel +
+           "program p { run wall grow 1; fill u x periodic, y.low = mixed(1, g, wc), y.high = mixed(c0, 0.5, 1); run k; swap u, v }", {{"u"}, {"g", "c0"}}},
+      {"weights that vary 3-D", 3, heat_3d_kernel + "program p { fill u x periodic, y = mixed(1, a, 0.4), z.low = mixed(b, a, 0), z.high = 0; run k; swap u, v }",
+       {{"u"}, {"nu", "a", "b"}}},
+      {"weights that vary, interpolated", 1, interp_kernels +
+           "program p { fill u x = mixed(1, a, 0.4); run s1; fill w x.low = mixed(a, 1, 0.4), x.high = zero_gradient; run s2; swap u, v }",
+       {{"u"}, {"nu", "c", "a"}}},
       {"values along walls 2-D", 2, walls_2d_kernel + symplectic +
            "program p { run wall grow 2; fill u x.low = gradient(wc), x.high = mixed(1, 0.5, wc), y = wc; run a; "
            "fill pn x = 0.3, y.low = wc, y.high = gradient(0.2); run b; swap p, pn; swap u, un }",

@@ -9,6 +9,7 @@
 #include "adjoint/given_check.h"
 #include "adjoint/plan.h"
 #include "adjoint/regions.h"
+#include "adjoint/weights.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -35,7 +36,7 @@ class Reversal {
 
   void reverse(int index) {
     match(
-        program_.body[index], [&](const Fill& fill) { reverse_fill(fill); }, [&](const Fold& fold) { reverse_fold(fold); },
+        program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); }, [&](const Fold& fold) { reverse_fold(fold); },
         [&](const Reduce& reduce) { reverse_reduce(reduce, index); }, [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); });
   }
 
@@ -106,13 +107,16 @@ class Reversal {
     });
   }
 
-  void reverse_fill(const Fill& fill) {
+  void reverse_fill(const Fill& fill, int index) {
     const auto bar = bars_.find(fill.field);
     if (bar == bars_.end() || (bar->second.grow == 0 && !is_on_walls(fill.axes))) return;  // nothing came to the halo
     begin_bars(wall_fields(fill.axes));
     const int grow = bar->second.grow;
-    body.push_back(Fold{names_.of(fill.field), grow, derived_sides(fill.axes, bar_of_wall(grow))});
     const int extent = bars_[fill.field].extent;
+    Fold fold{names_.of(fill.field), grow, derived_sides(fill.axes, bar_of_wall(grow))};
+    const std::vector<std::string> values = extent > 0 ? separate_values(fill, fold) : std::vector<std::string>{};
+    body.push_back(std::move(fold));
+    if (!values.empty()) reverse_weights(fill, values, grow, extent, index);
     for (const std::string& wall : wall_fields(fill.axes)) {
       const auto of_wall = bars_.find(wall);
       if (of_wall == bars_.end()) continue;
@@ -120,6 +124,27 @@ class Reversal {
       of_wall->second = {of_wall->second.grow, false, std::max(of_wall->second.extent, extent)};
     }
     bars_[fill.field] = {grow, false, 0};
+  }
+
+  /// Lets the fold give what belongs to c of mixed(a, b, c), where a or b varies, to fields of their own: the weights need it.
+  std::vector<std::string> separate_values(const Fill& fill, Fold& fold) {
+    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_walls_begin"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    std::vector<std::string> values;
+    for (const WallSide& at : sides_with_varied_weights(fill.axes, varied_)) {
+      values.push_back(names_.fresh(fill.field + "_wall_value_bar"));
+      zero.stores.push_back({values.back(), false, 0.0, {}});
+      side_at(fold.axes, at).value = access(values.back());
+    }
+    if (!values.empty()) run(std::move(zero), fold.grow);
+    return values;
+  }
+
+  /// From what belongs to c on to the weights and to the field that c may be.
+  void reverse_weights(const Fill& fill, const std::vector<std::string>& values, int grow, int extent, int index) {
+    Kernel kernel = adjoint_of_weights(fill, values, extent, varied_, names_, bar_of_wall(grow));
+    kernel.name = names_.fresh_kernel(program_.name + "_adjoint_walls");
+    needed[fill.field] = index;
+    run(std::move(kernel), extent);
   }
 
   /// Bars of varied fields that nothing contributed to yet: 0, so that a fold can add to them or a fill continue them.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "adjoint/weights.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -46,6 +47,7 @@ void grow_varied(const Module& module, const Program& program, Varied& varied) {
       for (const std::string& wall : wall_fields(fill->axes)) {
         if (varied.fields.contains(wall)) varied.fields.insert(fill->field);
       }
+      if (!sides_with_varied_weights(fill->axes, varied).empty()) varied.fields.insert(fill->field);
     }
     if (const Fold* fold = std::get_if<Fold>(&statement)) {
       if (varied.fields.contains(fold->field)) varied.fields.merge(wall_fields(fold->axes));
@@ -122,14 +124,18 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
   return good;
 }
 
-bool check_sides(const std::string& field, const std::vector<AxisBoundary>& axes, const Varied& varied,
+/// Values that vary are fields. Weights of a fill may be params that vary, those of a fold not: its derivative would have to
+/// know what was in the halo.
+bool check_sides(const std::string& field, const std::vector<AxisBoundary>& axes, const Varied& varied, bool is_fold,
                  DiagnosticSink& sink) {
   bool good = true;
-  for_each_side_value(axes, [&](const Expr& value) {
-    if (std::holds_alternative<Access>(value->kind) || !is_varied(value, varied)) return;
+  for_each_side(axes, [&](const Side& side) {
+    const bool value_varies = side.kind != SideKind::zero_gradient && !wall_field(side) && is_varied(side.value, varied);
+    const bool weights_vary = is_fold && has_varied_weights(side, varied);
+    if (!value_varies && !weights_vary) return;
     sink.report("varied-boundary-value", {}, {field},
-                "let a kernel that runs on the grown region store the value in a field, and fill from that; the weights a "
-                "and b of mixed(a, b, c) cannot be unknowns yet");
+                value_varies ? "let a kernel that runs on the grown region store the value in a field, and fill from that"
+                             : "take the derivative of the tangent: a fold with weights of mixed(a, b, c) that vary has none");
     good = false;
   });
   return good;
@@ -176,8 +182,8 @@ bool check_differentiable(const Module& module, const Program& program, const Va
   for (const Statement& statement : program.body) {
     good &= match(
         statement,  //
-        [&](const Fill& fill) { return check_sides(fill.field, fill.axes, varied, sink); },
-        [&](const Fold& fold) { return check_sides(fold.field, fold.axes, varied, sink); },
+        [&](const Fill& fill) { return check_sides(fill.field, fill.axes, varied, false, sink); },
+        [&](const Fold& fold) { return check_sides(fold.field, fold.axes, varied, true, sink); },
         [](const Reduce&) { return true; }, [&](const Infer& infer) { return check_network(infer, varied, sink); },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
   }

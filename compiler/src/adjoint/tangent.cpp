@@ -5,6 +5,7 @@
 #include "adjoint/adjoint.h"
 #include "adjoint/extremes.h"
 #include "adjoint/plan.h"
+#include "adjoint/weights.h"
 #include "stencil/passes/passes.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -215,6 +216,34 @@ void add_reduction(const Reduce& reduce, const Program& program, const Varied& v
   }
 }
 
+/// The fill of the dots. Where weights of mixed(a, b, c) vary, c has a rate that a kernel before it stores in a field.
+void add_fill(const Module& module, const Fill& fill, const Program& program, const Varied& varied, DerivedNames& names, Program& derived, Module& kernels) {
+  if (!varied.fields.contains(fill.field)) return;
+  const DerivedField dot_of_wall = [&](const std::string& wall) {
+    return varied.fields.contains(wall) ? std::optional(names.of(wall)) : std::nullopt;
+  };
+  Fill result{names.of(fill.field), derived_sides(fill.axes, dot_of_wall)};
+  const std::vector<WallSide> sides = sides_with_varied_weights(fill.axes, varied);
+  const auto halo = required_halo(module, program).at(fill.field);
+  const int layers = *std::max_element(halo.begin(), halo.end());
+  if (layers > 0 && !sides.empty()) {
+    Kernel walls{names.fresh_kernel(program.name + "_tangent_walls"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
+    for (const WallSide& at : sides) {
+      Side& side = side_at(result.axes, at);
+      Expr rate = side.value;
+      for (const auto& [name, slope] : weight_slopes(fill.field, side_at(fill.axes, at), at, layers, varied)) {
+        rate = rate - slope * param(names.of(name));
+      }
+      const std::string field = names.fresh(fill.field + "_wall_dot");
+      walls.stores.push_back({field, false, rate, {}});
+      side.value = access(field);
+    }
+    derived.body.push_back(Run{walls.name, layers});
+    kernels.kernels.push_back(std::move(walls));
+  }
+  derived.body.push_back(std::move(result));
+}
+
 /// nullopt when sums of squares were asked for and there are others.
 std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form, DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
@@ -235,10 +264,7 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
     derived.body.push_back(statement);
     match(
         statement,
-        [&](const Fill& fill) {
-          if (!varied.fields.contains(fill.field)) return;
-          derived.body.push_back(Fill{names.of(fill.field), derived_sides(fill.axes, dot_of_wall)});
-        },
+        [&](const Fill& fill) { add_fill(module, fill, *program, varied, names, derived, result.module); },
         [&](const Fold& fold) {
           if (!varied.fields.contains(fold.field)) return;
           derived.body.push_back(Fold{names.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});

@@ -28,7 +28,7 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
     for (const stencil::Statement& statement : program.body) {
       const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
       if (fill == nullptr) continue;
-      stencil::for_each_side_value(fill->axes, collect);
+      stencil::for_each_side(fill->axes, [&](const stencil::Side& side) { collect(side.value); });  // weights have
     }
   }
   return params;

@@ -193,7 +193,7 @@ struct Source {
 struct Side {
   SideKind kind = SideKind::value;
   Expr value = 0.0;       // of numbers, parameters, t and coordinates
-  Expr a = 0.0, b = 0.0;  // of mixed, a*u + b*du/dn = value: the same along the wall, and no unknowns
+  Expr a = 0.0, b = 0.0;  // of mixed, a*u + b*du/dn = value: the same along the wall
 };
 struct AxisSides {
   Side low, high;  // not looked at on periodic axes

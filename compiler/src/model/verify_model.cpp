@@ -115,10 +115,7 @@ class Verifier {
           for (const State& read : problem_.states) {
             demand(!reads(side->value, read.name), fmt::format("the boundary of {} reads state {}", state.name, read.name));
           }
-          for (const Expr* part : {&side->a, &side->b}) {
-            check(*part, "boundary of " + state.name, weight);
-            demand(!reads_unknown(*part), fmt::format("a weight at the boundary of {} depends on an unknown", state.name));
-          }
+          for (const Expr* part : {&side->a, &side->b}) check(*part, "boundary of " + state.name, weight);
         }
       }
     }
@@ -148,13 +145,6 @@ class Verifier {
         check(update.value, "event of " + update.state, equation);
       }
     }
-  }
-
-  bool reads_unknown(const Expr& e) const {
-    return any_part(e, [&](const Expr& part) {
-      const auto* param = std::get_if<Param>(&part->kind);
-      return param && unknowns_.contains(param->name);
-    });
   }
 
   void check_source(const Source& source, const std::string& where, Allowed allowed) {

@@ -49,7 +49,7 @@ Rules rules_of(Purpose purpose) {
     case Purpose::control:
       return {false, false, true, false, false, false, "a control", "a control is made of numbers, parameters and t"};
     case Purpose::boundary_weight:
-      return {false, false, true, false, false, false, "a weight of mixed",
+      return {false, false, true, false, false, true, "a weight of mixed",
               "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, parameters and t"};
     case Purpose::number:
       return {false, false, false, false, false, false, "a number of the scene",
@@ -137,8 +137,13 @@ std::string describe(const Typed& value) {
   unreachable("type");
 }
 
-Typed Expressions::refuse(const std::string& what, SourceRange range) {
+Typed Expressions::refuse(const std::string& what, SourceRange range, const std::string& name) {
   const Rules rules = rules_of(purpose_);
+  if (purpose_ == Purpose::boundary_weight && is_sought(name)) {
+    draft_.sink.report("unknown-in-boundary", range, {name, subject_},
+                       "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and controls in c only");
+    return {};
+  }
   draft_.sink.report("not-allowed-here", range, {what, std::string(rules.place)}, std::string(rules.hint));
   return {};
 }
@@ -229,7 +234,7 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::state:
     case Role::coefficient:
     case Role::datum:
-      if (!rules.fields && !is_known_at_walls(*meaning, e.name)) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range);
+      if (!rules.fields && !is_known_at_walls(*meaning, e.name)) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
       if (meaning->is_vector) return vector(e.name, range);
       draft_.used.insert(e.name);
       return number_of(field(e.name, {range}));
@@ -252,6 +257,12 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
   unreachable("role");
 }
 
+bool Expressions::is_sought(const std::string& name) const {
+  if (!draft_.task) return false;
+  const auto unknowns = items_of<ast::UnknownItem>(draft_.task->items);
+  return std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
+}
+
 /// At a wall a coefficient has the value of the cell that touches it.
 bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& name) const {
   if (purpose_ != Purpose::boundary || meaning.role != Role::coefficient || meaning.is_vector) return false;
@@ -262,21 +273,16 @@ bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& n
 Typed Expressions::parameter(const std::string& name, SourceRange range) {
   draft_.used.insert(name);
   if (draft_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
-    if (purpose_ == Purpose::boundary_weight) {
-      draft_.sink.report("unknown-in-boundary", range, {name, subject_},
-                         "in mixed(a, b, c) c may hold unknowns; give a and b numbers");
-    } else {
-      const bool is_value = purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
-      draft_.sink.report("unknown-in-number", range, {name, subject_},
-                         is_value ? "write the formula in the model with let, so that it can be differentiated"
-                                  : "it must be known before the run: write a number, or a parameter that is not sought");
-    }
+    const bool is_value = purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
+    draft_.sink.report("unknown-in-number", range, {name, subject_},
+                       is_value ? "write the formula in the model with let, so that it can be differentiated"
+                                : "it must be known before the run: write a number, or a parameter that is not sought");
     return {};
   }
   if (draft_.controls.contains(name)) {
     const bool may_vary = rules_of(purpose_).time || purpose_ == Purpose::quantity;
     const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::control_field && purpose_ != Purpose::boundary_weight;
-    return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range);
+    return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range, name);
   }
   const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch;
   const auto value = draft_.values.find(name);

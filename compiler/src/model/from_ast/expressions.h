@@ -43,6 +43,8 @@ class Expressions {
   };
 
   Typed name(const ast::Name& e, SourceRange range);
+  /// Whether it is an unknown of the task that is no initial state.
+  bool is_sought(const std::string& name) const;
   bool is_known_at_walls(const Meaning& meaning, const std::string& name) const;
   Typed parameter(const std::string& name, SourceRange range);
   Typed unary(const ast::Unary& e, SourceRange range);
@@ -117,7 +119,7 @@ class Expressions {
   /// One component an axis.
   std::optional<std::vector<Expr>> as_vector(const Typed& value, SourceRange range);
   bool is_too_large(const Typed& value, SourceRange range);
-  Typed refuse(const std::string& what, SourceRange range);
+  Typed refuse(const std::string& what, SourceRange range, const std::string& name = "");
 
   /// Notes that a term is 0, unless it was written so or is a sum, whose terms were noted one by one. `begin`: how many
   /// were dropped before it; what was noted inside of it since then goes with it.

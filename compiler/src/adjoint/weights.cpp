@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/weights.h"
+
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+/// Adds x * de/dp for each param p of `e`, which is made of params and numbers.
+void add_slopes(const Expr& e, const Expr& x, const Varied& varied, std::map<std::string, Expr>& slopes) {
+  if (!is_varied(e, varied)) return;
+  if (const Param* p = std::get_if<Param>(&e->kind)) {
+    const auto [sum, is_new] = slopes.emplace(p->name, x);
+    if (!is_new) sum->second = sum->second + x;
+    return;
+  }
+  if (const Select* s = std::get_if<Select>(&e->kind)) {
+    add_slopes(s->yes, select(s->condition, x, 0.0), varied, slopes);
+    add_slopes(s->no, select(s->condition, 0.0, x), varied, slopes);
+    return;
+  }
+  int index = 0;
+  for_each_child(e, [&](const Expr& child) {
+    if (is_varied(child, varied)) add_slopes(child, times_partial(e, index, x), varied, slopes);
+    ++index;
+  });
+}
+
+Offset along(int axis, int cells) {
+  Offset offset{};
+  offset[axis] = cells;
+  return offset;
+}
+
+/// True in the grown region where the point is at most `layer` cells beyond that side.
+Expr is_within(const WallSide& at, int layer, int grow) { return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow); }
+
+}  // namespace
+
+bool has_varied_weights(const Side& side, const Varied& varied) {
+  return side.kind == SideKind::mixed && (is_varied(side.a, varied) || is_varied(side.b, varied));
+}
+
+std::vector<WallSide> sides_with_varied_weights(const std::vector<AxisBoundary>& axes, const Varied& varied) {
+  std::vector<WallSide> found;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    if (axes[axis].topology == Topology::periodic) continue;
+    for (const bool is_low : {true, false}) {
+      const WallSide at{static_cast<int>(axis), is_low};
+      if (has_varied_weights(side_at(axes, at), varied)) found.push_back(at);
+    }
+  }
+  return found;
+}
+
+const Side& side_at(const std::vector<AxisBoundary>& axes, const WallSide& at) {
+  const AxisBoundary& along = axes[static_cast<std::size_t>(at.axis)];
+  return at.is_low ? along.low : along.high;
+}
+
+Side& side_at(std::vector<AxisBoundary>& axes, const WallSide& at) {
+  AxisBoundary& along = axes[static_cast<std::size_t>(at.axis)];
+  return at.is_low ? along.low : along.high;
+}
+
+std::map<std::string, Expr> weight_slopes(const std::string& field, const Side& side, const WallSide& at, int layers, const Varied& varied) {
+  std::map<std::string, Expr> by_a, by_b, slopes;
+  add_slopes(side.a, 1.0, varied, by_a);
+  add_slopes(side.b, 1.0, varied, by_b);
+  const Expr v = access(field), spacing = param(std::string("h") + "xyz"[at.axis]);
+  for (int k = layers - 1; k >= 0; --k) {
+    const int way = 2 * k + 1;
+    const Offset image = along(at.axis, at.is_low ? way : -way);
+    const Expr u = access(field, image), mean = (u + v) / 2.0, rise = (v - u) / (way * spacing);
+    std::map<std::string, Expr> here;
+    for (const auto& [name, slope] : by_a) here.emplace(name, slope * mean);
+    for (const auto& [name, slope] : by_b) {
+      const auto [sum, is_new] = here.emplace(name, slope * rise);
+      if (!is_new) sum->second = sum->second + slope * rise;
+    }
+    for (const auto& [name, value] : here) {
+      const Expr farther = k + 1 < layers ? slopes.at(name) : Expr(0.0);
+      // the image is never farther out than the place: that is said for whoever asks how far out it is read
+      const Expr known = select(inside(image, layers), value, 0.0);
+      slopes.insert_or_assign(name, select(is_within(at, k + 1, layers), known, farther));
+    }
+  }
+  for (auto& [name, value] : slopes) value = select(is_within(at, 0, layers), 0.0, value);
+  return slopes;
+}
+
+Kernel adjoint_of_weights(const Fill& fill, const std::vector<std::string>& values, int layers, const Varied& varied, DerivedNames& names,
+                          const DerivedField& bar_of_wall) {
+  std::map<std::string, Expr> sums, walls;
+  const auto add = [](std::map<std::string, Expr>& to, const std::string& name, const Expr& value) {
+    const auto [sum, is_new] = to.emplace(name, value);
+    if (!is_new) sum->second = sum->second + value;
+  };
+  const std::vector<WallSide> sides = sides_with_varied_weights(fill.axes, varied);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Side& side = side_at(fill.axes, sides[i]);
+    for (const auto& [name, slope] : weight_slopes(fill.field, side, sides[i], layers, varied)) add(sums, names.of(name), -(slope * access(values[i])));
+    const std::optional<std::string> wall = wall_field(side) ? bar_of_wall(*wall_field(side)) : std::nullopt;
+    if (wall) add(walls, *wall, access(values[i]));
+  }
+  Kernel kernel{"", static_cast<int>(fill.axes.size()), {}, {}, {}, {}};
+  for (const auto& [name, value] : sums) kernel.sums.push_back({name, value});
+  for (const auto& [wall, value] : walls) kernel.stores.push_back({wall, true, value, {}});
+  return kernel;
+}
+
+}  // namespace dpde::adjoint
