@@ -54,7 +54,7 @@ TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {
                       "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; initial_u = 1; time 0 .. 1, step 1 }\n");
   const Outcome outcome = dpde("build clash.dpde s -o made");
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_NE(outcome.err.find("class s would have two members called set_initial_u"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("clash.dpde:2:7: error[E0904]: class s would have two members called set_initial_u"), std::string::npos) << outcome.err;
 }
 
 }  // namespace

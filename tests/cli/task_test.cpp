@@ -84,7 +84,9 @@ TEST_F(GradientCommand, OfALossThatIsNotFiniteFails) {
   EXPECT_EQ(run.status, 1);
   EXPECT_EQ(run.codes(), std::vector<std::string>{"E0803"});
   EXPECT_TRUE(run.json()["loss"].is_string()) << run.out;
+  EXPECT_NE(dpde("gradient grow.dpde t").err.find("grow.dpde:14:3: error[E0803]"), std::string::npos);
   EXPECT_EQ(dpde("optimize grow.dpde t --json").status, 1);
+  EXPECT_NE(dpde("optimize grow.dpde t").err.find("grow.dpde:14:3: error[E0803]"), std::string::npos);
 }
 
 using OptimizeCommand = Command;

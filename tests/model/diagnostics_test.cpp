@@ -106,6 +106,15 @@ std::string in_equation(const std::string& rhs, int axes = 1) {
   return outcome_of(text_with(rhs + " + 0*w*k*c", axes)).code_and_hint();
 }
 
+TEST(Diagnostics, SayWhatAControlIs) {
+  const Outcome outcome = outcome_of(
+      "model m { field u; control field F; control G; dt(u) = F*G }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n initial u = 0\n F = 0\n G = 0\n"
+      " output F\n initial G = 0\n time 0 .. 1, step 1\n}");
+  ASSERT_EQ(outcome.diagnostics.size(), 2u);
+  EXPECT_EQ(outcome.diagnostics[0].message, "G is a control; only a field has an initial state");
+  EXPECT_EQ(outcome.diagnostics[1].message, "F is a control field; only a field has an output");
+}
+
 TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("\"u\""), "E0307 a file is read by load(\"name.npy\")");
   EXPECT_EQ(in_equation("(u, u)", 2),

@@ -195,6 +195,14 @@ TEST(RepeatErrors, ResultsHaveTheirNames) {
   EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v; swap u, v }"), Texts{"E0368 the repeat swaps u twice | u"});
 }
 
+/// Behind swap u, w both are what w was.
+TEST(RepeatErrors, OfNamesThatBecomeOneField) {
+  EXPECT_EQ(complaints("kernel a(u: field, out w: field) { w = u }\nkernel add(w: field, inout u: field) { u += 2*w }\n"
+                       "program p { axes x periodic; run a; repeat 3 { run add; swap u, w }; keep w }"),
+            Texts{"E0368 here w and u are one field, which add would read and add to | add | behind a swap both its names mean the second field: let a "
+                  "kernel write the sum to a field of its own, out, and swap that"});
+}
+
 TEST(RepeatErrors, AreSaidOnce) {
   EXPECT_EQ(in_program("fill u periodic\nrepeat 9 { run jacobi; swap u, v }"),
             Texts{"E0368 program p runs jacobi_2, which reads neighbours of v, without a fill | run jacobi | so it is in pass 2 of the repeat; names "

@@ -66,7 +66,7 @@ Json gradient(Job& job, const TaskOptions& options) {
     return result;
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
-    job.sink().report("loss-not-finite", {}, {fmt::format("{}", std::isfinite(loss) ? NAN : shown(loss)), "0"},
+    job.sink().report("loss-not-finite", run.task().losses.front().origin.range, {fmt::format("{}", std::isfinite(loss) ? NAN : shown(loss)), "0"},
                       "dpde run shows where the scene blows up");
   }
   Eigen::VectorXd again(inverse.size());

@@ -124,13 +124,13 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   return outcome;
 }
 
-void report_stop(Job& job, const OptimiseResult& result, int iterations) {
+void report_stop(Job& job, const model::Task& task, const OptimiseResult& result, int iterations) {
   if (interrupt_flag().load()) {
     job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", result.iterations), fmt::format("{}", iterations)},
                       "with --out, the same command with --resume goes on from here");
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
-    job.sink().report("loss-not-finite", {}, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)), fmt::format("{}", result.iterations)},
+    job.sink().report("loss-not-finite", task.losses.front().origin.range, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)), fmt::format("{}", result.iterations)},
                       "a smaller rate may help, or lbfgs, which shortens its steps");
   }
 }
@@ -172,7 +172,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (options.resume) job.say(fmt::format("{} evaluations were there already\n", recorded));
   const Outcome outcome = optimise(job, options, run, method, log.get());
   const OptimiseResult& result = outcome.result;
-  report_stop(job, result, method.iterations);
+  report_stop(job, run.task(), result, method.iterations);
   job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name, shown(result.loss),
                       result.iterations, human_seconds(outcome.seconds), describe(result.reason), human_seconds(run.compiled->seconds)));
   json["iterations"] = result.iterations;

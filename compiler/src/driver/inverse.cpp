@@ -123,7 +123,23 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
     } else {
       values = own_.at(part.name);
     }
+    if (!check_bounds(part, values, sink)) return false;
     std::copy(values.begin(), values.end(), start_.data() + part.offset);
+  }
+  return true;
+}
+
+/// Numbers were checked with the model; fields are known now.
+bool Inverse::check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const {
+  const model::Unknown& unknown = unknown_of(part);
+  const Precision real = session_.problem().scheme.real;
+  const double low = rounded(unknown.low, real), high = rounded(unknown.high, real);
+  for (std::size_t i = 0; part.is_field() && i < values.size(); ++i) {
+    if (values[i] >= low && values[i] <= high) continue;
+    sink.report("start-out-of-bounds", unknown.from.origin.range.is_known() ? unknown.from.origin.range : unknown.origin.range,
+                {unknown.name, fmt::format("at {} at index {}", values[i], i), fmt::format("{}", unknown.low), fmt::format("{}", unknown.high)},
+                "begin within the bounds, as with min(max(..., low), high), or widen them");
+    return false;
   }
   return true;
 }

@@ -68,6 +68,7 @@ class Inverse {
   explicit Inverse(Session& session) : session_(session) {}
   bool make_parts(DiagnosticSink& sink);
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
+  bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
   Eigen::Index size_of(const model::Unknown& unknown) const;
 

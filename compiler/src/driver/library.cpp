@@ -9,12 +9,25 @@
 #include "codegen/cpp/emit_library.h"
 #include "driver/files.h"
 #include "driver/scene_table.h"
+#include "syntax/parser.h"
 
 namespace dpde::driver {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Where the task or scene is defined.
+SourceRange place_of(const SourceFile& source, const dpde_scene& scene) {
+  DiagnosticSink unread;  // it was compiled: nothing to say
+  for (const ast::Declaration& declaration : ast::parse(source, unread).declarations) {
+    const auto* task = std::get_if<ast::Task>(&declaration.kind);
+    const auto* alone = std::get_if<ast::Scene>(&declaration.kind);
+    if (scene.task != nullptr && task && task->name.name == scene.task) return task->name.range;
+    if (scene.task == nullptr && alone && alone->name.name == scene.name) return alone->name.range;
+  }
+  return {};
+}
 
 /// Whether `path` is free, or holds what dpde wrote there before.
 bool may_write(const fs::path& path, DiagnosticSink& sink) {
@@ -41,7 +54,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
   const std::string name = !options.name.empty() ? options.name : scene.task != nullptr ? scene.task : scene.name;
   const std::string clash = codegen::library_name_clash(scene, name);
   if (!clash.empty()) {
-    sink.report("bad-option", {}, {clash}, "--name gives the class another name; names of parameters and fields are those of the model");
+    sink.report("bad-option", options.name.empty() ? place_of(source, scene) : SourceRange{}, {clash}, "--name gives the class another name; names of parameters and fields are those of the model");
     return std::nullopt;
   }
   const std::vector<std::pair<fs::path, std::string>> texts{

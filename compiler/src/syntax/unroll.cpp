@@ -138,6 +138,7 @@ class ProgramUnroller {
   void add_reduce(ReduceItem reduce, const Item& item);
   void add_apply(ApplyItem apply, const Item& item);
   void add_run(RunItem run, const Item& item);
+  bool reads_what_it_adds_to(const Kernel& kernel, const Fields& fields, SourceRange range);
   void add_swap(const SwapItem& swap, const Item& item);
   void add_repeat(const RepeatItem& repeat);
   void check_swaps(const RepeatItem& repeat);
@@ -243,11 +244,32 @@ void ProgramUnroller::add_run(RunItem run, const Item& item) {
     const bool is_read = parameter.role == KernelRole::in || parameter.role == KernelRole::inout;
     if (is_read) set(parameter, read(parameter.name.name, run.kernel.range));
   }
+  if (reads_what_it_adds_to(*kernel, fields, run.kernel.range)) return;
   for (const KernelParameter& parameter : kernel->parameters) {
     if (parameter.role == KernelRole::out) set(parameter, write(parameter.name.name, run.kernel.range));
   }
   if (!fields.empty()) run.kernel.name = copies_.name_of(*kernel, fields);
   emit(std::move(run), item);
+}
+
+/// Behind `swap u, w` both names are the field that w was: a kernel that reads one and adds to the other cannot run any more.
+bool ProgramUnroller::reads_what_it_adds_to(const Kernel& kernel, const Fields& fields, SourceRange range) {
+  const auto field_of = [&](const KernelParameter& parameter) {
+    const auto known = fields.find(parameter.name.name);
+    return known == fields.end() ? parameter.name.name : known->second;
+  };
+  for (const KernelParameter& added : kernel.parameters) {
+    if (added.role != KernelRole::inout) continue;
+    for (const KernelParameter& other : kernel.parameters) {
+      const bool is_read = other.role == KernelRole::in || other.role == KernelRole::inout;
+      if (!is_read || other.name.name == added.name.name || field_of(other) != field_of(added)) continue;
+      sink_.report("bad-program", range,
+                   {fmt::format("here {} and {} are one field, which {} would read and add to", other.name.name, added.name.name, kernel.name.name)},
+                   "behind a swap both its names mean the second field: let a kernel write the sum to a field of its own, out, and swap that");
+      return true;
+    }
+  }
+  return false;
 }
 
 void ProgramUnroller::add_swap(const SwapItem& swap, const Item& item) {

@@ -81,7 +81,10 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
   if (!meaning) {
     report_unknown(draft, name, draft.scope.names(Role::state));
   } else if (meaning->role != Role::state) {
-    draft.sink.report("not-a-field", name.range, {name.name, std::string(word_for(meaning->role)), thing});
+    const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name.name).front());
+    const bool is_control = coefficient ? coefficient->is_control() : draft.controls.contains(name.name);
+    const std::string word = is_control ? (coefficient ? "control field" : "control") : std::string(word_for(meaning->role));
+    draft.sink.report("not-a-field", name.range, {name.name, word, thing});
   } else {
     for (const std::string& component : components_of(draft, name.name)) {
       for (State& state : draft.problem.states) {

@@ -40,6 +40,15 @@ int cells_of(Draft& draft, const ast::GridItem& item, std::optional<double> for_
   return value ? as_cells(draft, *value, item.cells->range()).value_or(1) : 1;
 }
 
+/// Places of cells are computed in the precision of the fields.
+void check_precision(Draft& draft, const ast::GridItem& item, const Axis& axis) {
+  constexpr int most_single_cells = 1 << 24;
+  if (draft.problem.scheme.real == Precision::f64 || axis.cells <= most_single_cells) return;
+  draft.sink.report("bad-setting", item.cells ? item.cells->range() : item.axis.range,
+                    {"real", "f32", fmt::format("axis {} has {} cells, and single precision tells {} of them apart", axis.name, axis.cells, most_single_cells)},
+                    "take fewer cells, or real = f64");
+}
+
 void bind_extent(Draft& draft, const ast::GridItem& item, Axis& axis) {
   const auto low = evaluate(draft, item.low, "the grid"), high = evaluate(draft, item.high, "the grid");
   if (!low || !high) return;
@@ -96,6 +105,7 @@ void bind_grid(Draft& draft) {
       if (!lines[i]->periodic) axis.topology = Topology::bounded;
       bind_extent(draft, *lines[i], axis);
       axis.cells = cells_of(draft, *lines[i], for_all_axes);
+      check_precision(draft, *lines[i], axis);
     } else {
       draft.sink.report("axes-not-in-order", lines.back()->axis.range, {lines.back()->axis.name, axis.name},
                         fmt::format("call the axes x{}", lines.size() == 2 ? "" : " and y"));

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "model/build.h"
+#include "model/from_ast/constants.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
 
@@ -223,6 +224,30 @@ void bind_bounds(Draft& draft, const ast::UnknownItem& item, Unknown& unknown) {
                     "write the smaller number first: unknown nu from 0.01 in 0 .. 1");
 }
 
+/// The values that an unknown begins with, as far as they are known here: fields that vary in space are looked at when they
+/// are computed.
+std::vector<double> starts_of(const Draft& draft, const Unknown& unknown) {
+  if (unknown.kind == Unknown::Kind::control) return draft.problem.find_control(unknown.name)->start;
+  const auto is_open = [&](const Expr& part) {
+    const Param* param = std::get_if<Param>(&part->kind);
+    return param && !draft.values.contains(param->name);
+  };
+  if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open)) return {};
+  const Value value = value_of(*unknown.from.formula, draft.values);
+  return value.mistake.empty() ? std::vector<double>{value.number} : std::vector<double>{};
+}
+
+void check_start(Draft& draft, const ast::UnknownItem& item, const Unknown& unknown) {
+  if (!(unknown.low < unknown.high)) return;  // reported
+  for (const double start : starts_of(draft, unknown)) {
+    if (start >= unknown.low && start <= unknown.high) continue;
+    draft.sink.report("start-out-of-bounds", item.from ? item.from->range() : item.name.range,
+                      {unknown.name, fmt::format("at {}", start), fmt::format("{}", unknown.low), fmt::format("{}", unknown.high)},
+                      item.from ? "begin within the bounds, or widen them" : fmt::format("without from it begins with the scene's value: write from {}, or other bounds", unknown.low));
+    return;
+  }
+}
+
 void bind_unknowns(Draft& draft) {
   std::map<std::pair<bool, std::string>, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::UnknownItem>(draft.task->items)) {
@@ -237,15 +262,27 @@ void bind_unknowns(Draft& draft) {
     unknown.name = state_name(item.name.name);
     unknown.origin = {range};
     bind_bounds(draft, item, unknown);
+    const std::size_t before = draft.problem.task->unknowns.size(), mistakes = draft.sink.all().size();
     if (item.initial) {
       bind_unknown_states(draft, item, unknown);
     } else {
       bind_unknown_values(draft, item, unknown);
     }
+    const std::vector<Unknown>& bound = draft.problem.task->unknowns;
+    for (std::size_t i = before; i < bound.size() && draft.sink.all().size() == mistakes; ++i) check_start(draft, item, bound[i]);
   }
   if (!seen.empty() || !items_of<ast::LearnItem>(draft.task->items).empty()) return;
   draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "find"},
                     "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
+}
+
+/// A loss of which nothing varies has no derivative that anybody wants: a factor of 0, or a number alone.
+bool check_loss(Draft& draft, const ast::MinimiseItem& item, const Expr& value) {
+  const bool varies = any_part(value, [](const Expr& part) { return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Param>(part->kind); });
+  if (varies) return true;
+  draft.sink.report("constant-loss", item.loss.range(), {is_constant(value, 0) ? "0" : "the same"},
+                    "leave the line out, or write a loss of the state, as mean((u - u_ref)^2)");
+  return false;
 }
 
 void bind_losses(Draft& draft) {
@@ -253,7 +290,7 @@ void bind_losses(Draft& draft) {
   for (const auto& [item, range] : lines) {
     const auto value = quantity_of(draft, item.loss, "the loss");
     const When when = when_of(draft, item.when, true);
-    if (value) draft.problem.task->losses.push_back({*value, when, {range}});
+    if (value && check_loss(draft, item, *value)) draft.problem.task->losses.push_back({*value, when, {range}});
   }
   if (!lines.empty()) return;
   draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "minimise"},
