@@ -25,7 +25,7 @@ class DerivedNames {
   const std::string& of(const std::string& name);
   /// A free name for a local, beside the names of fields, parameters and sums.
   std::string fresh(const std::string& wish) { return supply_.fresh(wish); }
-  std::string fresh_kernel(const std::string& wish) { return kernels_.fresh(wish); }
+  std::string fresh_kernel(const std::string& wish) { return kernels_.fresh(without_dots(wish)); }
   std::string fresh_program(const std::string& wish) { return programs_.fresh(wish); }
   /// From now on `name` stands for `derived`; returns what it stood for.
   std::string rebind(const std::string& name, std::string derived) { return std::exchange(derived_.at(name), std::move(derived)); }

@@ -45,7 +45,7 @@ class Subcycles {
 
   void add_part(const std::vector<Advance>& advances, StepPart& part) {
     const std::string& scene = lowering_.problem().scene;
-    const std::string own = scene + "_" + advances.front().state + "_part" + std::to_string(part.number + 1);
+    const std::string own = without_dots(scene + "_" + advances.front().state + "_part" + std::to_string(part.number + 1));
     part.others.clear();
     for (const double fraction : {0.0, 0.5, 1.0}) part.others[fraction] = others_at(part.time(fraction), advances);
     const std::vector<Stage> stages = part.of == 1 ? time_stages(lowering_, advances, name_, scene, part)

@@ -23,6 +23,7 @@ class KernelCheck {
       : kernel_(kernel), signature_(signature(kernel)), problems_(problems) {}
 
   void run() {
+    if (kernel_.name.find('.') != std::string::npos) problem("has a name with a dot, which is not read back");
     if (kernel_.rank < 1 || kernel_.rank > max_rank) problem("has {} axes", kernel_.rank);
     check_locals();
     check_names();

@@ -103,7 +103,7 @@ std::string Walls::stored(const std::string& state, const Expr& value, const Ori
   if (found != stored_.end()) return found->second;
   const std::string field = names_.fresh(state + "_wall");
   Kernel kernel;
-  kernel.name = program.name + "_" + field;
+  kernel.name = names_.fresh(without_dots(program.name + "_" + field));
   kernel.rank = static_cast<int>(problem_.axes.size());
   kernel.stores.push_back({field, false, value, origin});
   for (const Signature::Read& read : signature(kernel).reads) {

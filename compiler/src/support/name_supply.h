@@ -2,10 +2,17 @@
 // Fresh names that cannot collide and stay readable: ux_bar, ux_bar_2, ux_bar_3 ...
 #pragma once
 
+#include <algorithm>
 #include <set>
 #include <string>
 
 namespace dpde {
+
+/// For kernels and programs, whose names are words; those of components are not, u.x.
+inline std::string without_dots(std::string name) {
+  std::ranges::replace(name, '.', '_');
+  return name;
+}
 
 class NameSupply {
  public:

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// What random models (tests/random) found, each with the smallest text that showed it.
+#include <cmath>
+
+#include "driver/certificate.h"
+#include "driver_support.h"
+#include "stencil/from_ast.h"
+#include "stencil/print_stencil.h"
+#include "support/scene_run.h"
+#include "syntax/parser.h"
+
+namespace dpde::testing {
+namespace {
+
+driver::CompileOptions for_task() {
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::jit;
+  options.tangent = options.adjoint = true;
+  return options;
+}
+
+/// Kernels were named after components, s_step_u.y_wall, which no reader understands.
+TEST(FoundByRandomModels, KernelsOfComponentsReadBack) {
+  const std::string walls = R"(model m { vector u on nodes; control F; dt(u) = 0.1*lap(u)*max(u.x) }
+scheme q { time = euler }
+scene s : m with q {
+  grid x = 0 .. 1.79, cells 2
+  grid y = 0 .. 3.02, cells 1, periodic
+  boundary u.x: x = 0
+  boundary u.y: x.low = 0, x.high = F
+  F = 0.3*cos(5*t) every 0.02
+  initial u = (1, y)
+  time 0 .. 0.08, step 0.02
+  subcycle u in 2
+}
+task t : s { unknown initial u.y; minimise mean(u.y^2) }
+)";
+  const SourceFile source("walls.dpde", walls);
+  const auto code = compiled(source, for_task());
+  ASSERT_NE(code, nullptr);
+  const std::string text = stencil::print(code->stencil);
+  DiagnosticSink sink;
+  const std::string again = stencil::print(stencil::from_ast(parse(SourceFile("again.dpde", text), sink), sink));
+  EXPECT_FALSE(sink.has_errors());
+  EXPECT_EQ(again, text);
+  EXPECT_NE(text.find("u_y_wall("), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace dpde::testing
