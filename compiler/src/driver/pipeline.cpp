@@ -237,7 +237,9 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
       error = result.error;
       break;
     }
-    case Backend::interpreter: compiled.code = interpreted(compiled.stencil, compiled.loop); break;
+    case Backend::interpreter:  // not compiled.loop: what cancels there, as in y - y, is read here
+      compiled.code = interpreted(compiled.stencil, loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs), compiled.real()));
+      break;
   }
   if (!compiled.code) sink.report("machine-failed", {}, {"the back end failed: " + error});
 }
