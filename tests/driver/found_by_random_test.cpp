@@ -63,5 +63,23 @@ scene s : m with q {
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-14);
 }
 
+/// It was an error of the rollout, without a place.
+TEST(FoundByRandomModels, ALossOfNothingThatVariesIsRefusedInItsPlace) {
+  const SourceFile source("loss.dpde", R"(model m { field u; param a; dt(u) = a*lap(u) }
+scene s : m {
+  grid x = 0 .. 2.5, cells 3, periodic
+  a = 2
+  initial u = x
+  time 0 .. 0.02, step 0.02
+}
+task t : s { unknown initial u; minimise mean(u^2); minimise 0.1*mean(a^2) }
+)");
+  DiagnosticSink sink;
+  EXPECT_FALSE(driver::compile(source, for_task(), sink));
+  ASSERT_EQ(sink.all().size(), 1u);
+  EXPECT_EQ(sink.all()[0].kind->code, "E0601");
+  EXPECT_EQ(source.text().substr(static_cast<std::size_t>(sink.all()[0].range.begin), 13), "minimise 0.1*");
+}
+
 }  // namespace
 }  // namespace dpde::testing

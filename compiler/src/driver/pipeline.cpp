@@ -12,6 +12,7 @@
 #include "driver/activity.h"
 #include "driver/interpreter_backend.h"
 #include "driver/lone_models.h"
+#include "driver/losses.h"
 #include "driver/over_time.h"
 #include "driver/tuning.h"
 #include "loop/from_stencil.h"
@@ -309,23 +310,6 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   return true;
 }
 
-const model::Optimiser* newton_of(const Compiled& compiled) {
-  const bool has_task = compiled.problem && compiled.problem->task && compiled.problem->task->optimiser;
-  const model::Optimiser* optimiser = has_task ? &*compiled.problem->task->optimiser : nullptr;
-  return optimiser != nullptr && optimiser->kind == model::Optimiser::Kind::newton_cg ? optimiser : nullptr;
-}
-
-/// Losses without the squares that the task's optimiser asks for.
-void check_squares(const Compiled& compiled, DiagnosticSink& sink) {
-  const model::Task& task = *compiled.problem->task;
-  for (std::size_t i = 0; i < task.losses.size(); ++i) {
-    const auto loss = compiled.derived.find(fmt::format("{}_loss_{}", task.name, i + 1));
-    if (loss == compiled.derived.end() || loss->second.squares_adjoint) continue;
-    sink.report("not-squares", task.losses[i].origin.range, {},
-                "write sums of squares, as in mean((u - v)^2) + 1e-3*mean(dx(k)^2), or newton_cg(hessian = full)");
-  }
-}
-
 bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages& stages, DiagnosticSink& sink) {
   const model::Optimiser* newton = options.adjoint ? newton_of(compiled) : nullptr;
   if (newton != nullptr) options.tangent = options.second = true;
@@ -337,7 +321,7 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   if (!stages.after("stencil", [&] { return print(compiled.stencil); }, verified)) return false;
   if (!options.tangent && !options.adjoint) return true;
   differentiate(compiled, options, sink);
-  if (newton != nullptr && newton->gauss_newton && !sink.has_errors()) check_squares(compiled, sink);
+  if (options.adjoint && !sink.has_errors()) check_losses(compiled, sink);
   if (sink.has_errors()) return false;
   const auto derivatives_text = [&](bool adjoint) {
     return print(extract(compiled.stencil, compiled.derivative_programs(adjoint)));
