@@ -81,5 +81,25 @@ task t : s { unknown initial u; minimise mean(u^2); minimise 0.1*mean(a^2) }
   EXPECT_EQ(source.text().substr(static_cast<std::size_t>(sink.all()[0].range.begin), 13), "minimise 0.1*");
 }
 
+/// On one cell dx(u) is 0: tangent and adjoint are rounding, of which neither is a part of the other.
+TEST(FoundByRandomModels, ADerivativeOfNothingButRoundingIsCertified) {
+  const SourceFile source("rounding.dpde", R"(model m { field u, v; dt(u) = 0; dt(v) = 0 }
+scheme q { time = euler }
+scene s : m with q {
+  grid x = 0 .. 1.31, cells 4, periodic, stretched x + 0.1*sin(2*pi*x/1.31)
+  initial u = sin(4.8*x)
+  initial v = 1 + x
+  time 0 .. 0.02, step 0.02
+}
+task t : s { unknown initial u; minimise sum(v*dx(u)) }
+)");
+  const auto code = compiled(source, for_task());
+  ASSERT_NE(code, nullptr);
+  DiagnosticSink sink;
+  const auto certificate = driver::certify(source, code, {}, sink);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->passed()) << certificate->worst();
+}
+
 }  // namespace
 }  // namespace dpde::testing

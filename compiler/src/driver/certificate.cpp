@@ -19,6 +19,7 @@ namespace {
 constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
 constexpr double largest_error = 1e-11;
+constexpr double largest_single_error = 1e-4;
 constexpr double largest_slope_error = 0.05;
 constexpr double largest_asymmetry = 1e-10;
 constexpr double largest_second_slope_error = 0.1;
@@ -116,7 +117,7 @@ std::string grid_text(const Workspace& workspace) {
   return text;
 }
 
-/// Of a loss: what rounding leaves of a derivative that is 0, as that of a difference is on a periodic cell.
+/// Of a loss: what rounding leaves of a derivative that is 0.
 constexpr double rounding_of_loss = 1e-15;
 
 /// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes.
@@ -144,9 +145,41 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   return result;
 }
 
+/// The terms of a derivative that is 0 on one grid, as that of a difference is on a periodic cell, may be rounding themselves: what
+/// they would be is seen on the other grids (not on the largest of them, where the run may be unstable).
+double usual_scale(const std::vector<Comparison>& found) {
+  std::vector<double> scales;
+  for (const Comparison& one : found) {
+    if (one.is_finite) scales.push_back(one.scale);
+  }
+  std::ranges::sort(scales);
+  return scales.empty() ? 0 : scales[scales.size() / 2];
+}
+
+/// How far tangent and adjoint may be apart in a precision.
+struct Tolerance {
+  double largest_error;
+  double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
+  double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
+  const char* not_finite;
+};
+
+void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped) {
+  const double usual = usual_scale(found);
+  for (const Comparison& one : found) {
+    if (!one.is_finite) {
+      skipped.push_back(one.grid + " cells: " + tolerance.not_finite);
+      continue;
+    }
+    const bool is_rounding = std::abs(one.forward - one.backward) <= tolerance.rounding * std::max(std::abs(one.loss), usual);
+    const double error = relative_difference(one.forward, one.backward, tolerance.scale_weight * one.scale);
+    cases.push_back({one.grid, one.what, is_rounding ? std::min(error, tolerance.largest_error) : error});
+  }
+}
+
 /// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
 bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
-                       Random& random, SecondOrderCheck& check, DiagnosticSink& sink) {
+                       Random& random, std::vector<Comparison>& found, DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
   if (!session) return false;
   const auto inverse = Inverse::open(*session, source, sink);
@@ -167,8 +200,8 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
     second->product(point.x, w, hw);
     if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
-    check.cases.push_back({grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
-                           relative_difference(w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs())))});
+    found.push_back({grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()), w.dot(hv), v.dot(hw),
+                     std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
   }
   return true;
 }
@@ -277,13 +310,15 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const Comp
   const auto step = compiled->derived.find(compiled->step_name());
   if (step == compiled->derived.end() || !step->second.second) return true;
   certificate.second.emplace().has_kinks = has_kinks(*compiled);
-  if (!add_symmetry_case(source, compiled, options, random, *certificate.second, sink)) return false;
+  std::vector<Comparison> found;
+  if (!add_symmetry_case(source, compiled, options, random, found, sink)) return false;
   for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size())) {
     SessionOptions small = options;
     small.cells = cells;
     small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
-    if (!add_symmetry_case(source, compiled, small, random, *certificate.second, sink)) return false;
+    if (!add_symmetry_case(source, compiled, small, random, found, sink)) return false;
   }
+  add_cases(found, {largest_asymmetry, rounding_of_loss, 1, ""}, certificate.second->cases, certificate.skipped);
   if (certificate.second->cases.empty()) certificate.second.reset();
   return true;
 }
@@ -386,26 +421,29 @@ std::vector<SessionOptions> runs_to_compare(const Compiled& compiled, const Cert
   return runs;
 }
 
+bool compare_all(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const CertifyOptions& options, Random& random,
+                 const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped, DiagnosticSink& sink) {
+  std::vector<Comparison> found;
+  for (const SessionOptions& run : runs_to_compare(*compiled, options)) {
+    std::optional<Comparison> one = compare(source, compiled, run, random, sink);
+    if (!one) return false;
+    found.push_back(std::move(*one));
+  }
+  add_cases(found, tolerance, cases, skipped);
+  return true;
+}
+
 }  // namespace
 
 std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
                                    const CertifyOptions& options, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   Certificate certificate;
-  const std::vector<SessionOptions> runs = runs_to_compare(*compiled, options);
-  for (const SessionOptions& run : runs) {
-    const std::optional<Comparison> found = compare(source, compiled, run, random, sink);
-    if (!found) return std::nullopt;
-    if (found->is_finite) {
-      const bool is_rounding = std::abs(found->forward - found->backward) <= rounding_of_loss * std::abs(found->loss);
-      const double error = relative_difference(found->forward, found->backward, found->scale);
-      certificate.cases.push_back({found->grid, found->what, is_rounding ? std::min(error, largest_error) : error});
-    } else {
-      certificate.skipped.push_back(found->grid + " cells: the run is not finite");
-    }
-  }
-  if (!add_second_order(source, compiled, runs.front(), random, certificate, sink)) return std::nullopt;
-  if (!add_taylor(source, compiled, runs.front(), random, certificate, sink)) return std::nullopt;
+  const Tolerance tolerance{largest_error, rounding_of_loss, 1, "the run is not finite"};
+  if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink)) return std::nullopt;
+  const SessionOptions own = runs_to_compare(*compiled, options).front();
+  if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
+  if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
   return certificate;
 }
 
@@ -413,16 +451,8 @@ bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Co
                               Certificate& certificate, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   SinglePrecisionCheck& check = certificate.single.emplace();
-  for (const SessionOptions& run : runs_to_compare(*compiled, options)) {
-    const std::optional<Comparison> found = compare(source, compiled, run, random, sink);
-    if (!found) return false;
-    if (found->is_finite) {
-      check.cases.push_back({found->grid, found->what, relative_difference(found->forward, found->backward, 100 * found->scale)});
-    } else {
-      certificate.skipped.push_back(found->grid + " cells: the run in single precision is not finite");
-    }
-  }
-  return true;
+  const Tolerance tolerance{largest_single_error, rounding_of_loss * 0x1p29, 100, "the run in single precision is not finite"};
+  return compare_all(source, compiled, options, random, tolerance, check.cases, certificate.skipped, sink);
 }
 
 }  // namespace dpde::driver
