@@ -80,6 +80,7 @@ class ProgramCheck {
     derived_.adjoint = adjoint::adjoint(random_.module, "p", random_.wrt, sink);
     if (sink.has_errors()) {
       const std::string code(sink.all()[0].kind->code);
+      if (code == "E0606" && !random_.has_wrong_adjoint) return fail("given adjoint", sink.all()[0].message + "\n" + sink.all()[0].hint);
       if (!code.starts_with("E06")) return fail("differentiate", code + " " + sink.all()[0].message);
       verdict_.kind = Verdict::Kind::refused;
       verdict_.detail = code;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <set>
 
+#include "random/random_adjoint.h"
 #include "random/random_expression.h"
 #include "stencil/build.h"
 #include "stencil/print_stencil.h"
@@ -25,6 +26,8 @@ struct Known {
   bool is_input = true;
   bool is_coordinate = false;
   bool is_filled = false;
+  bool is_on_walls = false;  // at n-1 no result: it is what the step stored or what the next fill sets
+  bool was_read = false;  // by a kernel or reduction: to change it afterwards is mostly refused
   int reach = 0;  // readable that far outside the interior along bounded axes
   int grown = 0;  // computed that far outside
 };
@@ -32,7 +35,7 @@ struct Known {
 class Builder {
  public:
   explicit Builder(std::uint64_t seed)
-      : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9) {
+      : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9), adjoints_(~seed ^ 0x94d049bb133111eb) {
     result_.seed = seed;
   }
 
@@ -64,8 +67,10 @@ class Builder {
   void run(Kernel kernel, int grow);
   std::vector<AxisBoundary> boundary(const std::string& field, bool for_fold, int least_grown);
   Side side(const std::string& field, bool for_fold, int least_grown);
+  Side wall_side(SideKind kind, const std::string& field, bool for_fold, int least_grown);
+  bool may_change(const Known& field) { return !field.was_read || random_.percent(6); }
   Expr side_value();
-  Scope scope(int grow, const std::string& without = "") const;
+  Scope scope(int grow, const std::string& without = "");
   Kernel kernel_with_lets(const char* name, Scope& scope);
 
   bool has_bounded() const { return std::ranges::count(program_.axes, Topology::bounded) > 0; }
@@ -76,7 +81,7 @@ class Builder {
   }
   std::string fresh_field();
 
-  SplitMix random_, refills_, reductions_, passes_;  // the others came later: without what they make, seeds mean what they meant
+  SplitMix random_, refills_, reductions_, passes_, adjoints_;
   RandomProgram result_;
   Program program_{"p", {}, {}, {}, {}};
   std::vector<Known> known_;
@@ -103,7 +108,7 @@ void Builder::choose_inputs() {
     if (random_.percent(85)) result_.wrt.fields.insert(field.name);
   }
   for (int axis = 0; axis < rank(); ++axis) {
-    if (random_.percent(20)) known_.push_back({std::string(1, "xyz"[axis]), true, true, true, any_reach, any_reach});
+    if (random_.percent(20)) known_.push_back({std::string(1, "xyz"[axis]), true, true, true, false, false, any_reach, any_reach});
   }
   params_ = {"dt", "hx", "a", "nu"};
   side_params_ = {"g", "dt", "t"};
@@ -133,8 +138,12 @@ Expr Builder::side_value() {
 
 Side Builder::side(const std::string& field, bool for_fold, int least_grown) {
   constexpr SideKind kinds[] = {SideKind::value, SideKind::zero_gradient, SideKind::gradient, SideKind::mixed};
-  Side result{kinds[random_.weighted({4, 3, 2, 2})]};
-  if (result.kind == SideKind::zero_gradient) return result;
+  return wall_side(kinds[random_.weighted({4, 3, 2, 2})], field, for_fold, least_grown);
+}
+
+Side Builder::wall_side(SideKind kind, const std::string& field, bool for_fold, int least_grown) {
+  Side result{kind};
+  if (kind == SideKind::zero_gradient) return result;
   std::vector<std::string> walls;
   for (const Known& other : known_) {
     if (!other.is_input && other.name != field && std::min(other.grown, other.reach) >= least_grown) walls.push_back(other.name);
@@ -151,11 +160,16 @@ Side Builder::side(const std::string& field, bool for_fold, int least_grown) {
   return result;
 }
 
+/// Fields on walls are filled before anything reads them.
 std::vector<AxisBoundary> Builder::boundary(const std::string& field, bool for_fold, int least_grown) {
+  const bool on_walls = for_fold || !find(field)->was_read;
   std::vector<AxisBoundary> axes;
   for (const Topology topology : program_.axes) {
     AxisBoundary axis{topology, {}, {}};
-    if (topology == Topology::bounded) {
+    if (topology == Topology::bounded && on_walls && random_.percent(12)) {
+      axis.low = wall_side(SideKind::on_wall, field, for_fold, least_grown);
+      axis.high = wall_side(SideKind::on_wall, field, for_fold, least_grown);
+    } else if (topology == Topology::bounded) {
       axis.low = side(field, for_fold, least_grown);
       axis.high = random_.percent(30) ? axis.low : side(field, for_fold, least_grown);
     }
@@ -170,6 +184,7 @@ void Builder::add_fill(Known& field) {
 
 void Builder::fill(Known& field, const Fill& fill) {
   field.is_filled = true;
+  field.is_on_walls |= is_on_walls(fill.axes);
   field.reach = any_reach;
   for (const std::string& wall : wall_fields(fill.axes)) field.reach = std::min({field.reach, find(wall)->grown, find(wall)->reach});
   field.grown = std::min(field.grown, field.reach);
@@ -184,7 +199,7 @@ void Builder::add_refill(Known& field) {
     Fill again = *before;
     AxisBoundary& axis = again.axes[static_cast<std::size_t>(refills_.below(rank()))];
     if (refills_.percent(50)) std::swap(axis.low, axis.high);
-    if (refills_.percent(50)) axis.low = Side{SideKind::value, refills_.uniform(-1.0, 2.0)};
+    if (refills_.percent(50) && !is_on_walls(axis)) axis.low = Side{SideKind::value, refills_.uniform(-1.0, 2.0)};
     return fill(field, again);
   }
 }
@@ -203,13 +218,16 @@ void Builder::add_fold(Known& field) {
 }
 
 /// What a kernel that runs `grow` cells beyond the interior may read.
-Scope Builder::scope(int grow, const std::string& without) const {
+Scope Builder::scope(int grow, const std::string& without) {
   Scope result{program_.axes, {}, params_, {}};
+  const bool is_mixed = has_bounded() && std::ranges::count(program_.axes, Topology::periodic) > 0;
   for (const Known& field : known_) {
     if (field.name == without || field.reach < grow) continue;
     const bool interpolates = field.is_filled && field.reach > grow + 1;  // as far as cubics do
+    // around periodic axes beyond walls: refused where what is computed is read there
+    const bool is_around = field.is_filled && (grow == 0 || !is_mixed || refills_.percent(4));
     const bool is_active = !(field.is_input && !result_.wrt.fields.contains(field.name));
-    result.fields.push_back({field.name, field.reach - grow, field.is_filled, interpolates || !has_bounded(), is_active, std::min(field.reach, 2)});
+    result.fields.push_back({field.name, field.reach - grow, is_around, interpolates || !has_bounded(), is_active, std::min(field.reach, 2)});
   }
   return result;
 }
@@ -226,6 +244,12 @@ Kernel Builder::kernel_with_lets(const char* name, Scope& scope) {
 }
 
 void Builder::run(Kernel kernel, int grow) {
+  for (const Signature::Read& read : signature(kernel).reads) find(read.field)->was_read = true;
+  if (adjoints_.percent(30)) {
+    const bool is_wrong = adjoints_.percent(8);
+    give_adjoint(kernel, adjoints_, is_wrong);
+    result_.has_wrong_adjoint |= is_wrong && !kernel.given.empty();
+  }
   program_.body.push_back(Run{kernel.name, grow});
   result_.module.kernels.push_back(std::move(kernel));
 }
@@ -236,7 +260,7 @@ void Builder::add_kernel(int grow) {
   ExpressionGenerator generator(random_, readable);
   std::vector<Known> made;
   for (int count = 1 + random_.percent(30); count > 0; --count) {
-    made.push_back({fresh_field(), false, false, false, grow, grow});
+    made.push_back({fresh_field(), false, false, false, false, false, grow, grow});
     kernel.stores.push_back({made.back().name, false, generator.stored(), {}});
   }
   if (random_.percent(25)) kernel.sums.push_back({random_.percent(70) ? "s" : "e", generator.value(2)});
@@ -248,7 +272,7 @@ void Builder::add_kernel(int grow) {
 void Builder::add_update(int grow) {
   std::vector<std::string> targets;
   for (const Known& field : known_) {
-    if (!field.is_input && field.grown >= grow) targets.push_back(field.name);
+    if (!field.is_input && field.grown >= grow && may_change(field)) targets.push_back(field.name);
   }
   if (targets.empty()) return;
   const std::string target = targets[random_.below(static_cast<int>(targets.size()))];
@@ -257,7 +281,7 @@ void Builder::add_update(int grow) {
   Kernel kernel = kernel_with_lets("add", readable);
   ExpressionGenerator generator(random_, readable);
   Expr value = generator.stored();
-  if (random_.percent(5)) value = value * access(target);
+  if (random_.percent(2)) value = value * access(target);
   kernel.stores.push_back({target, true, value, {}});
   run(std::move(kernel), grow);
   find(target)->is_filled = false;
@@ -267,7 +291,7 @@ void Builder::add_update(int grow) {
 void Builder::add_scatter() {
   std::vector<std::string> targets;
   for (const Known& field : known_) {
-    if (!field.is_input) targets.push_back(field.name);
+    if (!field.is_input && may_change(field)) targets.push_back(field.name);
   }
   if (targets.empty()) return;
   const std::string target = targets[random_.below(static_cast<int>(targets.size()))];
@@ -290,14 +314,16 @@ void Builder::add_reduction() {
   Reduce reduce{"", kinds[reductions_.weighted({4, 2, 2, 2})], known_[static_cast<std::size_t>(reductions_.below(static_cast<int>(known_.size())))].name, {}};
   for (int axis = 0; axis < rank(); ++axis) reduce.over[axis] = reductions_.percent(50);
   reduce.over[static_cast<std::size_t>(reductions_.below(rank()))] = true;
+  find(reduce.field)->was_read = true;
   reduce.result = fresh_field();
-  known_.push_back({reduce.result, false, false, false, 0, 0});
+  known_.push_back({reduce.result, false, false, false, false, true, 0, 0});  // the derivative of max and min reads it
   program_.body.push_back(std::move(reduce));
 }
 
 /// The kernel before again and again, on what it has written, as a repeat does it: rows that are alike.
 void Builder::add_passes() {
-  const Kernel kernel = result_.module.kernels.back();
+  Kernel kernel = result_.module.kernels.back();
+  kernel.given.clear();
   const int grow = std::get<Run>(program_.body.back()).grow;
   const Signature s = signature(kernel);
   const auto may_be_written = [&](const Signature::Read& read) {
@@ -314,7 +340,7 @@ void Builder::add_passes() {
     Kernel again = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, [&](const std::string& name) { return name == read->field ? from : name; }); });
     again.name += fmt::format("_{}", pass);
     again.stores[0].field = from = fmt::format("{}_{}", kernel.stores[0].field, pass);
-    known_.push_back({from, false, false, false, grow, grow});
+    known_.push_back({from, false, false, false, false, false, grow, grow});
     run(std::move(again), grow);
   }
 }
@@ -322,8 +348,9 @@ void Builder::add_passes() {
 void Builder::add_statements() {
   if (reductions_.percent(20)) add_reduction();
   for (Known& field : known_) {
-    if (!field.is_coordinate && !field.is_filled && random_.percent(70)) add_fill(field);
-    if (!field.is_coordinate && field.is_filled && refills_.percent(3)) add_refill(field);
+    const bool may_fill = field.grown == 0 || may_change(field);
+    if (!field.is_coordinate && !field.is_filled && may_fill && random_.percent(70)) add_fill(field);
+    if (!field.is_coordinate && field.is_filled && refills_.percent(field.was_read ? 1 : 8)) add_refill(field);
   }
   int grow = has_bounded() && random_.percent(35) ? 1 + random_.below(2) : 0;
   if (scope(grow).fields.empty()) grow = 0;
@@ -339,11 +366,11 @@ void Builder::add_statements() {
 void Builder::choose_results() {
   std::vector<std::string> states;
   for (const Known& field : known_) {
-    if (field.is_input && !field.is_coordinate) states.push_back(field.name);
+    if (field.is_input && !field.is_coordinate && !field.is_on_walls) states.push_back(field.name);
   }
   const bool has_sum = std::ranges::any_of(result_.module.kernels, [](const Kernel& k) { return !k.sums.empty(); });
   for (const Known& field : known_) {
-    if (field.is_input) continue;
+    if (field.is_input || field.is_on_walls) continue;
     const bool is_last = &field == &known_.back() && program_.swaps.empty() && program_.keeps.empty() && !has_sum;
     if (!is_last && random_.percent(40)) continue;
     if (!states.empty() && random_.percent(50)) {

@@ -17,6 +17,7 @@ struct RandomProgram {
   stencil::Module module;   // program `p`
   adjoint::Activity wrt;
   stencil::Grid grid;
+  bool has_wrong_adjoint = false;  // among those given with kernels
 };
 
 /// The same for the same seed, everywhere.

@@ -33,17 +33,21 @@ std::string smallest(const RandomProgram& program, const Verdict& verdict, const
     const Verdict other = again(p);
     return other.kind == Verdict::Kind::failed && other.check == verdict.check;
   };
-  const RandomProgram small = shrink(program, fails, verdict.check == "cpp" ? 100 : 3000);
+  // of a smaller kernel another adjoint would be the right one
+  const int most = verdict.check == "given adjoint" ? 0 : verdict.check == "cpp" ? 100 : 3000;
+  const RandomProgram small = shrink(program, fails, most);
   return "the smallest program that fails so:\n" + describe(small) + again(small).detail;
 }
 
 struct Count {
-  int passed = 0, refused = 0, kinks = 0, failed = 0;
+  int passed = 0, refused = 0, wrong_adjoints = 0, kinks = 0, failed = 0;
   double dot_product = 0, finite_difference = 0, back_end = 0;
 
   void add(const Verdict& v) {
     passed += v.kind == Verdict::Kind::passed;
-    refused += v.kind == Verdict::Kind::refused;
+    const bool is_refused = v.kind == Verdict::Kind::refused, is_wrong_adjoint = is_refused && v.detail == "E0606";
+    refused += is_refused && !is_wrong_adjoint;
+    wrong_adjoints += is_wrong_adjoint;
     kinks += v.kind == Verdict::Kind::kink;
     failed += v.kind == Verdict::Kind::failed;
     dot_product = std::max(dot_product, v.dot_product);
@@ -75,11 +79,12 @@ TEST(RandomPrograms, AgreeEverywhere) {
     }
     for_cpp.clear();
   }
-  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.kinks << " at a kink, " << total.failed
+  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.wrong_adjoints << " given a wrong adjoint, " << total.kinks << " at a kink, " << total.failed
             << " failed; dot products to " << total.dot_product << ", differences to " << total.finite_difference << ", back ends to "
             << total.back_end << "\n";
-  const int all = total.passed + total.refused + total.kinks + total.failed;
-  EXPECT_LE(total.refused, all / 4);  // what has no derivative is refused, but not everything
+  const int all = total.passed + total.refused + total.wrong_adjoints + total.kinks + total.failed;
+  EXPECT_LE(total.refused, all / 8);  // what has no derivative is refused, but not everything
+  if (all >= 200) EXPECT_GE(total.wrong_adjoints, all / 400);
   EXPECT_LE(total.kinks, all / 100);
 }
 
@@ -109,7 +114,7 @@ TEST(RandomPrograms, AreTheSameEverywhere) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     for (const char c : describe(random_program(seed))) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   }
-  EXPECT_EQ(hash, 6217511231680262242u) << "the generator has changed: seeds of old failures mean other programs now";
+  EXPECT_EQ(hash, 932441928140156381u) << "the generator has changed: seeds of old failures mean other programs now";
 }
 
 /// With a made-up fault, "a sine of something read from the left", that is what is left.

@@ -107,7 +107,8 @@ bool drop_parts_of_kernels(const RandomProgram& p, const Try& accept) {
     };
     const Kernel& kernel = p.module.kernels[k];
     if (without_each(kernel.stores, with(&Kernel::stores)) || without_each(kernel.sums, with(&Kernel::sums)) ||
-        without_each(kernel.scatters, with(&Kernel::scatters)) || without_each(kernel.lets, with(&Kernel::lets))) {
+        without_each(kernel.scatters, with(&Kernel::scatters)) || without_each(kernel.lets, with(&Kernel::lets)) ||
+        without_each(kernel.given, with(&Kernel::given))) {
       return true;
     }
   }

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adjoints given with a kernel: what is derived for it between periodic axes, written another way, or wrong.
+#pragma once
+
+#include "stencil/stencil.h"
+#include "support/split_mix.h"
+
+namespace dpde::testing {
+
+/// Gives `kernel` an adjoint of one of its inputs, where there is a formula for one. A wrong one is the right one, scaled.
+void give_adjoint(stencil::Kernel& kernel, SplitMix& random, bool is_wrong);
+
+}  // namespace dpde::testing
