@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random/check_model.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "driver/certificate.h"
+#include "driver/inverse.h"
+#include "driver/pipeline.h"
+#include "driver/session.h"
+#include "fuzz/targets.h"
+#include "source/render.h"
+#include "stencil/from_ast.h"
+#include "stencil/print_stencil.h"
+#include "support/split_mix.h"
+#include "syntax/parser.h"
+
+namespace dpde::testing {
+
+using driver::Backend;
+
+namespace {
+
+constexpr rlim_t longest_seconds = 120;  // of a processor
+constexpr double largest_double_error = 1e-11, largest_float_error = 3e-4;  // of back ends, on numbers of order one
+
+/// Final states, loss and gradient near the task's start, one after the other.
+using Numbers = std::vector<double>;
+
+class ModelCheck {
+ public:
+  ModelCheck(const std::string& text, const ModelChecks& checks) : source_("random.dpde", text), checks_(checks) {}
+
+  ModelVerdict run() {
+    const std::string wrong = fuzz_parser(source_.text());
+    if (!wrong.empty()) fail("text", wrong);
+    if (verdict_.kind == ModelVerdict::Kind::failed || !compile() || !reads_back()) return verdict_;
+    Numbers wanted;
+    if (!evaluate(jit_, wanted, "jit")) return verdict_;
+    const bool agrees = back_end_agrees(Backend::interpreter, "interpreter", wanted) && (!checks_.cpp || back_end_agrees(Backend::cpp, "cpp", wanted));
+    if (agrees) certify();
+    return verdict_;
+  }
+
+ private:
+  bool fail(const std::string& check, const std::string& detail) {
+    verdict_ = {ModelVerdict::Kind::failed, check, detail};
+    return false;
+  }
+
+  /// Refused, if it is said at a place of the text and is not a bug.
+  bool refuse(const DiagnosticSink& sink) {
+    for (const Diagnostic& d : sink.all()) {
+      if (d.kind->severity != Severity::error) continue;
+      const std::string text = render_text(source_, d), code(d.kind->code);
+      const bool points = d.range.is_known() && d.range.begin <= d.range.end && d.range.end <= static_cast<int>(source_.text().size());
+      if (code == "E0910" || code == "E0911" || code == "E0903" || !points) return fail("refusal", text);
+      verdict_ = {ModelVerdict::Kind::refused, code, text};
+      return false;
+    }
+    return fail("refusal", "nothing came out, and no error");
+  }
+
+  std::shared_ptr<const driver::Compiled> compiled(Backend backend, std::optional<Precision> real = std::nullopt) {
+    driver::CompileOptions options;
+    options.selection.name = "t";
+    options.backend = backend;
+    options.adjoint = options.verify = true;
+    options.tangent = backend == Backend::jit;
+    options.second = options.tangent && checks_.second;
+    options.real = real;
+    DiagnosticSink sink;
+    std::optional<driver::Compiled> result = driver::compile(source_, options, sink);
+    if (!result || sink.has_errors()) return refuse(sink), nullptr;
+    return std::make_shared<const driver::Compiled>(std::move(*result));
+  }
+
+  bool compile() { return (jit_ = compiled(Backend::jit)) != nullptr; }
+
+  bool reads_back() {
+    const std::string text = stencil::print(jit_->stencil);
+    const SourceFile again("stencil.dpde", text);
+    DiagnosticSink sink;
+    const std::string twice = stencil::print(stencil::from_ast(parse(again, sink), sink));
+    if (sink.has_errors()) return fail("stencil text", render_text(again, sink.all()[0]) + text);
+    return twice == text || fail("stencil text", text + "\nreads back as\n" + twice);
+  }
+
+  bool unstable(const std::string& why) {
+    verdict_ = {ModelVerdict::Kind::unstable, "", why};
+    return false;
+  }
+
+  bool evaluate(const std::shared_ptr<const driver::Compiled>& code, Numbers& numbers, const std::string& check) {
+    DiagnosticSink sink;
+    const auto session = driver::Session::open(source_, code, {}, sink);
+    if (!session) return refuse(sink);
+    if (session->rollout().run().blow_up) return check == "jit" ? unstable("blow-up") : fail(check, "only here the run is not finite");
+    for (std::size_t s = 0; s < session->problem().states.size(); ++s) {
+      const std::vector<double> state = session->final_state(static_cast<int>(s));
+      numbers.insert(numbers.end(), state.begin(), state.end());
+    }
+    const auto inverse = driver::Inverse::open(*session, source_, sink);
+    if (!inverse) return refuse(sink);
+    SplitMix random(7);
+    Eigen::VectorXd x = inverse->start(), gradient(inverse->size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) x[i] += random.uniform(-0.05, 0.05);
+    numbers.push_back(inverse->value_and_gradient(x, gradient));
+    numbers.insert(numbers.end(), gradient.data(), gradient.data() + gradient.size());
+    for (const double value : numbers) {
+      if (!std::isfinite(value)) return check == "jit" ? unstable("not finite") : fail(check, "only here the result is not finite");
+    }
+    return true;
+  }
+
+  bool back_end_agrees(Backend backend, const std::string& check, const Numbers& wanted) {
+    const auto code = compiled(backend);
+    Numbers got;
+    if (!code || !evaluate(code, got, check)) return false;
+    double error = got.size() == wanted.size() ? 0 : INFINITY, scale = 1;
+    for (std::size_t i = 0; i < wanted.size() && i < got.size(); ++i) {
+      error = std::max(error, std::abs(got[i] - wanted[i]));
+      scale = std::max(scale, std::abs(wanted[i]));
+    }
+    const double most = code->real() == Precision::f32 ? largest_float_error : largest_double_error;
+    return error <= most * scale || fail(check, fmt::format("differs from the JIT by {:.3e} of {:.3e}", error, scale));
+  }
+
+  bool certify() {
+    const bool is_single = jit_->real() == Precision::f32;
+    const auto code = is_single ? compiled(Backend::jit, Precision::f64) : jit_;
+    if (!code) return false;
+    DiagnosticSink sink;
+    std::optional<driver::Certificate> certificate = driver::certify(source_, code, {}, sink);
+    if (!certificate || (is_single && !driver::certify_single_precision(source_, jit_, {}, *certificate, sink))) return refuse(sink);
+    if (certificate->cases.empty() || certificate->note.find("not stable") != std::string::npos) return unstable(certificate->note);
+    if (certificate->passed()) return true;
+    if (!(certificate->worst() <= largest_double_error)) return fail("dot product", fmt::format("{:.3e}", certificate->worst()));
+    if (certificate->second && !certificate->second->passed()) {
+      return fail("second order", fmt::format("asymmetry {:.3e}, slope {}", certificate->second->worst(), certificate->second->slope.value_or(0)));
+    }
+    if (certificate->single && !certificate->single->passed()) return fail("single precision", fmt::format("{:.3e}", certificate->single->worst()));
+    return fail("slope", fmt::format("{} {}", certificate->slope.value_or(0), certificate->note));
+  }
+
+  const SourceFile source_;
+  const ModelChecks checks_;
+  std::shared_ptr<const driver::Compiled> jit_;
+  ModelVerdict verdict_;
+};
+
+ModelVerdict check_here(const std::string& text, const ModelChecks& checks) {
+  try {
+    return ModelCheck(text, checks).run();
+  } catch (const std::exception& error) {
+    return {ModelVerdict::Kind::failed, "exception", error.what()};
+  }
+}
+
+void write_all(int to, const std::string& text) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t count = write(to, text.data() + done, text.size() - done);
+    if (count <= 0) return;
+    done += static_cast<std::size_t>(count);
+  }
+}
+
+std::string read_all(int from) {
+  std::string text;
+  char buffer[4096];
+  for (ssize_t count; (count = read(from, buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(count));
+  return text;
+}
+
+}  // namespace
+
+ModelVerdict check_model(const std::string& text, const ModelChecks& checks) {
+  int ends[2];
+  if (pipe(ends) != 0) return {ModelVerdict::Kind::failed, "machine", "no pipe"};
+  const pid_t child = fork();
+  if (child == 0) {
+    close(ends[0]);
+    const rlimit limit{longest_seconds, longest_seconds};
+    setrlimit(RLIMIT_CPU, &limit);
+    const ModelVerdict verdict = check_here(text, checks);
+    write_all(ends[1], std::string(1, static_cast<char>('0' + static_cast<int>(verdict.kind))) + verdict.check + "\n" + verdict.detail);
+    _exit(0);
+  }
+  close(ends[1]);
+  const std::string answer = read_all(ends[0]);
+  close(ends[0]);
+  int status = 0;
+  if (child > 0) waitpid(child, &status, 0);
+  const std::size_t line = answer.find('\n');
+  if (child > 0 && WIFSIGNALED(status)) return {ModelVerdict::Kind::failed, "crash", fmt::format("signal {}", WTERMSIG(status))};
+  if (line == std::string::npos) return {ModelVerdict::Kind::failed, "crash", fmt::format("status {}", status)};
+  return {static_cast<ModelVerdict::Kind>(answer[0] - '0'), answer.substr(1, line - 1), answer.substr(line + 1)};
+}
+
+}  // namespace dpde::testing
