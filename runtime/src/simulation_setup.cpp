@@ -96,7 +96,11 @@ void Simulation::Impl::make_params() {
 }
 
 void Simulation::Impl::make_fields() {
-  for (int32_t n = 0; n < scene.network_count; ++n) weights[scene.networks[n]->name] = initial_weights(*scene.networks[n], scene.networks[n]->seed);
+  for (int32_t n = 0; n < scene.network_count; ++n) {
+    const dpde_network& network = *scene.networks[n];
+    const double* given = scene.weights[n];
+    weights[network.name] = given ? std::vector<double>(given, given + network.weight_count) : initial_weights(network, network.seed);
+  }
   for (int32_t c = 0; c < scene.coefficient_count; ++c) {
     const dpde_coefficient& coefficient = scene.coefficients[c];
     field(coefficient.name);

@@ -239,12 +239,10 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
   };
   for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.name, coefficient.value);
   for (const model::State& state : problem.states) check(state.name, state.initial);
+  load_weights(problem, source, sink);
   if (!problem.task) return;
   for (const model::Unknown& unknown : problem.task->unknowns) {
-    if (unknown.kind == model::Unknown::Kind::network) {
-      if (!unknown.from.file.empty()) load_weights(problem, unknown, source, sink);
-      continue;
-    }
+    if (unknown.kind == model::Unknown::Kind::network) continue;
     const model::State* state = problem.find_state(unknown.name);
     const bool is_the_scenes = state != nullptr && state->initial.origin.range == unknown.from.origin.range;
     if (!is_the_scenes) check(unknown.name, unknown.from);

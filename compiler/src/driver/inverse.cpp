@@ -10,7 +10,6 @@
 
 #include "driver/array_file.h"
 #include "driver/data.h"
-#include "driver/weights.h"
 #include "dpde/runtime/through_formula.h"
 #include "model/placement.h"
 #include "stencil/from_model.h"
@@ -101,9 +100,6 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
     std::vector<double> values;
     if (part.is_network()) {
       values = workspace.weights().at(part.name).values;
-      const std::optional<std::vector<double>> loaded = from.file.empty() ? values : load_weights(session_.problem(), unknown_of(part), source, sink);
-      if (!loaded) return false;
-      values = *loaded;
     } else if (part.is_control()) {
       values = session_.problem().find_control(part.name)->start;
     } else if (!part.is_field()) {

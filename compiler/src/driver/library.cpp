@@ -48,7 +48,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
   if (!compiled) return std::nullopt;
   compiled->code = std::make_shared<codegen::CompiledModule>(codegen::ProgramTables(compiled->loop, {}, nullptr));
   const auto kept = std::make_shared<const Compiled>(std::move(*compiled));
-  const std::shared_ptr<const SceneTable> table = SceneTable::make(kept, sink);
+  const std::shared_ptr<const SceneTable> table = SceneTable::make(kept, source, sink);
   if (!table) return std::nullopt;
   const dpde_scene& scene = table->scene();
   const std::string name = !options.name.empty() ? options.name : scene.task != nullptr ? scene.task : scene.name;

@@ -11,6 +11,7 @@
 
 #include "codegen/network_table.h"
 #include "driver/inverse.h"
+#include "driver/weights.h"
 #include "stencil/from_model.h"
 #include "support/assert.h"
 
@@ -74,6 +75,8 @@ struct SceneTable::Storage {
   std::vector<const char*> sought;
   std::deque<codegen::NetworkTable> network_tables;
   std::vector<const dpde_network*> networks;
+  NetworkWeights given_weights;
+  std::vector<const double*> weights;  // one a network
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
   std::vector<dpde_unknown> unknowns;
@@ -235,7 +238,11 @@ void SceneTable::Storage::fill() {
   }
   for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) add_coefficient(c);
-  for (const network::Network& network : problem.networks) networks.push_back(network_tables.emplace_back(network).get());
+  for (const network::Network& network : problem.networks) {
+    networks.push_back(network_tables.emplace_back(network).get());
+    const auto given = given_weights.find(network.name);
+    weights.push_back(given == given_weights.end() ? nullptr : given->second.data());
+  }
   for (const std::uint64_t seed : problem.noises()) noises.push_back({text(model::noise_name(seed)), seed});
   for (const model::Coefficient& c : problem.coefficients) {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
@@ -261,6 +268,7 @@ void SceneTable::Storage::fill() {
   set(scene.coefficient_count, scene.coefficients, coefficients);
   set(scene.noise_count, scene.noises, noises);
   set(scene.network_count, scene.networks, networks);
+  scene.weights = weights.data();
   set(scene.sought_count, scene.sought, sought);
   set(scene.datum_count, scene.data, data);
   set(scene.loss_count, scene.losses, losses);
@@ -271,12 +279,14 @@ SceneTable::SceneTable() = default;
 SceneTable::~SceneTable() = default;
 const dpde_scene& SceneTable::scene() const { return storage_->scene; }
 
-std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
+std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, const SourceFile& source, DiagnosticSink& sink) {
   const std::optional<model::Task>& task = compiled->problem->task;
   if (task && task->losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
-  if (sink.has_errors()) return nullptr;
+  std::optional<NetworkWeights> weights = load_weights(*compiled->problem, source, sink);
+  if (sink.has_errors() || !weights) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);
   table->storage_ = std::make_unique<Storage>(std::move(compiled));
+  table->storage_->given_weights = std::move(*weights);
   table->storage_->fill();
   return table;
 }

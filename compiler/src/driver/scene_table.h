@@ -18,8 +18,9 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
 /// Owns what a dpde_scene points to. The programs are those of `compiled`'s code, which is kept.
 class SceneTable {
  public:
-  /// `compiled` has a problem and code. null when `sink` has errors afterwards: hosts cannot run this.
-  static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink);
+  /// `compiled` has a problem and code; weights of networks that come from files are read. null when `sink` has errors
+  /// afterwards: hosts cannot run this.
+  static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, const SourceFile& source, DiagnosticSink& sink);
   ~SceneTable();
   const dpde_scene& scene() const;
 

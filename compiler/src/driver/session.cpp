@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/session.h"
+#include "driver/weights.h"
 
 #include <fmt/format.h>
 
@@ -86,6 +87,12 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
 }
 
 bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) {
+  const std::optional<NetworkWeights> weights = load_weights(problem(), source, sink);
+  if (!weights) return false;
+  for (const auto& [name, values] : *weights) {
+    const auto place = workspace_->weights().find(name);
+    if (place != workspace_->weights().end()) place->second.values = values;
+  }
   for (const model::Coefficient& coefficient : problem().coefficients) {
     workspace_->field(coefficient.name);
     if (coefficient.value.formula) continue;

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "driver/array_file.h"
-#include "driver/weights.h"
 #include "driver/window_batches.h"
 #include "model/placement.h"
 #include "model/print_model.h"
@@ -75,15 +74,10 @@ std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std
     const model::Unknown* unknown = problem.find_unknown(coefficient);
     take(scene->given_fields, coefficient.name, coefficient.placement, unknown != nullptr ? unknown->from : coefficient.value);
   }
-  for (const model::Unknown& unknown : problem.task->unknowns) {
-    if (unknown.kind != model::Unknown::Kind::network || unknown.from.file.empty()) continue;
-    std::optional<std::vector<double>> weights = load_weights(problem, unknown, source, sink);
-    if (weights) scene->given_weights.emplace_back(unknown.name, std::move(*weights));
-  }
   if (sink.has_errors()) return nullptr;
   scene->compiled = compiled;
   if (!runs_are_of_this_scene(*scene, scene->trajectories, datum->origin.range, sink)) return nullptr;
-  scene->table = SceneTable::make(std::move(compiled), sink);
+  scene->table = SceneTable::make(std::move(compiled), source, sink);
   if (!scene->table) return nullptr;
   const int steps = scene->steps(), every = scene->trajectories.every;
   if (steps % every != 0) {
@@ -104,7 +98,6 @@ int TrainingScene::starts(int steps) const {
 void TrainingScene::give(Simulation& simulation) const {
   for (const auto& [name, values] : given_states) simulation.set_initial(name, values);
   for (const auto& [name, values] : given_fields) simulation.set_field(name, values);
-  for (const auto& [name, values] : given_weights) simulation.set_weights(name, values);
 }
 
 void TrainingScene::begin(Simulation& simulation, const Trajectories& from, const Window& window) const {

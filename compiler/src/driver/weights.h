@@ -2,7 +2,9 @@
 // Weights of networks from files.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "model/model.h"
@@ -10,8 +12,11 @@
 
 namespace dpde::driver {
 
-/// The weights of a network of the problem from the file that an unknown of the task begins with (dpde/runtime/weights_file.h).
-/// Reports cannot-read and bad-array-file at its place.
-std::optional<std::vector<double>> load_weights(const model::Problem& problem, const model::Unknown& unknown, const SourceFile& source, DiagnosticSink& sink);
+/// By the name of the network.
+using NetworkWeights = std::map<std::string, std::vector<double>>;
+
+/// Those that the scene, or the task that learns them, takes from files (dpde/runtime/weights_file.h); others begin as their
+/// seed says. Reports cannot-read and bad-array-file where the file is named.
+std::optional<NetworkWeights> load_weights(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

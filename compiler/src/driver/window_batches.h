@@ -29,8 +29,8 @@ struct TrainingScene {
   std::shared_ptr<const Compiled> compiled;
   std::shared_ptr<const SceneTable> table;
   Trajectories trajectories;
-  /// Initial states that are not in the trajectories, coefficients, and weights of networks.
-  std::vector<std::pair<std::string, std::vector<double>>> given_states, given_fields, given_weights;
+  /// Initial states that are not in the trajectories, and coefficients.
+  std::vector<std::pair<std::string, std::vector<double>>> given_states, given_fields;
 
   /// null when `sink` has errors afterwards. `compiled` keeps its parameters (Selection::keeps_params) and has adjoints.
   static std::unique_ptr<TrainingScene> open(const SourceFile& source, std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink);

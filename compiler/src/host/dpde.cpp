@@ -103,7 +103,7 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   driver::certify_quickly(*compiled, certifying(options), sink);
   if (sink.has_errors()) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
-  const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, sink);
+  const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, source, sink);
   if (!table) fail(source, sink);
   driver::SessionOptions session_options;
   session_options.threads = options.threads;

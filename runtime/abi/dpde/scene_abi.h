@@ -118,7 +118,8 @@ typedef struct dpde_scene {
   int32_t noise_count;
   const dpde_noise* noises;
   int32_t network_count;
-  const dpde_network* const* networks; /* those that programs apply; their weights begin as initial_weights() of dpde/runtime/network.h says */
+  const dpde_network* const* networks; /* those that programs apply */
+  const double* const* weights;        /* what each begins with; null: as initial_weights() of dpde/runtime/network.h says */
   int32_t sought_count;
   const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep <name>_bar */
   const dpde_program* program;         /* one step */

@@ -187,6 +187,11 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   const std::string noises = tables.array("dpde_noise", "noises", texts(s.noises, s.noise_count, noise));
   const std::string networks =
       tables.array("dpde_network* const", "networks", texts(s.networks, s.network_count, [&](const dpde_network* n) { return tables.network(n); }));
+  std::vector<std::string> weights;
+  for (int32_t n = 0; n < s.network_count; ++n) {
+    weights.push_back(s.weights[n] ? tables.array("double", "weights", texts(s.weights[n], static_cast<int32_t>(s.networks[n]->weight_count), number)) : "nullptr");
+  }
+  const std::string weight_lists = tables.array("double* const", "weight_lists", weights);
   const std::string sought = tables.names(s.sought, s.sought_count);
   const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
   const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
@@ -199,8 +204,8 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
   out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params, s.control_count, controls,
                      tables.program(s.rate), s.courant);
-  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, networks, sought coefficients\n", s.state_count, states, s.coefficient_count,
-                     coefficients, s.noise_count, noises, s.network_count, networks, s.sought_count, sought);
+  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, networks, sought coefficients\n", s.state_count, states, s.coefficient_count,
+                     coefficients, s.noise_count, noises, s.network_count, networks, weight_lists, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
   out += fmt::format("    {}, {}, {}, {}, {}, {},\n", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
   out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate, s.optimiser.gauss_newton, s.optimiser.iterations);
