@@ -34,7 +34,7 @@ TEST_F(EmitCommand, SaysWhatASceneOfAProgramCannotSay) {
       {changed(rod_text, "step 1/8", "step 1/8, courant 0.5, speed 1"), "steps that a Courant number splits"},
       {changed(rod_text, "time = euler", "time = euler; real = f32"), "real = f32"},
       {changed(rod_text, "cells 16, periodic", "cells 16, periodic, stretched x + 0.3*sin(x)"), "the stretched axis x"},
-      {"operator f(u) order 2 = u[-1] + u\n" + changed(rod_text, "mean(u^2)", "mean(f(u))"), "the operator in size"}};
+      {"operator f(u) order 1 = u[-1] + u\n" + changed(rod_text, "mean(u^2)", "mean(f(u))"), "the operator in size"}};
   for (const auto& [text, words] : cases) {
     write("rod.dpde", text);
     const Outcome emit = dpde("emit rod.dpde rod --stage stencil -o step.dpde");

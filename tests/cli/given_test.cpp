@@ -172,7 +172,7 @@ task t : s { unknown initial u; minimise mean((u - 0.2)^2) at t = 1/4 }
 }
 
 TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
-  const std::string body = "operator f(u) order 2 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar\n";
+  const std::string body = "operator f(u) order 1 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar\n";
   const std::string rest = "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; time 0 .. 1, step 1 }\n";
   const auto codes = [&](const std::string& text) {
     write("wrong.dpde", text);
@@ -181,23 +181,23 @@ TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
   const std::vector<std::string> none, not_here{"E0311"}, bad{"E0371"};
   EXPECT_EQ(codes(body + "model m { field u; dt(u) = f(u*u) }\n" + rest), none);
   EXPECT_EQ(codes(body + "model m { field u on faces.x; dt(u) = f(u) }\n" + rest), not_here);
-  const std::string body_2 = "operator f(u) order 2 = u[-1, 0] + u\n  adjoint u_bar = f_bar[+1, 0] + f_bar\n";
+  const std::string body_2 = "operator f(u) order 1 = u[-1, 0] + u\n  adjoint u_bar = f_bar[+1, 0] + f_bar\n";
   const std::string rest_2 = "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 2; boundary u: all = 0; initial u = x; time 0 .. 1, step 1 }\n";
   EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u) + dy(f(u)) }\n" + rest_2), none);
   EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(mean(u, x)) }\n" + rest_2), not_here);
   EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u^2) }\n" + rest_2), not_here) << "walls along one of two axes";
   EXPECT_EQ(codes(body + "model m { vector u; dt(u) = f(u) }\n" + rest), not_here);
-  EXPECT_EQ(codes("operator f(u) order 2 = u[-1]\n  adjoint v_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
-  EXPECT_EQ(codes("operator f(u) order 2 = u[-1]\n  adjoint u_bar = f_bar[-1]\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
+  EXPECT_EQ(codes("operator f(u) order 1 = u[-1]\n  adjoint v_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
+  EXPECT_EQ(codes("operator f(u) order 1 = u[-1]\n  adjoint u_bar = f_bar[-1]\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
   EXPECT_EQ(codes("operator f(u) order 2 = mean(u)\n  adjoint u_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), not_here);
 }
 
 TEST_F(GivenAdjointCommand, IsFormattedAsItStands) {
-  const std::string text = "# a filter\noperator f(u) order 2 = u[-1] + u  # beside\n  # why\n  adjoint u_bar=f_bar[+1]+f_bar\n\nfunction g(x) = x\n";
+  const std::string text = "# a filter\noperator f(u) order 1 = u[-1] + u  # beside\n  # why\n  adjoint u_bar=f_bar[+1]+f_bar\n\nfunction g(x) = x\n";
   write("f.dpde", text);
   ASSERT_EQ(dpde("fmt f.dpde").status, 0);
   const std::string once = content(path("f.dpde"));
-  EXPECT_NE(once.find("operator f(u) order 2 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar"), std::string::npos) << once;
+  EXPECT_NE(once.find("operator f(u) order 1 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar"), std::string::npos) << once;
   for (const char* comment : {"# a filter", "# beside", "# why"}) EXPECT_NE(once.find(comment), std::string::npos) << once;
   EXPECT_NE(once.find("\n\nfunction g(x) = x\n"), std::string::npos) << once;
   ASSERT_EQ(dpde("fmt f.dpde").status, 0);
