@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The controllers of dsl-examples/control, trained by the command: one against the linear-quadratic regulator of the same discrete
+// plant, found here with Eigen; one in closed loop on parameters, initial states and noise it has not seen.
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "command_support.h"
+#include "support/netcdf_file.h"
+
+namespace dpde::testing {
+namespace {
+
+using Eigen::MatrixXd;
+
+constexpr int cells = 50, actuators = 5, decisions = 100;
+
+/// One step of 0.1 of the plant with the actuators held: u becomes state*u + input*a.
+struct Plant {
+  MatrixXd state, input;
+};
+
+Plant plant() {
+  constexpr double c = 0.1, nu = 0.002, r = 0.1, dt = 0.1, h = 1.0 / cells;
+  MatrixXd rate = MatrixXd::Zero(cells, cells), reach = MatrixXd::Zero(cells, actuators);
+  for (int i = 0; i < cells; ++i) {
+    rate(i, (i + 1) % cells) += -c / (2 * h) + nu / (h * h);
+    rate(i, (i + cells - 1) % cells) += c / (2 * h) + nu / (h * h);
+    rate(i, i) += r - 2 * nu / (h * h);
+    if (i % 10 < 5) reach(i, i / 10) = 1;  // 0 .. 0.1, 0.2 .. 0.3, ...
+  }
+  const MatrixXd one = MatrixXd::Identity(cells, cells), z = dt * rate;
+  const MatrixXd held = one + z / 2 * (one + z / 3 * (one + z / 4));  // of the fourth-order Runge-Kutta method
+  return {one + z * held, dt * held * reach};
+}
+
+/// u . cost u is the least cost from u: no control at first, then the best at each of the times 1 ... decisions - 1.
+MatrixXd least_cost(const Plant& p) {
+  const MatrixXd one = MatrixXd::Identity(cells, cells), few = MatrixXd::Identity(actuators, actuators);
+  MatrixXd cost = one;
+  for (int k = 1; k < decisions; ++k) {
+    const MatrixXd gain = (few + p.input.transpose() * cost * p.input).ldlt().solve(p.input.transpose() * cost * p.state);
+    cost = one + p.state.transpose() * cost * (p.state - p.input * gain);
+  }
+  return one + p.state.transpose() * cost * p.state;
+}
+
+double cost_without_control(const Plant& p) {
+  MatrixXd u = MatrixXd::Identity(cells, cells);
+  double cost = u.squaredNorm();
+  for (int k = 0; k < decisions; ++k) {
+    u = p.state * u;
+    cost += u.squaredNorm();
+  }
+  return cost;
+}
+
+class ControlExample : public Command {
+ protected:
+  void copy(const std::string& name) const { write(name, content(DPDE_SOURCE_DIR "/dsl-examples/control/" + name)); }
+  Json json(const std::string& arguments) const {
+    const Outcome outcome = dpde(arguments + " --threads 1 --json");
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    return outcome.json();
+  }
+};
+
+TEST_F(ControlExample, LinearPlantReachesTheRegulator) {
+  copy("plant.dpde");
+  const Plant p = plant();
+  const MatrixXd least = least_cost(p);
+  const Json loss = json("optimize plant.dpde regulate --iterations 16 --out .")["loss"];
+  ASSERT_GT(loss.size(), 10U);
+  EXPECT_NEAR(loss.front().get<double>() / cost_without_control(p), 1, 1e-10);  // gains begin with 0: it is the same plant
+  EXPECT_GT(loss.back().get<double>(), least.trace());
+  EXPECT_LT(loss.back().get<double>(), 1.001 * least.trace());
+
+  json("run plant.dpde white --set end=0.1 --out white");
+  const std::vector<double> states = NetcdfFile(path("white/white.nc")).values("u");
+  const Eigen::Map<const MatrixXd> start(states.data(), cells, cells);  // a plant is a row of the file, a column here
+  const double best = (start.transpose() * least * start).trace();
+  const double cost = json("gradient plant.dpde judge")["loss"];
+  EXPECT_GT(cost, best);
+  EXPECT_LT(cost, 1.01 * best);
+  RecordProperty("cost", std::to_string(cost));
+  RecordProperty("least", std::to_string(best));
+}
+
+TEST_F(ControlExample, BrusselatorIsHeldOnUnseenParametersAndNoise) {
+  copy("brusselator.dpde");
+  json("optimize brusselator.dpde hold --set cells.y=4 --set end=10 --iterations 60 --out .");
+  const Json end = json("run brusselator.dpde unseen --set cells.y=16 --set end=40")["observables"];
+  EXPECT_LT(end["held"], 5e-3);
+  EXPECT_LT(end["worst"], 0.2);
+  EXPECT_GT(end["free"], 0.2);
+}
+
+}  // namespace
+}  // namespace dpde::testing
