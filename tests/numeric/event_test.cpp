@@ -86,5 +86,15 @@ TEST(Event, DerivativesAreCertified) {
   expect_certified(text, false);
 }
 
+/// What b was before the step is not read, and no unknown is in what it becomes: it has an adjoint that is 0.
+TEST(Event, AStateThatIsOverwrittenWithWhatIsKnown) {
+  expect_certified(
+      "model m {\n  field a, b\n  param k\n  dt(a) = 0\n  dt(b) = 0\n}\nscheme c { time = euler }\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 8, periodic\n  k = 1\n  initial a = 0\n  initial b = 0\n  time 0 .. 1, step 1/2\n"
+      "  after step: a = k*x, b = x^2\n}\n"
+      "task t : s {\n  unknown k from 2\n  minimise mean((a - b)^2)\n}\n",
+      true);
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -333,10 +333,14 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
 }  // namespace
 
 adjoint::Activity active_inputs(const Compiled& compiled, const std::string& name) {
-  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(name));
+  const stencil::Program& program = *compiled.stencil.find_program(name);
+  const stencil::Interface interface = stencil::interface_of(compiled.stencil, program);
   adjoint::Activity wrt;
   for (const std::string& field : interface.inputs) {
     if (compiled.activity.fields.contains(field)) wrt.fields.insert(field);
+  }
+  for (const stencil::Swap& swap : program.swaps) {  // a state that an event overwrites is not read, and has an adjoint all the same
+    if (compiled.activity.fields.contains(swap.state)) wrt.fields.insert(swap.state);
   }
   for (const std::string& param : interface.params) {
     if (compiled.activity.params.contains(param)) wrt.params.insert(param);
