@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Examples with networks, some smaller than in their folders.
+#include <regex>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class NetworkExamples : public Command {
+ protected:
+  std::string example(const std::string& file) const { return content(fs::path(DPDE_SOURCE_DIR) / "dsl-examples" / file); }
+};
+
+/// The law that made the data is k(u) = 0.01 + 0.05 u^2: it is found from how a profile decays.
+TEST_F(NetworkExamples, AClosureIsTheLawThatMadeTheData) {
+  write("law.dpde", example("closure/law.dpde"));
+  const Outcome found = dpde("optimize law.dpde recover --out out --json");
+  ASSERT_EQ(found.status, 0) << found.err;
+  EXPECT_LT(found.json()["test"]["error"].get<double>(), 2e-4);
+  const Outcome look = dpde("run law.dpde look --json");
+  ASSERT_EQ(look.status, 0) << look.err;
+  EXPECT_LT(look.json()["error"]["k"]["l2"].get<double>(), 3e-4);
+}
+
+/// A coarse grid against means of a finer one's runs, on waves the network has not seen; shorter than the example, and the finer grid half as fine.
+TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
+  std::string text = example("forced_burgers/forced_burgers.dpde");
+  for (const auto& [from, to] : {std::pair{"cells 128", "cells 64"}, {"coarsen 4", "coarsen 2"}, {"runs 10", "runs 4"}, {"runs 5", "runs 2"}, {"to 22.9", "to 8"},
+                                 {"epochs 12", "epochs 8"}, {"for 199 steps", "for 50 steps"}}) {
+    text = std::regex_replace(text, std::regex(from), to);
+  }
+  write("f.dpde", text);
+  for (const char* set : {"learn", "unseen"}) ASSERT_EQ(dpde(std::string("run f.dpde ") + set + " --out . --json").status, 0);
+  const Outcome learned = dpde("optimize f.dpde through --out out --json");
+  ASSERT_EQ(learned.status, 0) << learned.err;
+  const Json error = learned.json()["test"]["error"];
+  EXPECT_LT(error["mean"].get<double>(), 0.9 * error["start"]["mean"].get<double>());
+  const Outcome nothing = dpde("optimize f.dpde nothing --json");
+  ASSERT_EQ(nothing.status, 0) << nothing.err;
+  EXPECT_NEAR(nothing.json()["test"]["error"]["mean"].get<double>(), error["start"]["mean"].get<double>(), 1e-6) << "an untrained network corrects nothing";
+}
+
+}  // namespace
+}  // namespace dpde::testing
