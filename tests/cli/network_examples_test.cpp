@@ -15,6 +15,9 @@ class NetworkExamples : public Command {
 /// The law that made the data is k(u) = 0.01 + 0.05 u^2: it is found from how a profile decays.
 TEST_F(NetworkExamples, AClosureIsTheLawThatMadeTheData) {
   write("law.dpde", example("closure/law.dpde"));
+  const Json cost = dpde("check law.dpde guess --json").json()["networks"]["law"];
+  EXPECT_EQ(cost["weights"], 1 * 8 + 8 + 8 * 8 + 8 + 8 * 1 + 1);
+  EXPECT_EQ(cost["multiplications_per_point"], 8 + 64 + 8);
   const Outcome found = dpde("optimize law.dpde recover --out out --json");
   ASSERT_EQ(found.status, 0) << found.err;
   EXPECT_LT(found.json()["test"]["error"].get<double>(), 2e-4);

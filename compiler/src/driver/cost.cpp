@@ -57,6 +57,14 @@ Cost cost_of_row(const loop::Row& row, Precision real) {
   return cost;
 }
 
+/// Of the convolutions: one pass forward, and of a derivative two more (the adjoint's by inputs and by weights).
+Cost cost_of_network(const loop::Module& module, const loop::Infer& infer) {
+  const auto network = std::ranges::find(module.networks, infer.network, &network::Network::name);
+  const int passes = infer.mode == loop::Infer::Mode::value ? 1 : 3;
+  const std::size_t fields = network::fields_read(infer).size() + network::fields_written(infer).size();
+  return {static_cast<double>(bytes_of(module.real)) * static_cast<double>(fields), 2.0 * passes * network::multiplications_a_cell(*network)};
+}
+
 double copy_once(std::vector<double>& to, const std::vector<double>& from, int threads) {
   const auto start = std::chrono::steady_clock::now();
   const std::size_t part = from.size() / static_cast<std::size_t>(threads);
@@ -80,11 +88,11 @@ Cost cost_of(const loop::Module& module, const std::string& program) {
         total.bytes += 2 * bytes_of(module.real);  // reads one field and writes one
         total.flops += 1;
       }
+      if (const loop::Infer* infer = std::get_if<loop::Infer>(&operation)) total += cost_of_network(module, *infer);
       const loop::Sweep* sweep = std::get_if<loop::Sweep>(&operation);
       if (sweep == nullptr) continue;
       const Cost cost = cost_of_row(*module.find_row(sweep->row), module.real);
-      total.bytes += cost.bytes;
-      total.flops += cost.flops;
+      total += cost;
     }
   }
   return total;

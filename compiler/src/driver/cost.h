@@ -11,9 +11,15 @@
 namespace dpde::driver {
 
 /// Per cell and run of a program. Bytes: those of a value for each field a sweep reads and for each it writes (offsets of one field
-/// count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each, powers 1.
+/// count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each, powers 1;
+/// of networks the products of their convolutions and the sums, and the fields that go in and out.
 struct Cost {
   double bytes = 0, flops = 0;
+  Cost& operator+=(const Cost& other) {
+    bytes += other.bytes;
+    flops += other.flops;
+    return *this;
+  }
 };
 Cost cost_of(const loop::Module& module, const std::string& program);
 

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace dpde::network {
 namespace {
@@ -43,6 +44,17 @@ std::int64_t weight_count(const Network& network) {
     count += kernel_weights(network, layer) + (layer.kind == LayerKind::conv && layer.bias ? layer.channels : 0);
   }
   return count;
+}
+
+double multiplications_a_cell(const Network& network) {
+  std::vector<double> sizes{1};  // of the coarse cells of each value, in cells of the scene along an axis
+  double total = 0;
+  for (const Layer& layer : network.layers) {
+    const double size = sizes[static_cast<std::size_t>(layer.input)];
+    sizes.push_back(layer.kind == LayerKind::upsample ? size / layer.stride : size * layer.stride);
+    total += static_cast<double>(kernel_weights(network, layer)) / std::pow(sizes.back(), network.rank());
+  }
+  return total;
 }
 
 bool is_pointwise(const Network& network) {

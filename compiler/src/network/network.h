@@ -71,6 +71,8 @@ int channels_of(const Network& network, int number);
 std::int64_t weights_begin(const Network& network, int index);
 std::int64_t bias_begin(const Network& network, int index);
 std::int64_t weight_count(const Network& network);
+/// By weights, for each cell of the scene's grid.
+double multiplications_a_cell(const Network& network);
 /// No convolution sees neighbours and no layer changes the grid: a function of the values in one cell.
 bool is_pointwise(const Network& network);
 
