@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "command.h"
 #include "driver/data.h"
@@ -177,7 +178,10 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
   }
   text += "\n";
   result["dropped"] = problem.dropped;
-  for (const std::string& dropped : problem.dropped) text += fmt::format("dropped: {}\n", dropped);
+  std::set<std::string> told;  // a function may be put in many times
+  for (const std::string& dropped : problem.dropped) {
+    if (told.insert(dropped).second) text += fmt::format("dropped: {}\n", dropped);
+  }
   text += report_savings(job, compiled, result);
   job.say(text);
 }
