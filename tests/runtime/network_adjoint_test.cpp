@@ -131,7 +131,7 @@ TEST(NetworkAdjoint, OfEqualValuesTheFirstIsTheLargest) {
 
 TEST(NetworkAdjoint, NumberOfThreadsChangesNoBit) {
   for (const test::Named& named : test::networks()) {
-    for (const Cells& cells : {Cells{2600}, Cells{65, 50}, Cells{17, 16, 9}}) {
+    for (const Cells& cells : {Cells{2600}, Cells{20000}, Cells{65, 50}, Cells{17, 16, 9}}) {
       TestNetwork network = named.make(static_cast<int>(cells.size()), {DPDE_PAD_PERIODIC, DPDE_PAD_REFLECT, DPDE_PAD_ZERO});
       network.set_real(DPDE_F32);
       const Case c(network, cells);

@@ -34,6 +34,7 @@ class WholeGrid final : public Runner {
   Engine<Real> engine_;
 };
 
+constexpr int64_t least_products_for_threads = 500'000;  // some 30 us of one thread: less is not worth waking others
 constexpr int64_t block_cells = 480;  // whole vectors three at a time; some hundred channels of them stay in the second cache
 
 /// A network without neighbours, all layers over one block of cells after the other. Blocks belong to shares, whose number depends
@@ -45,7 +46,8 @@ class Blocks final : public Runner {
     constexpr int64_t most_shares = 16;
     blocks_ = (cell_count(layout) + block_cells - 1) / block_cells;
     shares_ = std::min(blocks_, most_shares);
-    threads_ = static_cast<int>(std::min<int64_t>(threads, shares_));
+    const bool is_worth = cell_count(layout) * block.network.weight_count >= least_products_for_threads;
+    threads_ = is_worth ? static_cast<int>(std::min<int64_t>(threads, shares_)) : 1;
     for (int thread = 0; thread < threads_; ++thread) engines_.push_back(std::make_unique<Engine<Real>>(block, 1));
     bars_.resize(static_cast<size_t>(shares_ * block.network.weight_count));
     weight_count_ = block.network.weight_count;
