@@ -48,11 +48,11 @@ void Rollout::Impl::set_step(BoundProgram& program, int n, int part, int parts) 
   program.executor.update_uniforms();
 }
 
-/// Fills the halos of all that the caller may have changed.
 void Rollout::Impl::update_weights() {
   if (!setup.weights.empty()) for_each_program([](BoundProgram& program) { program.executor.update_weights(); });
 }
 
+/// Fills the halos of all that the caller may have changed.
 void Rollout::Impl::begin(int first) {
   update_weights();
   set_step(forward->program, first);

@@ -100,7 +100,7 @@ void Rollout::Impl::bind_weights(BoundProgram& bound) {
   for (int i = 0; i < program.network_count; ++i) {
     const dpde_network& network = *program.networks[i];
     const auto given = std::ranges::find(setup.weights, network.name, &BoundWeights::network);
-    if (given == setup.weights.end() || given->values == nullptr) not_bound(program, "network", network.name);
+    if (given == setup.weights.end() || (given->values == nullptr && network.weight_count > 0)) not_bound(program, "network", network.name);
     auto bars = std::ranges::find(weight_bars, network.name, &WeightBars::network);
     if (given->learned && bars == weight_bars.end()) {
       bars = weight_bars.insert(bars, {network.name, std::vector<double>(static_cast<size_t>(network.weight_count))});

@@ -44,5 +44,48 @@ TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
   EXPECT_NEAR(nothing.json()["test"]["error"]["mean"].get<double>(), error["start"]["mean"].get<double>(), 1e-6) << "an untrained network corrects nothing";
 }
 
+const std::string corrected = R"(
+network n(u) { initial he, seed 1; conv 2, 3; tanh; conv out, 3, gain = 0.1 }
+network other(u) { initial he, seed 2; conv 2, 3; tanh; conv out, 3, gain = 0.1 }
+model m { field u; dt(u) = 0.01*lap(u) }
+scene trained : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; time 0 .. 1, step 0.1; after step: u += n(u) + 0*other(u) }
+task make : trained { learn n; learn other; minimise mean(u^2); using lbfgs, iterations 1 }
+scene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; time 0 .. 1, step 0.1; after step: u += n(u); n = load("w.safetensors") }
+)";
+
+/// Half a run with some weights and half with others would be neither.
+TEST_F(NetworkExamples, ARunDoesNotGoOnWithOtherWeights) {
+  write("c.dpde", corrected);
+  ASSERT_EQ(dpde("optimize c.dpde make --out o --json").status, 0);
+  fs::copy(path("o/n.safetensors"), path("w.safetensors"));
+  ASSERT_EQ(dpde("run c.dpde s --set end=0.5 --checkpoint-every 1 --out r --json").status, 0);
+  EXPECT_EQ(dpde("run c.dpde s --out r --resume --json").json()["resumed_steps"], 5);
+  std::string bytes = content(path("w.safetensors"));
+  bytes[bytes.size() - 2] = static_cast<char>(bytes[bytes.size() - 2] ^ 1);
+  write("w.safetensors", bytes);
+  ASSERT_EQ(dpde("run c.dpde s --set end=0.5 --checkpoint-every 1 --out q --json").status, 0);
+  fs::copy(path("o/n.safetensors"), path("w.safetensors"), fs::copy_options::overwrite_existing);
+  EXPECT_EQ(dpde("run c.dpde s --out q --resume --json").codes(), std::vector<std::string>{"E0914"});
+}
+
+/// A term that is 0 is dropped, and the network in it learns nothing.
+TEST_F(NetworkExamples, ANetworkInADroppedTermHasNoGradient) {
+  write("c.dpde", corrected);
+  const Outcome outcome = dpde("gradient c.dpde make --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_GT(outcome.json()["gradient"]["n"]["norm"].get<double>(), 0);
+  EXPECT_EQ(outcome.json()["gradient"]["other"]["norm"], 0);
+}
+
+/// Nothing to learn and nothing to set, but it runs.
+TEST_F(NetworkExamples, ANetworkMayHaveNoWeights) {
+  write("p.dpde", "network n(u) { mean_pool 2; upsample 2; relu }\nmodel m { field u; dt(u) = n(u) - u }\n"
+                  "scene s : m { grid x = 0 .. 1, cells 7, periodic; initial u = x; time 0 .. 0.1, step 0.1 }\n");
+  for (const char* backend : {"jit", "interpreter"}) {
+    const Outcome run = dpde(std::string("run p.dpde s --json --backend ") + backend);
+    EXPECT_EQ(run.status, 0) << run.err;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

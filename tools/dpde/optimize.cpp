@@ -49,6 +49,7 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   };
   for (int s = 0; s < run.session->rollout().state_count(); ++s) add_values(run.session->initial(s));
   for (const model::Coefficient& c : run.session->problem().coefficients) add_values(run.session->workspace().dense(c.name));
+  for (const auto& [network, weights] : run.session->workspace().weights()) add_values(weights.values);
   for (const driver::DataStates& datum : run.session->data()) {
     for (const std::string& field : datum.fields) {
       add_values(run.session->workspace().dense(field));

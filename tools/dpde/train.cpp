@@ -2,6 +2,7 @@
 #include "train.h"
 
 #include <fmt/format.h>
+#include <utility>
 
 #include <chrono>
 #include <cmath>
@@ -47,9 +48,13 @@ class TrainingCheckpoint {
   }
   void save(const driver::Trainer& trainer) {
     if (job_.options().out.empty() || saved_ == trainer.state().updates.made) return;
-    if (!driver::write_file(path_, trainer.save(), job_.sink())) interval_ = {};  // one message is enough
-    saved_ = trainer.state().updates.made;
     last_ = Clock::now();
+    DiagnosticSink again;  // one message is enough; a full disk may have room again later
+    if (driver::write_file(path_, trainer.save(), has_failed_ ? again : job_.sink())) {
+      saved_ = trainer.state().updates.made;
+    } else if (!std::exchange(has_failed_, true)) {
+      job_.say(fmt::format("cannot write {}; the training goes on and tries again\n", path_.string()));
+    }
   }
 
  private:
@@ -57,6 +62,7 @@ class TrainingCheckpoint {
   CheckpointInterval interval_;
   std::filesystem::path path_;
   std::int64_t saved_ = 0;
+  bool has_failed_ = false;
   Clock::time_point last_ = Clock::now();
 };
 

@@ -193,9 +193,10 @@ void add_still_inputs(const Module& module, const Program& program, const Varied
   kernels.kernels.push_back(std::move(still));
 }
 
-/// The rate of a reduction, behind it.
+/// The rates of a network's outputs, behind it.
 void add_rates(Infer infer, const Varied& varied, DerivedNames& names, Program& derived) {
-  if (infer.results.empty() || !varied.fields.contains(fields_written(infer).front())) return;
+  const std::vector<std::string> written = fields_written(infer);
+  if (std::ranges::none_of(written, [&](const std::string& field) { return varied.fields.contains(field); })) return;
   infer.mode = Infer::Mode::tangent;
   infer.weights = varied.params.contains(infer.network);
   for (const std::string& input : infer.inputs) infer.rates.push_back(varied.fields.contains(input) ? names.of(input) : "");
@@ -203,6 +204,7 @@ void add_rates(Infer infer, const Varied& varied, DerivedNames& names, Program& 
   derived.body.push_back(infer);
 }
 
+/// The rate of a reduction, behind it.
 void add_reduction(const Reduce& reduce, const Program& program, const Varied& varied, DerivedNames& names, Program& derived, Module& kernels) {
   if (!varied.fields.contains(reduce.result)) return;
   if (!varied.fields.contains(reduce.field)) {  // it varies by what is added to it later

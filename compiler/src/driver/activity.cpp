@@ -16,7 +16,7 @@ bool is_bound_by_the_scene(const std::string& name) {
   return names.contains(name);
 }
 
-/// Parameters of boundary values have no adjoint yet.
+/// Those in values of boundaries have no adjoint yet; those in weights of mixed ones have.
 std::set<std::string> params_of_boundaries(const stencil::Module& module) {
   std::set<std::string> params;
   const auto collect = [&](const stencil::Expr& e) {
@@ -28,7 +28,7 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
     for (const stencil::Statement& statement : program.body) {
       const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
       if (fill == nullptr) continue;
-      stencil::for_each_side(fill->axes, [&](const stencil::Side& side) { collect(side.value); });  // weights have
+      stencil::for_each_side(fill->axes, [&](const stencil::Side& side) { collect(side.value); });
     }
   }
   return params;

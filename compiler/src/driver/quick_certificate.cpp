@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -84,9 +85,18 @@ model::Problem problem_for(const Compiled& compiled, const stencil::Program& pro
   return problem;
 }
 
+/// Whether it computes in single precision: its fields, or a network that it applies.
+bool is_single(const Compiled& compiled, const std::string& program) {
+  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(program));
+  return compiled.real() == Precision::f32 || std::ranges::any_of(interface.networks, [&](const std::string& network) {
+           return compiled.stencil.find_network(network)->real == Precision::f32;
+         });
+}
+
 /// Adds the errors of one program; false and an error where they are too large.
-bool certify_program(const Compiled& compiled, const std::string& name, double most, std::optional<QuickCertificate>& worst,
-                     DiagnosticSink& sink) {
+bool certify_program(const Compiled& compiled, const std::string& name, std::optional<QuickCertificate>& worst, DiagnosticSink& sink) {
+  const bool single = is_single(compiled, name);
+  const double most = single ? largest_single_error : largest_error;
   const stencil::Program& program = *compiled.stencil.find_program(name);
   const stencil::Module primal = extract(compiled.stencil, {name});
   DiagnosticSink silent;
@@ -96,7 +106,7 @@ bool certify_program(const Compiled& compiled, const std::string& name, double m
   std::mt19937_64 random(20240229);
   for (const std::vector<int>& cells : quick_grids(program.axes.size())) {
     ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
-    const DotCase result = check.dot_product(compiled.is_single() ? 0.1 : 1e-3);
+    const DotCase result = check.dot_product(single ? 0.1 : 1e-3);
     if (!std::isfinite(result.relative_error)) continue;
     if (result.relative_error > most) {
       sink.report("verification-failed", {}, {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
@@ -143,7 +153,7 @@ std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certif
   }
   if (how == Certifying::when_cheap && expected_seconds(compiled) > largest_share * compiled.seconds) return std::nullopt;
   for (const std::string& name : certified_programs(compiled)) {
-    if (!certify_program(compiled, name, most, result, sink)) return std::nullopt;
+    if (!certify_program(compiled, name, result, sink)) return std::nullopt;
   }
   if (!result) return std::nullopt;
   if (cache != nullptr) cache->store(key, text_of(*result));

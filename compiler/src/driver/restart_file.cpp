@@ -48,13 +48,14 @@ std::string params_text(const model::Problem& problem) {
   return text;
 }
 
-/// States at the start and coefficients, in so far as they come from files.
+/// States at the start, coefficients, in so far as they come from files, and weights of networks.
 std::uint64_t hash_of_fields(Session& session) {
   std::uint64_t hash = hash_of(std::string_view());
   for (int s = 0; s < session.rollout().state_count(); ++s) hash = hash_of(session.initial(s), hash);
   for (const model::Coefficient& c : session.problem().coefficients) {
     if (!c.is_control() || !c.value.formula) hash = hash_of(session.workspace().dense(c.name), hash);
   }
+  for (const auto& [network, weights] : session.workspace().weights()) hash = hash_of(weights.values, hash);
   return hash;
 }
 

@@ -180,7 +180,8 @@ bool Trainer::end_epoch() {
               rule_.rate * rule_.schedule.factor(state_.updates.made - 1, updates_in_all_), state_.updates.made};
   double judged = epoch.loss;
   if (!validation_.empty()) {
-    WindowBatches* full = unroll_of(state_.epoch) == scene_.steps() ? batches_.get() : nullptr;
+    // After --resume at the end of an epoch they may be those of another length.
+    WindowBatches* full = batches_ && batches_->steps() == scene_.steps() ? batches_.get() : nullptr;
     if (full == nullptr) {
       if (!full_) full_ = std::make_unique<WindowBatches>(scene_, scene_.steps(), scene_.training().batch, options_);
       full = full_.get();

@@ -79,7 +79,6 @@ class WindowBatches {
   struct Result {
     double loss = 0;             // mean over the windows
     std::optional<std::size_t> bad;  // the first window whose loss or gradient is not a finite number
-    bool stopped = false;        // nothing else is valid then
   };
   /// `gradient` has the size of x. Noise of window i has the stream noise.stream + i.
   Result gradient(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd& gradient);

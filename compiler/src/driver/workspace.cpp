@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "codegen/network_table.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/network.h"
 #include "dpde/runtime/random.h"
@@ -50,14 +51,15 @@ Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModul
     params_[spacings[a]] = axis.spacing();
     fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, axis.spacing(), axis.topology == Topology::periodic);
   }
+  const auto add_weights = [&](const dpde_network& network) {
+    const std::vector<double> zero(static_cast<std::size_t>(network.weight_count));
+    if (!weights_.contains(network.name)) weights_[network.name] = {initial_weights(network, network.seed), zero, zero};
+  };
+  // Also of those whose terms were dropped, and of hand-written programs without a problem.
+  for (const network::Network& network : problem.networks) add_weights(*codegen::NetworkTable(network).get());
   for (const std::string& name : code.names()) {
     const dpde_program& program = *code.find(name);
-    for (int n = 0; n < program.network_count; ++n) {
-      const dpde_network& network = *program.networks[n];
-      if (weights_.contains(network.name)) continue;
-      const std::vector<double> zero(static_cast<std::size_t>(network.weight_count));
-      weights_[network.name] = {initial_weights(network, network.seed), zero, zero};
-    }
+    for (int n = 0; n < program.network_count; ++n) add_weights(*program.networks[n]);
   }
   params_["dt"] = problem.step;
   params_["cells"] = static_cast<double>(cell_count_);

@@ -57,8 +57,8 @@ int padded(int p, int n, Padding padding) {
 
 double activated(const Layer& layer, double v) {
   switch (layer.activation) {
-    case Activation::relu: return v > 0 ? v : 0;
-    case Activation::leaky_relu: return v > 0 ? v : layer.factor * v;
+    case Activation::relu: return v < 0 ? 0 : v;  // NaN stays
+    case Activation::leaky_relu: return v < 0 ? layer.factor * v : v;
     case Activation::gelu: return 0.5 * v * (1 + std::erf(v / std::sqrt(2.0)));
     case Activation::tanh: return std::tanh(v);
     case Activation::sigmoid: return 1 / (1 + std::exp(-v));
