@@ -87,5 +87,26 @@ TEST_F(NetworkExamples, ANetworkMayHaveNoWeights) {
   }
 }
 
+TEST_F(NetworkExamples, NamesAndOptionsThatDoNotFit) {
+  const auto codes = [&](std::string text, const std::string& command) {
+    write("c.dpde", std::regex_replace(text, std::regex("other"), "u"));
+    return dpde(command).codes();
+  };
+  EXPECT_EQ(codes(corrected, "check c.dpde trained --json"), std::vector<std::string>{"E0359"});
+  write("c.dpde", corrected);
+  EXPECT_EQ(dpde("optimize c.dpde make --epochs 3 --json").codes(), std::vector<std::string>{"E0904"});
+}
+
+/// The scene of a task that loads weights runs with them.
+TEST_F(NetworkExamples, ARunOfATaskTakesItsWeights) {
+  std::string text = std::regex_replace(corrected, std::regex("scene s : m .*\n"), "task use : trained { learn n from \"o/n.safetensors\"; minimise mean(u^2) }\n");
+  text = std::regex_replace(text, std::regex("initial u = x; time 0 .. 1"), "initial u = x; observe e = mean(u^2); time 0 .. 1");
+  write("c.dpde", std::regex_replace(text, std::regex("iterations 1"), "iterations 8"));
+  ASSERT_EQ(dpde("optimize c.dpde make --out o --json").status, 0);
+  const auto energy = [&](const std::string& name) { return dpde("run c.dpde " + name + " --json").json()["observables"]["e"].get<double>(); };
+  EXPECT_NE(energy("use"), energy("trained"));
+  EXPECT_NEAR(energy("use"), dpde("gradient c.dpde use --json").json()["loss"].get<double>(), 1e-6 * energy("use"));
+}
+
 }  // namespace
 }  // namespace dpde::testing

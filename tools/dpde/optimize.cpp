@@ -159,7 +159,12 @@ Json optimize(Job& job, const OptimizeOptions& options) {
     return json;
   }
   if (!job.load_source() || !prepare_out(job)) return json;
-  if (learns_from_trajectories(job)) return train(job, options);
+  const bool learns = learns_from_trajectories(job);
+  if (learns ? options.iterations > 0 : options.epochs > 0) {
+    job.sink().report("bad-option", {}, {learns ? "--iterations is for tasks that do not learn from trajectories: --epochs" : "--epochs is for tasks that learn from trajectories: --iterations"});
+    return json;
+  }
+  if (learns) return train(job, options);
   if (!open_task(job, options, run)) return json;
   model::Optimiser method = run.task().optimiser.value_or(model::Optimiser{});
   if (options.iterations > 0) method.iterations = options.iterations;

@@ -219,6 +219,17 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
   merge(compiled.stencil, with_own_kernels(run_passes(std::move(derivatives)), compiled.stencil));
 }
 
+/// Weights that the task loads stay those of the scene.
+void leave_task(model::Problem& problem) {
+  for (std::size_t i = 0; problem.task && i < problem.task->unknowns.size(); ++i) {
+    const model::Unknown& unknown = problem.task->unknowns[i];
+    if (unknown.kind != model::Unknown::Kind::network || unknown.from.file.empty()) continue;
+    std::erase_if(problem.weights, [&](const model::GivenWeights& given) { return given.network == unknown.name; });
+    problem.weights.push_back({unknown.name, unknown.from});
+  }
+  problem.task.reset();
+}
+
 void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, DiagnosticSink& sink) {
   std::string error;
   switch (backend) {
@@ -299,7 +310,7 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
   if (options.without_task && selection.name.empty() && scenes.size() == 1) selection.name = scenes[0];
   compiled.problem = model::from_ast(compiled.ast, selection, sink);
   if (sink.has_errors() || !compiled.problem) return false;
-  if (options.without_task) compiled.problem->task.reset();
+  if (options.without_task) leave_task(*compiled.problem);
   if (options.real) {
     compiled.problem->scheme.real = *options.real;
     for (network::Network& network : compiled.problem->networks) network.real = *options.real;

@@ -43,6 +43,10 @@ void bind_network(Draft& draft, DeclaredNetwork& declared) {
     draft.sink.report("reserved-name", source.name.range, {source.name.name, "network"}, "choose another name");
     return;
   }
+  if (const Meaning* meaning = draft.scope.find(source.name.name)) {
+    draft.sink.report("name-taken", source.name.range, {source.name.name, "a " + std::string(word_for(meaning->role))}, "choose another name for the network");
+    return;
+  }
   if (source.input_channels || source.output_channels) {
     draft.sink.report("bad-network", source.name.range, {fmt::format("network {} counts its channels, which only hand-written programs do", source.name.name)},
                       fmt::format("give its inputs names: network {}(u: vector, nu) -> vector", source.name.name));
