@@ -14,7 +14,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr double most = 1e9;
+constexpr double most = 1e9, most_runs = 1e5;  // runs are files of their own until all are done
 
 class Reader {
  public:
@@ -46,10 +46,10 @@ class Reader {
   }
   double number(const ast::Expr& e) { return evaluate(draft_, e, "a number of a data set").value_or(1); }
 
-  int whole(const ast::Expr& e, const std::string& option, double least) {
+  int whole(const ast::Expr& e, const std::string& option, double least, double largest = most) {
     const double value = number(e);
-    if (value >= least && value <= most && value == std::floor(value)) return static_cast<int>(value);
-    fail(e.range(), option, fmt::format("is a whole number from {} on, not {}", least, value));
+    if (value >= least && value <= largest && value == std::floor(value)) return static_cast<int>(value);
+    fail(e.range(), option, fmt::format("is a whole number from {} {}, not {}", least, value > largest ? fmt::format("to {}", largest) : "on", value));
     return 1;
   }
 
@@ -61,7 +61,7 @@ class Reader {
   void read_option(const ast::OptionItem& item, SourceRange range) {
     const std::string& name = item.name.name;
     refuse_second(name, range);
-    if (name == "runs") set_.runs = whole(item.value, name, 1);
+    if (name == "runs") set_.runs = whole(item.value, name, 1, most_runs);
     if (name == "seed") set_.seed = static_cast<std::uint64_t>(whole(item.value, name, 0));
     if (name == "coarsen") set_.coarsen = whole(item.value, name, 1);
     if (name != "file") return;
