@@ -289,6 +289,28 @@ TEST_F(Training, WhatADataSetCannotSay) {
   refused("runs 2; vary nu in -20 .. -19", "run 0 of dataset d: u is no longer finite");
 }
 
+/// What varies in the text of a scene may change its times or its grid: files have one of each.
+TEST_F(Training, RunsOfADataSetHaveOneGridAndTimes) {
+  const auto outcome_of = [&](const std::string& vary, const std::string& grid, const std::string& time) {
+    write("k.dpde", "model m { field u; param k; param nu; dt(u) = nu*lap(u) }\nscene truth : m { grid x = " + grid + "; k = 1; nu = 0.01; initial u = sin(2*pi*x); time " + time +
+                        " }\ndataset d : truth { runs 2; vary " + vary + "; frames every 1/8; file \"d.nc\" }\n");
+    return dpde("run k.dpde d --out x");
+  };
+  const auto refused = [&](const std::string& vary, const std::string& grid, const std::string& time, const std::string& part) {
+    const Outcome outcome = outcome_of(vary, grid, time);
+    EXPECT_EQ(outcome.status, 1) << vary << outcome.out << outcome.err;
+    EXPECT_NE(outcome.err.find("k.dpde:3:9"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("run 1 of dataset d: " + part), std::string::npos) << part << "\n" << outcome.err;
+    EXPECT_FALSE(fs::exists(path("x/d.nc")));
+  };
+  const std::string grid = "0 .. 1, cells 8, periodic", time = "0 .. 1, step 1/16";
+  refused("k from 1", grid, "0 .. 1, step 0.0625/k", "its step is 0.03125, that of run 0 is 0.0625");
+  refused("k from 1", grid, "0 .. k, step 1/16", "it is from t = 0 to 2, run 0 from 0 to 1");
+  refused("k from 8", "0 .. 1, cells k, periodic", time, "its x has 9 cells from 0 to 1, that of run 0 has 8 cells from 0 to 1");
+  refused("k from 1", "0 .. k, cells 8, periodic", time, "its x has 8 cells from 0 to 2, that of run 0 has 8 cells from 0 to 1");
+  EXPECT_EQ(outcome_of("k from 1", grid, time).status, 0);
+}
+
 TEST_F(Training, GradientAndVerify) {
   write("t.dpde", learning(adam));
   EXPECT_EQ(dpde("verify t.dpde learn --json").status, 0);

@@ -30,6 +30,17 @@ std::vector<model::Axis> with_cells(std::vector<model::Axis> axes, int ratio) {
   return axes;
 }
 
+/// Stretched axes may agree in their ends and differ in between.
+bool are_same_places(const model::Axis& a, const model::Axis& b) {
+  if (a.cells != b.cells) return false;
+  for (int i = 0; i <= a.cells; ++i) {
+    if (a.face(i) != b.face(i)) return false;
+  }
+  return true;
+}
+
+std::string extent_text(const model::Axis& axis) { return fmt::format("{} cells from {} to {}", axis.cells, axis.low, axis.high); }
+
 }  // namespace
 
 double OrderEstimate::error() const { return difference / (std::exp2(order) - 1); }
@@ -96,6 +107,26 @@ std::uint64_t DataSetMaker::key() const {
   return hash_bytes(text.data(), text.size());
 }
 
+/// What varies may stand where the compiler needs its number; the file has one time axis and one grid for all runs.
+bool DataSetMaker::is_like_first(Session& session, DiagnosticSink& sink) const {
+  const auto differs = [&](const std::string& what) {
+    sink.report("run-failed", set_.range, {what}, "all runs of a data set have the same times and the same grid: what varies may not stand in them");
+    return false;
+  };
+  const model::Problem &own = session.problem(), &first = session_->problem();
+  if (own.step != first.step) return differs(fmt::format("its step is {}, that of run 0 is {}", own.step, first.step));
+  if (own.t_begin != first.t_begin || own.steps != first.steps) {
+    return differs(fmt::format("it is from t = {} to {}, run 0 from {} to {}", own.t_begin, session.end_time(), first.t_begin, session_->end_time()));
+  }
+  for (std::size_t a = 0; a < first.axes.size(); ++a) {
+    if (are_same_places(own.axes[a], first.axes[a])) continue;
+    const std::string here = extent_text(own.axes[a]), there = extent_text(first.axes[a]);
+    if (here == there) return differs(fmt::format("its {} is stretched otherwise than that of run 0", first.axes[a].name));
+    return differs(fmt::format("its {} has {}, that of run 0 has {}", first.axes[a].name, here, there));
+  }
+  return true;
+}
+
 /// `count` frames of a run, down-sampled. False after a diagnostic, and when stopped.
 bool DataSetMaker::frames_of(Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const {
   const std::vector<model::Axis>& axes = session.workspace().axes();
@@ -114,7 +145,15 @@ bool DataSetMaker::frames_of(Session& session, int first, int every, int count, 
   };
   const RunResult result = rollout.run({std::gcd(first, every), keep});
   if (result.blow_up) report_blow_up(session, *result.blow_up, sink);
-  return !result.blow_up && !result.stopped;
+  if (result.blow_up || result.stopped) return false;
+  std::size_t wanted = static_cast<std::size_t>(count);
+  for (const model::Axis& axis : coarse) wanted *= static_cast<std::size_t>(axis.cells);
+  for (std::size_t s = 0; s < to.states.size(); ++s) {  // runs are put one after the other into a file: a shorter one would shift the rest
+    if (to.states[s].size() == wanted) continue;
+    sink.report("run-failed", set_.range, {fmt::format("its frames of {} have {} values in all, not {}", rollout.state_name(static_cast<int>(s)), to.states[s].size(), wanted)});
+    return false;
+  }
+  return true;
 }
 
 bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
@@ -139,7 +178,7 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
     for (std::size_t v = 0; v < set_.vary.size(); ++v) data.params.push_back(set_.value_of(v, run));
     bool done = false;
     try {
-      done = session != nullptr && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own);
+      done = session != nullptr && is_like_first(*session, own) && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own);
     } catch (const std::exception& error) {
       report_error(error, own);
     }

@@ -58,6 +58,7 @@ class DataSetMaker {
   DataSetMaker(const SourceFile& source, model::DataSet set, const DataSetOptions& options) : source_(source), set_(std::move(set)), options_(options) {}
   bool plan_frames(DiagnosticSink& sink);
   std::unique_ptr<Session> open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
+  bool is_like_first(Session& session, DiagnosticSink& sink) const;
   bool frames_of(Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const;
 
   const SourceFile& source_;

@@ -27,6 +27,7 @@ struct DataSet {
   std::optional<double> from, to;  // of the frames; else the scene's own
   int coarsen = 1;                 // cells along each axis that become one
   std::string file;                // its name
+  SourceRange range;               // of the block's name
 
   /// Of parameter `number` of the list in a run.
   double value_of(std::size_t number, int run) const;

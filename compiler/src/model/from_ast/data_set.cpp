@@ -23,6 +23,7 @@ class Reader {
   DataSet read() {
     set_.name = set_.file = source_.name.name;
     set_.file += ".nc";
+    set_.range = source_.name.range;
     set_.scene = source_.of.name;
     if (source_.scheme) set_.scheme = source_.scheme->name;
     if (find_declaration<ast::Scene>(draft_.file, set_.scene) == nullptr) {
