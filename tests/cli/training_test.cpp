@@ -223,8 +223,8 @@ TEST_F(Training, ANetworkCorrectsACoarseRun) {
 
 TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   const std::string model = "model m { field u; coefficient f; param nu; param s; dt(u) = nu*lap(u) + f }\n";
-  const auto text = [&](const std::string& force, const std::string& start) {
-    return model + "scene truth : m { grid x = 0 .. 1, cells 16, periodic; nu = 0.05; s = 1; f = " + force + "; initial u = " + start +
+  const auto text = [&](const std::string& force, const std::string& start, const std::string& own = "1") {
+    return model + "scene truth : m { grid x = 0 .. 1, cells 16, periodic; nu = 0.05; s = " + own + "; f = " + force + "; initial u = " + start +
            "; time 0 .. 1, step 1/64 }\n"
            "dataset d : truth { runs 2; vary s from 3; frames every 1/8; file \"d.nc\" }\n"
            "task learn : truth { data r = trajectories(\"d.nc\", u); unknown nu from 0.2; minimise mean((u - r)^2) over 8 steps; using adam(rate = 0.01), epochs 1 }\n";
@@ -233,6 +233,10 @@ TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   write("start.dpde", text("1", "random_field(seed = s, lowest = 1, highest = 3)"));
   ASSERT_EQ(dpde("run force.dpde d --out . --json").status, 0);
   EXPECT_EQ(dpde("optimize force.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
+  for (const std::string own : {"3", "4"}) {  // of the first run, of the last: the other is another scene all the same
+    write("own.dpde", text("random_field(seed = s, lowest = 1, highest = 3)", "0", own));
+    EXPECT_EQ(dpde("optimize own.dpde learn --json").codes(), std::vector<std::string>{"E0907"}) << own;
+  }
   ASSERT_EQ(dpde("run start.dpde d --out . --json").status, 0);
   EXPECT_EQ(dpde("optimize start.dpde learn --json").status, 0);
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "driver/array_file.h"
 #include "driver/window_batches.h"
@@ -34,6 +35,27 @@ std::string text_without_values(model::Problem problem, const Trajectories& traj
   return print(problem);
 }
 
+/// Values of a parameter that are not the scene's own, which would be compared with itself: all, or so many from the least to the largest.
+std::vector<double> values_to_try(const Trajectories& trajectories, std::size_t p, double own) {
+  constexpr std::size_t most = 16;  // each costs reading the scene once
+  std::set<double> distinct;
+  for (const Trajectories::Run& run : trajectories.runs) distinct.insert(run.params[p]);
+  distinct.erase(own);
+  const std::vector<double> all(distinct.begin(), distinct.end());
+  if (all.size() <= most) return all;
+  std::vector<double> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(all[i * (all.size() - 1) / (most - 1)]);
+  return some;
+}
+
+bool is_same_scene(const Compiled& compiled, const Trajectories& trajectories, const std::string& own, const std::string& name, double value) {
+  model::Selection selection = compiled.options.selection;
+  selection.overrides[name] = fmt::format("{}", value);
+  DiagnosticSink ignored;
+  const std::optional<model::Problem> other = model::from_ast(compiled.ast, selection, ignored);
+  return other && text_without_values(*other, trajectories) == own;
+}
+
 }  // namespace
 
 /// A parameter may stand where the compiler needs its number: in a seed, an extent. Another value then makes another scene.
@@ -41,12 +63,9 @@ bool runs_are_of_this_scene(const TrainingScene& scene, const Trajectories& traj
   const Compiled& compiled = *scene.compiled;
   const std::string own = text_without_values(*compiled.problem, trajectories);
   for (std::size_t p = 0; p < trajectories.params.size(); ++p) {
-    model::Selection selection = compiled.options.selection;
     const std::string& name = trajectories.params[p];
-    selection.overrides[name] = fmt::format("{}", trajectories.runs.back().params[p]);
-    DiagnosticSink ignored;
-    const std::optional<model::Problem> other = model::from_ast(compiled.ast, selection, ignored);
-    if (other && text_without_values(*other, trajectories) == own) continue;
+    const std::vector<double> values = values_to_try(trajectories, p, std::ranges::find(compiled.problem->params, name, &model::Parameter::name)->value);
+    if (std::ranges::all_of(values, [&](double value) { return is_same_scene(compiled, trajectories, own, name, value); })) continue;
     sink.report("bad-array-file", where, {trajectories.path, fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed or an extent", name, compiled.problem->scene)},
                 "what differs from run to run must be able to change between two windows");
     return false;
