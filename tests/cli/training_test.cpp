@@ -293,6 +293,52 @@ TEST_F(Training, WhatADataSetCannotSay) {
   refused("runs 2; vary nu in -20 .. -19", "run 0 of dataset d: u is no longer finite");
 }
 
+/// An array file of 16 values.
+std::string array_of(double value) {
+  std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (16,), }";
+  header.resize(117, ' ');
+  header += '\n';
+  std::string bytes("\x93NUMPY\x01\x00\x76\x00", 10);
+  bytes += header;
+  for (int i = 0; i < 16; ++i) bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  return bytes;
+}
+
+const std::string pushed = R"(
+model m { field u; coefficient f; param nu; param a; dt(u) = nu*lap(u) + f }
+scene truth : m { grid x = 0 .. 1, cells 16, periodic; nu = 0.01; a = 1; f = load("f.npy"); initial u = a*sin(2*pi*x); time 0 .. 1, step 1/64 }
+dataset d : truth { runs 60; vary a in 1 .. 2; frames every 1/8; file "d.nc" }
+task learn : truth { data r = trajectories("d.nc", u); unknown nu from 0.2; minimise mean((u - r)^2) over 8 steps; using adam(rate = 0.01), batch 60, epochs 4 }
+)";
+
+TEST_F(Training, HalfADataSetGoesOnWithTheSameFilesOnly) {
+  write("p.dpde", pushed);
+  write("f.npy", array_of(1));
+  const Outcome stopped = interrupted("run p.dpde d --out half --threads 1 --json", "0", "half/d.nc.0");
+  ASSERT_TRUE(fs::exists(path("half/d.nc.0"))) << stopped.out << stopped.err;
+  ASSERT_FALSE(fs::exists(path("half/d.nc"))) << "it was over before it was stopped";
+  fs::copy(path("half"), path("other"));
+  const Json rest = dpde("run p.dpde d --out half --resume --json").json();
+  EXPECT_GT(rest["resumed_runs"], 0);
+  ASSERT_EQ(dpde("run p.dpde d --out whole --json").status, 0);
+  EXPECT_EQ(content(path("half/d.nc")), content(path("whole/d.nc")));
+  write("f.npy", array_of(2));
+  EXPECT_EQ(dpde("run p.dpde d --out other --resume --json").json()["resumed_runs"], 0) << "made with another force";
+}
+
+TEST_F(Training, GoesOnWithTheSameFilesOnly) {
+  write("p.dpde", pushed);
+  write("f.npy", array_of(1));
+  ASSERT_EQ(dpde("run p.dpde d --out . --json").status, 0);
+  ASSERT_EQ(dpde("optimize p.dpde learn --out o --epochs 2 --json").status, 0);
+  write("f.npy", array_of(2));
+  const Outcome other = dpde("optimize p.dpde learn --out o --resume --json");
+  EXPECT_EQ(other.codes(), std::vector<std::string>{"E0914"});
+  EXPECT_NE(other.err.find("content of its files"), std::string::npos) << other.err;
+  write("f.npy", array_of(1));
+  EXPECT_GT(dpde("optimize p.dpde learn --out o --resume --json").json()["resumed_iterations"], 0);
+}
+
 /// What varies in the text of a scene may change its times or its grid: files have one of each.
 TEST_F(Training, RunsOfADataSetHaveOneGridAndTimes) {
   const auto outcome_of = [&](const std::string& vary, const std::string& grid, const std::string& time) {

@@ -10,6 +10,7 @@
 
 #include "driver/data.h"
 #include "driver/evaluation_log.h"
+#include "driver/weights.h"
 #include "model/placement.h"
 #include "stencil/print_stencil.h"
 
@@ -49,6 +50,7 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
   std::unique_ptr<DataSetMaker> maker(new DataSetMaker(source, std::move(set), options));
   maker->session_ = maker->open_run(0, {}, sink);
   if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
+  maker->files_ = hash_of_files(maker->session_->problem(), source);
   for (const model::Axis& axis : maker->session_->workspace().axes()) {
     if (axis.cells % maker->set_.coarsen == 0) continue;
     sink.report("bad-optimiser-option", {}, {"coarsen", "dataset " + maker->set_.name, fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
@@ -103,7 +105,7 @@ std::vector<int> DataSetMaker::cells() const {
 std::uint64_t DataSetMaker::key() const {
   std::string text = print(session_->compiled().stencil) + std::string(source_.text());
   for (const auto& [name, value] : options_.selection.overrides) text += fmt::format("{}={}\n", name, value);
-  text += fmt::format("{} {} {} {} {}", set_.name, set_.seed, set_.coarsen, first_, every_);
+  text += fmt::format("{} {} {} {} {} {:016x}", set_.name, set_.seed, set_.coarsen, first_, every_, files_);
   return hash_bytes(text.data(), text.size());
 }
 

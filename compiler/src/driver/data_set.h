@@ -67,6 +67,7 @@ class DataSetMaker {
   std::unique_ptr<Session> session_;
   std::vector<double> times_;
   int first_ = 0, every_ = 1;  // steps of the frames
+  std::uint64_t files_ = 0;    // hash of what the scene takes from files
 };
 
 }  // namespace dpde::driver

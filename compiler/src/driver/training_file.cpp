@@ -74,6 +74,7 @@ RunIdentity Trainer::identity() const {
   return {{"task", scene_.task().name},
           {"model", fmt::format("hash {:016x}", hash_bytes(text.data(), text.size()))},
           {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash)},
+          {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
           {"set of parameters", params},
           {"length of windows", fmt::format("{}", scene_.steps())},
           {"way to learn", method},

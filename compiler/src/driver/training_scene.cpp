@@ -6,6 +6,7 @@
 #include <set>
 
 #include "driver/array_file.h"
+#include "driver/weights.h"
 #include "driver/window_batches.h"
 #include "model/placement.h"
 #include "model/print_model.h"
@@ -94,6 +95,7 @@ std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std
     take(scene->given_fields, coefficient.name, coefficient.placement, unknown != nullptr ? unknown->from : coefficient.value);
   }
   if (sink.has_errors()) return nullptr;
+  scene->given_hash = hash_of_files(problem, source);
   scene->compiled = compiled;
   if (!runs_are_of_this_scene(*scene, scene->trajectories, datum->origin.range, sink)) return nullptr;
   scene->table = SceneTable::make(std::move(compiled), source, sink);

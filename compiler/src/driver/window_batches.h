@@ -31,6 +31,7 @@ struct TrainingScene {
   Trajectories trajectories;
   /// Initial states that are not in the trajectories, and coefficients.
   std::vector<std::pair<std::string, std::vector<double>>> given_states, given_fields;
+  std::uint64_t given_hash = 0;  // of all files but the trajectories
 
   /// null when `sink` has errors afterwards. `compiled` keeps its parameters (Selection::keeps_params) and has adjoints.
   static std::unique_ptr<TrainingScene> open(const SourceFile& source, std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink);
