@@ -174,6 +174,9 @@ TEST_F(Training, DataThatDoNotFit) {
   EXPECT_NE(refused(learning(adam), "--set step=1/24").find("its frames are 0.0625 apart, no whole number of steps of 0.0416667"), std::string::npos);
   EXPECT_NE(refused(learning(adam, "train.nc", "3")).find("its frames are 2 steps apart, and 3 steps of the loss are no multiple"), std::string::npos);
   EXPECT_NE(refused(learning(adam, "train.nc", "34")).find("too few for windows of 34 steps"), std::string::npos);
+  write("one.dpde", burgers + "dataset one : truth { frames every 1/16; file \"one.nc\" }\n");
+  ASSERT_EQ(dpde("run one.dpde one --out . --json").status, 0);
+  EXPECT_NE(refused(learning("adam(rate = 0.02), validate 0.05", "one.nc", "8")).find("its last 1 frames, kept for validation, are shorter than a window of 8 steps"), std::string::npos);
   write("broken.nc", content(path("train.nc")).substr(0, 3000));
   refused(learning(adam, "broken.nc"));
 }

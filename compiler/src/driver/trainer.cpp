@@ -69,7 +69,7 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
   trainer->options_.cut = training.cut;
   trainer->rule_ = rule_of(*scene.task().optimiser, training);
   trainer->epochs_ = epochs > 0 ? epochs : training.epochs;
-  trainer->split_runs();
+  if (!trainer->split_runs(sink)) return nullptr;
   for (int e = 0; e < trainer->epochs_; ++e) {
     const std::size_t count = trainer->windows_of(trainer->unroll_of(e)).size();
     trainer->updates_in_all_ += static_cast<std::int64_t>(batch_count(count, training.batch));
@@ -89,13 +89,14 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
 }
 
 /// Validation takes the last runs, or the last frames of the only one: windows of training end before its first.
-void Trainer::split_runs() {
+/// False where they are too few for a window: a training that says it validates must.
+bool Trainer::split_runs(DiagnosticSink& sink) {
   const Trajectories& all = scene_.trajectories;
   const int runs = static_cast<int>(all.runs.size()), steps = scene_.steps(), frames = std::max(steps / all.every, 1);
   const double share = scene_.training().validate;
   training_runs_ = runs;
   last_training_start_ = std::numeric_limits<int>::max();
-  if (share <= 0) return;
+  if (share <= 0) return true;
   int first = 0;
   if (runs > 1) {
     training_runs_ = runs - std::clamp(static_cast<int>(std::lround(share * runs)), 1, runs - 1);
@@ -106,6 +107,11 @@ void Trainer::split_runs() {
   for (int run = runs > 1 ? training_runs_ : 0; run < runs; ++run) {
     for (int frame = first; frame < scene_.starts(steps); frame += frames) validation_.push_back({run, frame});
   }
+  if (!validation_.empty()) return true;
+  const auto datum = std::ranges::find_if(scene_.task().data, &model::Datum::trajectories);
+  sink.report("bad-array-file", datum->origin.range, {all.path, fmt::format("its last {} frames, kept for validation, are shorter than a window of {} steps", all.frame_count() - first, steps)},
+              "a larger share to validate, more runs or longer ones");
+  return false;
 }
 
 /// Each length has an equal share of the epochs.

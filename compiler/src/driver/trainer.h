@@ -73,7 +73,7 @@ class Trainer {
 
  private:
   Trainer(const TrainingScene& scene, const BatchOptions& options) : scene_(scene), options_(options) {}
-  void split_runs();
+  bool split_runs(DiagnosticSink& sink);
   int unroll_of(int epoch) const;
   std::vector<Window> windows_of(int unroll) const;
   const std::vector<Window>& order_of(int epoch);
