@@ -285,7 +285,7 @@ TEST_F(Training, WhatADataSetCannotSay) {
     EXPECT_FALSE(fs::exists(path("x/d.nc")));
   };
   refused("runs 0", "runs of dataset d is a whole number from 1 on, not 0");
-  refused("runs 1000000", "runs of dataset d is a whole number from 1 to 100000, not 1e+06");
+  refused("runs 1000000", "runs of dataset d is a whole number from 1 to 100000, not 1000000");
   refused("vary nu in 2 .. 1", "has no number from 2 to 1");
   refused("vary mu in 1 .. 2", "mu");
   refused("vary nu in 1 .. 2; vary nu in 1 .. 2", "vary nu is given twice");
