@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 
 #include "driver/data.h"
@@ -158,43 +159,53 @@ bool DataSetMaker::frames_of(Session& session, int first, int every, int count, 
   return true;
 }
 
+/// What the runs of a data set share while they are made.
+struct DataSetMaker::Making {
+  const Take* take;
+  DiagnosticSink* sink;
+  bool fine = true;
+  std::mutex mutex = {};  // of all of this, and of compiling
+};
+
 bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
   std::vector<int> wanted;
   for (int run = 0; run < set_.runs; ++run) {
     if (!is_done(run)) wanted.push_back(run);
   }
   const auto count = static_cast<std::int64_t>(wanted.size());
-  bool fine = true;
+  Making all{&take, &sink};
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::max(options_.threads, 1))
-  for (std::int64_t i = 0; i < count; ++i) {
-    const int run = wanted[static_cast<std::size_t>(i)];
-    DiagnosticSink own;
-    std::unique_ptr<Session> session;
-    bool goes_on = false;
-#pragma omp critical(dpde_data_set)
+  for (std::int64_t i = 0; i < count; ++i) make_run(wanted[static_cast<std::size_t>(i)], all);
+  return all.fine && (options_.stop == nullptr || !options_.stop->load());
+}
+
+/// Nothing is thrown out of it: that would end the process, as threads of OpenMP call it.
+void DataSetMaker::make_run(int run, Making& all) const {
+  DiagnosticSink own;
+  std::unique_ptr<Session> session;
+  bool goes_on = false, done = false;
+  try {
     {
-      goes_on = fine && (options_.stop == nullptr || !options_.stop->load());
+      const std::lock_guard lock(all.mutex);
+      goes_on = all.fine && (options_.stop == nullptr || !options_.stop->load());
       if (goes_on) session = open_run(run, {}, own);  // one compilation at a time
     }
     DataRun data;
     for (std::size_t v = 0; v < set_.vary.size(); ++v) data.params.push_back(set_.value_of(v, run));
-    bool done = false;
-    try {
-      done = session != nullptr && is_like_first(*session, own) && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own);
-    } catch (const std::exception& error) {
-      report_error(error, own);
+    if (session != nullptr && is_like_first(*session, own) && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
+      const std::lock_guard lock(all.mutex);
+      (*all.take)(run, data);
+      done = true;
     }
-#pragma omp critical(dpde_data_set)
-    {
-      if (done) take(run, data);
-      for (const Diagnostic& each : own.all()) {
-        if (each.kind->severity == Severity::error) sink.report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", run, set_.name, each.message)}, each.hint);
-      }
-      fine = fine && (done || !goes_on);
-      session.reset();
-    }
+  } catch (const std::exception& error) {
+    report_error(error, own);
   }
-  return fine && (options_.stop == nullptr || !options_.stop->load());
+  const std::lock_guard lock(all.mutex);
+  all.fine = all.fine && (done || !goes_on);
+  session.reset();  // what it has found out goes to the cache
+  for (const Diagnostic& each : own.all()) {
+    if (each.kind->severity == Severity::error) all.sink->report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", run, set_.name, each.message)}, each.hint);
+  }
 }
 
 std::vector<OrderEstimate> DataSetMaker::estimate_order() {

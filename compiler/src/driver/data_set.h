@@ -56,6 +56,8 @@ class DataSetMaker {
 
  private:
   DataSetMaker(const SourceFile& source, model::DataSet set, const DataSetOptions& options) : source_(source), set_(std::move(set)), options_(options) {}
+  struct Making;
+  void make_run(int run, Making& all) const;
   bool plan_frames(DiagnosticSink& sink);
   std::unique_ptr<Session> open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
   bool is_like_first(Session& session, DiagnosticSink& sink) const;
