@@ -3,6 +3,7 @@
 // windows, killed and taken up again.
 #include "command_support.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dpde::testing {
@@ -392,6 +393,15 @@ TEST_F(Training, DataSetsAreCoarsened) {
   const Outcome learnt = dpde("optimize c.dpde learn --json");
   ASSERT_EQ(learnt.status, 0) << learnt.out << learnt.err;
   EXPECT_EQ(learnt.json()["windows"], 4);
+  const auto warnings_of = [](const Outcome& outcome) {
+    const std::vector<std::string> codes = outcome.codes();
+    return std::count(codes.begin(), codes.end(), "W0902");
+  };
+  EXPECT_EQ(warnings_of(learnt), 0);
+  const Outcome other = dpde("optimize c.dpde learn --set phase=1 --json");
+  EXPECT_EQ(other.status, 0) << other.out << other.err;
+  EXPECT_EQ(warnings_of(other), 1) << "the data were made with another";
+  EXPECT_NE(other.err.find("coarse.nc was made with phase = 0, scene small has 1"), std::string::npos) << other.err;
 }
 
 }  // namespace

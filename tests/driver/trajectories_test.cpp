@@ -71,6 +71,21 @@ TEST_F(TrajectoryFile, HoldsRunsFramesAndParameters) {
   EXPECT_NEAR(read->deviation("u"), std::sqrt(2500 + 100 * 2.0 / 3 + 1.25), 1e-12);
 }
 
+TEST_F(TrajectoryFile, WarnsOfAnotherParameter) {
+  NetcdfContent content = good();
+  content.variables[3] = {"c", {}, {}, {2}};   // the scene's own
+  content.variables[4] = {"nu", {}, {}, {7}};  // sought
+  DiagnosticSink none;
+  ASSERT_TRUE(load(content, none));
+  EXPECT_TRUE(none.all().empty());
+  content.variables[3].values = {2.5};
+  DiagnosticSink sink;
+  ASSERT_TRUE(load(content, sink));
+  ASSERT_EQ(sink.all().size(), 1U);
+  EXPECT_EQ(sink.all()[0].kind->name, "data-of-other-parameter");
+  EXPECT_NE(sink.all()[0].message.find("was made with c = 2.5, scene s has 2"), std::string::npos) << sink.all()[0].message;
+}
+
 TEST_F(TrajectoryFile, OfASingleRun) {
   NetcdfContent content = good();
   content.dimensions.erase(content.dimensions.begin());

@@ -28,6 +28,19 @@ class Reader {
  public:
   Reader(const model::Problem& problem, const NetcdfReader& file, Trajectories& to) : problem_(problem), file_(file), to_(to) {}
 
+  /// Parameters that are one number for all runs: the scene's own counts, and may be another on purpose, so nothing is refused.
+  void compare_params(SourceRange where, DiagnosticSink& sink) const {
+    constexpr double rounding = 1e-12;
+    for (const model::Parameter& param : problem_.params) {
+      const NetcdfReader::Variable* variable = find(param.name);
+      if (param.unknown || problem_.find_control(param.name) != nullptr || variable == nullptr || !variable->shape.empty()) continue;
+      const double value = file_.read(*variable).at(0);
+      if (std::abs(value - param.value) <= rounding * std::max(std::abs(value), std::abs(param.value))) continue;
+      sink.report("data-of-other-parameter", where, {to_.path, param.name, fmt::format("{}", value), problem_.scene, fmt::format("{}", param.value)},
+                  fmt::format("windows are run with the scene's; --set {}={} takes that of the data", param.name, value));
+    }
+  }
+
   void read() {
     std::set<std::string> wanted;
     for (const model::Datum& datum : problem_.task->data) {
@@ -185,7 +198,9 @@ std::optional<Trajectories> load_trajectories(const model::Problem& problem, con
   trajectories.hash = hash_bytes(bytes->data(), bytes->size());
   try {
     const NetcdfReader reader(std::move(*bytes), trajectories.path);
-    Reader(problem, reader, trajectories).read();
+    Reader file_of_problem(problem, reader, trajectories);
+    file_of_problem.read();
+    file_of_problem.compare_params(where, sink);
   } catch (const Error& error) {
     sink.report("bad-array-file", where, {trajectories.path, error.what()});
     return std::nullopt;

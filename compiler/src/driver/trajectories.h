@@ -37,7 +37,7 @@ struct Trajectories {
 };
 
 /// The trajectories of `file`, as the data of the problem's task want them. Reports cannot-read, bad-array-file, wrong-shape and
-/// data-not-finite at `where`.
+/// data-not-finite at `where`, and warns of data-of-other-parameter there.
 std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file, const SourceFile& source,
                                               SourceRange where, DiagnosticSink& sink);
 

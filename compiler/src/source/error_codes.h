@@ -168,6 +168,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0807", "run-failed", Severity::error, "{}"},
     {"W0801", "grown", Severity::warning, "{} has grown from {} to {}: the step may be too large for the scheme"},
     {"W0901", "not-finite-in-plot", Severity::warning, "{} of the {} values of {} are not finite and left out"},
+    {"W0902", "data-of-other-parameter", Severity::warning, "{} was made with {} = {}, scene {} has {}"},
     {"E0901", "cannot-read", Severity::error, "cannot read {}: {}"},
     {"E0902", "cannot-write", Severity::error, "cannot write {}: {}"},
     {"E0903", "machine-failed", Severity::error, "{}"},
