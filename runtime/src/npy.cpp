@@ -9,12 +9,12 @@
 #include <fmt/ranges.h>
 
 #include <bit>
-#include <charconv>
 #include <cstring>
 #include <optional>
 
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
+#include "header_text.h"
 #include "read_file.h"
 
 namespace dpde {
@@ -31,9 +31,9 @@ struct Header {
 };
 
 /// Reads the header's dictionary: {'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }
-class HeaderReader {
+class HeaderReader : public HeaderText {
  public:
-  HeaderReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+  HeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".npy") {}
 
   Header read() {
     Header header;
@@ -63,21 +63,7 @@ class HeaderReader {
     return header;
   }
 
-  [[noreturn]] void fail(std::string_view what) const { throw Error(ErrorKind::input, fmt::format("{} is not a usable .npy file: {}", file_, what)); }
-
  private:
-  void skip_space() {
-    while (!text_.empty() && (text_.front() == ' ' || text_.front() == '\n' || text_.front() == '\t')) text_.remove_prefix(1);
-  }
-  bool accept(char c) {
-    skip_space();
-    if (text_.empty() || text_.front() != c) return false;
-    text_.remove_prefix(1);
-    return true;
-  }
-  void expect(char c) {
-    if (!accept(c)) fail(fmt::format("its header lacks a '{}'", c));
-  }
   std::string quoted() {
     skip_space();
     if (text_.empty() || (text_.front() != '\'' && text_.front() != '"')) fail("its header has no text in quotes where one belongs (records are not supported)");
@@ -101,12 +87,9 @@ class HeaderReader {
     std::vector<int64_t> values;
     expect('(');
     while (!accept(')')) {
-      skip_space();
-      int64_t value = 0;
-      const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value);
-      if (error != std::errc() || value < 0 || values.size() == most_axes) fail("its shape is not a list of sizes");
-      text_.remove_prefix(static_cast<size_t>(end - text_.data()));
-      values.push_back(value);
+      const std::optional<int64_t> value = size();
+      if (!value || values.size() == most_axes) fail("its shape is not a list of sizes");
+      values.push_back(*value);
       if (!accept(',')) {
         expect(')');
         break;
@@ -114,9 +97,6 @@ class HeaderReader {
     }
     return values;
   }
-
-  std::string_view text_;
-  const std::string& file_;
 };
 
 template <class Number>

@@ -8,10 +8,11 @@
 
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cstring>
+#include <optional>
 
 #include "dpde/runtime/error.h"
+#include "header_text.h"
 #include "weight_formats.h"
 
 namespace dpde {
@@ -26,9 +27,9 @@ struct Entry {
 };
 
 /// Reads the header: {"name": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}, "__metadata__": {"key": "text"}}
-class HeaderReader {
+class HeaderReader : public HeaderText {
  public:
-  HeaderReader(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+  HeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".safetensors") {}
 
   std::vector<std::pair<std::string, Entry>> read() {
     std::vector<std::pair<std::string, Entry>> entries;
@@ -42,22 +43,7 @@ class HeaderReader {
     return entries;
   }
 
-  [[noreturn]] void fail(std::string_view what) const { throw Error(ErrorKind::input, fmt::format("{} is not a usable .safetensors file: {}", file_, what)); }
-
  private:
-  void skip_space() {
-    while (!text_.empty() && std::string_view(" \n\r\t").find(text_.front()) != std::string_view::npos) text_.remove_prefix(1);
-  }
-  bool accept(char c) {
-    skip_space();
-    if (text_.empty() || text_.front() != c) return false;
-    text_.remove_prefix(1);
-    return true;
-  }
-  void expect(char c) {
-    if (!accept(c)) fail(fmt::format("its header lacks a '{}'", c));
-  }
-
   template <class Visit>
   void for_each_member(const Visit& visit) {
     expect('{');
@@ -95,12 +81,9 @@ class HeaderReader {
     expect('[');
     if (accept(']')) return values;
     do {
-      skip_space();
-      int64_t value = 0;
-      const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value);
-      if (error != std::errc() || value < 0 || values.size() == most_axes) fail(fmt::format("the entry of {} has a list that is none of sizes", of));
-      text_.remove_prefix(static_cast<std::size_t>(end - text_.data()));
-      values.push_back(value);
+      const std::optional<int64_t> value = size();
+      if (!value || values.size() == most_axes) fail(fmt::format("the entry of {} has a list that is none of sizes", of));
+      values.push_back(*value);
     } while (accept(','));
     expect(']');
     return values;
@@ -122,9 +105,6 @@ class HeaderReader {
     if (entry.offsets.size() != 2 || entry.offsets[0] > entry.offsets[1]) fail(fmt::format("the entry of {} has no data_offsets", name));
     return entry;
   }
-
-  std::string_view text_;
-  const std::string& file_;
 };
 
 template <class Number>

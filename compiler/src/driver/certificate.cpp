@@ -9,6 +9,7 @@
 #include <random>
 
 #include "driver/directions.h"
+#include "driver/quick_certificate.h"
 #include "driver/second_order.h"
 #include "stencil/build.h"
 
@@ -18,8 +19,6 @@ namespace {
 
 constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
-constexpr double largest_error = 1e-11;
-constexpr double largest_single_error = 1e-4;
 constexpr double largest_slope_error = 0.05;
 constexpr double largest_asymmetry = 1e-10;
 constexpr double largest_second_slope_error = 0.1;
@@ -336,7 +335,7 @@ double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 
 bool Certificate::passed() const {
   const bool taylor = only_rounding || (slope && std::abs(*slope - 2) <= largest_slope_error);
-  return worst() <= largest_error && taylor && (!second || second->passed()) && (!single || single->passed());
+  return worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const {
@@ -439,7 +438,7 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
                                    const CertifyOptions& options, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   Certificate certificate;
-  const Tolerance tolerance{largest_error, rounding_of_loss, 1, "the run is not finite"};
+  const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, "the run is not finite"};
   if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink)) return std::nullopt;
   const SessionOptions own = runs_to_compare(*compiled, options).front();
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;

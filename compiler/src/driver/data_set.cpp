@@ -162,8 +162,8 @@ bool DataSetMaker::frames_of(Session& session, int first, int every, int count, 
 /// What the runs of a data set share while they are made.
 struct DataSetMaker::Making {
   const Take* take;
-  DiagnosticSink* sink;
-  bool fine = true;
+  int first_failed;  // all runs before it are made, so that the message is of the same run for any number of threads
+  std::vector<Diagnostic> why = {};  // of that run
   std::mutex mutex = {};  // of all of this, and of compiling
 };
 
@@ -173,10 +173,13 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
     if (!is_done(run)) wanted.push_back(run);
   }
   const auto count = static_cast<std::int64_t>(wanted.size());
-  Making all{&take, &sink};
+  Making all{&take, set_.runs};
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::max(options_.threads, 1))
   for (std::int64_t i = 0; i < count; ++i) make_run(wanted[static_cast<std::size_t>(i)], all);
-  return all.fine && (options_.stop == nullptr || !options_.stop->load());
+  for (const Diagnostic& each : all.why) {
+    if (each.kind->severity == Severity::error) sink.report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message)}, each.hint);
+  }
+  return all.first_failed == set_.runs && (options_.stop == nullptr || !options_.stop->load());
 }
 
 /// Nothing is thrown out of it: that would end the process, as threads of OpenMP call it.
@@ -187,7 +190,7 @@ void DataSetMaker::make_run(int run, Making& all) const {
   try {
     {
       const std::lock_guard lock(all.mutex);
-      goes_on = all.fine && (options_.stop == nullptr || !options_.stop->load());
+      goes_on = run < all.first_failed && (options_.stop == nullptr || !options_.stop->load());
       if (goes_on) session = open_run(run, {}, own);  // one compilation at a time
     }
     DataRun data;
@@ -201,10 +204,10 @@ void DataSetMaker::make_run(int run, Making& all) const {
     report_error(error, own);
   }
   const std::lock_guard lock(all.mutex);
-  all.fine = all.fine && (done || !goes_on);
   session.reset();  // what it has found out goes to the cache
-  for (const Diagnostic& each : own.all()) {
-    if (each.kind->severity == Severity::error) all.sink->report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", run, set_.name, each.message)}, each.hint);
+  if (goes_on && !done && run < all.first_failed) {
+    all.first_failed = run;
+    all.why = own.all();
   }
 }
 

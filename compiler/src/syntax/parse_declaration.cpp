@@ -143,14 +143,22 @@ void parse_scheme(Cursor& cursor, Declaration& declaration) {
   declaration.kind = std::move(scheme);
 }
 
-void parse_task(Cursor& cursor, Declaration& declaration) {
-  Task task;
-  task.name = cursor.expect_name("the name of the task");
+/// NAME: SCENE with SCHEME, the header of a task and of a data set.
+template <class Block>
+void parse_of_scene(Cursor& cursor, Declaration& declaration, const char* what, const BlockRule& rule) {
+  Block block;
+  block.name = cursor.expect_name(what);
   cursor.expect(TokenKind::colon);
-  task.of = cursor.expect_name("the name of a scene");
-  parse_scheme_name(cursor, task.scheme);
-  parse_items(cursor, declaration, task_rule(), task.items);
-  declaration.kind = std::move(task);
+  block.of = cursor.expect_name("the name of a scene");
+  parse_scheme_name(cursor, block.scheme);
+  parse_items(cursor, declaration, rule, block.items);
+  declaration.kind = std::move(block);
+}
+
+void parse_task(Cursor& cursor, Declaration& declaration) { parse_of_scene<Task>(cursor, declaration, "the name of the task", task_rule()); }
+
+void parse_data_set(Cursor& cursor, Declaration& declaration) {
+  parse_of_scene<DataSet>(cursor, declaration, "the name of the data set", data_set_rule());
 }
 
 void parse_kernel(Cursor& cursor, Declaration& declaration) {
@@ -178,16 +186,6 @@ void parse_network(Cursor& cursor, Declaration& declaration) {
   parse_signature(cursor, network);
   parse_items(cursor, declaration, network_rule(), network.items);
   declaration.kind = std::move(network);
-}
-
-void parse_data_set(Cursor& cursor, Declaration& declaration) {
-  DataSet set;
-  set.name = cursor.expect_name("the name of the data set");
-  cursor.expect(TokenKind::colon);
-  set.of = cursor.expect_name("the name of a scene");
-  parse_scheme_name(cursor, set.scheme);
-  parse_items(cursor, declaration, data_set_rule(), set.items);
-  declaration.kind = std::move(set);
 }
 
 void parse_loop(Cursor& cursor, Declaration& declaration) {

@@ -28,7 +28,7 @@ enum {
   DPDE_CONV = 0, DPDE_ACTIVATE = 1, DPDE_SCALE = 2, DPDE_ADD = 3, DPDE_CONCAT = 4, DPDE_MEAN_POOL = 5, DPDE_MAX_POOL = 6,
   DPDE_UPSAMPLE = 7, DPDE_FIX_SUM = 8
 };
-/* leaky_relu: max(v, factor*v). gelu: v/2*(1 + erf(v/sqrt(2))). softplus: log(1 + exp(v)). silu: v/(1 + exp(-v)).
+/* leaky_relu: v where v > 0, else factor*v. gelu: v/2*(1 + erf(v/sqrt(2))). softplus: log(1 + exp(v)). silu: v/(1 + exp(-v)).
  * The derivative of relu at 0 is 0, that of leaky_relu `factor`. */
 enum {
   DPDE_RELU = 0, DPDE_LEAKY_RELU = 1, DPDE_GELU = 2, DPDE_TANH = 3, DPDE_SIGMOID = 4, DPDE_SOFTPLUS = 5, DPDE_SILU = 6

@@ -34,7 +34,7 @@ class WholeGrid final : public Runner {
   Engine<Real> engine_;
 };
 
-constexpr int64_t least_products_for_threads = 500'000;  // some 30 us of one thread: less is not worth waking others
+constexpr int64_t least_products_for_threads = 500'000;  // a few microseconds of convolutions: as long as waking threads takes
 constexpr int64_t block_cells = 480;  // whole vectors three at a time; some hundred channels of them stay in the second cache
 
 /// A network without neighbours, all layers over one block of cells after the other. Blocks belong to shares, whose number depends
