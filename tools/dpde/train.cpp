@@ -22,36 +22,41 @@ constexpr double default_interval = 600;  // seconds between checkpoints
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+std::string trial_text(const driver::Trials& trials, std::size_t trial) {
+  return trials.count() == 1 ? "" : fmt::format("trial {} of {}, ", trial + 1, trials.count());
+}
+
 /// TASK.training in the folder of --out.
 class TrainingCheckpoint {
  public:
-  TrainingCheckpoint(Job& job, const driver::Trainer& trainer, CheckpointInterval interval)
-      : job_(job), interval_(interval), path_(std::filesystem::path(job.options().out) / (trainer.scene().task().name + ".training")) {}
+  TrainingCheckpoint(Job& job, const driver::Trials& trials, CheckpointInterval interval)
+      : job_(job), interval_(interval), path_(std::filesystem::path(job.options().out) / (trials.present().scene().task().name + ".training")) {}
 
   /// False after a diagnostic.
-  bool resume(driver::Trainer& trainer) {
+  bool resume(driver::Trials& trials) {
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) {
       std::fputs(fmt::format("dpde: there is no {} yet: the training starts at its beginning\n", path_.string()).c_str(), stderr);
       return true;
     }
     const std::optional<std::string> bytes = driver::read_file(path_, {}, job_.sink());
-    if (!bytes || !trainer.restore(*bytes, path_.string(), job_.sink())) return false;
-    job_.say(fmt::format("goes on after {} updates, in epoch {} of {}\n", trainer.state().updates.made, trainer.state().epoch + 1, trainer.epochs()));
-    saved_ = trainer.state().updates.made;
+    if (!bytes || !trials.restore(*bytes, path_.string(), job_.sink())) return false;
+    const driver::TrainingState& state = trials.present().state();
+    job_.say(fmt::format("goes on after {} updates, in {}epoch {} of {}\n", trials.made(), trial_text(trials, trials.running()), state.epoch + 1, trials.present().epochs()));
+    saved_ = trials.made();
     return true;
   }
-  void look(const driver::Trainer& trainer) {
+  void look(const driver::Trials& trials) {
     if (job_.options().out.empty()) return;
-    const bool update_is_due = interval_.steps > 0 && trainer.state().updates.made % interval_.steps == 0;
-    if (update_is_due || (interval_.seconds > 0 && seconds_since(last_) >= interval_.seconds)) save(trainer);
+    const bool update_is_due = interval_.steps > 0 && trials.made() % interval_.steps == 0;
+    if (update_is_due || (interval_.seconds > 0 && seconds_since(last_) >= interval_.seconds)) save(trials);
   }
-  void save(const driver::Trainer& trainer) {
-    if (job_.options().out.empty() || saved_ == trainer.state().updates.made) return;
+  void save(const driver::Trials& trials) {
+    if (job_.options().out.empty() || saved_ == trials.made()) return;
     last_ = Clock::now();
     DiagnosticSink again;  // one message is enough; a full disk may have room again later
-    if (driver::write_file(path_, trainer.save(), has_failed_ ? again : job_.sink())) {
-      saved_ = trainer.state().updates.made;
+    if (driver::write_file(path_, trials.save(), has_failed_ ? again : job_.sink())) {
+      saved_ = trials.made();
     } else if (!std::exchange(has_failed_, true)) {
       job_.say(fmt::format("cannot write {}; the training goes on and tries again\n", path_.string()));
     }
@@ -75,47 +80,66 @@ std::string line_of(int number, const driver::Epoch& epoch) {
   return text + fmt::format(" rate {:<10.4g} {} steps\n", epoch.rate, epoch.unroll);
 }
 
-struct Outcome {
-  driver::TrainingEnd end = driver::TrainingEnd::epochs;
-  double seconds = 0;
-};
+/// What a trial has to say since it was looked at last.
+void tell_epochs(Job& job, const driver::Trainer& trainer, std::size_t& told) {
+  const driver::TrainingState& state = trainer.state();
+  for (; told < state.epochs.size(); ++told) {
+    if (is_shown(static_cast<int>(told) + 1, trainer.epochs())) job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
+  }
+}
 
-Outcome run_training(Job& job, driver::Trainer& trainer, TrainingCheckpoint& checkpoint, bool quiet) {
+/// Seconds that it took.
+double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkpoint, bool quiet) {
   Progress progress(false, quiet);
-  std::size_t told = trainer.state().epochs.size();
-  const auto first = trainer.state().updates.made;
+  std::size_t told = trials.present().state().epochs.size(), running = trials.running();
+  const auto first = trials.made();
+  const auto say_trial = [&] {
+    if (trials.count() > 1) job.say(fmt::format("trial {} of {}, seed {}\n", trials.running() + 1, trials.count(), trials.seed_of(trials.running())));
+  };
+  say_trial();
   const auto start = Clock::now();
-  const auto watch = [&](const driver::Trainer& now) {
-    const driver::TrainingState& state = now.state();
-    for (; told < state.epochs.size(); ++told) {
-      if (is_shown(static_cast<int>(told) + 1, now.epochs())) job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
+  const auto watch = [&](const driver::Trials& now) {
+    if (std::exchange(running, now.running()) != now.running()) {
+      told = 0;
+      say_trial();
     }
+    const driver::TrainingState& state = now.present().state();
+    tell_epochs(job, now.present(), told);
     if (progress.active()) {
-      progress.show(fmt::format("epoch {} of {}  update {} of {}  loss {:.6g}", std::min(state.epoch + 1, now.epochs()), now.epochs(), state.updates.made, now.updates(), state.losses.back()),
-                    static_cast<int>(state.updates.made - first), static_cast<int>(now.updates() - first));
+      const int epochs = now.present().epochs();
+      progress.show(fmt::format("{}epoch {} of {}  update {} of {}  loss {:.6g}", trial_text(now, now.running()), std::min(state.epoch + 1, epochs), epochs, now.made(), now.updates(), state.losses.back()),
+                    static_cast<int>(now.made() - first), static_cast<int>(now.updates() - first));
     }
     checkpoint.look(now);
     return !interrupt_flag().load();
   };
-  const driver::TrainingEnd end = trainer.run(watch);
+  trials.run(watch);
   const double seconds = seconds_since(start);
-  checkpoint.save(trainer);
-  return {end, seconds};
+  checkpoint.save(trials);
+  return seconds;
 }
 
-void report_end(Job& job, const driver::Trainer& trainer, driver::TrainingEnd end) {
-  if (end == driver::TrainingEnd::stopped) {
-    job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", trainer.state().updates.made), fmt::format("{}", trainer.updates())},
-                      "with --out, the same command with --resume goes on from here");
-    return;
-  }
-  if (end != driver::TrainingEnd::not_finite) return;
+void report_stop(Job& job, const driver::Trials& trials) {
+  job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", trials.made()), fmt::format("{}", trials.updates())},
+                    "with --out, the same command with --resume goes on from here");
+}
+
+void report_divergence(Job& job, const driver::Trials& trials, std::size_t trial) {
+  const driver::Trainer& trainer = *trials.all()[trial].trainer;
   const driver::Divergence& where = *trainer.divergence();
   const double last = trainer.state().losses.empty() ? std::nan("") : trainer.state().losses.back();
-  std::string hint = fmt::format("in epoch {}, from frame {} of run {}{}; ", where.epoch + 1, where.window.frame, where.window.run, where.why.empty() ? "" : ": " + where.why);
+  std::string hint = fmt::format("in {}epoch {}, from frame {} of run {}{}; ", trial_text(trials, trial), where.epoch + 1, where.window.frame, where.window.run, where.why.empty() ? "" : ": " + where.why);
   if (!std::isnan(last)) hint += fmt::format("the loss before was {:.6g}; ", last);
   hint += trainer.state().best_epoch < 0 ? "no epoch was complete; " : fmt::format("the values of epoch {} are kept; ", trainer.state().best_epoch + 1);
   job.sink().report("loss-not-finite", {}, {"not finite", fmt::format("{}", where.update)}, hint + "a smaller rate, clip 1, or shorter windows at first, as in unroll (1, 2, 4), may help");
+}
+
+void report_ends(Job& job, const driver::Trials& trials) {
+  for (std::size_t k = 0; k < trials.all().size(); ++k) {
+    const driver::Trial& trial = trials.all()[k];
+    if (trial.end == driver::TrainingEnd::stopped) report_stop(job, trials);
+    if (trial.end == driver::TrainingEnd::not_finite) report_divergence(job, trials, k);
+  }
 }
 
 Json unknowns_json(Job& job, const driver::Trainer& trainer) {
@@ -133,28 +157,51 @@ Json unknowns_json(Job& job, const driver::Trainer& trainer) {
   return unknowns;
 }
 
-void report_training(Job& job, const driver::Trainer& trainer, const TaskRun& run, const Outcome& outcome, Json& json) {
-  const driver::TrainingState& state = trainer.state();
-  const bool validates = !trainer.validation().empty();
-  if (state.best_epoch >= 0) {
-    job.say(fmt::format("{}: {} {:.8g} after epoch {} of {}, {} updates in {} ({}); compiled in {}\n", trainer.scene().task().name, validates ? "validation loss" : "loss",
-                        shown(state.best_loss), state.best_epoch + 1, trainer.epochs(), state.updates.made, human_seconds(outcome.seconds),
-                        driver::describe(outcome.end), human_seconds(run.compiled->seconds)));
-  }
-  json["iterations"] = state.updates.made;
-  json["loss"] = json_numbers(state.losses);
+Json epochs_json(const driver::Trainer& trainer) {
   Json epochs = Json::array();
-  for (const driver::Epoch& epoch : state.epochs) {
-    epochs.push_back({{"unroll", epoch.unroll}, {"loss", json_number(epoch.loss)}, {"validation", validates ? json_number(epoch.validation) : Json(nullptr)}, {"rate", json_number(epoch.rate)}, {"iterations", epoch.updates}});
+  for (const driver::Epoch& epoch : trainer.state().epochs) {
+    epochs.push_back({{"unroll", epoch.unroll}, {"loss", json_number(epoch.loss)}, {"validation", trainer.validation().empty() ? Json(nullptr) : json_number(epoch.validation)}, {"rate", json_number(epoch.rate)}, {"iterations", epoch.updates}});
   }
-  json["epochs"] = std::move(epochs);
+  return epochs;
+}
+
+/// What is known of any trial.
+Json trial_json(const driver::Trial& trial) {
+  const driver::TrainingState& state = trial.trainer->state();
+  Json json = {{"iterations", state.updates.made}, {"loss", json_numbers(state.losses)}, {"epochs", epochs_json(*trial.trainer)}};
   json["best"] = state.best_epoch < 0 ? Json(nullptr) : Json{{"epoch", state.best_epoch + 1}, {"loss", json_number(state.best_loss)}};
-  json["windows"] = trainer.windows(0);
-  json["wall_s"] = outcome.seconds;
+  json["wall_s"] = trial.seconds;
+  json["reason"] = driver::describe(trial.end);
+  return json;
+}
+
+void say_end(Job& job, const driver::Trial& trial, const std::string& name) {
+  const driver::TrainingState& state = trial.trainer->state();
+  if (state.best_epoch < 0) return;
+  job.say(fmt::format("{}: {} {:.8g} after epoch {} of {}, {} updates in {} ({})\n", name, trial.trainer->validation().empty() ? "loss" : "validation loss", shown(state.best_loss),
+                      state.best_epoch + 1, trial.trainer->epochs(), state.updates.made, human_seconds(trial.seconds), driver::describe(trial.end)));
+}
+
+/// The best trial as if it were the only one, then all of them.
+void report_training(Job& job, const driver::Trials& trials, const TaskRun& run, double seconds, Json& json) {
+  const driver::Trial& best = trials.all()[trials.best()];
+  const std::string& name = best.trainer->scene().task().name;
+  for (std::size_t k = 0; k < trials.all().size(); ++k) say_end(job, trials.all()[k], trials.count() == 1 ? name : fmt::format("{}, trial {}", name, k + 1));
+  if (trials.count() > 1) job.say(fmt::format("trial {} is the best and the one that is written\n", trials.best() + 1));
+  json.update(trial_json(best));
+  json["windows"] = best.trainer->windows(0);
+  json["wall_s"] = seconds;
   json["compile_s"] = run.compiled->seconds;
   json["certificate"] = certificate_json(run);
-  json["reason"] = driver::describe(outcome.end);
-  json["unknowns"] = unknowns_json(job, trainer);
+  json["unknowns"] = unknowns_json(job, *best.trainer);
+  if (trials.count() == 1) return;
+  json["best_trial"] = trials.best() + 1;
+  json["trials"] = Json::array();
+  for (std::size_t k = 0; k < trials.all().size(); ++k) {
+    Json trial = {{"seed", trials.seed_of(k)}};
+    trial.update(trial_json(trials.all()[k]));
+    json["trials"].push_back(std::move(trial));
+  }
 }
 
 std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& options) {
@@ -163,6 +210,15 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
   if (!interval) job.sink().report("bad-option", {}, {fmt::format("--checkpoint-every {} is neither a number of updates nor a time, as in 30s or 10min", options.checkpoint_every)});
   if (interval && options.out.empty()) job.sink().report("bad-option", {}, {"--checkpoint-every needs the --out DIR of the run"});
   return job.failed() ? std::nullopt : interval;
+}
+
+/// What the tests say of each trial, and of the values that the best one began with.
+Json test(Job& job, const driver::Trials& trials, const driver::BatchOptions& options) {
+  const auto with = [&](const Eigen::VectorXd& x) { return driver::tests_on_trajectories(trials.present().scene(), x, job.source(), options, job.sink()); };
+  TestResults results{{}, trials.best(), {}};
+  for (const driver::Trial& trial : trials.all()) results.trials.push_back(with(trial.trainer->best()));
+  results.start = with(trials.all()[trials.best()].trainer->start());
+  return interrupt_flag().load() ? Json::object() : report_tests(job, results);
 }
 
 }  // namespace
@@ -188,21 +244,16 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::unique_ptr<driver::TrainingScene> scene = driver::TrainingScene::open(job.source(), run.compiled, job.sink());
   if (!scene || !driver::check_tests(*scene, job.source(), job.sink())) return json;
   const driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
-  const std::unique_ptr<driver::Trainer> trainer = driver::Trainer::open(*scene, options.epochs, batch, job.sink());
-  if (!trainer) return json;
-  TrainingCheckpoint checkpoint(job, *trainer, *interval);
-  if (options.resume && !checkpoint.resume(*trainer)) return json;
-  json["resumed_iterations"] = trainer->state().updates.made;
-  const Outcome outcome = run_training(job, *trainer, checkpoint, options.quiet || options.json);
-  report_end(job, *trainer, outcome.end);
-  report_training(job, *trainer, run, outcome, json);
-  write_trained(job, *trainer);
-  json["test"] = Json::object();
-  if (!interrupt_flag().load()) {
-    const auto found = driver::tests_on_trajectories(*scene, trainer->best(), job.source(), batch, job.sink());
-    const auto start = driver::tests_on_trajectories(*scene, trainer->start(), job.source(), batch, job.sink());
-    if (!interrupt_flag().load()) json["test"] = report_tests(job, found, start);
-  }
+  const std::unique_ptr<driver::Trials> trials = driver::Trials::open(*scene, options.epochs, batch, job.sink());
+  if (!trials) return json;
+  TrainingCheckpoint checkpoint(job, *trials, *interval);
+  if (options.resume && !checkpoint.resume(*trials)) return json;
+  json["resumed_iterations"] = trials->made();
+  const double seconds = run_training(job, *trials, checkpoint, options.quiet || options.json);
+  report_ends(job, *trials);
+  report_training(job, *trials, run, seconds, json);
+  write_trained(job, *trials);
+  json["test"] = interrupt_flag().load() ? Json::object() : test(job, *trials, batch);
   json["files"] = job.files();
   return json;
 }

@@ -2,8 +2,8 @@
 // dpde optimize of a task that learns from trajectories.
 #pragma once
 
-#include "driver/trainer.h"
 #include "driver/trajectory_test.h"
+#include "driver/trials.h"
 #include "task_run.h"
 
 namespace dpde::tools {
@@ -20,9 +20,16 @@ bool learns_from_trajectories(Job& job);
 
 Json train(Job& job, const OptimizeOptions& options);
 
-/// Losses as tables and a curve, what was learnt as files, tests as tables and pictures: `found` with the best values, `start` with
-/// those that the training began with. What --json says of the tests.
-void write_trained(Job& job, const driver::Trainer& trainer);
-Json report_tests(Job& job, const std::vector<driver::TrajectoryTest>& found, const std::vector<driver::TrajectoryTest>& start);
+/// The tests of each trial with its best values, and with those that the best trial began with.
+struct TestResults {
+  std::vector<std::vector<driver::TrajectoryTest>> trials;
+  std::size_t best = 0;
+  std::vector<driver::TrajectoryTest> start;
+};
+
+/// Losses as tables and a curve, what the best trial has learnt as files.
+void write_trained(Job& job, const driver::Trials& trials);
+/// Tables and pictures, and what --json says.
+Json report_tests(Job& job, const TestResults& results);
 
 }  // namespace dpde::tools

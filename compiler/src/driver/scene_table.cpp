@@ -281,7 +281,7 @@ const dpde_scene& SceneTable::scene() const { return storage_->scene; }
 
 std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, const SourceFile& source, DiagnosticSink& sink) {
   const std::optional<model::Task>& task = compiled->problem->task;
-  if (task && task->losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
+  if (task && task->losses.empty() && compiled->options.selection.beside.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
   std::optional<NetworkWeights> weights = load_weights(*compiled->problem, source, sink);
   if (sink.has_errors() || !weights) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codegen/network_table.h"
+#include "dpde/runtime/network.h"
 #include "dpde/runtime/random.h"
 
 namespace dpde::driver {
@@ -63,8 +65,8 @@ std::string describe(TrainingEnd end) {
   return "";
 }
 
-std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink) {
-  std::unique_ptr<Trainer> trainer(new Trainer(scene, options));
+std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink, int trial) {
+  std::unique_ptr<Trainer> trainer(new Trainer(scene, options, trial));
   const model::Training& training = scene.training();
   trainer->options_.cut = training.cut;
   trainer->rule_ = rule_of(*scene.task().optimiser, training);
@@ -82,10 +84,23 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
   }
   trainer->start_ = trainer->batches(trainer->unroll_of(0)).unknown_values();
   trainer->parts_ = trainer->batches_->parts();
+  trainer->begin_networks_anew();
   trainer->bounds_ = bounds_of(trainer->parts_, trainer->start_.size());
   trainer->bounds_.project(trainer->start_);
   trainer->state_.updates = begin_updates(trainer->rule_, trainer->start_);
   return trainer;
+}
+
+/// Weights from a file are the same in all trials.
+void Trainer::begin_networks_anew() {
+  if (trial_ == 0) return;
+  for (const UnknownPart& part : parts_) {
+    const auto unknown = std::ranges::find(scene_.task().unknowns, part.name, &model::Unknown::name);
+    if (part.kind != DPDE_UNKNOWN_NETWORK || !unknown->from.file.empty()) continue;
+    const network::Network& network = *scene_.compiled->problem->find_network(part.name);
+    const std::vector<double> weights = initial_weights(*codegen::NetworkTable(network).get(), network.seed + trial_);
+    start_.segment(part.offset, part.size) = Eigen::Map<const Eigen::VectorXd>(weights.data(), part.size);
+  }
 }
 
 /// Validation takes the last runs, or the last frames of the only one: windows of training end before its first.
@@ -141,7 +156,7 @@ const std::vector<Window>& Trainer::order_of(int epoch) {
   order_epoch_ = epoch;
   order_ = windows_of(unroll_of(epoch));
   for (std::size_t i = order_.size(); i > 1; --i) {
-    std::swap(order_[i - 1], order_[draw(scene_.training().seed, static_cast<std::uint64_t>(epoch), i, i)]);
+    std::swap(order_[i - 1], order_[draw(seed_, static_cast<std::uint64_t>(epoch), i, i)]);
   }
   return order_;
 }
@@ -160,9 +175,8 @@ void Trainer::diverge(std::span<const Window> batch, std::size_t bad, const Eige
 
 /// False when the training ends here.
 bool Trainer::make_update(std::span<const Window> batch, std::size_t first) {
-  const model::Training& training = scene_.training();
   const auto epoch = static_cast<std::uint64_t>(state_.epoch);
-  const StartNoise noise{deviations_, training.seed ^ noise_stream << 32, epoch << 32 | first};
+  const StartNoise noise{deviations_, seed_ ^ noise_stream << 32, epoch << 32 | first};
   Eigen::VectorXd gradient(start_.size());
   const WindowBatches::Result result = batches(unroll_of(state_.epoch)).gradient(state_.updates.x, batch, noise, gradient);
   if (is_stopping()) {
@@ -228,6 +242,11 @@ TrainingEnd Trainer::run(const Watch& watch) {
     if (!watch(*this)) return TrainingEnd::stopped;
   }
   return TrainingEnd::epochs;
+}
+
+void Trainer::free_memory() {
+  batches_.reset();
+  full_.reset();
 }
 
 /// Where windows grow longer, all lengths come to their turn.

@@ -46,12 +46,14 @@ struct Divergence {
 
 class Trainer {
  public:
-  /// `epochs` > 0 in place of the task's. null when `sink` has errors afterwards. The scene must outlive the result.
-  static std::unique_ptr<Trainer> open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink);
+  /// `epochs` > 0 in place of the task's. `trial`: see Trials. null when `sink` has errors afterwards. The scene must outlive the result.
+  static std::unique_ptr<Trainer> open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink, int trial = 0);
 
   /// Called after every update; false stops.
   using Watch = std::function<bool(const Trainer&)>;
   TrainingEnd run(const Watch& watch);
+  /// What only run() needs.
+  void free_memory();
 
   const TrainingState& state() const { return state_; }
   const TrainingScene& scene() const { return scene_; }
@@ -72,7 +74,9 @@ class Trainer {
   bool restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink);
 
  private:
-  Trainer(const TrainingScene& scene, const BatchOptions& options) : scene_(scene), options_(options) {}
+  Trainer(const TrainingScene& scene, const BatchOptions& options, int trial)
+      : scene_(scene), options_(options), trial_(static_cast<std::uint64_t>(trial)), seed_(scene.training().seed + trial_) {}
+  void begin_networks_anew();
   bool split_runs(DiagnosticSink& sink);
   int unroll_of(int epoch) const;
   std::vector<Window> windows_of(int unroll) const;
@@ -87,6 +91,7 @@ class Trainer {
 
   const TrainingScene& scene_;
   BatchOptions options_;
+  std::uint64_t trial_, seed_;
   UpdateRule rule_;
   Bounds bounds_;
   int epochs_ = 0;

@@ -66,7 +66,7 @@ RunIdentity Trainer::identity() const {
   const std::string text = print(scene_.compiled->stencil);
   const std::vector<double> start = numbers_in(start_);
   std::string method = fmt::format("{} {} {} {} {}, schedule {} {}, batch {}, seed {}, unroll {}, cut {}, noise {}, validate {}", static_cast<int>(rule_.kind), rule_.rate, rule_.momentum,
-                                   rule_.decay, rule_.clip, static_cast<int>(rule_.schedule.kind), rule_.schedule.every, training.batch, training.seed,
+                                   rule_.decay, rule_.clip, static_cast<int>(rule_.schedule.kind), rule_.schedule.every, training.batch, seed_,
                                    fmt::join(training.unroll, " "), training.cut, training.noise, training.validate);
   if (rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1) method += fmt::format(", epochs {}", epochs_);
   std::string params;

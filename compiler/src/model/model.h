@@ -327,6 +327,12 @@ struct Test {
   When when;        // steps: of the runs of `on`
   std::string on;   // a file of trajectories; "": the scene's own run
   Origin on_origin;
+  bool is_statistic = false;  // of the states themselves: its mean and deviation over time are compared with those of the data
+  struct Beside {
+    std::string scene, on;
+    Origin origin;
+  };
+  std::vector<Beside> beside;  // scenes that are run from the same data
 };
 struct Optimiser {
   enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
@@ -342,6 +348,7 @@ struct Task {
   std::vector<Loss> losses;
   std::optional<Optimiser> optimiser;
   std::vector<Test> tests;
+  std::vector<Test> growths;         // of small perturbations along the runs of a file: their quantities have nothing but names
   std::optional<Training> training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
 };
 

@@ -233,6 +233,7 @@ std::string option_text(const char* name, double value) { return value == 0 ? ""
 /// Those that are not as they would be anyway.
 std::string text_of(const Training& training) {
   std::string text = fmt::format(", batch {}, epochs {}, seed {}", training.batch, training.epochs, training.seed);
+  if (training.trials > 1) text += fmt::format(", trials {}", training.trials);
   if (!training.unroll.empty()) text += fmt::format(", unroll ({})", fmt::join(training.unroll, ", "));
   if (training.cut > 0) text += fmt::format(", cut {}", training.cut);
   if (training.noise > 0) text += fmt::format(", noise {}", training.noise);
@@ -258,6 +259,16 @@ std::string text_of(const Optimiser& optimiser, const std::optional<Training>& t
   return fmt::format("using {}{}", text(), training ? text_of(*training) : fmt::format(", iterations {}", optimiser.iterations));
 }
 
+std::string runs_text(const Test& test) {
+  std::string text = fmt::format(" on trajectories(\"{}\") for {} steps", test.on, test.when.count);
+  const char* separator = " beside ";
+  for (const Test::Beside& beside : test.beside) {
+    text += fmt::format("{}{} on trajectories(\"{}\")", separator, beside.scene, beside.on);
+    separator = ", ";
+  }
+  return text;
+}
+
 std::vector<std::string> task_lines(const Task& task) {
   std::vector<std::string> lines;
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
@@ -273,9 +284,10 @@ std::vector<std::string> task_lines(const Task& task) {
   for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
   if (task.optimiser) lines.push_back(text_of(*task.optimiser, task.training));
   for (const Test& test : task.tests) {
-    const std::string when = test.on.empty() ? text_of(test.when) : fmt::format(" on trajectories(\"{}\") for {} steps", test.on, test.when.count);
-    lines.push_back(fmt::format("test {} = {}{}", test.quantity.name, print(test.quantity.value), when));
+    const std::string when = test.on.empty() ? text_of(test.when) : runs_text(test);
+    lines.push_back(fmt::format("{} {} = {}{}", test.is_statistic ? "statistic" : "test", test.quantity.name, print(test.quantity.value), when));
   }
+  for (const Test& growth : task.growths) lines.push_back("growth " + growth.quantity.name + runs_text(growth));
   return lines;
 }
 

@@ -15,6 +15,7 @@ struct RateSchedule {
 
 struct Training {
   int batch = 1, epochs = 10;
+  int trials = 1;            // repetitions, the k-th one (from 0) with k added to the seeds of windows, noise and first weights
   std::uint64_t seed = 0;    // of the order of the windows and of the noise
   std::vector<int> unroll;   // lengths of windows, in steps, each for an equal share of the epochs; empty: the loss's
   int cut = 0;               // > 0: gradients go through so many steps at most

@@ -158,7 +158,7 @@ class Verifier {
              fmt::format("datum {} comes from a file or from a scene", datum.name));
       add_name(fields_, datum.name);
     }
-    demand(!task.unknowns.empty() && !task.losses.empty(), "a task has unknowns and losses");
+    demand(task.unknowns.empty() == task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
       if (unknown.kind != Unknown::Kind::network) check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));

@@ -232,12 +232,19 @@ struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), itera
   Expr optimiser;
   std::vector<Argument> options;  // batch 4 has the name batch and the value 4
 };
-/// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps
+/// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
+/// statistic energy = mean(u^2) on trajectories("test.nc") for 250 steps       growth rate on trajectories("test.nc") for 250 steps
 struct TestItem {  // a number reported after optimising
+  enum class Kind { test, statistic, growth } kind = Kind::test;
+  struct Beside {  // another scene, from a file of its own where it has one
+    Identifier scene;
+    std::optional<Expr> on;
+  };
   Identifier name;
-  Expr value;
+  Expr value;  // of growth none
   When when;
   std::optional<Expr> on, steps;
+  std::vector<Beside> beside;
 };
 
 // ---- items inside a kernel or program ------------------------------------------------------------------------------

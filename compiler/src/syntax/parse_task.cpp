@@ -85,15 +85,42 @@ ItemKind parse_learn(Cursor& cursor) {
   return item;
 }
 
+/// on trajectories("test.nc") for 100 steps beside plain, fine on trajectories("fine.nc")
+void parse_runs(Cursor& cursor, TestItem& item) {
+  item.on = parse_expression(cursor);
+  if (!cursor.accept_word("for")) return;
+  item.steps = parse_expression(cursor);
+  cursor.expect_word("steps");
+  if (!cursor.accept_word("beside")) return;
+  do {
+    TestItem::Beside& beside = item.beside.emplace_back(TestItem::Beside{cursor.expect_name("the name of a scene"), {}});
+    if (cursor.accept_word("on")) beside.on = parse_expression(cursor);
+  } while (cursor.accept(TokenKind::comma));
+}
+
 ItemKind parse_test(Cursor& cursor) {
   TestItem item;
   std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
   item.when = parse_when(cursor);
-  if (!cursor.accept_word("on")) return item;
-  item.on = parse_expression(cursor);
-  if (!cursor.accept_word("for")) return item;
-  item.steps = parse_expression(cursor);
-  cursor.expect_word("steps");
+  if (cursor.accept_word("on")) parse_runs(cursor, item);
+  return item;
+}
+
+ItemKind parse_statistic(Cursor& cursor) {
+  TestItem item;
+  item.kind = TestItem::Kind::statistic;
+  std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
+  cursor.expect_word("on");
+  parse_runs(cursor, item);
+  return item;
+}
+
+ItemKind parse_growth(Cursor& cursor) {
+  TestItem item;
+  item.kind = TestItem::Kind::growth;
+  item.name = cursor.expect_name("a name for the rate");
+  cursor.expect_word("on");
+  parse_runs(cursor, item);
   return item;
 }
 
@@ -146,7 +173,9 @@ BlockRule task_rule() {
            {"learn", parse_learn},
            {"minimise", parse_minimise},
            {"using", parse_using},
-           {"test", parse_test}},
+           {"test", parse_test},
+           {"statistic", parse_statistic},
+           {"growth", parse_growth}},
           {}};
 }
 

@@ -105,9 +105,15 @@ std::string print_using(const UsingItem& use) {
 }
 
 std::string print_test(const TestItem& test) {
-  std::string text = print_definition("test ", test.name, test.value) + print_when(test.when);
+  const bool is_growth = test.kind == TestItem::Kind::growth;
+  std::string text = is_growth ? "growth " + test.name.name : print_definition(test.kind == TestItem::Kind::test ? "test " : "statistic ", test.name, test.value) + print_when(test.when);
   if (test.on) text += " on " + print(*test.on);
   if (test.steps) text += fmt::format(" for {} steps", print(*test.steps));
+  const char* separator = " beside ";
+  for (const TestItem::Beside& beside : test.beside) {
+    text += separator + beside.scene.name + (beside.on ? " on " + print(*beside.on) : "");
+    separator = ", ";
+  }
   return text;
 }
 

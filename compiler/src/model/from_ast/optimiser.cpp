@@ -109,7 +109,7 @@ void bind_options(Draft& draft, const ast::UsingItem& item, Optimiser& optimiser
     if (option.name == "iterations") {
       bind_iterations(draft, option.value, optimiser);
     } else if (!is_training_option(option.name)) {
-      draft.sink.report("unknown-option", option.name_range, {option.name, "using"}, "understood here: iterations, and where a task learns from trajectories batch, epochs, unroll, cut, noise, clip, validate, patience, schedule, seed");
+      draft.sink.report("unknown-option", option.name_range, {option.name, "using"}, "understood here: iterations, and where a task learns from trajectories batch, epochs, unroll, cut, noise, clip, validate, patience, schedule, seed, trials");
     } else if (!learns_from_trajectories(draft)) {
       draft.sink.report("not-allowed-here", option.name_range, {option.name, "a task that does not learn from trajectories"}, "understood here: iterations");
     }

@@ -92,7 +92,7 @@ const ast::Scheme* find_scheme(Draft& draft, const ast::Identifier& name) {
 const ast::Scheme* choose(Draft& draft) {
   std::vector<ast::Identifier> wishes;
   if (!draft.selection.scheme.empty()) wishes.push_back({draft.selection.scheme, {}});
-  if (draft.task && draft.task->scheme) wishes.push_back(*draft.task->scheme);
+  if (draft.task && draft.task->scheme && draft.selection.beside.empty()) wishes.push_back(*draft.task->scheme);
   if (draft.scene->scheme) wishes.push_back(*draft.scene->scheme);
   if (wishes.empty()) {
     const std::vector<std::string> names = names_of<ast::Scheme>(draft.file);

@@ -94,6 +94,11 @@ bool select_only(Draft& draft) {
 
 bool select_scene_of_task(Draft& draft) {
   if (!draft.task) return true;
+  if (!draft.selection.beside.empty()) {
+    draft.scene = find_declaration<ast::Scene>(draft.file, draft.selection.beside);
+    if (!draft.scene) report_unknown_block(draft, "scene", draft.selection.beside, {}, scene_names(draft.file));
+    return draft.scene != nullptr;
+  }
   const ast::Identifier& of = draft.task->of;
   draft.scene = find_declaration<ast::Scene>(draft.file, of.name);
   if (!draft.scene) report_unknown_block(draft, "scene", of.name, of.range, scene_names(draft.file));

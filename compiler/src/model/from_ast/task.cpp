@@ -297,14 +297,28 @@ void bind_losses(Draft& draft) {
                     "write minimise mean((u - u_ref)^2) at t = 1");
 }
 
+/// Of the task as another scene meets it, only what names that scene.
+bool is_asked_here(const Draft& draft, const ast::TestItem& item) {
+  const std::string& scene = draft.selection.beside;
+  return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Beside& beside) { return beside.scene.name == scene; });
+}
+
 void bind_tests(Draft& draft) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::TestItem>(draft.task->items)) {
+    if (!is_asked_here(draft, item)) continue;
     const bool fine = can_name_a_quantity(draft, item.name, seen);
+    if (item.kind == ast::TestItem::Kind::growth) {
+      Test growth{{item.name.name, 0.0, {range}}, {}, "", {}};
+      bind_test_on(draft, item, growth);
+      if (fine) draft.problem.task->growths.push_back(std::move(growth));
+      continue;
+    }
     const auto value = quantity_of(draft, item.value, "the test");
     const When when = when_of(draft, item.when, true);
     if (!fine || !value) continue;
     Test& test = draft.problem.task->tests.emplace_back(Test{{item.name.name, *value, {range}}, when, "", {}});
+    test.is_statistic = item.kind == ast::TestItem::Kind::statistic;
     bind_test_on(draft, item, test);
   }
 }
@@ -314,6 +328,7 @@ void bind_tests(Draft& draft) {
 void mark_unknowns(Draft& draft) {
   if (!draft.task) return;
   draft.problem.task.emplace().name = draft.task->name.name;
+  if (!draft.selection.beside.empty()) return;
   for (const auto& [item, range] : items_of<ast::UnknownItem>(draft.task->items)) {
     for (Parameter& parameter : draft.problem.params) {
       if (item.initial || parameter.name != item.name.name) continue;
@@ -353,6 +368,7 @@ void bind_learned(Draft& draft) {
 void bind_task(Draft& draft) {
   if (!draft.task) return;
   for (const auto& [item, range] : items_of<ast::DataItem>(draft.task->items)) bind_datum(draft, item, range);
+  if (!draft.selection.beside.empty()) return bind_tests(draft);
   bind_unknowns(draft);
   bind_losses(draft);
   bind_tests(draft);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* subject = "a task that learns from trajectories";
 constexpr double most = 1e9;
-constexpr std::array<std::string_view, 10> option_names{"batch", "epochs", "seed", "unroll", "cut", "noise", "clip", "validate", "patience", "schedule"};
+constexpr std::array<std::string_view, 11> option_names{"trials", "batch", "epochs", "seed", "unroll", "cut", "noise", "clip", "validate", "patience", "schedule"};
 
 void refuse(Draft& draft, SourceRange range, const std::string& what, const std::string& hint = "") {
   draft.sink.report("not-allowed-here", range, {what, subject}, hint);
@@ -77,6 +77,7 @@ std::vector<int> lengths_of(Draft& draft, const ast::Expr& e) {
 void bind_option(Draft& draft, const ast::Argument& option, Training& training) {
   const ast::Expr& value = option.value;
   if (option.name == "batch") training.batch = static_cast<int>(whole(draft, value, option.name, 1, 1));
+  if (option.name == "trials") training.trials = static_cast<int>(whole(draft, value, option.name, 1, 1));
   if (option.name == "epochs") training.epochs = static_cast<int>(whole(draft, value, option.name, 1, 1));
   if (option.name == "seed") training.seed = static_cast<std::uint64_t>(whole(draft, value, option.name, 0, 0));
   if (option.name == "unroll") training.unroll = lengths_of(draft, value);
@@ -140,6 +141,21 @@ void check_optimiser(Draft& draft, SourceRange range) {
   refuse(draft, range, "an optimiser that compares losses", "write using adam(rate = 1e-3), batch 4, epochs 20");
 }
 
+/// Each from the same file as the task's own scene, unless it has one of its own.
+void bind_beside(Draft& draft, const ast::TestItem& item, Test& test) {
+  std::map<std::string, SourceRange> seen{{draft.problem.scene, draft.task->of.range}};
+  for (const ast::TestItem::Beside& beside : item.beside) {
+    const auto [first, is_new] = seen.emplace(beside.scene.name, beside.scene.range);
+    if (!find_declaration<ast::Scene>(draft.file, beside.scene.name)) {
+      draft.sink.report("unknown-block", beside.scene.range, {"scene", beside.scene.name}, did_you_mean(beside.scene.name, names_of<ast::Scene>(draft.file)));
+    } else if (!is_new) {
+      report_duplicate(draft, "scene " + beside.scene.name, beside.scene.range, first->second);
+    } else {
+      test.beside.push_back({beside.scene.name, beside.on ? file_in(draft, *beside.on, 1) : test.on, {beside.scene.range}});
+    }
+  }
+}
+
 void check_lengths(Draft& draft, SourceRange range, const Training& training, int length) {
   for (const int each : training.unroll) {
     if (each <= length) continue;
@@ -197,6 +213,7 @@ void bind_test_on(Draft& draft, const ast::TestItem& item, Test& test) {
   } else {
     draft.sink.report("bad-data", item.on->range(), {}, "write on trajectories(\"test.nc\") for 100 steps");
   }
+  if (draft.selection.beside.empty()) bind_beside(draft, item, test);
 }
 
 void bind_training(Draft& draft) {

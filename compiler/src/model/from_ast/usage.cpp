@@ -60,6 +60,7 @@ void drop_unused(Draft& draft) {
   for (const Parameter& parameter : problem.params) {
     if (draft.used.contains(parameter.name)) continue;
     problem.dropped.push_back("parameter " + parameter.name + ": nothing uses it");
+    if (!draft.selection.beside.empty()) continue;  // the task's own scene may
     draft.sink.report("unused-parameter", draft.scope.find(parameter.name)->declared, {parameter.name});
   }
 }
