@@ -66,7 +66,12 @@ const Executor& Simulation::Impl::execute(const dpde_program& program, double t)
   for (int p = 0; p < program.param_count; ++p) {
     executor.set_param(p, param_at(program.params[p], t));
   }
-  for (int n = 0; n < program.network_count; ++n) executor.bind_weights(n, {weights_named(program.networks[n]->name).data(), nullptr, nullptr});
+  for (int n = 0; n < program.network_count; ++n) {
+    std::vector<double>& values = weights_named(program.networks[n]->name);
+    std::vector<double>& bars = formula_bars[program.networks[n]->name];
+    bars.assign(values.size(), 0.0);
+    executor.bind_weights(n, {values.data(), nullptr, bars.data()});
+  }
   executor.update_weights();
   executor.update_uniforms();
   executor.prepare();
@@ -236,12 +241,14 @@ void Simulation::set_control(std::string_view name, Values values) {
   if (std::ranges::any_of(impl_->control_fields, is_it)) return set_field(name, values);
   impl_->set_control(name, values);
 }
-void Simulation::set_weights(std::string_view network, Values values) {
-  std::vector<double>& own = impl_->weights_named(network);
+void Simulation::Impl::set_weights(std::string_view network, Values values) {
+  std::vector<double>& own = weights_named(network);
   if (values.size() != own.size()) throw Error(ErrorKind::input, fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
   std::ranges::copy(values, own.begin());
-  impl_->stepper->update_weights();
+  stepper->update_weights();
+  formulas_are_stale = true;
 }
+void Simulation::set_weights(std::string_view network, Values values) { impl_->set_weights(network, values); }
 
 std::vector<double> Simulation::weights(std::string_view network) const { return impl_->weights_named(network); }
 

@@ -60,8 +60,14 @@ void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rate
       if (unknown.kind == DPDE_UNKNOWN_PARAM && (of_rates ? unknown.rate : unknown.name) == param) to[unknown.offset] += value;
     }
   };
+  const auto add_network = [&](std::string_view network) {
+    const auto learned = std::ranges::find_if(unknowns, [&](const Unknown& u) { return u.is_network() && u.name == network; });
+    if (learned == unknowns.end() || of_rates) return;
+    const std::vector<double>& bars = formula_bars.find(network)->second;
+    for (size_t i = 0; i < bars.size(); ++i) to[learned->offset + i] += bars[i];
+  };
   for (const dpde_program* program : {coefficient_program, initial_program}) {
-    if (program != nullptr) add_through_formula(*this, *program, rollout, counts, add);
+    if (program != nullptr) add_through_formula(*this, *program, rollout, counts, add, add_network);
   }
 }
 

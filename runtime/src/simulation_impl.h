@@ -70,6 +70,7 @@ struct Simulation::Impl {
   // Names
   std::vector<double>& control_named(std::string_view name);
   std::vector<double>& weights_named(std::string_view name);
+  void set_weights(std::string_view network, Values values);
   void give_controls(Rollout& rollout) const;
   double& param_named(std::string_view name);
   int state_named(std::string_view name) const;
@@ -133,6 +134,7 @@ struct Simulation::Impl {
   std::map<std::string, double, std::less<>> params, scene_params;  // all that programs get; those of the scene alone
   std::map<std::string, std::vector<double>, std::less<>> controls;  // values of those of the scene's params that are controls
   std::map<std::string, std::vector<double>, std::less<>> weights;   // of networks
+  std::map<std::string, std::vector<double>, std::less<>> formula_bars;  // what the last execute() added to their gradients
   std::map<std::string, std::unique_ptr<Field>, std::less<>> fields;
   std::map<std::string, HostField, std::less<>> host_fields;        // coefficients and data
   std::vector<ControlField> control_fields;                         // coefficients, and their rates

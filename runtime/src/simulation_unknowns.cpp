@@ -53,7 +53,7 @@ void Simulation::Impl::set_unknowns(Values x) {
     switch (unknown.kind) {
       case DPDE_UNKNOWN_PARAM: set_param(unknown.name, values[0]); break;
       case DPDE_UNKNOWN_CONTROL: set_control(unknown.name, values); break;
-      case DPDE_UNKNOWN_NETWORK: std::ranges::copy(values, weights_named(unknown.name).begin()); stepper->update_weights(); break;
+      case DPDE_UNKNOWN_NETWORK: set_weights(unknown.name, values); break;
       case DPDE_UNKNOWN_COEFFICIENT: {
         copy_in_all(unknown.name, values);
         host_field_named(unknown.name).is_given = true;

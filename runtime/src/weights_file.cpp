@@ -45,7 +45,8 @@ std::vector<Place> places_of(const dpde_network& network) {
   for (int32_t l = 0; l < network.layer_count; ++l) {
     const dpde_layer& layer = network.layers[l];
     channels.push_back(layer.channels);
-    if (layer.kind != DPDE_CONV) continue;
+    const auto has_begun = [&](const Place& place) { return place.begin == layer.weights; };  // weights that several layers share
+    if (layer.kind != DPDE_CONV || std::ranges::any_of(places, has_begun)) continue;
     Place weight{fmt::format("v{}.weight", l + 1), {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)}, layer.weights};
     weight.shape.insert(weight.shape.end(), static_cast<std::size_t>(network.rank), layer.extent);
     places.push_back(std::move(weight));

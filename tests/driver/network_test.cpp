@@ -48,6 +48,60 @@ scene r : m with s {
 task t : r { learn law; unknown initial u; minimise mean(u^2) })", false);
 }
 
+/// The copies of a symmetric network, and velocities relative to their mean.
+TEST(Networks, WithSymmetries) {
+  expect_certified(R"(
+network push(u: vector, s) -> vector {
+  initial he, seed 3
+  symmetric flips, rotations, galilean
+  repeat 2 shared { conv in, 3; tanh }
+  conv out, 3, gain = 0.3
+}
+model m { vector u; field s; dt(u) = -advect(u, u) + 0.1*lap(u) + push(u, s); dt(s) = -s }
+scheme c { time = rk2; networks = f64 }
+scene r : m with c {
+  grid x = 0 .. 1, cells 5, periodic
+  grid y = 0 .. 1, cells 5, periodic
+  initial u = (sin(2*pi*y) + 1, cos(2*pi*x)); initial s = sin(2*pi*(x + y))
+  time 0 .. 0.04, step 0.02
+  after step: u += 0.1*push(u, 2*s)
+}
+task t : r { learn push; unknown initial u; minimise mean(dot(u, u)) + mean(push(u, s).x*u.y) })", false);
+}
+
+/// What is known before the first step: coordinates and parameters go in. The step has the network, too.
+TEST(Networks, GiveInitialStates) {
+  expect_certified(R"(
+network start(x, a) -> u, v { initial he, seed 4; conv 5, 3; tanh; conv out, 3 }
+model m { field u, v; param a; dt(u) = -v*dx(u) + 0.1*start(u, v).u; dt(v) = 0.1*lap(v) }
+scheme c { time = rk2; networks = f64 }
+scene r : m with c {
+  grid x = 0 .. 1, cells 7
+  boundary u = zero_gradient; boundary v = 0.1
+  a = 0.4
+  initial u = 1 + a*start(sin(2*pi*x), a).u; initial v = start(x, a).v*x
+  time 0 .. 0.06, step 0.02
+}
+task t : r { learn start; unknown a; minimise mean(u^2) + mean((v - 0.1)^2) })", false);
+}
+
+/// A network of the coordinates alone, and the initial state of another field is sought.
+TEST(Networks, GiveCoefficientsAndBoundaryValues) {
+  expect_certified(R"(
+network law(x, y) -> k, w { initial he, seed 4; dense 5; tanh; dense out; scale 0.5 }
+model m { field u; coefficient k, wall; dt(u) = div((1 + k)*grad(u)) }
+scheme c { time = euler; networks = f64 }
+scene r : m with c {
+  grid x = 0 .. 1, cells 5
+  grid y = 0 .. 1, cells 4, periodic
+  boundary u: x.low = wall, x.high = 0
+  k = law(x, sin(2*pi*y)).k; wall = law(x, cos(2*pi*y)).w
+  initial u = x*(1 - x)
+  time 0 .. 0.02, step 0.004
+}
+task t : r { learn law; unknown initial u; minimise mean(u^2) })", false);
+}
+
 /// Velocities on faces; the network is at the centres.
 TEST(Networks, OnStaggeredGrids) {
   expect_certified(R"(

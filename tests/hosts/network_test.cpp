@@ -7,7 +7,9 @@
 namespace dpde::testing {
 namespace {
 
-std::string scene(const std::string& precision) {
+const std::string in_formulas = "sin(2*pi*x)*corrector(x - 0.5) + corrector(cos(2*pi*x))";
+
+std::string scene(const std::string& precision, const std::string& initial = "sin(2*pi*x)") {
   return R"(
 network corrector(u) { initial he, seed 3; conv 5, 3; tanh; conv out, 3, gain = 0.2 }
 model m { field u; param nu; dt(u) = -u*dx(u) + nu*lap(u) }
@@ -15,15 +17,15 @@ scheme s { time = rk2; networks = )" + precision + R"( }
 scene r : m with s {
   grid x = 0 .. 1, cells 16, periodic
   nu = 0.02
-  initial u = sin(2*pi*x)
+  initial u = )" + initial + R"(
   time 0 .. 0.2, step 0.02
   after step: u += corrector(u)
 }
 task t : r { learn corrector; unknown nu; minimise mean((u - 0.5)^2) over time })";
 }
 
-TEST(HostNetworks, GradientsByWeightsAreDifferencesOfTheLoss) {
-  Simulation sim = compile_text(scene("f64"), {.name = "t"});
+void expect_differences(const std::string& text) {
+  Simulation sim = compile_text(text, {.name = "t"});
   const std::vector<double> x = sim.unknown_values(), v = random_values(x.size(), 5);
   EXPECT_EQ(sim.weights("corrector").size(), 5u * 3 + 5 + 5 * 3 + 1);
   EXPECT_EQ(sim.gradient_of("corrector").size(), 36u);
@@ -39,13 +41,27 @@ TEST(HostNetworks, GradientsByWeightsAreDifferencesOfTheLoss) {
   EXPECT_NEAR(slope, difference, 1e-9*std::abs(slope));
 }
 
+TEST(HostNetworks, GradientsByWeightsAreDifferencesOfTheLoss) {
+  expect_differences(scene("f64"));
+  expect_differences(scene("f64", in_formulas));
+}
+
+/// The formulas of initial states follow the weights.
+TEST(HostNetworks, BeginAsTheWeightsSay) {
+  Simulation sim = compile_text(scene("f64", in_formulas), {.name = "t"});
+  const std::vector<double> before = sim.initial("u");
+  sim.set_weights("corrector", std::vector<double>(36, 0.0));
+  EXPECT_EQ(sim.initial("u"), std::vector<double>(16, 0.0));
+  EXPECT_NE(before, sim.initial("u"));
+}
+
 TEST(HostNetworks, AreTheSameOnEveryBackEndAndForAnyNumberOfThreads) {
-  for (const auto& [precision, tolerance] : {std::pair{"f64", 1e-12}, {"f32", 2e-6}}) {
-    Simulation sim = compile_text(scene(precision), {.name = "t"});
+  for (const auto& [precision, initial, tolerance] : {std::tuple{"f64", "sin(2*pi*x)", 1e-12}, {"f32", "sin(2*pi*x)", 2e-6}, {"f64", in_formulas.c_str(), 1e-12}}) {
+    Simulation sim = compile_text(scene(precision, initial), {.name = "t"});
     const double loss = sim.gradient();
     const std::vector<double> expected(sim.gradient_vector().begin(), sim.gradient_vector().end());
     for (const HostBackend backend : {HostBackend::cpp, HostBackend::interpreter}) {
-      Simulation other = compile_text(scene(precision), {.name = "t", .backend = backend});
+      Simulation other = compile_text(scene(precision, initial), {.name = "t", .backend = backend});
       EXPECT_NEAR(other.gradient(), loss, tolerance*loss);
       double worst = 0, largest = 0;
       for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -54,7 +70,7 @@ TEST(HostNetworks, AreTheSameOnEveryBackEndAndForAnyNumberOfThreads) {
       }
       EXPECT_LT(worst, tolerance*largest);
     }
-    Simulation threads = compile_text(scene(precision), {.name = "t", .threads = 3});
+    Simulation threads = compile_text(scene(precision, initial), {.name = "t", .threads = 3});
     EXPECT_EQ(threads.gradient(), loss);
     EXPECT_EQ(std::vector<double>(threads.gradient_vector().begin(), threads.gradient_vector().end()), expected);
   }

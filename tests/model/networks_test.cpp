@@ -145,7 +145,11 @@ TEST(Networks, ReadBackWhatIsPrinted) {
       "  let v13 = add(v11, v12)\n"
       "  let v14 = scale(v13, -0.01)\n"
       "  let v15 = fix_sum(v14, 1.5)\n"
-      "  out = v15\n"
+      "  let v16 = reorient(v15, x = -y, y = x, channels = (-2, 1))\n"
+      "  let v17 = reorient(v16, z = -z)\n"
+      "  let v18 = conv(v17, 2, 1, initial = xavier)\n"
+      "  let v19 = conv(v18, 2, 1, weights = v18)\n"
+      "  out = v19\n"
       "}\n";
   const Made made = make(text);
   EXPECT_EQ(made.problems, "");
@@ -153,6 +157,37 @@ TEST(Networks, ReadBackWhatIsPrinted) {
   EXPECT_EQ(network::print(*made.network), text);
   EXPECT_EQ(made.network->real, Precision::f64);
   EXPECT_EQ(make(network::print(*made.network)).network, made.network);
+}
+
+TEST(Networks, RepeatWithSharedWeights) {
+  const Network n = network_of("conv 4, 3\nrepeat 3 shared { conv 4, 3, gain = 0.5; relu; repeat 2 shared { conv 4, 1, bias = 0 } }\nconv out, 1", 2, 1, {periodic, bounded});
+  ASSERT_EQ(n.layers.size(), 14u);
+  const auto shared = [&](std::size_t layer) { return n.layers[layer].weights_of; };
+  EXPECT_EQ(std::vector<int>({shared(1), shared(3), shared(4), shared(5), shared(7), shared(8), shared(9), shared(11), shared(12), shared(13)}),
+            std::vector<int>({0, 0, 4, 2, 4, 4, 2, 4, 4, 0}));
+  EXPECT_EQ(network::weight_count(n), 2 * 4 * 9 + 4 + 4 * 4 * 9 + 4 + 4 * 4 + 4 + 1);
+  EXPECT_EQ(network::weights_begin(n, 9), network::weights_begin(n, 1));
+  EXPECT_EQ(network::bias_begin(n, 9), network::bias_begin(n, 1));
+  EXPECT_EQ(network::bias_begin(n, 12), -1);
+  EXPECT_EQ(make(network::print(n)).problems, "");
+  EXPECT_EQ(make(network::print(n)).network, n);
+  EXPECT_EQ(problems_in("repeat 2 shared { conv 4, 3 }\nconv out, 1"),
+            "2:8 E0338 a pass begins with 2 channels, another one with 4: they cannot share weights | end the body with as many channels as go into it, or write repeat without shared\n");
+}
+
+TEST(Networks, SayWhatIsWrongWithSharedWeightsAndOrientations) {
+  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 3, weights = a, gain = 2)"), "3:34 E0338 gain is that of the weights of the other layer | leave it out\n");
+  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 5, weights = a)"), "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
+  EXPECT_EQ(problems_in("let a = relu(in)\nout = conv(a, 2, 5, weights = a)"), "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
+  EXPECT_EQ(problems_in("out = conv(in, 2, 5, weights = in)"), "2:32 E0338 in is no convolution with the extent, the channels and the groups of this one\n");
+  EXPECT_EQ(problems_in("conv 2, 5, weights = 3"), "2:22 E0338 weights are those of a value that has a name | write weights = v1, where let v1 = conv(...) stands above\n");
+  EXPECT_EQ(problems_in("reorient x = y"), "2:1 E0338 two axes lie along y | each axis stands once: x = -y, y = x\n");
+  EXPECT_EQ(problems_in("reorient x = -z"), "2:1 E0338 the network is on a grid of 2 axes\n");
+  EXPECT_EQ(problems_in("reorient z = -z"), "2:1 E0338 the network is on a grid of 2 axes\n");
+  EXPECT_EQ(problems_in("reorient x = -2"), "2:14 E0338 this is no axis | write x = -x for the other direction, x = y, y = x for exchanged axes\n");
+  EXPECT_EQ(problems_in("reorient channels = (1, 1)"), "2:25 E0338 each of the 2 channels stands once, with - where its sign changes | as in channels = (-2, 1)\n");
+  EXPECT_EQ(problems_in("reorient channels = 1"), "2:21 E0338 these are 1 of 2 channels\n");
+  EXPECT_EQ(problems_in("reorient 3").substr(0, 11), "2:1 E0305 r");
 }
 
 TEST(Networks, HavePaddingOfTheirScene) {
@@ -271,6 +306,32 @@ TEST(Networks, OfScenesAreChecked) {
   EXPECT_EQ(problem_in("network n(u) { conv out, 3 }\nfunction n(a) = a"), "E0303 n is given twice");
   EXPECT_EQ(problem_in("network n(2) -> 1 { conv out, 3 }").substr(0, 60), "E0338 network n counts its channels, which only hand-written");
   EXPECT_EQ(problem_in("network n(u) { conv hidden, 3; conv out, 3 }").substr(0, 30), "E0301 hidden is not known here");
+}
+
+TEST(Networks, StandWhereTheirMechanismCarries) {
+  const auto refusal = [](const std::string& line, const std::string& symmetries = "") {
+    const Outcome outcome = outcome_of("model m { field u; coefficient c; control field f; control g; dt(u) = c*u + f + g }\nnetwork n(u) { " + symmetries +
+                                       "; conv out, 3 }\nscene s : m { grid x = 0 .. 1, cells 4; time 0 .. 1, step 0.1\n" + line + "\n" +
+                                       (line.starts_with("initial") ? "" : "initial u = 0\n") + (line.starts_with("boundary") ? "" : "boundary u = 0\n") +
+                                       (line.starts_with("c =") ? "" : "c = 1\n") + (line.starts_with("f =") ? "" : "f = 1 every 0.5\n") +
+                                       (line.starts_with("g =") ? "" : "g = 1 every 0.5\n") + "}");
+    std::string text;
+    for (const Diagnostic& d : outcome.diagnostics) {
+      if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
+    }
+    return text;
+  };
+  EXPECT_EQ(refusal("initial u = n(x)"), "");
+  EXPECT_EQ(refusal("c = 2*n(x)"), "");
+  EXPECT_EQ(refusal("observe a = mean(n(u))"), "");
+  EXPECT_EQ(refusal("initial u = n(x)", "symmetric galilean(u)"),
+            "E0311 the mean that galilean takes cannot appear in an initial state | use a network without it: what goes in here is known beforehand");
+  EXPECT_EQ(refusal("boundary u = n(x)"),
+            "E0311 the network n cannot appear in a boundary value | write c = n(...) of coordinates and parameters for a coefficient c of the model, and c as the boundary value");
+  EXPECT_EQ(refusal("f = n(x) every 0.5"), "E0311 the network n cannot appear in a control field | write the network where the control stands: in the equation or the event");
+  EXPECT_EQ(refusal("g = n(1) every 0.5"), "E0311 the network n cannot appear in a control | write the network where the control stands: in the equation or the event");
+  EXPECT_EQ(refusal("exact u = n(x)"),
+            "E0311 the network n cannot appear in an exact solution | networks stand in equations, events, initial states, coefficients, observables, losses and tests");
 }
 
 TEST(Networks, ComputeInThePrecisionOfTheScheme) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "allocations.h"
+#include "dpde/runtime/error.h"
 #include "network_run.h"
 
 namespace dpde {
@@ -39,6 +40,36 @@ TEST(NetworkAdjoint, OnManyCells) {
       expect_transpose(Case(network, cells), named.name);
     }
   }
+}
+
+/// Quarter turns, in memory with rows of other lengths than columns.
+TEST(NetworkAdjoint, OfExchangedAxes) {
+  for (const Cells& cells : {Cells{1, 1}, Cells{2, 2}, Cells{19, 19}, Cells{3, 3, 3}, Cells{6, 6, 6}}) {
+    const bool three = cells.size() == 3;
+    TestNetwork network(static_cast<int>(cells.size()), 3, {DPDE_PAD_REPLICATE, DPDE_PAD_REPLICATE, DPDE_PAD_REPLICATE});
+    const int a = network.conv({.channels = 3, .stride = 2}), b = network.reorient({-2, 1, 3}, {-2, 1, 3});
+    network.join(DPDE_ADD, a, network.reorient(three ? std::array{2, -3, 1} : std::array{2, 1, 3}, {}, b));
+    network.pool(DPDE_UPSAMPLE, 2);
+    network.conv(Conv{2});
+    const Case c(network, cells);
+    expect_transpose(c, "exchanged axes");
+    const test::Dense expected = c.expected();
+    Network run = c.make(2);
+    const Values found = c.value(run), rates = c.tangent(run);
+    for (size_t k = 0; k < found.size(); ++k) {
+      for (size_t i = 0; i < found[k].size(); ++i) {
+        EXPECT_NEAR(found[k][i], expected.channels[k][i].v, 1e-13);
+        EXPECT_NEAR(rates[k][i], expected.channels[k][i].d, 1e-12);
+      }
+    }
+  }
+}
+
+TEST(NetworkAdjoint, ExchangedAxesHaveAsManyCells) {
+  TestNetwork network(2, 2, {});
+  network.reorient({2, 1, 3});
+  const Case c(network, {3, 4});
+  EXPECT_THROW(c.make(), Error);
 }
 
 /// Each weight and each input by itself: dot products with random rates could miss what is seldom wrong.

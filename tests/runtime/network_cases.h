@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -71,6 +72,18 @@ class TestNetwork {
     if (kind == DPDE_CONCAT) layer.channels += channels_[static_cast<size_t>(b)];
     return add(layer);
   }
+  int reorient(std::array<int32_t, 3> axes, std::vector<int32_t> order = {}, int input = -1) {
+    dpde_layer layer = begin(DPDE_REORIENT, input);
+    std::copy(axes.begin(), axes.end(), layer.axes);
+    if (!order.empty()) layer.order = orders_.emplace_back(std::move(order)).data();
+    return add(layer);
+  }
+  /// The weights of another convolution in the place of its own.
+  void share(int value, int with) {
+    layers_[static_cast<size_t>(value) - 1].weights = layers_[static_cast<size_t>(with) - 1].weights;
+    layers_[static_cast<size_t>(value) - 1].bias = layers_[static_cast<size_t>(with) - 1].bias;
+  }
+  int rank() const { return network_.rank; }
   int last() const { return static_cast<int>(layers_.size()); }
 
   const dpde_network& table() {
@@ -98,6 +111,7 @@ class TestNetwork {
 
   dpde_network network_{};
   std::vector<dpde_layer> layers_;
+  std::deque<std::vector<int32_t>> orders_;
   std::vector<int> channels_;
 };
 
@@ -220,6 +234,16 @@ inline Dense layer_by_definition(const dpde_layer& layer, const Dense& in, const
       }
       if (layer.kind == DPDE_UPSAMPLE) {
         to = in.channels[c][in.index(p[0] / layer.stride, p[1] / layer.stride, p[2] / layer.stride)];
+        return;
+      }
+      if (layer.kind == DPDE_REORIENT) {
+        std::array<int64_t, 3> q{};
+        for (size_t axis = 0; axis < 3; ++axis) {
+          const auto along = static_cast<size_t>(std::abs(layer.axes[axis])) - 1;
+          q[along] = layer.axes[axis] > 0 ? p[axis] : in.cells[along] - 1 - p[axis];
+        }
+        const int from = layer.order ? layer.order[c] : static_cast<int>(c) + 1;
+        to = in.channels[static_cast<size_t>(std::abs(from)) - 1][in.index(q[0], q[1], q[2])] * Dual{from > 0 ? 1.0 : -1.0};
         return;
       }
       const Dual from = in.channels[c][result.index(p)];

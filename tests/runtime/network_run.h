@@ -230,6 +230,28 @@ inline std::vector<Named> networks() {
     n.join(DPDE_CONCAT, a, n.last());
     n.conv(Conv{2, 1});
   });
+  add("mirror images with shared weights", 3, [](TestNetwork& n) {
+    const auto mirror = [&](int input) {
+      std::array<int32_t, 3> axes{-1, 2, 3};
+      if (n.rank() > 2) axes[2] = -3;
+      return n.reorient(axes, {-1, 3, 2}, input);
+    };
+    const int a = n.conv({.channels = 3, .stride = 2}, 0), image = mirror(a), copy = n.conv(Conv{3}, image), other = n.conv(Conv{3}, a);
+    n.share(other, copy);
+    n.activate(DPDE_TANH);
+    mirror(n.last());
+    n.join(DPDE_ADD, n.last(), image);
+    n.join(DPDE_CONCAT, n.last(), mirror(copy));
+    n.pool(DPDE_UPSAMPLE, 2);
+    n.reorient({1, n.rank() > 1 ? -2 : 2, 3});
+    n.conv(Conv{2});
+  });
+  add("per cell with exchanged channels", 3, [](TestNetwork& n) {
+    const int a = n.conv(Conv{3, 1}), b = n.reorient({1, 2, 3}, {2, -1, 3}, 0), c = n.conv(Conv{3, 1}, b);
+    n.share(c, a);
+    n.activate(DPDE_GELU);
+    n.join(DPDE_ADD, a, n.last());
+  });
   add("nothing", 2, [](TestNetwork&) {});
   return result;
 }

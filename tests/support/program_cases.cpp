@@ -401,7 +401,14 @@ std::vector<ProgramCase> network_cases() {
       "kernel e(v: field, out w: field, nu: param) { w = nu*v^2 }\n";
   const std::string two = "network one(1) -> 2 { padding x zero; let a = conv(in, 3, 3, dilation = 2); let b = softplus(a); out = conv(b, 2, 1) }\n"
                           "network other(2) -> 1 { padding x zero; let a = conv(in, 2, 3, stride = 2); let b = sigmoid(a); let c = upsample(b, 2); out = conv(c, 1, 3) }\n";
+  const std::string mirrored =
+      "network mirrored(3) -> 2 { padding x periodic, y zero; let a = conv(in, 3, 3); let b = tanh(a); let c = conv(b, 2, 3); "
+      "let d = reorient(in, x = -x, channels = (-1, 3, 2)); let e = conv(d, 3, 3, weights = a); let f = tanh(e); let g = conv(f, 2, 3, weights = c); "
+      "let h = reorient(g, x = -x, y = -y, channels = (2, -1)); let i = add(c, h); out = scale(i, 0.5) }\n";
   return {
+      {"mirror images with shared weights", 2, mirrored + plane_kernels +
+           "program p { apply mirrored(u, w, u) to p, q; fill u x periodic, y = 0.2; fill q x periodic, y = zero_gradient; run k; keep v }",
+       {{"u", "w"}, {"c", "mirrored"}}},
       {"a network", 1, net + kernels + "program p { fill u periodic; run a; apply net(u, w) to n; fill n periodic; run k; swap u, v }", {{"u"}, {"c", "nu", "net"}}},
       {"fixed weights", 1, net + kernels + "program p { fill u periodic; run a; apply net(u, w) to n; fill n periodic; run k; swap u, v }", {{"u"}, {"c"}}},
       {"weights alone", 1, net + kernels + "program p { fill u periodic; run a; apply net(u, w) to n; fill n periodic; run k; keep v }", {{}, {"net"}}},

@@ -16,7 +16,7 @@ Block only_block(const std::string& text) {
   return file.declarations.size() == 1 ? std::get<Block>(file.declarations[0].kind) : Block{};
 }
 
-const std::string words_of_networks = "understood here: padding, initial, real, repeat, residual, skip, let, a layer such as conv 32, 5";
+const std::string words_of_networks = "understood here: padding, initial, symmetric, real, repeat, residual, skip, let, a layer such as conv 32, 5";
 
 TEST(Networks, AsLayers) {
   const std::string text =
@@ -58,6 +58,26 @@ TEST(Networks, AsLayers) {
   EXPECT_EQ(std::get<Name>(last.arguments.at(0).value->kind).name, "out");
   EXPECT_EQ(last.arguments.at(2).name, "gain");
   EXPECT_EQ(text.substr(last.arguments[3].name_range.begin, 7), "initial");
+}
+
+TEST(Networks, WithSymmetriesAndSharedWeights) {
+  const std::string text =
+      "network n(u: vector, s) -> vector {\n"
+      "  symmetric flips, flip x, rotations, rotations about z, galilean, galilean(u, s)\n"
+      "  repeat 2 shared { conv 3, 3; relu }\n"
+      "}\n";
+  EXPECT_EQ(formatted(text), text);
+  const Network network = only_block<Network>(text);
+  const auto& parts = std::get<SymmetryItem>(network.items.at(0).kind).parts;
+  ASSERT_EQ(parts.size(), 6u);
+  EXPECT_FALSE(parts[0].axis);
+  EXPECT_EQ(parts[1].axis->name, "x");
+  EXPECT_FALSE(parts[2].axis);
+  EXPECT_EQ(parts[3].word.name, "rotations");
+  EXPECT_EQ(parts[3].axis->name, "z");
+  EXPECT_TRUE(parts[4].inputs.empty());
+  EXPECT_EQ(parts[5].inputs.at(1).name, "s");
+  EXPECT_TRUE(std::get<RepeatItem>(network.items.at(1).kind).shared);
 }
 
 TEST(Networks, AsValues) {

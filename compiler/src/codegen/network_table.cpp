@@ -23,6 +23,7 @@ int32_t kind_of(LayerKind kind) {
     case LayerKind::max_pool: return DPDE_MAX_POOL;
     case LayerKind::upsample: return DPDE_UPSAMPLE;
     case LayerKind::fix_sum: return DPDE_FIX_SUM;
+    case LayerKind::reorient: return DPDE_REORIENT;
   }
   unreachable("kind of layer");
 }
@@ -65,8 +66,10 @@ NetworkTable::NetworkTable(const network::Network& network) : name_(network.name
   for (std::size_t i = 0; i < network.layers.size(); ++i) {
     const network::Layer& l = network.layers[i];
     const int index = static_cast<int>(i);
+    orders_.emplace_back(l.order.begin(), l.order.end());
     layers_.push_back({kind_of(l.kind), l.input, l.other, l.channels, l.extent, l.stride, l.dilation, l.groups, kind_of(l.activation), l.factor,
-                       weights_begin(network, index), bias_begin(network, index), kind_of(l.init), l.gain});
+                       weights_begin(network, index), bias_begin(network, index), kind_of(l.init), l.gain, {l.axes[0], l.axes[1], l.axes[2]},
+                       l.order.empty() ? nullptr : orders_.back().data()});
   }
   table_.name = name_.c_str();
   table_.rank = network.rank();

@@ -20,6 +20,7 @@ class NetworkTable {
 
  private:
   std::string name_;
+  std::vector<std::vector<int32_t>> orders_;  // of each layer
   std::vector<dpde_layer> layers_;
   dpde_network table_{};
 };

@@ -34,6 +34,12 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
   return params;
 }
 
+bool is_learned(const model::Problem& problem, const std::string& network) {
+  return problem.task && std::ranges::any_of(problem.task->unknowns, [&](const model::Unknown& unknown) {
+           return unknown.kind == model::Unknown::Kind::network && unknown.name == network;
+         });
+}
+
 /// Whether the coefficient is an unknown or a formula of one.
 bool is_sought(const model::Problem& problem, const model::Coefficient& coefficient) {
   if (!problem.task) return false;
@@ -41,18 +47,14 @@ bool is_sought(const model::Problem& problem, const model::Coefficient& coeffici
     return unknown.kind == model::Unknown::Kind::coefficient && unknown.name == coefficient.name;
   };
   const auto reads_unknown = [&](const model::Expr& e) {
+    const model::Infer* infer = std::get_if<model::Infer>(&e->kind);
+    if (infer != nullptr) return is_learned(problem, infer->network);
     const model::Param* param = std::get_if<model::Param>(&e->kind);
     const model::Parameter* known = param == nullptr ? nullptr : problem.find_param(param->name);
     return known != nullptr && known->unknown;
   };
   return std::any_of(problem.task->unknowns.begin(), problem.task->unknowns.end(), is_unknown) ||
          (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
-}
-
-bool is_learned(const model::Problem& problem, const std::string& network) {
-  return problem.task && std::ranges::any_of(problem.task->unknowns, [&](const model::Unknown& unknown) {
-           return unknown.kind == model::Unknown::Kind::network && unknown.name == network;
-         });
 }
 
 }  // namespace

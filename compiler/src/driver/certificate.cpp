@@ -11,6 +11,7 @@
 #include "driver/directions.h"
 #include "driver/quick_certificate.h"
 #include "driver/second_order.h"
+#include "network/symmetrise.h"
 #include "stencil/build.h"
 
 namespace dpde::driver {
@@ -311,7 +312,7 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const Comp
   certificate.second.emplace().has_kinks = has_kinks(*compiled);
   std::vector<Comparison> found;
   if (!add_symmetry_case(source, compiled, options, random, found, sink)) return false;
-  for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size())) {
+  for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size(), compiled->stencil.networks)) {
     SessionOptions small = options;
     small.cells = cells;
     small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
@@ -349,10 +350,12 @@ bool SecondOrderCheck::passed() const {
   return worst() <= largest_asymmetry && taylor;
 }
 
-std::vector<std::vector<int>> small_grids(std::size_t rank) {
-  if (rank == 1) return {{1}, {2}, {3}, {4}, {5}, {6}, {7}, {11}};
-  if (rank == 2) return {{1, 1}, {2, 3}, {3, 5}, {5, 4}, {1, 7}, {6, 2}, {7, 1}};
-  return {{1, 1, 1}, {2, 3, 4}, {5, 1, 3}, {4, 5, 2}, {3, 3, 3}, {1, 6, 1}};
+std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks) {
+  std::vector<std::vector<int>> grids{{1, 1, 1}, {2, 3, 4}, {5, 1, 3}, {4, 5, 2}, {3, 3, 3}, {1, 6, 1}};
+  if (rank == 1) grids = {{1}, {2}, {3}, {4}, {5}, {6}, {7}, {11}};
+  if (rank == 2) grids = {{1, 1}, {2, 3}, {3, 5}, {5, 4}, {1, 7}, {6, 2}, {7, 1}};
+  for (std::vector<int>& cells : grids) cells = network::grid_for(networks, cells);
+  return grids;
 }
 
 double relative_difference(double a, double b, double scale) {
@@ -412,7 +415,7 @@ std::vector<SessionOptions> runs_to_compare(const Compiled& compiled, const Cert
     for (const model::Axis& axis : problem.axes) one_step.cells.push_back(axis.cells);
   }
   std::vector<SessionOptions> runs{own, one_step};
-  for (const std::vector<int>& cells : small_grids(problem.axes.size())) {
+  for (const std::vector<int>& cells : small_grids(problem.axes.size(), compiled.stencil.networks)) {
     SessionOptions& small = runs.emplace_back(own);
     small.cells = cells;
     small.steps = std::min(steps_on_small_grids, problem.steps);

@@ -76,7 +76,7 @@ bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Co
 Certificate certify_programs(const Compiled& compiled, const CertifyOptions& options);
 
 /// Small odd grids of a rank: extents from 1 up, below and above the width of stencils.
-std::vector<std::vector<int>> small_grids(std::size_t rank);
+std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks = {});
 /// |a - b| relative to the larger one, and to a thousandth of the sum of magnitudes `scale` where a and b cancel.
 double relative_difference(double a, double b, double scale);
 /// The slope of remainders over halved steps: the mean over the three neighbouring points whose slopes agree best, above

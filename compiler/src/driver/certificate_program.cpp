@@ -32,7 +32,7 @@ Certificate certify_programs(const Compiled& compiled, const CertifyOptions& opt
     const auto check_on = [&](const std::vector<int>& cells) {
       return ProgramCheck(compiled, program, *derived.tangent, *compiled.code, problem_for(program, cells), {}, random);
     };
-    for (const std::vector<int>& cells : small_grids(program.axes.size())) {
+    for (const std::vector<int>& cells : small_grids(program.axes.size(), compiled.stencil.networks)) {
       const DotCase result = check_on(cells).dot_product();
       if (std::isfinite(result.relative_error)) {
         certificate.cases.push_back(result);

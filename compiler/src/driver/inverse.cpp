@@ -215,7 +215,14 @@ void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& ad
       if (part.kind == model::Unknown::Kind::parameter && variable == param) to[part.offset] += value;
     }
   };
-  dpde::add_through_formula(session_.workspace(), adjoint, rollout, counts, add);
+  const auto add_network = [&](std::string_view network) {
+    const auto learned = [&](const Part& part) { return part.is_network() && network == (of_rates ? part.name + "_dot" : part.name); };
+    const auto part = std::ranges::find_if(parts_, learned);
+    if (part == parts_.end()) return;
+    const std::vector<double>& bars = session_.workspace().weights().at(std::string(network)).bars;
+    for (std::size_t i = 0; i < bars.size(); ++i) to[part->offset + static_cast<Eigen::Index>(i)] += bars[i];
+  };
+  dpde::add_through_formula(session_.workspace(), adjoint, rollout, counts, add, add_network);
 }
 
 std::vector<std::pair<std::string, double>> Inverse::tests(const Eigen::VectorXd& x) {

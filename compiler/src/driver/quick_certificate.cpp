@@ -15,6 +15,7 @@
 #include "driver/program_check.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
+#include "network/symmetrise.h"
 #include "stencil/build.h"
 
 namespace dpde::driver {
@@ -27,10 +28,12 @@ constexpr double largest_share = 0.1;  // of the time the compilation took
 constexpr double seconds_a_program = 1.5e-4, seconds_a_node = 3e-6, seconds_a_node_and_cell = 1.2e-7;
 
 /// Narrower than most stencils, and wider.
-std::vector<std::vector<int>> quick_grids(std::size_t rank) {
-  if (rank == 1) return {{1}, {3}, {6}};
-  if (rank == 2) return {{1, 3}, {5, 4}};
-  return {{1, 2, 3}, {4, 3, 2}};
+std::vector<std::vector<int>> quick_grids(std::size_t rank, const std::vector<network::Network>& networks) {
+  std::vector<std::vector<int>> grids{{1, 2, 3}, {4, 3, 2}};
+  if (rank == 1) grids = {{1}, {3}, {6}};
+  if (rank == 2) grids = {{1, 3}, {5, 4}};
+  for (std::vector<int>& cells : grids) cells = network::grid_for(networks, cells);
+  return grids;
 }
 
 std::vector<std::string> certified_programs(const Compiled& compiled) {
@@ -102,7 +105,7 @@ bool certify_program(const Compiled& compiled, const std::string& name, std::opt
   if (silent.has_errors()) return true;
   const auto code = interpreted(tangent.module, loop::from_stencil(tangent.module, {tangent.program}, Precision::f64));
   std::mt19937_64 random(20240229);
-  for (const std::vector<int>& cells : quick_grids(program.axes.size())) {
+  for (const std::vector<int>& cells : quick_grids(program.axes.size(), compiled.stencil.networks)) {
     ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
     const DotCase result = check.dot_product(single ? 0.1 : 1e-3);
     if (!std::isfinite(result.relative_error)) continue;
@@ -127,7 +130,7 @@ double expected_seconds(const Compiled& compiled) {
       const stencil::Run* run = std::get_if<stencil::Run>(&statement);
       if (run != nullptr) nodes += size_of(*compiled.stencil.find_kernel(run->kernel));
     }
-    for (const std::vector<int>& grid : quick_grids(program.axes.size())) {
+    for (const std::vector<int>& grid : quick_grids(program.axes.size(), compiled.stencil.networks)) {
       cells += std::accumulate(grid.begin(), grid.end(), 1, std::multiplies<>());
     }
     seconds += seconds_a_program + seconds_a_node * nodes + seconds_a_node_and_cell * nodes * cells;

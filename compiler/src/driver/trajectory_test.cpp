@@ -45,15 +45,15 @@ class Roller {
   void take_values(int run) {
     for (const std::string& name : simulation_->params()) workspace_.set_param(name, simulation_->param(name));
     for (std::size_t p = 0; p < on_.params.size(); ++p) workspace_.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
+    for (const std::string& network : simulation_->networks()) {
+      const auto weights = workspace_.weights().find(network);
+      if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
+    }
     const model::Problem& problem = *scene_.compiled->problem;
     if (const dpde_program* formulas = scene_.compiled->program(problem.scene + "_coefficients")) workspace_.run(*formulas, on_.times.front());
     for (const auto& [name, values] : scene_.given_fields) workspace_.set_dense(name, values);
     for (const model::Unknown& unknown : scene_.task().unknowns) {
       if (unknown.is_field()) workspace_.set_dense(unknown.name, simulation_->value_of(unknown.name));
-    }
-    for (const std::string& network : simulation_->networks()) {
-      const auto weights = workspace_.weights().find(network);
-      if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
     }
   }
 

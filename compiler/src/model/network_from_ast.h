@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ std::optional<network::Network> network_from_ast(const ast::Network& source, con
 
 /// Whether the block is of the form network NAME(3) -> 2.
 bool counts_channels(const ast::Network& source);
+/// A network of a scene has no more than this, its copies under symmetries included.
+inline constexpr int most_layers = 1024;
 /// Of the form network NAME(3) -> 2 { padding x periodic, y zero; ... } that print(network::Network) gives.
 std::optional<network::Network> network_from_ast(const ast::Network& source, DiagnosticSink& sink);
 
@@ -42,6 +45,11 @@ struct NetworkStart {
   std::optional<Precision> real;
 };
 NetworkStart start_of(const ast::Network& source, const NumberOf& number_of, DiagnosticSink& sink);
+
+/// Those of a layer by name: bias = 0.
+using LayerOptions = std::map<std::string, ast::Argument>;
+/// Sets axes and order of a reorient by x = -y, y = x, channels = (-2, 1), in a network of `rank` axes; false after a diagnostic.
+bool read_orientation(const LayerOptions& options, SourceRange range, int rank, const NumberOf& number_of, network::Layer& layer, DiagnosticSink& sink);
 
 /// The layers, added to `network`, whose channels and padding are known; false after a diagnostic.
 bool add_layers(const ast::Network& source, network::Init init, const NumberOf& number_of, network::Network& network, DiagnosticSink& sink);

@@ -27,11 +27,11 @@ bool is_condition(const Expr& e) {
 
 /// What an expression may be made of beside numbers and parameters.
 struct Allowed {
-  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false;
+  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false, networks = false;
 };
 constexpr Allowed equation{true, true, true, true, true};
 constexpr Allowed place{false, true, false, false, false};
-constexpr Allowed formula{false, true, false, false, false, true};
+constexpr Allowed formula{false, true, false, false, false, true, true};
 constexpr Allowed formula_of_time{false, true, true, false, false, true};
 constexpr Allowed exact{false, true, true, false, false};
 constexpr Allowed at_wall{true, true, true, false, false};
@@ -278,7 +278,7 @@ class Verifier {
           need(allowed.derivatives, "an operator");
           demand(a.arguments.size() == a.function.parameters.size(), fmt::format("{}: {} has {} arguments", where, a.function.name, a.arguments.size()));
         },
-        [&](const Infer&) { need(allowed.reductions, "a network"); });
+        [&](const Infer&) { need(allowed.reductions || allowed.networks, "a network"); });
     check_children(e, where, allowed);
   }
 

@@ -4,6 +4,7 @@
 #include "network/evaluate.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 
 #include "support/assert.h"
@@ -197,6 +198,7 @@ class Evaluation {
       const int value = channel < first ? layer.input : layer.other;
       return visit({to, value, from(value, channel < first ? channel : channel - first, cell), none, 1});
     }
+    if (layer.kind == LayerKind::reorient) return reoriented_term(layer, to, channel, cell, visit);
     if (layer.kind == LayerKind::upsample) {
       Cell coarse = cell;
       for (int axis = 0; axis < network_.rank(); ++axis) coarse[static_cast<std::size_t>(axis)] /= layer.stride;
@@ -206,6 +208,17 @@ class Evaluation {
     visit({to, layer.input, from(layer.input, channel, cell), none, 1});
     visit({to, none, none, none, layer.factor / layer.channels});
     for (int other = 0; other < layer.channels; ++other) visit({to, layer.input, from(layer.input, other, cell), none, -1.0 / layer.channels});
+  }
+
+  void reoriented_term(const Layer& layer, std::size_t to, int channel, const Cell& cell, const Visit& visit) const {
+    const Tensor& input = input_of(layer);
+    Cell at = cell;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto from = static_cast<std::size_t>(std::abs(layer.axes[axis]) - 1);
+      at[from] = layer.axes[axis] > 0 ? cell[axis] : input.cells[from] - 1 - cell[axis];
+    }
+    const int source = layer.order.empty() ? channel + 1 : layer.order[static_cast<std::size_t>(channel)];
+    visit({to, layer.input, static_cast<std::ptrdiff_t>(index_of(input, std::abs(source) - 1, at)), none, source > 0 ? 1.0 : -1.0});
   }
 
   void conv_terms(int index, const Tensor& result, const Visit& visit) const {

@@ -17,6 +17,12 @@ std::int64_t kernel_weights(const Network& network, const Layer& layer) {
   return places * layer.channels * (channels_of(network, layer.input) / layer.groups);
 }
 
+/// With the biases; none where they are those of another layer.
+std::int64_t own_weights(const Network& network, const Layer& layer) {
+  if (layer.kind != LayerKind::conv || layer.weights_of > 0) return 0;
+  return kernel_weights(network, layer) + (layer.bias ? layer.channels : 0);
+}
+
 }  // namespace
 
 int channels_of(const Network& network, int number) {
@@ -24,12 +30,12 @@ int channels_of(const Network& network, int number) {
 }
 
 std::int64_t weights_begin(const Network& network, int index) {
+  const Layer& layer = network.layers[static_cast<std::size_t>(index)];
+  if (layer.weights_of > 0) return weights_begin(network, layer.weights_of - 1);
+  if (layer.kind != LayerKind::conv) return -1;
   std::int64_t begin = 0;
-  for (int i = 0; i < index; ++i) {
-    const Layer& layer = network.layers[static_cast<std::size_t>(i)];
-    begin += kernel_weights(network, layer) + (layer.kind == LayerKind::conv && layer.bias ? layer.channels : 0);
-  }
-  return network.layers[static_cast<std::size_t>(index)].kind == LayerKind::conv ? begin : -1;
+  for (int i = 0; i < index; ++i) begin += own_weights(network, network.layers[static_cast<std::size_t>(i)]);
+  return begin;
 }
 
 std::int64_t bias_begin(const Network& network, int index) {
@@ -40,9 +46,7 @@ std::int64_t bias_begin(const Network& network, int index) {
 
 std::int64_t weight_count(const Network& network) {
   std::int64_t count = 0;
-  for (const Layer& layer : network.layers) {
-    count += kernel_weights(network, layer) + (layer.kind == LayerKind::conv && layer.bias ? layer.channels : 0);
-  }
+  for (const Layer& layer : network.layers) count += own_weights(network, layer);
   return count;
 }
 
@@ -60,7 +64,8 @@ double multiplications_a_cell(const Network& network) {
 bool is_pointwise(const Network& network) {
   return std::all_of(network.layers.begin(), network.layers.end(), [](const Layer& layer) {
     const bool changes_grid = layer.kind == LayerKind::mean_pool || layer.kind == LayerKind::max_pool || layer.kind == LayerKind::upsample;
-    return !changes_grid && layer.extent == 1 && layer.stride == 1;
+    const bool moves_cells = layer.kind == LayerKind::reorient && layer.axes != std::array{1, 2, 3};
+    return !changes_grid && !moves_cells && layer.extent == 1 && layer.stride == 1;
   });
 }
 

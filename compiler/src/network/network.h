@@ -3,6 +3,7 @@
 // file says, every level below carries it as it is, and the runtime runs it (dpde/network_abi.h says what layers compute).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -12,7 +13,7 @@
 
 namespace dpde::network {
 
-enum class LayerKind { conv, activate, scale, add, concat, mean_pool, max_pool, upsample, fix_sum };
+enum class LayerKind { conv, activate, scale, add, concat, mean_pool, max_pool, upsample, fix_sum, reorient };
 enum class Activation { relu, leaky_relu, gelu, tanh, sigmoid, softplus, silu };
 /// What a convolution finds beyond the ends of an axis.
 enum class Padding { periodic, zero, replicate, reflect };
@@ -32,6 +33,11 @@ struct Layer {
   Init init = Init::he;
   double gain = 1;
   Activation activation = Activation::relu;
+  int weights_of = 0;  // of conv: the value of the one whose weights it has (which has its own); 0: its own
+  // of reorient, from 1 on, negative for backwards: the axis of the input along which each axis of the result lies, and the
+  // channels of the input that those of the result are (negative: times -1); none: as they are
+  std::array<int, 3> axes{1, 2, 3};
+  std::vector<int> order = {};
   double factor = 0;  // of scale, fix_sum (the sum), leaky_relu (the slope below 0)
   bool operator==(const Layer&) const = default;
 };

@@ -2,6 +2,9 @@
 #include "network/print_network.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstdlib>
 
 namespace dpde::network {
 namespace {
@@ -16,10 +19,24 @@ std::string conv_options(const Layer& layer) {
   if (layer.stride != 1) text += fmt::format(", stride = {}", layer.stride);
   if (layer.dilation != 1) text += fmt::format(", dilation = {}", layer.dilation);
   if (layer.groups != 1) text += fmt::format(", groups = {}", layer.groups);
+  if (layer.weights_of > 0) return text + fmt::format(", weights = {}", value_name(layer.weights_of));
   if (!layer.bias) text += ", bias = 0";
   if (layer.gain != 1) text += fmt::format(", gain = {}", layer.gain);
   if (layer.init != Init::he) text += fmt::format(", initial = {}", name_of(layer.init));
   return text;
+}
+
+/// x = -y, y = x, channels = (-2, 1)
+std::string orientation(const Layer& layer) {
+  std::string text;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int from = layer.axes[axis];
+    if (from == static_cast<int>(axis) + 1) continue;
+    text += fmt::format(", {} = {}{}", axis_names[axis], from < 0 ? "-" : "", axis_names[std::abs(from) - 1]);
+  }
+  if (layer.order.empty()) return text;
+  const bool is_one = layer.order.size() == 1;
+  return text + fmt::format(", channels = {}{}{}", is_one ? "" : "(", fmt::join(layer.order, ", "), is_one ? "" : ")");
 }
 
 std::string print(const Layer& layer) {
@@ -36,6 +53,7 @@ std::string print(const Layer& layer) {
     case LayerKind::max_pool: return fmt::format("max_pool({}, {})", input, layer.stride);
     case LayerKind::upsample: return fmt::format("upsample({}, {})", input, layer.stride);
     case LayerKind::fix_sum: return fmt::format("fix_sum({}, {})", input, layer.factor);
+    case LayerKind::reorient: return fmt::format("reorient({}{})", input, orientation(layer));
   }
   return "";
 }

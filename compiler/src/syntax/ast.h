@@ -293,6 +293,7 @@ struct Item;
 /// In a network: its layers so many times, each with weights of its own.
 struct RepeatItem {
   int count = 1;
+  bool shared = false;  // repeat 3 shared { ... } of a network: the same weights in each pass
   SourceRange count_range;
   std::vector<Item> items;
   BlockLayout layout;
@@ -343,6 +344,14 @@ struct StartItem {  // initial he, seed 7     (the weights that training begins 
   std::optional<Identifier> method;
   std::optional<Expr> seed;
 };
+struct SymmetryItem {  // symmetric flips, rotations about z, galilean(u)
+  struct Part {
+    Identifier word;                // flip, flips, rotations or galilean
+    std::optional<Identifier> axis;  // of flip, and of rotations about one
+    std::vector<Identifier> inputs;  // of galilean; none: all vectors
+  };
+  std::vector<Part> parts;
+};
 struct RealItem {  // real f64
   Identifier precision;
 };
@@ -364,7 +373,7 @@ struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
                               AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem,
-                              LayerItem, BranchItem, PaddingItem, StartItem, RealItem, VaryItem, FramesItem, OptionItem>;
+                              LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, VaryItem, FramesItem, OptionItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -430,7 +439,7 @@ struct Network {
   std::vector<Input> inputs;
   std::vector<Identifier> outputs;  // none: scalar; the word `scalar` or `vector`, or names
   std::optional<int> input_channels, output_channels;
-  std::vector<Item> items;  // PaddingItem, StartItem, RealItem, and LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
+  std::vector<Item> items;  // PaddingItem, StartItem, SymmetryItem, RealItem, and LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
 };
 
 /// dataset NAME : SCENE [with SCHEME] { runs 10; vary nu in 0.01 .. 0.1; ... }      runs of a scene, in one file

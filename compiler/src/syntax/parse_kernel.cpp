@@ -173,11 +173,12 @@ ItemKind parse_axes(Cursor& cursor) {
 
 }  // namespace
 
-RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule) {
+RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule, std::string_view shared) {
   RepeatItem item;
   const int start = cursor.position();
   item.count = cursor.expect_whole_number();
   item.count_range = cursor.range_since(start);
+  item.shared = !shared.empty() && cursor.accept_word(shared);
   if (!cursor.begin_block(max_blocks_inside)) {
     cursor.fail("repeats-too-deep", item.count_range, {std::to_string(max_blocks_inside)});
   }

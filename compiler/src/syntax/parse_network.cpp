@@ -5,7 +5,7 @@
 namespace dpde::ast {
 namespace {
 
-constexpr std::string_view words_of_other_items[] = {"padding", "initial", "real", "repeat", "residual", "skip", "let"};
+constexpr std::string_view words_of_other_items[] = {"padding", "initial", "real", "symmetric", "repeat", "residual", "skip", "let"};
 
 /// conv 32, 5 with any word in the place of conv, or out = v3.
 bool begins_layer(const Cursor& cursor) {
@@ -52,7 +52,7 @@ ItemKind parse_branch(Cursor& cursor) {
 ItemKind parse_repeated(Cursor& cursor) {
   BlockRule rule = network_rule();
   rule.name = "repeat";
-  return parse_repeat(cursor, rule);
+  return parse_repeat(cursor, rule, "shared");
 }
 
 ItemKind parse_value(Cursor& cursor) {
@@ -82,6 +82,28 @@ ItemKind parse_start(Cursor& cursor) {
   }
   cursor.expect_word("seed");
   item.seed = parse_expression(cursor);
+  return item;
+}
+
+/// flip x, flips, rotations, rotations about z, galilean, galilean(u)
+SymmetryItem::Part parse_symmetry(Cursor& cursor) {
+  constexpr const char* axis = "an axis: x, y or z";
+  SymmetryItem::Part part{cursor.expect_name("flips, flip x, rotations or galilean"), {}, {}};
+  if (part.word.name == "flip") part.axis = cursor.expect_name(axis);
+  if (part.word.name == "rotations" && cursor.accept_word("about")) part.axis = cursor.expect_name(axis);
+  const Token open = cursor.peek();
+  if (part.word.name != "galilean" || !cursor.accept(TokenKind::left_paren)) return part;
+  cursor.begin_group(open);
+  part.inputs = parse_names(cursor, "names of inputs");
+  cursor.end_group(TokenKind::right_paren);
+  return part;
+}
+
+ItemKind parse_symmetries(Cursor& cursor) {
+  SymmetryItem item;
+  do {
+    item.parts.push_back(parse_symmetry(cursor));
+  } while (cursor.accept(TokenKind::comma));
   return item;
 }
 
@@ -122,6 +144,7 @@ BlockRule network_rule() {
   return {"network",
           {{"padding", parse_padding},
            {"initial", parse_start},
+           {"symmetric", parse_symmetries},
            {"real", parse_real},
            {"repeat", parse_repeated},
            {"residual", parse_branch<BranchItem::Join::add>},

@@ -63,7 +63,8 @@ std::pair<Identifier, Expr> parse_component_definition(Cursor& cursor, const cha
 /// x.low = 0, y periodic, ... with the place "all" where none is written
 std::vector<BoundarySide> parse_sides(Cursor& cursor);
 /// 8 { ... } behind `repeat`, with the items of `rule`.
-RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule);
+/// `shared`: a word that may stand behind the count; "": none.
+RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule, std::string_view shared = "");
 /// At most so many blocks stand inside one another.
 inline constexpr int max_blocks_inside = 16;
 /// (u: vector, nu) -> vector, of a network.

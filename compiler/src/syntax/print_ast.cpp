@@ -182,6 +182,16 @@ std::string print_start(const StartItem& item) {
   return text + (item.seed ? "seed " + print(*item.seed) : "");
 }
 
+std::string print_symmetries(const SymmetryItem& item) {
+  std::string text = "symmetric";
+  for (const SymmetryItem::Part& part : item.parts) {
+    text += (&part == &item.parts.front() ? " " : ", ") + part.word.name;
+    if (part.axis) text += (part.word.name == "rotations" ? " about " : " ") + part.axis->name;
+    if (!part.inputs.empty()) text += "(" + print_names(part.inputs) + ")";
+  }
+  return text;
+}
+
 std::string print_vary(const VaryItem& item) {
   if (item.from) return fmt::format("vary {} from {}", item.name.name, print(*item.from));
   return fmt::format("vary {} in {} .. {}", item.name.name, print(*item.low), print(*item.high));
@@ -234,6 +244,7 @@ std::string print_item(const Item& item) {
       [](const AxesItem& i) { return print_axes(i); }, [](const ApplyItem& i) { return print_apply(i); },
       [](const LayerItem& i) { return print_layer(i); }, [](const BranchItem& i) { return print_branch(i); },
       [](const PaddingItem& i) { return print_padding(i); }, [](const StartItem& i) { return print_start(i); },
+      [](const SymmetryItem& i) { return print_symmetries(i); },
       [](const RealItem& i) { return "real " + i.precision.name; }, [](const VaryItem& i) { return print_vary(i); },
       [](const FramesItem& i) {
         return fmt::format("frames every {}{}{}", print(i.every), i.from ? " from " + print(*i.from) : "", i.to ? " to " + print(*i.to) : "");
@@ -396,7 +407,7 @@ std::string print_inner_block(const std::string& header, const BlockLayout& layo
 }
 
 std::string print_repeat(const RepeatItem& repeat) {
-  return print_inner_block(fmt::format("repeat {}", repeat.count), repeat.layout, repeat.items);
+  return print_inner_block(fmt::format("repeat {}{}", repeat.count, repeat.shared ? " shared" : ""), repeat.layout, repeat.items);
 }
 
 std::string print_branch(const BranchItem& branch) {

@@ -23,10 +23,13 @@ extern "C" {
  * DPDE_MEAN_POOL, DPDE_MAX_POOL: over the `stride`^rank cells stride*p + 0 .. stride-1 that there are (fewer at an end that
  *   stride does not divide); the gradient of max goes to the first of the largest.
  * DPDE_UPSAMPLE: r(p) = v(floor(p / stride)), onto the grid that is `stride` times finer.
- * DPDE_FIX_SUM: r[c] = v[c] + (factor - sum over channels of v) / channels: the channels add up to `factor`. */
+ * DPDE_FIX_SUM: r[c] = v[c] + (factor - sum over channels of v) / channels: the channels add up to `factor`.
+ * DPDE_REORIENT: r[c](p) = s * v[|order[c]| - 1](q), s the sign of order[c], and q along axis |axes[a]| - 1 is p along a, or
+ *   counted from the other end where axes[a] is negative. `axes` are in some order, and those exchanged have as many cells;
+ *   channels are as they are where `order` is null. */
 enum {
   DPDE_CONV = 0, DPDE_ACTIVATE = 1, DPDE_SCALE = 2, DPDE_ADD = 3, DPDE_CONCAT = 4, DPDE_MEAN_POOL = 5, DPDE_MAX_POOL = 6,
-  DPDE_UPSAMPLE = 7, DPDE_FIX_SUM = 8
+  DPDE_UPSAMPLE = 7, DPDE_FIX_SUM = 8, DPDE_REORIENT = 9
 };
 /* leaky_relu: v where v > 0, else factor*v. gelu: v/2*(1 + erf(v/sqrt(2))). softplus: log(1 + exp(v)). silu: v/(1 + exp(-v)).
  * The derivative of relu at 0 is 0, that of leaky_relu `factor`. */
@@ -47,9 +50,12 @@ typedef struct dpde_layer {
   int32_t extent, stride, dilation, groups; /* of DPDE_CONV; stride also of pools and DPDE_UPSAMPLE */
   int32_t activation;
   double factor;          /* of DPDE_SCALE, DPDE_FIX_SUM, leaky_relu */
-  int64_t weights, bias;  /* where they begin among the weights of the network; bias -1: none */
+  int64_t weights, bias;  /* where they begin among the weights of the network, of several convolutions also at the same place;
+                           * bias -1: none */
   int32_t init;
   double gain;
+  int32_t axes[3];        /* of DPDE_REORIENT */
+  const int32_t* order;
 } dpde_layer;
 
 typedef struct dpde_network {

@@ -231,6 +231,7 @@ void Engine<Real>::run_layer(const Step& step, const View<Real>& input, const Vi
     case DPDE_MEAN_POOL: return mean_pool(threads_, layer.stride, input, result);
     case DPDE_MAX_POOL: return max_pool(threads_, layer.stride, input, input, result);
     case DPDE_UPSAMPLE: return upsample(threads_, layer.stride, input, result);
+    case DPDE_REORIENT: return reorient(threads_, step, input, result);
     default: return fix_sum(threads_, factor, input, result, false);
   }
 }

@@ -197,6 +197,7 @@ void Engine<Real>::adjoint_pool(size_t k) {
     case DPDE_MEAN_POOL: return add_mean_pool_adjoint(threads_, layer.stride, seeds, added_to(input));
     case DPDE_MAX_POOL: return add_max_pool_adjoint(threads_, layer.stride, value_view(input), seeds, added_to(input));
     case DPDE_UPSAMPLE: return add_upsample_adjoint(threads_, layer.stride, seeds, added_to(input));
+    case DPDE_REORIENT: return reorient_back(threads_, plan_.steps[k], seeds, adjoint_view(input), begin_adjoint(input));
     default: return fix_sum(threads_, Real(0), seeds, adjoint_view(input), begin_adjoint(input));
   }
 }

@@ -2,6 +2,7 @@
 #include "layers.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace dpde::nn {
 namespace {
@@ -95,6 +96,29 @@ void add_pieces(int64_t stride, const Real* __restrict from, int64_t count, Real
     const int64_t end = std::min(begin + stride, count);
     for (int64_t i = begin; i < end; ++i) to[x] += from[i];
   }
+}
+
+/// `f(row of the result, the cell of the input that its first one is, step from there to the next ones, sign)` for rows of a
+/// DPDE_REORIENT.
+template <class Real, class F>
+void for_each_turned_row(int threads, const Step& step, const View<Real>& input, const View<Real>& result, const F& f) {
+  const Shape &from = *input.shape, &to = *result.shape;
+  Axes stride{};
+  int64_t first = 0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const int32_t source = step.layer.axes[axis];
+    const auto along = static_cast<size_t>(std::abs(source) - 1);
+    stride[axis] = source > 0 ? from.stride[along] : -from.stride[along];
+    if (source < 0) first += (from.cells[along] - 1) * from.stride[along];
+  }
+  const int64_t rows = to.rows(), all = to.channels * rows;
+  parallel_pieces(threads, all, 1, all * to.cells[0], [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const int64_t channel = i / rows, row = i % rows, source = step.order.empty() ? channel + 1 : step.order[static_cast<size_t>(channel)];
+      f(result.row(channel, row), input.plane(std::abs(source) - 1) + first + row % to.cells[1] * stride[1] + row / to.cells[1] * stride[2], stride[0],
+        source > 0 ? Real(1) : Real(-1));
+    }
+  });
 }
 
 template <class Real, class F>
@@ -222,6 +246,22 @@ void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& 
   });
 }
 
+template <class Real>
+void reorient(int threads, const Step& step, const View<Real>& input, const View<Real>& result) {
+  const int64_t cells = result.shape->cells[0];
+  for_each_turned_row(threads, step, input, result, [cells](Real* to, const Real* from, int64_t apart, Real sign) {
+    for (int64_t x = 0; x < cells; ++x) to[x] = sign * from[x * apart];
+  });
+}
+
+template <class Real>
+void reorient_back(int threads, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add) {
+  const int64_t cells = result_bar.shape->cells[0];
+  for_each_turned_row(threads, step, input_bar, result_bar, [cells, add](const Real* from, Real* to, int64_t apart, Real sign) {
+    for (int64_t x = 0; x < cells; ++x) to[x * apart] = (add ? to[x * apart] : Real(0)) + sign * from[x];
+  });
+}
+
 template void copy_channels(int, const View<float>&, int64_t, const View<float>&, int64_t, int64_t, bool);
 template void copy_channels(int, const View<double>&, int64_t, const View<double>&, int64_t, int64_t, bool);
 template void clear_cells(int, const View<float>&);
@@ -240,5 +280,9 @@ template void add_upsample_adjoint(int, int64_t, const View<float>&, const View<
 template void add_upsample_adjoint(int, int64_t, const View<double>&, const View<double>&);
 template void fix_sum(int, float, const View<float>&, const View<float>&, bool);
 template void fix_sum(int, double, const View<double>&, const View<double>&, bool);
+template void reorient(int, const Step&, const View<float>&, const View<float>&);
+template void reorient(int, const Step&, const View<double>&, const View<double>&);
+template void reorient_back(int, const Step&, const View<float>&, const View<float>&, bool);
+template void reorient_back(int, const Step&, const View<double>&, const View<double>&, bool);
 
 }  // namespace dpde::nn

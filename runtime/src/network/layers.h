@@ -2,6 +2,7 @@
 // Layers that are cheap beside convolutions: joining channels, pools, upsampling, fixed sums; their rates and adjoints.
 #pragma once
 
+#include "plan.h"
 #include "view.h"
 
 namespace dpde::nn {
@@ -32,5 +33,11 @@ void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_ba
 /// Also its rate and, being symmetric, its adjoint, with a sum of 0.
 template <class Real>
 void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& results, bool add);
+
+/// DPDE_REORIENT, also of rates; and its transpose, from the adjoint of the result to (added to) that of the input.
+template <class Real>
+void reorient(int threads, const Step& step, const View<Real>& input, const View<Real>& result);
+template <class Real>
+void reorient_back(int threads, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add);
 
 }  // namespace dpde::nn

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "convolution_plan.h"
 #include "dpde/runtime/error.h"
@@ -36,7 +37,7 @@ class Checks {
     const dpde_layer& layer = network_.layers[number];
     const auto says = [&](bool holds, const std::string& problem) { check(holds, fmt::format("has a layer {} that {}", number + 1, problem)); };
     const auto exists = [&](int32_t value) { return value >= 0 && value <= number; };
-    says(layer.kind >= DPDE_CONV && layer.kind <= DPDE_FIX_SUM, "is of an unknown kind");
+    says(layer.kind >= DPDE_CONV && layer.kind <= DPDE_REORIENT, "is of an unknown kind");
     says(exists(layer.input), "reads a value that is not there yet");
     const Value& input = values[static_cast<size_t>(layer.input)];
     if (layer.kind == DPDE_ADD || layer.kind == DPDE_CONCAT) {
@@ -60,6 +61,26 @@ class Checks {
       says(layer.kind != DPDE_ACTIVATE || (layer.activation >= DPDE_RELU && layer.activation <= DPDE_SILU), "is an unknown activation");
       says(layer.kind != DPDE_UPSAMPLE || input.level % layer.stride == 0,
            fmt::format("makes a grid that is coarser by {} finer by {}", input.level, layer.stride));
+      if (layer.kind == DPDE_REORIENT) orientation(number, input);
+    }
+  }
+
+  /// Each axis and each channel comes from another one, axes from one of the same length.
+  void orientation(int number, const Value& input) const {
+    const dpde_layer& layer = network_.layers[number];
+    const auto fits = [&](bool holds) { check(holds, fmt::format("has a layer {} that exchanges what does not fit", number + 1)); };
+    std::array<bool, 3> seen{};
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const int32_t from = std::abs(layer.axes[axis]) - 1, own = static_cast<int32_t>(axis);
+      fits(from >= 0 && from < 3 && !seen[static_cast<size_t>(from)] && (own < network_.rank ? from < network_.rank : layer.axes[axis] == own + 1));
+      seen[static_cast<size_t>(from)] = true;
+      fits(input.cells[axis] == input.cells[static_cast<size_t>(from)]);
+    }
+    std::vector<bool> taken(static_cast<size_t>(input.channels));
+    for (int32_t channel = 0; layer.order != nullptr && channel < layer.channels; ++channel) {
+      const int64_t from = std::abs(int64_t{layer.order[channel]}) - 1;
+      fits(from >= 0 && from < input.channels && !taken[static_cast<size_t>(from)]);
+      taken[static_cast<size_t>(from)] = true;
     }
   }
 
@@ -201,6 +222,8 @@ Plan make_plan(const dpde_network& network, const dpde_layout& layout, int64_t w
     checks.layer(number, plan.values);
     Step step;
     step.layer = network.layers[number];
+    if (step.layer.kind == DPDE_REORIENT && step.layer.order != nullptr) step.order.assign(step.layer.order, step.layer.order + step.layer.channels);
+    step.layer.order = nullptr;
     plan.values.push_back(value_of(step.layer, plan.values[static_cast<size_t>(step.layer.input)], layout));
     plan.steps.push_back(step);
   }

@@ -34,6 +34,7 @@ struct Convolution {
 
 struct Step {
   dpde_layer layer{};
+  std::vector<int32_t> order;  // of the channels of DPDE_REORIENT; those of the layer may go away
   bool live = false;      // the output depends on it
   // A convolution whose result has one reader, a sum with a value that is there before, begins with that value (`base`); where then
   // one activation reads the result, that is done with it (`activation`, a step).

@@ -99,6 +99,7 @@ class Blocks final : public Runner {
 bool has_neighbours(const dpde_network& network) {
   return std::any_of(network.layers, network.layers + network.layer_count, [](const dpde_layer& layer) {
     if (layer.kind == DPDE_CONV) return layer.extent != 1 || layer.stride != 1;
+    if (layer.kind == DPDE_REORIENT) return layer.axes[0] != 1 || layer.axes[1] != 2 || layer.axes[2] != 3;
     return layer.kind == DPDE_MEAN_POOL || layer.kind == DPDE_MAX_POOL || layer.kind == DPDE_UPSAMPLE;
   });
 }

@@ -84,9 +84,11 @@ std::string Tables::kernel(const dpde_kernel& k) {
 std::string Tables::network(const dpde_network* source) {
   const auto found = networks_.find(source->name);
   if (found != networks_.end()) return found->second;
-  const auto layer = [](const dpde_layer& l) {
-    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", l.kind, l.input, l.other, l.channels, l.extent, l.stride, l.dilation, l.groups,
-                       l.activation, l.factor, l.weights, l.bias, l.init, l.gain);
+  const auto layer = [&](const dpde_layer& l) {
+    const auto number = [](int32_t channel) { return fmt::format("{}", channel); };
+    const std::string order = l.order ? array("int32_t", "orders", texts(l.order, l.channels, number)) : "nullptr";
+    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {{{}, {}, {}}}, {}}}", l.kind, l.input, l.other, l.channels, l.extent, l.stride,
+                       l.dilation, l.groups, l.activation, l.factor, l.weights, l.bias, l.init, l.gain, l.axes[0], l.axes[1], l.axes[2], order);
   };
   const dpde_network& n = *source;
   const std::string layers = array("dpde_layer", "layers", texts(n.layers, n.layer_count, layer));

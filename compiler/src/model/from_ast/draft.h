@@ -52,6 +52,7 @@ struct DeclaredNetwork {
   std::optional<network::Network> network = {};  // none: reported
   bool vector = false;                           // its output; else a number, or
   std::vector<std::string> outputs = {};         // what is called so
+  std::vector<bool> relative = {};               // for each input: it enters relative to its mean over the grid; none: none does
 };
 
 struct Draft {

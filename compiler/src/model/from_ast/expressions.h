@@ -86,8 +86,9 @@ class Expressions {
   Typed interpolation(const ast::Call& e, SourceRange range);
 
   // inferences.cpp
+  bool may_infer(const DeclaredNetwork& declared, const ast::Call& e);
   Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range);
-  std::optional<std::vector<Expr>> channels(const ast::Network& source, const ast::Call& e);
+  std::optional<std::vector<Expr>> channels(const DeclaredNetwork& declared, const ast::Call& e);
 
   // reductions.cpp
   /// mean, sum, integral, and max and min of one argument: over space.

@@ -8,12 +8,24 @@
 
 namespace dpde::model {
 
+namespace {
+
+/// What is left of a number that is counted from its mean over the grid.
+Expr relative_to_mean(const Expr& e) {
+  if (is_uniform(e)) return number(0, e->origin);
+  return binary(BinaryOp::subtract, e, reduce(Reduce::Kind::mean, e, e->origin), e->origin);
+}
+
+}  // namespace
+
 /// One number a channel: those of vectors, component by component.
-std::optional<std::vector<Expr>> Expressions::channels(const ast::Network& source, const ast::Call& e) {
+std::optional<std::vector<Expr>> Expressions::channels(const DeclaredNetwork& declared, const ast::Call& e) {
+  const ast::Network& source = *declared.source;
   if (!takes(e, static_cast<int>(source.inputs.size()))) return std::nullopt;
   std::vector<Expr> channels;
   bool complete = true;
   for (std::size_t i = 0; i < e.arguments.size(); ++i) {
+    const std::size_t first = channels.size();
     const ast::Expr& argument = e.arguments[i].value;
     if (source.inputs[i].vector) {
       const auto parts = as_vector(numeric(argument), argument.range());
@@ -24,15 +36,33 @@ std::optional<std::vector<Expr>> Expressions::channels(const ast::Network& sourc
       complete = complete && value;
       if (value) channels.push_back(*value);
     }
+    const bool is_relative = !declared.relative.empty() && declared.relative[i];
+    for (std::size_t c = first; is_relative && c < channels.size(); ++c) channels[c] = relative_to_mean(channels[c]);
   }
   return complete ? std::optional(std::move(channels)) : std::nullopt;
 }
 
+bool Expressions::may_infer(const DeclaredNetwork& declared, const ast::Call& e) {
+  const bool is_formula = purpose_ == Purpose::initial || purpose_ == Purpose::coefficient;
+  if (is_formula && !declared.relative.empty()) {
+    draft_.sink.report("not-allowed-here", e.callee_range, {"the mean that galilean takes", std::string(place_of(purpose_))},
+                       "use a network without it: what goes in here is known beforehand");
+    return false;
+  }
+  if (is_formula || purpose_ == Purpose::equation || purpose_ == Purpose::quantity) return true;
+  const bool is_boundary = purpose_ == Purpose::boundary || purpose_ == Purpose::boundary_weight;
+  const std::string hint = is_boundary ? "write c = " + e.callee + "(...) of coordinates and parameters for a coefficient c of the model, and c as the boundary value"
+                           : purpose_ == Purpose::control || purpose_ == Purpose::control_field ? "write the network where the control stands: in the equation or the event"
+                                                                                                  : "networks stand in equations, events, initial states, coefficients, observables, losses and tests";
+  draft_.sink.report("not-allowed-here", e.callee_range, {"the network " + e.callee, std::string(place_of(purpose_))}, hint);
+  return false;
+}
+
 Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range) {
-  if (purpose_ != Purpose::equation && purpose_ != Purpose::quantity) return refuse("the network " + e.callee, e.callee_range);
+  if (!may_infer(declared, e)) return {};
   const std::string& network = declared.source->name.name;
   draft_.called_networks.insert(network);
-  const auto arguments = channels(*declared.source, e);
+  const auto arguments = channels(declared, e);
   if (!declared.network || !arguments || is_too_large({Typed::Type::vector, *arguments}, range)) return {};
   const auto value = [&](int number, const std::string& name) {
     return infer({network, *arguments, number, declared.network->outputs, name}, {range});

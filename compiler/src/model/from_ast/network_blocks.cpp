@@ -163,6 +163,12 @@ std::optional<network::Network> network_from_ast(const ast::Network& source, Dia
   }
   const auto axes = stated_axes(source, sink);
   if (!axes) return std::nullopt;
+  for (const ast::Item& item : source.items) {
+    if (!std::holds_alternative<ast::SymmetryItem>(item.kind)) continue;
+    sink.report("bad-network", item.range, {"symmetric stands in networks whose inputs have names: what is a vector is not known here"},
+                "write out the copies: reorient(v, x = -x, channels = (-1, 2)), conv(..., weights = v1)");
+    return std::nullopt;
+  }
   const auto literal = [&](const ast::Expr& e, const std::string& what) -> std::optional<double> {
     const auto* negative = std::get_if<ast::Unary>(&e->kind);
     const bool is_negative = negative && negative->op == ast::UnaryOp::negate;

@@ -19,7 +19,6 @@ using network::Activation;
 using network::Layer;
 using network::LayerKind;
 
-constexpr int most_layers = 1024;
 constexpr int most_channels = 65536, most_extent = 63, most_stride = 64, most_dilation = 1024;
 
 struct LayerWord {
@@ -45,21 +44,26 @@ constexpr LayerWord layer_words[] = {
     {"fix_sum", LayerKind::fix_sum, {}, "fix_sum 1"},
     {"add", LayerKind::add, {}, "let c = add(a, b)"},
     {"concat", LayerKind::concat, {}, "let c = concat(a, b)"},
+    {"reorient", LayerKind::reorient, {}, "reorient x = -x, channels = (-1, 2)"},
 };
-constexpr const char* conv_options[] = {"stride", "dilation", "groups", "bias", "gain", "initial"};
+constexpr const char* conv_options[] = {"stride", "dilation", "groups", "bias", "gain", "initial", "weights"};
+constexpr const char* reorient_options[] = {"x", "y", "z", "channels"};
 
 bool joins(LayerKind kind) { return kind == LayerKind::add || kind == LayerKind::concat; }
 bool is_dense(const LayerWord& word) { return word.name == "dense"; }
-bool takes_options(const LayerWord& word, const std::string& option) {
-  if (word.kind != LayerKind::conv || (is_dense(word) && (option == "stride" || option == "dilation"))) return false;
-  return std::ranges::find(conv_options, option) != std::end(conv_options);
+std::vector<std::string> options_of(const LayerWord& word) {
+  if (word.kind == LayerKind::reorient) return {std::begin(reorient_options), std::end(reorient_options)};
+  if (word.kind != LayerKind::conv) return {};
+  std::vector<std::string> options(std::begin(conv_options), std::end(conv_options));
+  if (is_dense(word)) std::erase_if(options, [](const std::string& option) { return option == "stride" || option == "dilation"; });
+  return options;
 }
 
 /// How many arguments a layer takes that have no name, the values it works on aside.
 std::pair<std::size_t, std::size_t> least_and_most_arguments(const LayerWord& word) {
   if (word.kind == LayerKind::conv) return is_dense(word) ? std::pair(1, 1) : std::pair(2, 2);
   if (word.kind == LayerKind::activate) return {0, word.activation == Activation::leaky_relu ? 1 : 0};
-  return joins(word.kind) ? std::pair(0, 0) : std::pair(1, 1);
+  return joins(word.kind) || word.kind == LayerKind::reorient ? std::pair(0, 0) : std::pair(1, 1);
 }
 
 std::string grid_phrase(int size) { return size == 1 ? "the grid of the fields" : fmt::format("a grid {} times coarser", size); }
@@ -144,9 +148,24 @@ class LayerReader {
     }
     const std::size_t before = network_.layers.size();
     for (int pass = 0; pass < repeat.count && !failed_; ++pass) {
+      const std::size_t begin = network_.layers.size();
       read_items(repeat.items, true);
       // each pass adds a layer, so that the limit of layers is one of passes
       if (network_.layers.size() == before) refuse(repeat.count_range, "the body of repeat has no layers");
+      if (repeat.shared && pass > 0) share(before, begin, repeat.count_range);
+    }
+  }
+
+  /// Gives the layers from `begin` on the weights of those from `first` on.
+  void share(std::size_t first, std::size_t begin, SourceRange range) {
+    for (std::size_t i = 0; begin + i < network_.layers.size() && !failed_; ++i) {
+      Layer& layer = network_.layers[begin + i];
+      const Layer& own = network_.layers[first + i];
+      if (layer.kind != LayerKind::conv) continue;
+      layer.weights_of = own.weights_of > 0 ? own.weights_of : static_cast<int>(first + i) + 1;
+      if (channels(layer.input) == channels(own.input) && layer.channels == own.channels) continue;
+      refuse(range, fmt::format("a pass begins with {}, another one with {}: they cannot share weights", counted(channels(own.input), "channel"), channels(layer.input)),
+             "end the body with as many channels as go into it, or write repeat without shared");
     }
   }
 
@@ -239,7 +258,7 @@ class LayerReader {
   /// The number of the value that the layer makes of `inputs`; 0 after a diagnostic.
   int add(const LayerWord& word, SourceRange word_range, SourceRange range, const std::vector<int>& inputs, const std::vector<ast::Argument>& arguments) {
     std::vector<ast::Expr> plain;
-    std::map<std::string, ast::Argument> options;
+    LayerOptions options;
     sort_arguments(word, arguments, plain, options);
     const auto [least, most] = least_and_most_arguments(word);
     if (!failed_ && (plain.size() < least || plain.size() > most)) {
@@ -256,6 +275,8 @@ class LayerReader {
     if (word.kind == LayerKind::conv) {
       read_conv(word, plain, options, layer);
       result_size *= layer.stride;
+    } else if (word.kind == LayerKind::reorient) {
+      failed_ = !read_orientation(options, range, network_.rank(), number_of_, layer, sink_);
     } else if (word.kind == LayerKind::mean_pool || word.kind == LayerKind::max_pool || word.kind == LayerKind::upsample) {
       layer.stride = whole(plain[0], fmt::format("the factor of {}", word.name), 2, most_stride);
       if (!failed_) result_size = resized(word.kind, layer.stride, result_size, range);
@@ -269,15 +290,11 @@ class LayerReader {
   }
 
   void sort_arguments(const LayerWord& word, const std::vector<ast::Argument>& arguments, std::vector<ast::Expr>& plain,
-                      std::map<std::string, ast::Argument>& options) {
+                      LayerOptions& options) {
     for (const ast::Argument& argument : arguments) {
       if (argument.name.empty()) {
         plain.push_back(argument.value);
-      } else if (!takes_options(word, argument.name)) {
-        std::vector<std::string> known;
-        for (const char* option : conv_options) {
-          if (takes_options(word, option)) known.emplace_back(option);
-        }
+      } else if (const std::vector<std::string> known = options_of(word); std::ranges::find(known, argument.name) == known.end()) {
         fail("unknown-option", argument.name_range, {argument.name, std::string(word.name)},
              known.empty() ? fmt::format("it is written {}", word.example) : did_you_mean(argument.name, known));
       } else if (!options.emplace(argument.name, argument).second) {
@@ -286,7 +303,7 @@ class LayerReader {
     }
   }
 
-  void read_conv(const LayerWord& word, const std::vector<ast::Expr>& plain, const std::map<std::string, ast::Argument>& options, Layer& layer) {
+  void read_conv(const LayerWord& word, const std::vector<ast::Expr>& plain, const LayerOptions& options, Layer& layer) {
     const int channels_in = layer.channels;
     layer.channels = channel_count(plain[0], word);
     if (!is_dense(word)) layer.extent = odd_extent(plain[1]);
@@ -303,8 +320,31 @@ class LayerReader {
       if (name == "gain") layer.gain = number(argument.value, "the gain");
       if (name == "initial") layer.init = initial(argument.value);
     }
+    if (options.contains("weights")) take_weights(options, layer);
     if (failed_ || (channels_in % layer.groups == 0 && layer.channels % layer.groups == 0)) return;
     refuse(options.at("groups").value.range(), fmt::format("{} groups do not divide the channels: {} go in, {} come out", layer.groups, channels_in, layer.channels));
+  }
+
+  /// weights = v2: those of another convolution, and how they begin.
+  void take_weights(const LayerOptions& options, Layer& layer) {
+    const ast::Expr& e = options.at("weights").value;
+    for (const char* own : {"bias", "gain", "initial"}) {
+      if (!failed_ && options.contains(own)) refuse(options.at(own).name_range, fmt::format("{} is that of the weights of the other layer", own), "leave it out");
+    }
+    const auto* name = std::get_if<ast::Name>(&e->kind);
+    if (!name) refuse(e.range(), "weights are those of a value that has a name", "write weights = v1, where let v1 = conv(...) stands above");
+    if (failed_) return;
+    int value = named_value(name->name, e.range());
+    if (value > 0 && network_.layers[static_cast<std::size_t>(value) - 1].weights_of > 0) value = network_.layers[static_cast<std::size_t>(value) - 1].weights_of;
+    const Layer* const own = value > 0 ? &network_.layers[static_cast<std::size_t>(value) - 1] : nullptr;
+    const bool fits = own && own->kind == LayerKind::conv && own->extent == layer.extent && own->channels == layer.channels && own->groups == layer.groups &&
+                      channels(own->input) == channels(layer.input);
+    if (!failed_ && !fits) refuse(e.range(), fmt::format("{} is no convolution with the extent, the channels and the groups of this one", name->name));
+    if (failed_) return;
+    layer.weights_of = value;
+    layer.bias = own->bias;
+    layer.gain = own->gain;
+    layer.init = own->init;
   }
 
   int channel_count(const ast::Expr& e, const LayerWord& word) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 
 #include "model/from_ast/expressions.h"
@@ -67,6 +68,7 @@ void bind_network(Draft& draft, DeclaredNetwork& declared) {
   frame.real = draft.problem.scheme.networks;
   const NumberOf number_of = [&](const ast::Expr& e, const std::string& what) { return evaluate(draft, e, what); };
   declared.network = network_from_ast(source, frame, number_of, draft.sink);
+  bind_symmetries(draft, declared);
 }
 
 /// Of a hand-written program: as its text says.
@@ -106,6 +108,23 @@ void bind_weights(Draft& draft, const DeclaredNetwork& declared) {
   }
 }
 
+/// Axes that a layer exchanges have as many cells.
+void check_exchanges(Draft& draft, DeclaredNetwork& declared) {
+  if (!declared.network || declared.network->rank() != static_cast<int>(draft.problem.axes.size())) return;
+  for (const network::Layer& layer : declared.network->layers) {
+    for (std::size_t axis = 0; axis < draft.problem.axes.size(); ++axis) {
+      const auto from = static_cast<std::size_t>(std::abs(layer.axes[axis])) - 1;
+      const Axis &to = draft.problem.axes[axis], &source = draft.problem.axes[from];
+      if (to.cells == source.cells) continue;
+      draft.sink.report("bad-network", declared.source->name.range,
+                        {fmt::format("network {} exchanges {} and {}, which have {} and {} cells", declared.source->name.name, to.name, source.name, to.cells, source.cells)},
+                        "give both axes as many cells");
+      declared.network.reset();
+      return;
+    }
+  }
+}
+
 }  // namespace
 
 void bind_networks(Draft& draft) {
@@ -120,6 +139,7 @@ void bind_networks(Draft& draft) {
     } else {
       bind_network(draft, declared);
     }
+    check_exchanges(draft, declared);
     bind_weights(draft, declared);
   }
 }

@@ -74,6 +74,8 @@ void bind_grid(Draft& draft);
 
 // networks.cpp
 void bind_networks(Draft& draft);
+/// network_symmetries.cpp: what its block says in `symmetric` is done to the network that `declared` has.
+void bind_symmetries(Draft& draft, DeclaredNetwork& declared);
 /// nullptr where the file has none of this name; who calls it adds the name to draft.called_networks.
 const DeclaredNetwork* find_network(const Draft& draft, const std::string& name);
 /// Those that were called become the problem's.

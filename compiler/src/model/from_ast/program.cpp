@@ -173,8 +173,15 @@ void declare_program(Draft& draft) {
   std::set<std::string> written;
   const auto reductions = items_of<ast::ReduceItem>(draft.program->items);
   for (const auto& [reduce, range] : reductions) written.insert(reduce.result.name);
+  const auto networks = items_of<ast::ApplyItem>(draft.program->items);
+  for (const auto& [apply, range] : networks) {
+    for (const ast::Identifier& result : apply.to) written.insert(result.name);
+  }
   for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
   for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
+  for (const auto& [apply, range] : networks) {
+    for (const ast::Identifier& input : apply.inputs) declare_input(draft, input, written);
+  }
   for (const auto& [fill, range] : items_of<ast::FillItem>(draft.program->items)) {
     for (const ast::BoundarySide& side : fill.sides) declare_names_of(draft, side.value, written);
   }
