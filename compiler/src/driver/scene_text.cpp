@@ -43,7 +43,9 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Sample& s) { return model::sample(s.field, all(s.place)); },
       [&](const model::Reduce& r) { return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over}); },
       [&](const model::Apply& a) { return model::apply({a.function, all(a.arguments)}); },
-      [&](const model::Infer& i) { return model::infer({i.network, all(i.arguments), i.output, i.outputs, i.name}); });
+      [&](const model::Infer& i) {  // below the model outputs have no names of their own
+        return model::infer({i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
+      });
 }
 
 std::string text_of(const model::Source& source, const Values& values) {

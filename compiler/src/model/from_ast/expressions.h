@@ -88,6 +88,7 @@ class Expressions {
   // inferences.cpp
   bool may_infer(const DeclaredNetwork& declared, const ast::Call& e);
   Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range);
+  std::optional<std::vector<Expr>> counted_channels(const network::Network& network, const ast::Call& e);
   std::optional<std::vector<Expr>> channels(const DeclaredNetwork& declared, const ast::Call& e);
 
   // reductions.cpp

@@ -5,6 +5,7 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/network_from_ast.h"
 
 namespace dpde::model {
 
@@ -21,6 +22,7 @@ Expr relative_to_mean(const Expr& e) {
 /// One number a channel: those of vectors, component by component.
 std::optional<std::vector<Expr>> Expressions::channels(const DeclaredNetwork& declared, const ast::Call& e) {
   const ast::Network& source = *declared.source;
+  if (declared.network && counts_channels(source)) return counted_channels(*declared.network, e);
   if (!takes(e, static_cast<int>(source.inputs.size()))) return std::nullopt;
   std::vector<Expr> channels;
   bool complete = true;
@@ -42,7 +44,23 @@ std::optional<std::vector<Expr>> Expressions::channels(const DeclaredNetwork& de
   return complete ? std::optional(std::move(channels)) : std::nullopt;
 }
 
+/// Of a network of a program, which knows numbers only.
+std::optional<std::vector<Expr>> Expressions::counted_channels(const network::Network& network, const ast::Call& e) {
+  if (!takes(e, network.inputs)) return std::nullopt;
+  std::vector<Expr> channels;
+  for (const ast::Argument& argument : e.arguments) {
+    const auto value = as_number(numeric(argument.value), argument.value.range());
+    if (!value) return std::nullopt;
+    channels.push_back(*value);
+  }
+  return channels;
+}
+
 bool Expressions::may_infer(const DeclaredNetwork& declared, const ast::Call& e) {
+  if (!declared.network && draft_.program) {
+    draft_.sink.report("bad-network", e.callee_range, {"the network " + e.callee + " is not for a program on these axes"}, "below the model inputs and outputs are numbers: network n(3) -> 2");
+    return false;
+  }
   const bool is_formula = purpose_ == Purpose::initial || purpose_ == Purpose::coefficient;
   if (is_formula && !declared.relative.empty()) {
     draft_.sink.report("not-allowed-here", e.callee_range, {"the mean that galilean takes", std::string(place_of(purpose_))},

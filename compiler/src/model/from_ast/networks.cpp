@@ -75,11 +75,17 @@ void bind_network(Draft& draft, DeclaredNetwork& declared) {
 void bind_network_of_program(Draft& draft, DeclaredNetwork& declared) {
   const auto lines = items_of<ast::ApplyItem>(draft.program->items);
   const auto calls_it = [&](const auto& line) { return line.kind.network.name == declared.source->name.name; };
-  if (!std::any_of(lines.begin(), lines.end(), calls_it)) return;
-  draft.called_networks.insert(declared.source->name.name);
+  const bool is_applied = std::any_of(lines.begin(), lines.end(), calls_it);
+  if (!is_applied && !counts_channels(*declared.source)) return;
+  if (is_applied) draft.called_networks.insert(declared.source->name.name);
   declared.network = network_from_ast(*declared.source, draft.sink);
+  for (int c = 1; declared.network && declared.network->outputs > 1 && c <= declared.network->outputs; ++c) declared.outputs.push_back(fmt::format("c{}", c));
   const int axes = static_cast<int>(draft.problem.axes.size());
   if (!declared.network || declared.network->rank() == axes) return;
+  if (!is_applied) {  // of another program, perhaps
+    declared.network.reset();
+    return;
+  }
   draft.sink.report("bad-network", declared.source->name.range,
                     {fmt::format("network {} is made for {} {}, but the scene has {}", declared.source->name.name, declared.network->rank(),
                                  declared.network->rank() == 1 ? "axis" : "axes", axes)});
