@@ -18,6 +18,26 @@ TEST_F(EmitCommand, StencilTextIsAFileThatRunsToTheSameResult) {
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
 
+/// Copies of a symmetric network with shared weights; outputs without names in initial states.
+TEST_F(EmitCommand, StencilTextWithNetworksRunsToTheSameResult) {
+  write("n.dpde", R"(
+network push(u: vector, s) -> vector { initial he, seed 3; symmetric flips, rotations, galilean; repeat 2 shared { conv in, 3; tanh }; conv out, 3 }
+network start(a) -> p, q { initial he, seed 5; symmetric flip x; conv 3, 3; gelu; conv out, 3 }
+model m { vector u; field s; dt(u) = push(u, s) - u; dt(s) = 0.1*lap(s) }
+scene r : m {
+  grid x = 0 .. 1, cells 6, periodic
+  grid y = 0 .. 1, cells 6, periodic
+  initial u = (start(x).q, y); initial s = start(x*y).p
+  time 0 .. 0.4, step 0.1
+})");
+  ASSERT_EQ(dpde("emit n.dpde r --stage stencil -o step.dpde").status, 0);
+  ASSERT_EQ(dpde("run n.dpde r --quiet --out a").status, 0);
+  const Outcome run = dpde("run step.dpde --quiet --out b");
+  ASSERT_EQ(run.status, 0) << run.err;
+  for (const std::string field : {"u.x", "u.y", "s"}) EXPECT_EQ(content(path("a/" + field + ".npy")), content(path("b/" + field + ".npy"))) << field;
+  EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
+}
+
 TEST_F(EmitCommand, SettingsAreInTheText) {
   write("rod.dpde", rod_text);
   const std::string text = dpde("emit rod.dpde rod --stage stencil --set cells=7 --set k=1").out;

@@ -36,6 +36,22 @@ TEST_F(LearningExamples, TwoSolutions) {
   EXPECT_LT(std::abs(mean), 0.1);
 }
 
+/// A quarter of the example's data, windows and tests: the learned weights are better than the limiter on the same grid.
+TEST_F(LearningExamples, LearnedFlux) {
+  std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/learned_flux/learned_flux.dpde");
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"cells 512", "cells 256"}, {"step 0.005", "step 0.01"}, {"coarsen 16", "coarsen 8"}, {"runs 8", "runs 4"},
+                                 {"runs 5", "runs 2"}, {"to 30", "to 20"}, {"to 20; coarsen 8; file \"test", "to 10; coarsen 8; file \"test"}, {"over 16 steps", "over 8 steps"},
+                                 {"unroll (2, 8, 16)", "unroll (2, 8)"}, {"for 300 steps", "for 100 steps"}}) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
+  }
+  write("t.dpde", text);
+  for (const std::string set : {"train", "test"}) ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
+  const double learned = found("t.dpde", "learn")["test"]["error"]["mean"].get<double>();
+  EXPECT_LT(learned, 0.7 * found("t.dpde", "plain_limited")["test"]["error"]["mean"].get<double>());
+  EXPECT_LT(learned, 0.3 * found("t.dpde", "plain_first")["test"]["error"]["mean"].get<double>());
+}
+
 /// The example on a quarter of the cells, with fewer filters and fields: 98 % of the squared divergence goes, and what is left is div(u) - lap(p).
 TEST_F(LearningExamples, HelmholtzHodge) {
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/helmholtz_hodge/helmholtz_hodge.dpde");
