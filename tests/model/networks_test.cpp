@@ -334,6 +334,22 @@ TEST(Networks, StandWhereTheirMechanismCarries) {
             "E0311 the network n cannot appear in an exact solution | networks stand in equations, events, initial states, coefficients, observables, losses and tests");
 }
 
+/// They would be half a cell off.
+TEST(Networks, OfFormulasAreAtTheCentres) {
+  const auto problem = [](const std::string& on) {
+    const Outcome outcome = outcome_of("model m { field u on " + on + "; coefficient c on " + on + "; dt(u) = c*u }\nnetwork n(u) { conv out, 3 }\n"
+                                       "scene s : m { grid x = 0 .. 1, cells 4, periodic; time 0 .. 1, step 0.1; initial u = 2 + n(x); c = n(x) }");
+    std::string text;
+    for (const Diagnostic& d : outcome.diagnostics) {
+      if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + "\n";
+    }
+    return text;
+  };
+  EXPECT_EQ(problem("centres"), "");
+  const std::string misplaced = "E0331 what a network makes is at cell centres, but here its value at faces across x is wanted\n";
+  EXPECT_EQ(problem("faces.x"), misplaced + misplaced);
+}
+
 TEST(Networks, ComputeInThePrecisionOfTheScheme) {
   EXPECT_EQ(problem_of(scene_with("scheme c { networks = f64 }")).scheme.networks, Precision::f64);
   EXPECT_EQ(problem_of(scene_with("scheme c { networks = f32 }")).scheme.networks, Precision::f32);

@@ -125,8 +125,32 @@ void check_injection(Draft& draft, SourceRange range, const std::vector<State*>&
   }
 }
 
+namespace {
+
+/// What a network makes is at the centres, and formulas have no interpolation.
+void check_formula(Draft& draft, const Placements& placements, const Source& source, const Placement& wanted) {
+  const auto is_network = [](const Expr& e) { return std::holds_alternative<Infer>(e->kind); };
+  if (!source.formula || wanted == Placement{} || !any_part(*source.formula, is_network)) return;
+  const auto mistake = placements.find_mistake(*source.formula, wanted);
+  if (!mistake || !mistake->has) return;
+  draft.sink.report("misplaced", source.origin.range, {"what a network makes", describe(*mistake->has, axis_count(draft)), describe(mistake->wanted, axis_count(draft))},
+                    "give the network to a field or coefficient at the cell centres, and interpolate that where it is used");
+}
+
+void check_formulas(Draft& draft, const Placements& placements) {
+  for (const State& state : draft.problem.states) check_formula(draft, placements, state.initial, state.placement);
+  for (const Coefficient& coefficient : draft.problem.coefficients) check_formula(draft, placements, coefficient.value, coefficient.placement);
+  if (!draft.problem.task) return;
+  for (const Unknown& unknown : draft.problem.task->unknowns) {
+    if (unknown.is_field()) check_formula(draft, placements, unknown.from, placements.of(unknown.name));
+  }
+}
+
+}  // namespace
+
 void check_placements(Draft& draft) {
   const Placements placements(draft.problem);
+  check_formulas(draft, placements);
   const auto quantity = [&](const Expr& value, const Origin& origin) {
     check_quantity(draft, placements, value, origin.range);
     check_no_wall_values(draft, placements, value, false, origin.range);
