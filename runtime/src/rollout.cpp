@@ -217,6 +217,7 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
 }
 
 void Rollout::Impl::restart() {
+  update_weights();
   reached = 0;
   current = 1;
   for (size_t i = 0; i < initial.size(); ++i) {

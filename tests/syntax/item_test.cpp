@@ -175,6 +175,9 @@ TEST(Items, OfTasksThatTrain) {
       "  using adam(rate = 1e-3, decay = 1e-4), batch 4, unroll (1, 2, 4), clip 1.0, gradient cut\n"
       "  test e = mean(abs(u - a)) on trajectories(\"test.nc\") for 250 steps\n"
       "  test f = mean(u) over time on trajectories(\"test.nc\")\n"
+      "  test g = mean(u) on trajectories(\"test.nc\") for 9 steps beside plain, fine on trajectories(\"fine.nc\")\n"
+      "  statistic energy = mean(u^2) on trajectories(\"test.nc\") for 9 steps beside plain\n"
+      "  growth rate on trajectories(\"test.nc\") for 9 steps\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Task task = only_block<Task>(text);
@@ -190,6 +193,12 @@ TEST(Items, OfTasksThatTrain) {
   EXPECT_EQ(print(*test.on), "trajectories(\"test.nc\")");
   EXPECT_EQ(print(*test.steps), "250");
   EXPECT_FALSE(std::get<TestItem>(task.items[7].kind).steps.has_value());
+  const auto& compared = std::get<TestItem>(task.items[8].kind);
+  ASSERT_EQ(compared.beside.size(), 2u);
+  EXPECT_FALSE(compared.beside[0].on.has_value());
+  EXPECT_EQ(compared.beside[1].scene.name + print(*compared.beside[1].on), "finetrajectories(\"fine.nc\")");
+  EXPECT_EQ(std::get<TestItem>(task.items[9].kind).kind, TestItem::Kind::statistic);
+  EXPECT_EQ(std::get<TestItem>(task.items[10].kind).kind, TestItem::Kind::growth);
 }
 
 TEST(Items, OfDataSets) {

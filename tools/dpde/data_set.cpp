@@ -35,6 +35,10 @@ class Part {
     out.values(data.params);
     out.number(static_cast<std::int64_t>(data.states.size()));
     for (const std::vector<double>& state : data.states) out.values(state);
+    for (const driver::Integrals& integrals : data.integrals) {
+      out.values(integrals.values);
+      out.values({integrals.magnitude});
+    }
     const std::uint64_t sum = driver::hash_bytes(out.bytes().data(), out.bytes().size());
     return driver::write_file(path_, out.bytes() + std::string(reinterpret_cast<const char*>(&sum), sizeof sum), sink);
   }
@@ -54,6 +58,13 @@ class Part {
     driver::DataRun data;
     data.params = in.values();
     for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) data.states.push_back(in.values());
+    for (std::size_t s = 0; s < data.states.size() && in.is_fine(); ++s) {
+      driver::Integrals integrals{in.values(), 0};
+      const std::vector<double> magnitude = in.values();
+      if (magnitude.size() != 1) return std::nullopt;
+      integrals.magnitude = magnitude[0];
+      data.integrals.push_back(std::move(integrals));
+    }
     return in.is_done() ? std::optional(std::move(data)) : std::nullopt;
   }
   void remove() const {
@@ -84,6 +95,20 @@ std::string text_of(const Job& job, const std::string& name) {
   return print(file);
 }
 
+/// The integral of a state at each frame, and how far it drifts in each run.
+void add_integrals(NetcdfContent& content, const std::string& state, std::size_t s, const std::string& time, const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
+  NetcdfVariable integral{names.free(state + "_integral"), {"run", time}, described("integral of " + state + " over the domain"), {}};
+  NetcdfVariable drift{names.free(state + "_drift"), {"run"}, described("largest distance of the integral of " + state + " from that of the first frame"), {}};
+  NetcdfVariable relative{names.free(state + "_relative_drift"), {"run"}, described("the same in parts of the integral of its magnitude, a mean over the frames"), {}};
+  for (const driver::DataRun& run : runs) {
+    const driver::Integrals& own = run.integrals[s];
+    integral.values.insert(integral.values.end(), own.values.begin(), own.values.end());
+    drift.values.push_back(own.drift());
+    relative.values.push_back(own.relative_drift());
+  }
+  content.variables.insert(content.variables.end(), {std::move(integral), std::move(drift), std::move(relative)});
+}
+
 NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
   NetcdfContent content;
   driver::Session& session = maker.session();
@@ -108,6 +133,7 @@ NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std:
       variable.attributes.insert(variable.attributes.end(), {{"order_estimate", estimate->order}, {"difference_to_twice_the_spacing", estimate->difference}, {"error_estimate", estimate->error()}});
     }
     content.variables.push_back(std::move(variable));
+    add_integrals(content, name, static_cast<std::size_t>(s), time, runs, names);
   }
   for (std::size_t v = 0; v < set.vary.size(); ++v) {
     NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
@@ -138,6 +164,19 @@ void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estima
     job.say(fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n", each.state, each.order, each.error()));
   }
   result["estimates"] = std::move(all);
+}
+
+void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Json& result) {
+  Json all = Json::object();
+  for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
+    const std::string& name = maker.session().rollout().state_name(s);
+    const auto drift = [s](const driver::DataRun& run) { return run.integrals[static_cast<std::size_t>(s)].drift(); };
+    const auto most = std::ranges::max_element(runs, {}, drift);
+    const double relative = most->integrals[static_cast<std::size_t>(s)].relative_drift();
+    all[name] = {{"drift", json_number(drift(*most))}, {"relative_drift", json_number(relative)}, {"run", most - runs.begin()}};
+    job.say(fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n", name, drift(*most), relative, most - runs.begin()));
+  }
+  result["conservation"] = std::move(all);
 }
 
 }  // namespace
@@ -191,6 +230,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
                       maker->times().back(), fmt::join(maker->cells(), " x "), human_seconds(seconds)));
   const std::vector<driver::OrderEstimate> estimates = maker->estimate_order();
   report_estimates(job, estimates, result);
+  report_drifts(job, *maker, runs, result);
   guarded(job, [&] { save_text(job, set.file, compose_netcdf(content_of(job, *maker, runs, estimates))); });
   if (!job.failed()) {
     for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();

@@ -212,13 +212,27 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
   return job.failed() ? std::nullopt : interval;
 }
 
-/// What the tests say of each trial, and of the values that the best one began with.
-Json test(Job& job, const driver::Trials& trials, const driver::BatchOptions& options) {
-  const auto with = [&](const Eigen::VectorXd& x) { return driver::tests_on_trajectories(trials.present().scene(), x, job.source(), options, job.sink()); };
-  TestResults results{{}, trials.best(), {}};
-  for (const driver::Trial& trial : trials.all()) results.trials.push_back(with(trial.trainer->best()));
-  results.start = with(trials.all()[trials.best()].trainer->start());
-  return interrupt_flag().load() ? Json::object() : report_tests(job, results);
+/// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
+void test(Job& job, const driver::Trials& trials, const driver::TestScenes& scenes, const driver::BatchOptions& options, Json& json) {
+  const auto values = [&](std::size_t trial, bool at_start) {
+    const driver::Trainer& trainer = *trials.all()[trial].trainer;
+    return driver::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
+  };
+  TestResults tests{trials.best()};
+  GrowthResults growths{trials.best()};
+  for (std::size_t k = 0; k < trials.all().size(); ++k) {
+    tests.trials.push_back(driver::tests_on_trajectories(scenes, values(k, false), options, job.sink()));
+    growths.trials.push_back(driver::growths_on_trajectories(scenes, values(k, false), options, job.sink()));
+  }
+  const driver::UnknownValues start = values(trials.best(), true), found = values(trials.best(), false);
+  tests.start = driver::tests_on_trajectories(scenes, start, options, job.sink());
+  tests.beside = driver::tests_beside(scenes, found, options);
+  growths.start = driver::growths_on_trajectories(scenes, start, options, job.sink());
+  growths.beside = driver::growths_beside(scenes, found, options);
+  if (!interrupt_flag().load()) tests.costs = driver::costs_of_tests(scenes, found, options, job.sink());
+  if (interrupt_flag().load()) return;
+  report_tests(job, tests, json);
+  report_growths(job, growths, json);
 }
 
 }  // namespace
@@ -242,7 +256,8 @@ Json train(Job& job, const OptimizeOptions& options) {
   compile_options->selection.keeps_params = true;  // each run of the data may have its own
   if (!compile_task(job, options, *compile_options, run)) return json;
   const std::unique_ptr<driver::TrainingScene> scene = driver::TrainingScene::open(job.source(), run.compiled, job.sink());
-  if (!scene || !driver::check_tests(*scene, job.source(), job.sink())) return json;
+  const std::unique_ptr<driver::TestScenes> tests = scene ? driver::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
+  if (!tests) return json;
   const driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   const std::unique_ptr<driver::Trials> trials = driver::Trials::open(*scene, options.epochs, batch, job.sink());
   if (!trials) return json;
@@ -253,7 +268,8 @@ Json train(Job& job, const OptimizeOptions& options) {
   report_ends(job, *trials);
   report_training(job, *trials, run, seconds, json);
   write_trained(job, *trials);
-  json["test"] = interrupt_flag().load() ? Json::object() : test(job, *trials, batch);
+  json["test"] = Json::object();
+  if (!interrupt_flag().load()) test(job, *trials, *tests, batch, json);
   json["files"] = job.files();
   return json;
 }

@@ -20,16 +20,25 @@ bool learns_from_trajectories(Job& job);
 
 Json train(Job& job, const OptimizeOptions& options);
 
-/// The tests of each trial with its best values, and with those that the best trial began with.
+/// The tests of each trial with its best values, with those that the best trial began with, and of the scenes beside.
 struct TestResults {
-  std::vector<std::vector<driver::TrajectoryTest>> trials;
   std::size_t best = 0;
-  std::vector<driver::TrajectoryTest> start;
+  std::vector<std::vector<driver::TrajectoryTest>> trials = {};
+  std::vector<driver::TrajectoryTest> start = {};
+  std::vector<std::vector<driver::TrajectoryTest>> beside = {};
+  std::vector<std::vector<double>> costs = {};
+};
+struct GrowthResults {
+  std::size_t best = 0;
+  std::vector<std::vector<driver::GrowthTest>> trials = {};
+  std::vector<driver::GrowthTest> start = {};
+  std::vector<std::vector<driver::GrowthTest>> beside = {};
 };
 
 /// Losses as tables and a curve, what the best trial has learnt as files.
 void write_trained(Job& job, const driver::Trials& trials);
-/// Tables and pictures, and what --json says.
-Json report_tests(Job& job, const TestResults& results);
+/// Words, tables, pictures, and the keys test, statistic and growth of --json.
+void report_tests(Job& job, const TestResults& results, Json& json);
+void report_growths(Job& job, const GrowthResults& results, Json& json);
 
 }  // namespace dpde::tools

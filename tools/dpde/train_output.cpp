@@ -57,91 +57,6 @@ LinePanel loss_panel(const driver::Trials& trials) {
   return panel;
 }
 
-Json numbers_of(const driver::TrajectoryTest& test) {
-  const driver::MeanAndSpread whole = driver::mean_and_spread(test.means());
-  return {{"mean", json_number(whole.mean)}, {"spread", json_number(whole.spread)}, {"runs", json_numbers(test.means())}, {"course", json_numbers(test.course())}};
-}
-
-/// Mean and spread over the runs at each time.
-std::vector<driver::MeanAndSpread> spreads_of(const driver::TrajectoryTest& test) {
-  std::vector<driver::MeanAndSpread> all;
-  for (std::size_t k = 0; k < test.times.size(); ++k) {
-    std::vector<double> values;
-    for (const std::vector<double>& run : test.runs) values.push_back(run[k]);
-    all.push_back(driver::mean_and_spread(values));
-  }
-  return all;
-}
-
-/// What one test says of each trial, and of the start.
-struct OneTest {
-  std::vector<const driver::TrajectoryTest*> trials;
-  std::size_t best = 0;
-  const driver::TrajectoryTest* start = nullptr;
-
-  const driver::TrajectoryTest& found() const { return *trials[best]; }
-  bool has_trials() const { return trials.size() > 1; }
-  /// Of the means over runs and times, over the trials.
-  std::vector<double> means() const {
-    std::vector<double> all;
-    for (const driver::TrajectoryTest* trial : trials) all.push_back(driver::mean_and_spread(trial->means()).mean);
-    return all;
-  }
-  driver::MeanAndSpread at(std::size_t time) const {
-    std::vector<double> all;
-    for (const driver::TrajectoryTest* trial : trials) all.push_back(trial->course()[time]);
-    return driver::mean_and_spread(all);
-  }
-};
-
-std::string table_of(const OneTest& test) {
-  const driver::TrajectoryTest& found = test.found();
-  std::string table = fmt::format("t,{0},{0}_spread,{0}_at_start,{0}_at_start_spread", found.name);
-  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) table += fmt::format(",{}_of_trial_{}", found.name, k + 1);
-  if (test.has_trials()) table += fmt::format(",{0}_of_trials,{0}_of_trials_spread", found.name);
-  const auto of_found = spreads_of(found), of_start = spreads_of(*test.start);
-  for (std::size_t k = 0; k < found.times.size(); ++k) {
-    table += fmt::format("\n{},{},{},{},{}", found.times[k], of_found[k].mean, of_found[k].spread, of_start[k].mean, of_start[k].spread);
-    if (!test.has_trials()) continue;
-    for (const driver::TrajectoryTest* trial : test.trials) table += fmt::format(",{}", trial->course()[k]);
-    table += fmt::format(",{},{}", test.at(k).mean, test.at(k).spread);
-  }
-  return table + "\n";
-}
-
-void write_test(Job& job, const OneTest& test) {
-  if (job.options().out.empty()) return;
-  const driver::TrajectoryTest& found = test.found();
-  save_text(job, found.name + ".csv", table_of(test));
-  LinePanel panel;
-  panel.title = fmt::format("{} on {}", found.name, found.file);
-  panel.x_label = "t";
-  panel.y_label = found.name;
-  for (std::size_t k = 0; k < test.trials.size(); ++k) {
-    panel.curves.push_back({test.has_trials() ? fmt::format("trial {}", k + 1) : "learnt", found.times, test.trials[k]->course()});
-  }
-  panel.curves.push_back({"at the start", test.start->times, test.start->course()});
-  const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); }); };
-  if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, found.name, {panel});
-}
-
-Json report_test(Job& job, const OneTest& test) {
-  const driver::MeanAndSpread learnt = driver::mean_and_spread(test.found().means()), before = driver::mean_and_spread(test.start->means());
-  job.say(fmt::format("test {} = {:.6g} +- {:.2g} over {} runs of {} ({:.6g} +- {:.2g} at the start)\n", test.found().name, shown(learnt.mean), shown(learnt.spread),
-                      test.found().runs.size(), test.found().file, shown(before.mean), shown(before.spread)));
-  Json json = numbers_of(test.found());
-  json["t"] = json_numbers(test.found().times);
-  json["start"] = numbers_of(*test.start);
-  if (!test.has_trials()) return json;
-  const driver::MeanAndSpread over = driver::mean_and_spread(test.means());
-  std::string each;
-  for (const double mean : test.means()) each += fmt::format("{}{:.6g}", each.empty() ? "" : ", ", shown(mean));
-  job.say(fmt::format("  trials: {}; mean {:.6g} +- {:.2g}\n", each, shown(over.mean), shown(over.spread)));
-  json["trials"] = {{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", Json::array()}};
-  for (const driver::TrajectoryTest* trial : test.trials) json["trials"]["each"].push_back(numbers_of(*trial));
-  return json;
-}
-
 /// Losses of all trials; of one alone without its number.
 void write_losses(Job& job, const driver::Trials& trials) {
   const bool numbered = trials.count() > 1;
@@ -182,20 +97,6 @@ void write_trained(Job& job, const driver::Trials& trials) {
   write_unknowns(job, *trials.all()[trials.best()].trainer);
   const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double loss) { return std::isfinite(loss) && loss > 0; }); };
   if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, "loss", {panel});
-}
-
-Json report_tests(Job& job, const TestResults& results) {
-  Json tests = Json::object();
-  for (std::size_t i = 0; i < results.start.size(); ++i) {
-    OneTest test{{}, results.best, &results.start[i]};
-    for (const std::vector<driver::TrajectoryTest>& trial : results.trials) {
-      if (i < trial.size()) test.trials.push_back(&trial[i]);
-    }
-    if (test.trials.size() != results.trials.size()) continue;  // a file has gone: reported
-    tests[test.start->name] = report_test(job, test);
-    write_test(job, test);
-  }
-  return tests;
 }
 
 }  // namespace dpde::tools

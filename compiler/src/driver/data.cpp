@@ -218,8 +218,10 @@ void check_trajectories(const model::Problem& problem, const SourceFile& source,
   for (const model::Datum& datum : problem.task->data) {
     if (datum.trajectories && seen.insert(datum.file).second) load_trajectories(problem, datum.file, source, datum.origin.range, sink);
   }
-  for (const model::Test& test : problem.task->tests) {
-    if (!test.on.empty() && seen.insert(test.on).second) load_trajectories(problem, test.on, source, test.on_origin.range, sink);
+  for (const std::vector<model::Test>* tests : {&problem.task->tests, &problem.task->growths}) {
+    for (const model::Test& test : *tests) {
+      if (!test.on.empty() && seen.insert(test.on).second) load_trajectories(problem, test.on, source, test.on_origin.range, sink);
+    }
   }
 }
 

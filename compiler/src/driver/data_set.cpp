@@ -136,13 +136,16 @@ bool DataSetMaker::frames_of(Session& session, int first, int every, int count, 
   const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
   Rollout& rollout = session.rollout();
   to.states.assign(static_cast<std::size_t>(rollout.state_count()), {});
+  to.integrals.assign(to.states.size(), {});
   std::vector<double> values(session.workspace().cell_count());
   const auto keep = [&](const Snapshot& snapshot) {
     if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count) return;
     for (std::size_t s = 0; s < to.states.size(); ++s) {
       const model::State* state = session.problem().find_state(rollout.state_name(static_cast<int>(s)));
+      const model::Placement placement = state != nullptr ? state->placement : model::Placement{};
       copy_out(session.workspace().layout(), snapshot.states[s], values);
-      const std::vector<double> frame = set_.coarsen == 1 ? values : average_down(values, axes, coarse, state != nullptr ? state->placement : model::Placement{});
+      to.integrals[s].add(values, axes, placement);
+      const std::vector<double> frame = set_.coarsen == 1 ? values : average_down(values, axes, coarse, placement);
       to.states[s].insert(to.states[s].end(), frame.begin(), frame.end());
     }
   };

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "driver/conservation.h"
 #include "driver/session.h"
 #include "model/data_set.h"
 
@@ -16,6 +17,7 @@ namespace dpde::driver {
 struct DataRun {
   std::vector<double> params;  // in the order of DataSet::vary
   std::vector<std::vector<double>> states;
+  std::vector<Integrals> integrals;  // of the states, on the scene's own grid
 };
 
 /// How far a run is from finer ones: from runs on grids of the scene's, twice and four times its spacing and step.

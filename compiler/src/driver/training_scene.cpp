@@ -76,11 +76,29 @@ bool runs_are_of_this_scene(const TrainingScene& scene, const Trajectories& traj
 
 std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
   const model::Problem& problem = *compiled->problem;
-  auto scene = std::make_unique<TrainingScene>();
   const auto datum = std::ranges::find_if(problem.task->data, &model::Datum::trajectories);
   std::optional<Trajectories> trajectories = load_trajectories(problem, datum->file, source, datum->origin.range, sink);
-  if (!trajectories || !has_histories(problem, *trajectories, datum->origin.range, sink)) return nullptr;
-  scene->trajectories = std::move(*trajectories);
+  if (!trajectories) return nullptr;
+  std::unique_ptr<TrainingScene> scene = open_on(source, std::move(compiled), std::move(*trajectories), datum->origin.range, sink);
+  if (!scene) return nullptr;
+  const int steps = scene->steps(), every = scene->trajectories.every;
+  if (steps % every != 0) {
+    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its frames are {} steps apart, and {} steps of the loss are no multiple of that", every, steps)});
+    return nullptr;
+  }
+  if (scene->starts(steps) < 1) {
+    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its {} frames, {} steps apart, are too few for windows of {} steps", scene->trajectories.frame_count(), every, steps)});
+    return nullptr;
+  }
+  return scene;
+}
+
+std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source, std::shared_ptr<const Compiled> compiled, Trajectories on, SourceRange where, DiagnosticSink& sink) {
+  const model::Problem& problem = *compiled->problem;
+  auto scene = std::make_unique<TrainingScene>();
+  if (!has_histories(problem, on, where, sink)) return nullptr;
+  scene->trajectories = std::move(on);
+  scene->own_step = problem.step;
   const auto take = [&](auto& to, const std::string& name, const model::Placement& placement, const model::Source& from) {
     if (from.formula || from.file.empty()) return;
     std::optional<std::vector<double>> values = load_array(from, source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
@@ -97,19 +115,9 @@ std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std
   if (sink.has_errors()) return nullptr;
   scene->given_hash = hash_of_files(problem, source);
   scene->compiled = compiled;
-  if (!runs_are_of_this_scene(*scene, scene->trajectories, datum->origin.range, sink)) return nullptr;
+  if (!runs_are_of_this_scene(*scene, scene->trajectories, where, sink)) return nullptr;
   scene->table = SceneTable::make(std::move(compiled), source, sink);
-  if (!scene->table) return nullptr;
-  const int steps = scene->steps(), every = scene->trajectories.every;
-  if (steps % every != 0) {
-    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its frames are {} steps apart, and {} steps of the loss are no multiple of that", every, steps)});
-    return nullptr;
-  }
-  if (scene->starts(steps) < 1) {
-    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its {} frames, {} steps apart, are too few for windows of {} steps", scene->trajectories.frame_count(), every, steps)});
-    return nullptr;
-  }
-  return scene;
+  return scene->table ? std::move(scene) : nullptr;
 }
 
 int TrainingScene::starts(int steps) const {

@@ -2,98 +2,31 @@
 #include "driver/trajectory_test.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <omp.h>
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
-
-#include "driver/workspace.h"
-#include "dpde/runtime/error.h"
 
 namespace dpde::driver {
 
 namespace {
 
-/// One thread's simulation, and fields beside it for the quantity.
-class Roller {
- public:
-  Roller(const TrainingScene& scene, const Trajectories& on, const Eigen::VectorXd& x, const BatchOptions& options)
-      : scene_(scene), on_(on), workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1) {
-    SimulationOptions each;
-    each.stop = options.stop;
-    simulation_.emplace(scene.table->scene(), each, scene.table);
-    scene.give(*simulation_);
-    x_.assign(x.data(), x.data() + x.size());
-  }
+using Runs = std::vector<std::vector<double>>;
+using Visit = std::function<std::vector<double>(Roller&, int run)>;
 
-  /// Of test `number`, at the frames behind the first.
-  std::vector<double> roll(const model::Test& test, int run) {
-    scene_.begin(*simulation_, on_, {run, 0});
-    simulation_->set_unknowns(x_);
-    simulation_->reset();
-    take_values(run);
-    const dpde_program& program = *scene_.compiled->program(scene_.task().name + "_test_" + test.quantity.name);
-    std::vector<double> values;
-    for (int k = 1; k <= test.when.count / on_.every; ++k) values.push_back(go_on() ? look(program, test.quantity.name, run, k) : std::numeric_limits<double>::infinity());
-    return values;
-  }
-
- private:
-  /// Parameters, and coefficients by their formulas or as they were found.
-  void take_values(int run) {
-    for (const std::string& name : simulation_->params()) workspace_.set_param(name, simulation_->param(name));
-    for (std::size_t p = 0; p < on_.params.size(); ++p) workspace_.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
-    for (const std::string& network : simulation_->networks()) {
-      const auto weights = workspace_.weights().find(network);
-      if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
-    }
-    const model::Problem& problem = *scene_.compiled->problem;
-    if (const dpde_program* formulas = scene_.compiled->program(problem.scene + "_coefficients")) workspace_.run(*formulas, on_.times.front());
-    for (const auto& [name, values] : scene_.given_fields) workspace_.set_dense(name, values);
-    for (const model::Unknown& unknown : scene_.task().unknowns) {
-      if (unknown.is_field()) workspace_.set_dense(unknown.name, simulation_->value_of(unknown.name));
-    }
-  }
-
-  /// To the next frame; false from where the run has blown up.
-  bool go_on() {
-    try {
-      return simulation_->run_to(simulation_->time() + on_.every * simulation_->time_step());
-    } catch (const Error& error) {
-      if (error.kind() != ErrorKind::run) throw;
-      return false;
-    }
-  }
-
-  double look(const dpde_program& program, const std::string& name, int run, int frame) {
-    for (const std::string& state : simulation_->states()) workspace_.set_dense(state, simulation_->state(state));
-    for (const model::Datum& datum : scene_.task().data) {
-      if (datum.trajectories) workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
-    }
-    const std::map<std::string, double> sums = workspace_.run(program, simulation_->time());
-    const auto value = sums.find(name);
-    return value == sums.end() ? 0 : value->second;
-  }
-
-  const TrainingScene& scene_;
-  const Trajectories& on_;
-  Workspace workspace_;
-  std::optional<Simulation> simulation_;
-  std::vector<double> x_;
-};
-
-std::vector<std::vector<double>> roll_all(const TrainingScene& scene, const Trajectories& on, const model::Test& test, const Eigen::VectorXd& x, const BatchOptions& options) {
+/// `visit` of every run, on all threads.
+Runs over_runs(const TrainingScene& scene, const Trajectories& on, const UnknownValues& x, const BatchOptions& options, const Visit& visit) {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
   std::deque<Roller> rollers;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t) rollers.emplace_back(scene, on, x, options);
-  std::vector<std::vector<double>> values(on.runs.size());
+  Runs values(on.runs.size());
   std::vector<std::exception_ptr> errors(on.runs.size());
 #pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(rollers.size()))
   for (std::int64_t run = 0; run < runs; ++run) {
     try {
-      values[static_cast<std::size_t>(run)] = rollers[static_cast<std::size_t>(omp_get_thread_num())].roll(test, static_cast<int>(run));
+      values[static_cast<std::size_t>(run)] = visit(rollers[static_cast<std::size_t>(omp_get_thread_num())], static_cast<int>(run));
     } catch (...) {
       errors[static_cast<std::size_t>(run)] = std::current_exception();
     }
@@ -112,9 +45,42 @@ bool fits(const model::Test& test, const Trajectories& on, DiagnosticSink& sink)
   return false;
 }
 
+/// A statistic of the data needs all of the scene's fields that it may read there.
+bool has_states(const model::Test& test, const TrainingScene& scene, const Trajectories& on, DiagnosticSink& sink) {
+  if (!test.is_statistic) return true;
+  const dpde_program& program = *scene.compiled->program(scene.task().name + "_test_" + test.quantity.name);
+  for (const model::State& state : scene.compiled->problem->states) {
+    const bool is_read = std::ranges::any_of(std::span(program.fields, static_cast<std::size_t>(program.field_count)), [&](const char* field) { return state.name == field; });
+    if (!is_read || std::ranges::find(on.states, state.name) != on.states.end()) continue;
+    sink.report("bad-array-file", test.on_origin.range, {on.path, fmt::format("it has no {}, of which statistic {} is to be compared", state.name, test.quantity.name)},
+                fmt::format("it has {}", fmt::join(on.states, ", ")));
+    return false;
+  }
+  return true;
+}
+
+std::optional<Trajectories> load_test(const TrainingScene& scene, const model::Test& test, const SourceFile& source, DiagnosticSink& sink) {
+  std::optional<Trajectories> on = load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
+  if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink)) return std::nullopt;
+  return on;
+}
+
+TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, const std::string& file, const Trajectories& on, const UnknownValues& values, const BatchOptions& options) {
+  TrajectoryTest result{test.quantity.name, scene.compiled->problem->scene, file, test.is_statistic, {}, {}, {}, !scene.compiled->problem->networks.empty()};
+  result.runs = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.roll(test, run); });
+  if (test.is_statistic) result.data = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
+  for (std::size_t k = 1; k <= result.runs[0].size(); ++k) result.times.push_back(on.times[k] - on.times[0]);
+  return result;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
 }  // namespace
 
-std::vector<double> TrajectoryTest::means() const {
+std::vector<double> TrajectoryTest::means_of(const Runs& runs) {
   std::vector<double> result;
   for (const std::vector<double>& run : runs) {
     double sum = 0;
@@ -124,11 +90,17 @@ std::vector<double> TrajectoryTest::means() const {
   return result;
 }
 
-std::vector<double> TrajectoryTest::course() const {
-  std::vector<double> result(times.size());
+std::vector<double> TrajectoryTest::course_of(const Runs& runs) {
+  std::vector<double> result(runs.empty() ? 0 : runs[0].size());
   for (const std::vector<double>& run : runs) {
     for (std::size_t k = 0; k < run.size(); ++k) result[k] += run[k] / static_cast<double>(runs.size());
   }
+  return result;
+}
+
+std::vector<double> TrajectoryTest::deviations_of(const Runs& runs) {
+  std::vector<double> result;
+  for (const std::vector<double>& run : runs) result.push_back(mean_and_spread(run).spread);
   return result;
 }
 
@@ -144,27 +116,119 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values) {
 
 namespace {
 
-std::optional<Trajectories> load_test(const TrainingScene& scene, const model::Test& test, const SourceFile& source, DiagnosticSink& sink) {
-  std::optional<Trajectories> on = load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
-  if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink)) return std::nullopt;
-  return on;
+double interval_of(const TrainingScene& scene, const Trajectories& on) { return on.every * scene.compiled->problem->step; }
+
+/// A statistic needs its fields, a course the same times.
+bool check_beside(const model::Test& test, double interval, const model::Test::Beside& beside, const TrainingScene& scene, DiagnosticSink& sink) {
+  const double own = interval_of(scene, scene.trajectories);
+  if (std::abs(own - interval) <= 1e-6 * interval) return has_states(test, scene, scene.trajectories, sink);
+  sink.report("bad-array-file", beside.origin.range, {scene.trajectories.path, fmt::format("its frames are {:.6g} apart, those of {}, which the task's own scene is tested on, {:.6g}", own, test.on, interval)});
+  return false;
 }
 
 }  // namespace
 
-bool check_tests(const TrainingScene& scene, const SourceFile& source, DiagnosticSink& sink) {
-  return std::ranges::all_of(scene.task().tests, [&](const model::Test& test) { return test.on.empty() || load_test(scene, test, source, sink).has_value(); });
+std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink) {
+  std::vector<double> intervals;
+  for (const std::vector<model::Test>* tests : {&own.task().tests, &own.task().growths}) {
+    for (const model::Test& test : *tests) {
+      const std::optional<Trajectories> on = load_test(own, test, source, sink);
+      if (!on || !has_states(test, own, *on, sink)) return nullptr;
+      intervals.push_back(interval_of(own, *on));
+    }
+  }
+  std::unique_ptr<TestScenes> scenes(new TestScenes{own, source, BesideScenes::open(own, source, sink), {}});
+  if (!scenes->beside) return nullptr;
+  for (std::size_t i = 0; i < own.task().tests.size(); ++i) {
+    const model::Test& test = own.task().tests[i];
+    for (const model::Test::Beside& beside : test.beside) {
+      if (!check_beside(test, intervals[i], beside, scenes->beside->scene(beside), sink)) return nullptr;
+    }
+  }
+  const auto add = [&](const std::string& scene) {
+    std::unique_ptr<GrowthScene>& growth = scenes->growths[scene];
+    if (!growth) growth = GrowthScene::open(*own.compiled, scene, source, sink);
+    return growth != nullptr;
+  };
+  for (const model::Test& growth : own.task().growths) {
+    if (!add(own.compiled->problem->scene)) return nullptr;
+    for (const model::Test::Beside& beside : growth.beside) {
+      if (!add(beside.scene)) return nullptr;
+    }
+  }
+  return scenes;
 }
 
-std::vector<TrajectoryTest> tests_on_trajectories(const TrainingScene& scene, const Eigen::VectorXd& x, const SourceFile& source, const BatchOptions& options, DiagnosticSink& sink) {
+std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<TrajectoryTest> results;
-  for (const model::Test& test : scene.task().tests) {
-    if (test.on.empty()) continue;
-    const std::optional<Trajectories> on = load_test(scene, test, source, sink);
-    if (!on) continue;
-    TrajectoryTest& result = results.emplace_back(TrajectoryTest{test.quantity.name, test.on, {}, {}});
-    for (int k = 1; k <= test.when.count / on->every; ++k) result.times.push_back(on->times[static_cast<std::size_t>(k)] - on->times[0]);
-    result.runs = roll_all(scene, *on, test, x, options);
+  for (const model::Test& test : scenes.own.task().tests) {
+    const std::optional<Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
+    if (!on) return {};
+    results.push_back(roll_out(test, scenes.own, test.on, *on, values, options));
+  }
+  return results;
+}
+
+std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options) {
+  std::vector<std::vector<TrajectoryTest>> results;
+  for (const model::Test& test : scenes.own.task().tests) {
+    std::vector<TrajectoryTest>& all = results.emplace_back();
+    for (const model::Test::Beside& beside : test.beside) {
+      const TrainingScene& scene = scenes.beside->scene(beside);
+      all.push_back(roll_out(test, scene, beside.on, scene.trajectories, values, options));
+    }
+  }
+  return results;
+}
+
+std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink) {
+  constexpr int repeats = 5;
+  constexpr double at_least = 0.02;  // seconds of one measurement
+  std::vector<std::vector<double>> costs;
+  for (const model::Test& test : scenes.own.task().tests) {
+    std::vector<double>& all = costs.emplace_back();
+    if (test.beside.empty() || test.is_statistic) continue;
+    const std::optional<Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
+    if (!on) return {};
+    std::deque<Roller> rollers;
+    rollers.emplace_back(scenes.own, *on, values, options);
+    for (const model::Test::Beside& beside : test.beside) {
+      const TrainingScene& scene = scenes.beside->scene(beside);
+      rollers.emplace_back(scene, scene.trajectories, values, options);
+    }
+    std::vector<std::vector<double>> measured(rollers.size());
+    for (int r = 0; r < repeats; ++r) {  // in turn: what slows the machine down for a while slows all of them
+      for (std::size_t s = 0; s < rollers.size(); ++s) measured[s].push_back(rollers[s].cost(test, at_least));
+    }
+    for (const std::vector<double>& each : measured) all.push_back(median(each));
+  }
+  return costs;
+}
+
+std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink) {
+  std::vector<GrowthTest> results;
+  const std::string& name = scenes.own.compiled->problem->scene;
+  for (const model::Test& growth : scenes.own.task().growths) {
+    const std::optional<Trajectories> on = load_test(scenes.own, growth, scenes.source, sink);
+    if (!on) return {};
+    results.push_back({growth.quantity.name, name, growth.on, scenes.growths.at(name)->rates(*on, growth.when.count, values, options)});
+  }
+  return results;
+}
+
+std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options) {
+  std::vector<std::vector<GrowthTest>> results;
+  for (const model::Test& growth : scenes.own.task().growths) {
+    std::vector<GrowthTest>& all = results.emplace_back();
+    for (const model::Test::Beside& beside : growth.beside) {
+      const TrainingScene& scene = scenes.beside->scene(beside);
+      UnknownValues learnt;  // it has parameters of its own
+      for (const network::Network& network : scene.compiled->problem->networks) {
+        if (values.contains(network.name)) learnt[network.name] = values.at(network.name);
+      }
+      const auto steps = static_cast<int>(std::lround(growth.when.count * scene.own_step / scene.compiled->problem->step));
+      all.push_back({growth.quantity.name, beside.scene, beside.on, scenes.growths.at(beside.scene)->rates(scene.trajectories, steps, learnt, options)});
+    }
   }
   return results;
 }

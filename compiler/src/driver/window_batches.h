@@ -32,9 +32,12 @@ struct TrainingScene {
   /// Initial states that are not in the trajectories, and coefficients.
   std::vector<std::pair<std::string, std::vector<double>>> given_states, given_fields;
   std::uint64_t given_hash = 0;  // of all files but the trajectories
+  double own_step = 0;           // of the task's scene, which steps of tests are counted in
 
   /// null when `sink` has errors afterwards. `compiled` keeps its parameters (Selection::keeps_params) and has adjoints.
   static std::unique_ptr<TrainingScene> open(const SourceFile& source, std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink);
+  /// The same of a scene that only runs, from frames of `on`; messages are about `where`.
+  static std::unique_ptr<TrainingScene> open_on(const SourceFile& source, std::shared_ptr<const Compiled> compiled, Trajectories on, SourceRange where, DiagnosticSink& sink);
 
   const model::Task& task() const { return *compiled->problem->task; }
   const model::Training& training() const { return *task().training; }

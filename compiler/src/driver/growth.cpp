@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/growth.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/random.h"
+#include "driver/beside.h"
+#include "driver/session.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // of the first tangent
+
+/// One thread's states and their tangent.
+class Tangent {
+ public:
+  Tangent(const SourceFile& source, std::shared_ptr<const Compiled> compiled, const Trajectories& on, int steps, const UnknownValues& values, const BatchOptions& options)
+      : on_(on), steps_(steps), values_(values) {
+    SessionOptions alone;
+    alone.stop = options.stop;
+    DiagnosticSink sink;
+    session_ = Session::open(source, std::move(compiled), alone, sink);
+    if (!session_) throw Error(ErrorKind::run, sink.all().front().message);
+    const adjoint::Derivative& tangent = *session_->compiled().derived.at(session_->compiled().step_name()).tangent;
+    RolloutSetup setup = session_->setup();
+    setup.step = session_->compiled().program(tangent.program);
+    setup.steps = steps;
+    setup.t0 = on.times.front();
+    rollout_ = std::make_unique<Rollout>(std::move(setup));
+    for (int s = 0; s < rollout_->state_count(); ++s) {
+      for (const model::State& state : session_->problem().states) {
+        if (rollout_->state_name(s) == state.name) states_.emplace_back(s, state.name);
+        const auto rate = tangent.names.find(state.name);
+        if (rate != tangent.names.end() && rollout_->state_name(s) == rate->second) rates_.push_back(s);
+      }
+    }
+    cells_.resize(session_->workspace().cell_count());
+  }
+
+  double rate(int run) {
+    begin(run);
+    rollout_->restart();
+    scale_back();
+    double sum = 0;
+    const int first = steps_ / 2;
+    for (int k = 0; k < steps_; ++k) {
+      if (rollout_->advance(1).stopped) return std::nan("");
+      const double norm = scale_back();
+      if (norm == 0) return -std::numeric_limits<double>::infinity();
+      if (!std::isfinite(norm)) return std::numeric_limits<double>::infinity();
+      if (k >= first) sum += std::log(norm);
+    }
+    return sum / ((steps_ - first) * session_->problem().step);
+  }
+
+ private:
+  void begin(int run) {
+    Workspace& workspace = session_->workspace();
+    for (const model::Parameter& param : session_->problem().params) {
+      const auto value = values_.find(param.name);
+      if (value != values_.end() && value->second.size() == 1) workspace.set_param(param.name, value->second[0]);
+    }
+    for (std::size_t p = 0; p < on_.params.size(); ++p) workspace.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
+    for (auto& [network, weights] : workspace.weights()) {
+      const auto value = values_.find(network);
+      if (value != values_.end()) weights.values = value->second;
+    }
+    if (const dpde_program* formulas = session_->compiled().program(session_->problem().scene + "_coefficients")) workspace.run(*formulas, on_.times.front());
+    for (const model::Coefficient& coefficient : session_->problem().coefficients) {
+      const auto value = values_.find(coefficient.name);
+      if (value != values_.end()) workspace.set_dense(coefficient.name, value->second);
+    }
+    session_->reset_initial();
+    session_->set_values(*rollout_);
+    for (const auto& [s, name] : states_) {
+      const bool is_there = std::ranges::find(on_.states, name) != on_.states.end();
+      const int own = session_->rollout().state_index(name);
+      if (is_there) {
+        rollout_->initial(s).copy_in(on_.frames(run, name, 0));
+      } else if (own >= 0) {
+        rollout_->initial(s).copy_in(session_->initial(own));
+      }
+    }
+    for (const int s : rates_) {
+      for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i] = normal(seed, i * rates_.size() + static_cast<std::size_t>(s), stream);
+      rollout_->initial(s).copy_in(cells_);
+    }
+  }
+
+  /// Of the rates, in the mean over the cells: 1 afterwards. What it was before.
+  double scale_back() {
+    double squares = 0;
+    for (const int s : rates_) {
+      copy_out(session_->workspace().layout(), rollout_->present()[static_cast<std::size_t>(s)], cells_);
+      for (const double value : cells_) squares += value * value;
+    }
+    const double norm = std::sqrt(squares / static_cast<double>(cells_.size() * std::max<std::size_t>(rates_.size(), 1)));
+    if (norm == 0 || !std::isfinite(norm)) return norm;
+    for (const int s : rates_) {
+      void* base = rollout_->present()[static_cast<std::size_t>(s)];
+      copy_out(session_->workspace().layout(), base, cells_);
+      for (double& value : cells_) value /= norm;
+      copy_in(session_->workspace().layout(), base, cells_);
+    }
+    return norm;
+  }
+
+  const Trajectories& on_;
+  int steps_;
+  const UnknownValues& values_;
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<Rollout> rollout_;
+  std::vector<std::pair<int, std::string>> states_;
+  std::vector<int> rates_;
+  std::vector<double> cells_;
+};
+
+}  // namespace
+
+std::unique_ptr<GrowthScene> GrowthScene::open(const Compiled& own, const std::string& scene, const SourceFile& source, DiagnosticSink& sink) {
+  CompileOptions options = scene == own.problem->scene ? own.options : options_beside(own, scene);
+  options.without_task = true;
+  options.adjoint = options.second = false;
+  options.tangent = true;
+  std::optional<Compiled> compiled = compile(source, options, sink);
+  if (!compiled) return nullptr;
+  std::unique_ptr<GrowthScene> result(new GrowthScene(source));
+  result->compiled_ = std::make_shared<const Compiled>(std::move(*compiled));
+  return result;
+}
+
+std::vector<double> GrowthScene::rates(const Trajectories& on, int steps, const UnknownValues& values, const BatchOptions& options) const {
+  const auto runs = static_cast<std::int64_t>(on.runs.size());
+  std::deque<Tangent> tangents;
+  for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t) tangents.emplace_back(source_, compiled_, on, steps, values, options);
+  std::vector<double> rates(on.runs.size());
+  std::vector<std::exception_ptr> errors(on.runs.size());
+#pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(tangents.size()))
+  for (std::int64_t run = 0; run < runs; ++run) {
+    try {
+      rates[static_cast<std::size_t>(run)] = tangents[static_cast<std::size_t>(omp_get_thread_num())].rate(static_cast<int>(run));
+    } catch (...) {
+      errors[static_cast<std::size_t>(run)] = std::current_exception();
+    }
+  }
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  return rates;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/roller.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "dpde/runtime/error.h"
+
+namespace dpde::driver {
+
+UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::VectorXd& x) {
+  UnknownValues values;
+  for (const UnknownPart& part : parts) values[part.name].assign(x.data() + part.offset, x.data() + part.offset + part.size);
+  return values;
+}
+
+Roller::Roller(const TrainingScene& scene, const Trajectories& on, const UnknownValues& values, const BatchOptions& options)
+    : scene_(scene), on_(on), workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1), values_(values) {
+  SimulationOptions each;
+  each.stop = options.stop;
+  simulation_.emplace(scene.table->scene(), each, scene.table);
+  scene.give(*simulation_);
+}
+
+const dpde_program& Roller::program_of(const model::Test& test) const { return *scene_.compiled->program(scene_.task().name + "_test_" + test.quantity.name); }
+
+/// Steps of a test are those of the task's scene; other scenes have frames at the same times.
+int Roller::frames_of(const model::Test& test) const { return static_cast<int>(std::lround(test.when.count * scene_.own_step / (on_.every * scene_.compiled->problem->step))); }
+
+void Roller::begin(int run) {
+  scene_.begin(*simulation_, on_, {run, 0});
+  if (!scene_.task().unknowns.empty()) {
+    std::vector<double> all;
+    for (const std::string& name : simulation_->unknowns()) all.insert(all.end(), values_.at(name).begin(), values_.at(name).end());
+    simulation_->set_unknowns(all);
+  } else {
+    for (const std::string& network : simulation_->networks()) {
+      if (values_.contains(network)) simulation_->set_weights(network, values_.at(network));
+    }
+  }
+  simulation_->reset();
+}
+
+std::vector<double> Roller::roll(const model::Test& test, int run) {
+  begin(run);
+  take_values(run);
+  std::vector<double> values;
+  for (int k = 1; k <= frames_of(test); ++k) {
+    if (!go_on(on_.every)) {
+      values.push_back(std::numeric_limits<double>::infinity());
+      continue;
+    }
+    for (const std::string& state : simulation_->states()) workspace_.set_dense(state, simulation_->state(state));
+    values.push_back(look(test, run, k));
+  }
+  return values;
+}
+
+std::vector<double> Roller::look_at_data(const model::Test& test, int run) {
+  begin(run);
+  take_values(run);
+  std::vector<double> values;
+  for (int k = 1; k <= frames_of(test); ++k) {
+    for (const std::string& state : on_.states) workspace_.set_dense(state, on_.frames(run, state, k));
+    values.push_back(look(test, run, k));
+  }
+  return values;
+}
+
+double Roller::cost(const model::Test& test, double at_least) {
+  const int steps = frames_of(test) * on_.every;
+  double seconds = 0, time = 0;
+  begin(0);
+  if (!go_on(std::min(steps, 4))) return std::nan("");  // memory and caches are there afterwards
+  while (seconds < at_least) {
+    begin(0);
+    const double from = simulation_->time();
+    const auto start = std::chrono::steady_clock::now();
+    if (!go_on(steps)) return std::nan("");
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    time += simulation_->time() - from;
+  }
+  return seconds / time;
+}
+
+/// Parameters, weights, and coefficients by their formulas or as they were found.
+void Roller::take_values(int run) {
+  for (const std::string& name : simulation_->params()) workspace_.set_param(name, simulation_->param(name));
+  for (std::size_t p = 0; p < on_.params.size(); ++p) workspace_.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
+  for (const std::string& network : simulation_->networks()) {
+    const auto weights = workspace_.weights().find(network);
+    if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
+  }
+  const model::Problem& problem = *scene_.compiled->problem;
+  if (const dpde_program* formulas = scene_.compiled->program(problem.scene + "_coefficients")) workspace_.run(*formulas, on_.times.front());
+  for (const auto& [name, values] : scene_.given_fields) workspace_.set_dense(name, values);
+  for (const model::Unknown& unknown : scene_.task().unknowns) {
+    if (unknown.is_field()) workspace_.set_dense(unknown.name, simulation_->value_of(unknown.name));
+  }
+}
+
+/// False from where the run has blown up.
+bool Roller::go_on(int steps) {
+  try {
+    return simulation_->run_to(simulation_->time() + steps * simulation_->time_step());
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::run) throw;
+    return false;
+  }
+}
+
+double Roller::look(const model::Test& test, int run, int frame) {
+  for (const model::Datum& datum : scene_.task().data) {
+    if (datum.trajectories) workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
+  }
+  const std::map<std::string, double> sums = workspace_.run(program_of(test), on_.times[static_cast<std::size_t>(frame)]);
+  const auto value = sums.find(test.quantity.name);
+  return value == sums.end() ? 0 : value->second;
+}
+
+}  // namespace dpde::driver

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tests of a training say: in words, as tables, curves and JSON.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "driver/comparison.h"
+#include "scene_output.h"
+#include "support/evaluate.h"
+#include "train.h"
+
+namespace dpde::tools {
+
+namespace {
+
+using driver::mean_and_spread;
+using driver::MeanAndSpread;
+using driver::TrajectoryTest;
+
+std::string text_of(const MeanAndSpread& value) { return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread)); }
+
+Json numbers_of(const TrajectoryTest& test) {
+  const MeanAndSpread whole = mean_and_spread(test.means());
+  return {{"mean", json_number(whole.mean)}, {"spread", json_number(whole.spread)}, {"runs", json_numbers(test.means())}, {"course", json_numbers(test.course())}};
+}
+
+/// Mean and spread over the runs at each time.
+std::vector<MeanAndSpread> spreads_of(const std::vector<std::vector<double>>& runs) {
+  std::vector<MeanAndSpread> all;
+  for (std::size_t k = 0; k < runs[0].size(); ++k) {
+    std::vector<double> values;
+    for (const std::vector<double>& run : runs) values.push_back(run[k]);
+    all.push_back(mean_and_spread(values));
+  }
+  return all;
+}
+
+/// What one test says of each trial, of the start and of the scenes beside.
+struct OneTest {
+  std::vector<const TrajectoryTest*> trials;
+  std::size_t best = 0;
+  const TrajectoryTest* start = nullptr;
+  const std::vector<TrajectoryTest>* beside = nullptr;
+  std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
+
+  const TrajectoryTest& found() const { return *trials[best]; }
+  bool has_trials() const { return trials.size() > 1; }
+  /// Of the means over runs and times, over the trials.
+  std::vector<double> means() const {
+    std::vector<double> all;
+    for (const TrajectoryTest* trial : trials) all.push_back(mean_and_spread(trial->means()).mean);
+    return all;
+  }
+  MeanAndSpread at(std::size_t time) const {
+    std::vector<double> all;
+    for (const TrajectoryTest* trial : trials) all.push_back(trial->course()[time]);
+    return mean_and_spread(all);
+  }
+};
+
+/// Columns of numbers with one name each, a row a time.
+class Table {
+ public:
+  explicit Table(const std::vector<double>& times) : times_(times) {}
+  void add(const std::string& name, const std::vector<double>& column) {
+    names_ += "," + name;
+    columns_.push_back(column);
+  }
+  void add(const std::string& name, const std::vector<MeanAndSpread>& columns) {
+    std::vector<double> means, spreads;
+    for (const MeanAndSpread& each : columns) {
+      means.push_back(each.mean);
+      spreads.push_back(each.spread);
+    }
+    add(name, means);
+    add(name + "_spread", spreads);
+  }
+  std::string text() const {
+    std::string text = "t" + names_ + "\n";
+    for (std::size_t k = 0; k < times_.size(); ++k) {
+      text += fmt::format("{}", times_[k]);
+      for (const std::vector<double>& column : columns_) text += fmt::format(",{}", column[k]);
+      text += "\n";
+    }
+    return text;
+  }
+
+ private:
+  const std::vector<double>& times_;
+  std::string names_;
+  std::vector<std::vector<double>> columns_;
+};
+
+std::string table_of(const OneTest& test) {
+  const TrajectoryTest& found = test.found();
+  Table table(found.times);
+  table.add(found.name, spreads_of(found.runs));
+  table.add(found.name + "_at_start", spreads_of(test.start->runs));
+  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) table.add(fmt::format("{}_of_trial_{}", found.name, k + 1), test.trials[k]->course());
+  std::vector<MeanAndSpread> over;
+  for (std::size_t k = 0; k < found.times.size(); ++k) over.push_back(test.at(k));
+  if (test.has_trials()) table.add(found.name + "_of_trials", over);
+  if (found.is_statistic) table.add(found.name + "_of_data", spreads_of(found.data));
+  for (const TrajectoryTest& beside : *test.beside) table.add(fmt::format("{}_of_{}", found.name, beside.scene), spreads_of(beside.runs));
+  return table.text();
+}
+
+void write_test(Job& job, const OneTest& test) {
+  if (job.options().out.empty()) return;
+  const TrajectoryTest& found = test.found();
+  save_text(job, found.name + ".csv", table_of(test));
+  LinePanel panel;
+  panel.title = fmt::format("{} on {}", found.name, found.file);
+  panel.x_label = "t";
+  panel.y_label = found.name;
+  if (found.is_statistic) panel.curves.push_back({"data", found.times, TrajectoryTest::course_of(found.data)});
+  for (std::size_t k = 0; k < test.trials.size(); ++k) {
+    panel.curves.push_back({test.has_trials() ? fmt::format("{}, trial {}", found.scene, k + 1) : test.beside->empty() ? "learnt" : found.scene, found.times, test.trials[k]->course()});
+  }
+  panel.curves.push_back({"at the start", test.start->times, test.start->course()});
+  for (const TrajectoryTest& beside : *test.beside) panel.curves.push_back({beside.scene, beside.times, beside.course()});
+  const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); }); };
+  if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, found.name, {panel});
+}
+
+/// Over the trials, in words and as JSON.
+void report_trials(Job& job, const OneTest& test, Json& json) {
+  if (!test.has_trials()) return;
+  const MeanAndSpread over = mean_and_spread(test.means());
+  std::string each;
+  for (const double mean : test.means()) each += fmt::format("{}{:.6g}", each.empty() ? "" : ", ", shown(mean));
+  job.say(fmt::format("  trials: {}; mean {}\n", each, text_of(over)));
+  json["trials"] = {{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", Json::array()}};
+  for (const TrajectoryTest* trial : test.trials) json["trials"]["each"].push_back(numbers_of(*trial));
+}
+
+// ---- plain schemes beside --------------------------------------------------------------------------------------------
+
+std::string seconds_text(double cost) { return std::isfinite(cost) ? human_seconds(cost) : "no known time"; }
+
+std::string between_text(const driver::Equal& equal) { return equal.from == equal.to ? "as " + equal.from : fmt::format("between {} and {}", equal.from, equal.to); }
+
+Json json_of(const driver::Equal& equal, const char* key, double own) {
+  if (equal.kind == driver::Equal::Kind::beyond_all) return nullptr;
+  return {{key, json_number(equal.value)}, {"ratio", json_number(equal.value / own)}, {"between", {equal.from, equal.to}}, {"beyond", equal.kind == driver::Equal::Kind::within_all}};
+}
+
+/// The two sentences: what plain schemes cost for the same error, and lose for the same cost.
+void compare(Job& job, const OneTest& test, double error, Json& json) {
+  std::vector<driver::CostAndError> plain;
+  for (std::size_t s = 0; s < test.beside->size(); ++s) {
+    const TrajectoryTest& beside = (*test.beside)[s];
+    if (!beside.has_network) plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
+  }
+  if (plain.empty()) return;
+  using Kind = driver::Equal::Kind;
+  const double cost = test.costs[0];
+  const driver::Equal at_error = cost_of_equal_error(plain, error), at_cost = error_of_equal_cost(plain, cost);
+  json["equal_error"] = json_of(at_error, "cost_s", cost);
+  json["equal_cost"] = json_of(at_cost, "error", error);
+  const std::string own = fmt::format("its {} of {:.4g}", test.found().name, shown(error));
+  switch (at_error.kind) {
+    case Kind::found: job.say(fmt::format("  for {} plain schemes take {} a unit of time, {:.3g} times as long ({})\n", own, human_seconds(at_error.value), at_error.value / cost, between_text(at_error))); break;
+    case Kind::beyond_all: job.say(fmt::format("  for {}: none of the plain schemes named reaches it\n", own)); break;
+    case Kind::within_all: job.say(fmt::format("  for {}: the cheapest plain scheme named is better, and takes {} a unit of time, {:.3g} times as long\n", own, human_seconds(at_error.value), at_error.value / cost)); break;
+  }
+  switch (at_cost.kind) {
+    case Kind::found: job.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {:.3g} times as much ({})\n", test.found().name, at_cost.value, at_cost.value / error, between_text(at_cost))); break;
+    case Kind::beyond_all: job.say("  for its time: none of the plain schemes named is as cheap\n"); break;
+    case Kind::within_all: job.say(fmt::format("  for its time: the dearest plain scheme named takes less, with {} = {:.4g}, {:.3g} times as much\n", test.found().name, at_cost.value, at_cost.value / error)); break;
+  }
+}
+
+void report_beside(Job& job, const OneTest& test, Json& json) {
+  if (test.beside->empty()) return;
+  const double error = mean_and_spread(test.means()).mean;
+  const TrajectoryTest& found = test.found();
+  std::string table = "scene,file,network,mean,spread,cost_s\n";
+  const auto row = [&](const TrajectoryTest& each, double cost) {
+    const MeanAndSpread whole = mean_and_spread(each.means());
+    table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean, whole.spread, cost);
+    job.say(fmt::format("  {}: {} on {}, {} a unit of time\n", each.scene, text_of(whole), each.file, seconds_text(cost)));
+  };
+  json["cost_s"] = json_number(test.costs[0]);
+  json["beside"] = Json::object();
+  row(found, test.costs[0]);
+  for (std::size_t s = 0; s < test.beside->size(); ++s) {
+    const TrajectoryTest& each = (*test.beside)[s];
+    row(each, test.costs[s + 1]);
+    Json beside = numbers_of(each);
+    beside.update({{"file", each.file}, {"network", each.has_network}, {"cost_s", json_number(test.costs[s + 1])}});
+    json["beside"][each.scene] = std::move(beside);
+  }
+  if (!job.options().out.empty()) save_text(job, found.name + "_beside.csv", table);
+  compare(job, test, error, json);
+}
+
+Json report_test(Job& job, const OneTest& test) {
+  const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
+  job.say(fmt::format("test {} = {} over {} runs of {} ({} at the start)\n", test.found().name, text_of(learnt), test.found().runs.size(), test.found().file, text_of(before)));
+  Json json = numbers_of(test.found());
+  json["t"] = json_numbers(test.found().times);
+  json["start"] = numbers_of(*test.start);
+  report_trials(job, test, json);
+  report_beside(job, test, json);
+  return json;
+}
+
+// ---- statistics ------------------------------------------------------------------------------------------------------
+
+/// Mean and standard deviation over the times, in the mean over the runs.
+struct OverTime {
+  MeanAndSpread mean, deviation;
+};
+OverTime over_time(const std::vector<std::vector<double>>& runs) { return {mean_and_spread(TrajectoryTest::means_of(runs)), mean_and_spread(TrajectoryTest::deviations_of(runs))}; }
+
+Json json_of(const std::vector<std::vector<double>>& runs) {
+  const OverTime all = over_time(runs);
+  return {{"mean", json_number(all.mean.mean)}, {"mean_spread", json_number(all.mean.spread)}, {"deviation", json_number(all.deviation.mean)}, {"deviation_spread", json_number(all.deviation.spread)},
+          {"course", json_numbers(TrajectoryTest::course_of(runs))}};
+}
+
+double difference(double value, double of_data) { return (value - of_data) / std::abs(of_data); }
+
+/// Of a scene, beside what the data of its own file say.
+Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTest& test) {
+  const OverTime own = over_time(test.runs), data = over_time(test.data);
+  const double of_mean = difference(own.mean.mean, data.mean.mean), of_deviation = difference(own.deviation.mean, data.deviation.mean);
+  job.say(fmt::format("  {}: mean {:.5g} ({:+.2g} %), deviation {:.4g} ({:+.2g} %); the data of {}: {:.5g}, {:.4g}\n", title, shown(own.mean.mean), shown(100 * of_mean), shown(own.deviation.mean),
+                      shown(100 * of_deviation), test.file, shown(data.mean.mean), shown(data.deviation.mean)));
+  Json json = json_of(test.runs);
+  json.update({{"file", test.file}, {"data", json_of(test.data)}, {"mean_difference", json_number(of_mean)}, {"deviation_difference", json_number(of_deviation)}});
+  return json;
+}
+
+Json report_statistic(Job& job, const OneTest& test) {
+  const TrajectoryTest& found = test.found();
+  job.say(fmt::format("statistic {} over {} runs to t = {:.4g}\n", found.name, found.runs.size(), found.times.back()));
+  Json json = report_statistic_of(job, found.scene, found);
+  json["t"] = json_numbers(found.times);
+  json["start"] = report_statistic_of(job, "at the start", *test.start);
+  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) json["trials"].push_back(json_of(test.trials[k]->runs));
+  if (test.has_trials()) {
+    const MeanAndSpread over = mean_and_spread(test.means());
+    job.say(fmt::format("  over the trials: mean {}\n", text_of(over)));
+  }
+  json["beside"] = Json::object();
+  for (const TrajectoryTest& beside : *test.beside) json["beside"][beside.scene] = report_statistic_of(job, beside.scene, beside);
+  return json;
+}
+
+// ---- rates of growth -------------------------------------------------------------------------------------------------
+
+Json json_of(const driver::GrowthTest& growth) {
+  const MeanAndSpread all = mean_and_spread(growth.rates);
+  return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(growth.rates)}};
+}
+
+}  // namespace
+
+void report_tests(Job& job, const TestResults& results, Json& json) {
+  json["test"] = Json::object();
+  if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
+  for (std::size_t i = 0; i < results.start.size(); ++i) {
+    OneTest test{{}, results.best, &results.start[i], &results.beside[i], results.costs[i]};
+    for (const std::vector<TrajectoryTest>& trial : results.trials) {
+      if (i < trial.size()) test.trials.push_back(&trial[i]);
+    }
+    if (test.trials.size() != results.trials.size()) continue;
+    const bool is_statistic = test.start->is_statistic;
+    json[is_statistic ? "statistic" : "test"][test.start->name] = is_statistic ? report_statistic(job, test) : report_test(job, test);
+    write_test(job, test);
+  }
+}
+
+void report_growths(Job& job, const GrowthResults& results, Json& json) {
+  for (std::size_t i = 0; i < results.start.size(); ++i) {
+    const driver::GrowthTest& found = results.trials[results.best][i];
+    Json growth = json_of(found);
+    job.say(fmt::format("growth {} of {} = {} a unit of time over {} runs of {} ({} at the start)\n", found.name, found.scene, text_of(mean_and_spread(found.rates)), found.rates.size(), found.file,
+                        text_of(mean_and_spread(results.start[i].rates))));
+    growth["start"] = json_of(results.start[i]);
+    std::vector<double> means;
+    for (const std::vector<driver::GrowthTest>& trial : results.trials) means.push_back(mean_and_spread(trial[i].rates).mean);
+    if (means.size() > 1) {
+      const MeanAndSpread over = mean_and_spread(means);
+      job.say(fmt::format("  over the trials: {}\n", text_of(over)));
+      growth["trials"] = {{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", json_numbers(means)}};
+    }
+    growth["beside"] = Json::object();
+    for (const driver::GrowthTest& beside : results.beside[i]) {
+      job.say(fmt::format("  {}: {}\n", beside.scene, text_of(mean_and_spread(beside.rates))));
+      growth["beside"][beside.scene] = json_of(beside);
+    }
+    json["growth"][found.name] = std::move(growth);
+  }
+}
+
+}  // namespace dpde::tools
