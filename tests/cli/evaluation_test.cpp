@@ -193,7 +193,9 @@ TEST_F(Beside, ScenesAreComparedAtEqualErrorAndCost) {
     EXPECT_NEAR(test["equal_error"]["cost_s"].get<double>(), between(e, e0, c0, e1, c1), 1e-9 * c1);
     EXPECT_NEAR(test["equal_error"]["ratio"].get<double>(), between(e, e0, c0, e1, c1) / c, 1e-9);
   }
-  if (c > c0 && c < c1) EXPECT_NEAR(test["equal_cost"]["error"].get<double>(), between(c, c0, e0, c1, e1), 1e-9 * e0);
+  if (c > c0 && c < c1) {
+    EXPECT_NEAR(test["equal_cost"]["error"].get<double>(), between(c, c0, e0, c1, e1), 1e-9 * e0);
+  }
   EXPECT_EQ(std::ranges::count(content(path("o/err_beside.csv")), '\n'), 5);
   const std::string table = content(path("o/err.csv"));
   EXPECT_EQ(table.substr(0, table.find('\n')), "t,err,err_spread,err_at_start,err_at_start_spread,err_of_coarse,err_of_coarse_spread,err_of_middle,err_of_middle_spread,err_of_fine,err_of_fine_spread");
@@ -354,6 +356,24 @@ dataset truths : truth { runs 4; vary a from 1; frames every 1; file "truth.nc" 
   EXPECT_NEAR(rate["mean"].get<double>(), 0.9056, 0.05);
   EXPECT_LT(rate["spread"].get<double>(), 0.1);
   EXPECT_EQ(rate["runs"].size(), 4U);
+}
+
+TEST_F(Statistics, WhatTheyCannotSay) {
+  const auto refused = [&](const std::string& tests, const std::string& code, const std::string& part, const std::string& data = "data r = trajectories(\"truth.nc\", u); ") {
+    write("t.dpde", decay + "task t : tried { " + data + "unknown c from 0.25; minimise mean(u^2)" + (data.empty() ? "" : " over 2 steps") + "; using adam(rate = 1); " + tests + " }\n");
+    const Outcome outcome = dpde("check t.dpde t");
+    EXPECT_EQ(outcome.status, 2) << tests;
+    EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << tests << outcome.err;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << tests << outcome.err;
+  };
+  refused("growth rate", "E0201", "as in: growth rate on trajectories(\"test.nc\") for 100 steps");
+  refused("statistic e = mean(u)", "E0201", "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
+  refused("growth rate on trajectories(\"truth.nc\")", "E0703", "write on trajectories(\"test.nc\") for 100 steps");
+  refused("statistic e = u on trajectories(\"truth.nc\") for 4 steps", "E0705", "is not a sum of mean");
+  refused("growth e on trajectories(\"truth.nc\") for 4 steps; test e = mean(u) on trajectories(\"truth.nc\") for 4 steps", "E0303", "e is given twice");
+  refused("growth e on trajectories(\"truth.nc\") for 4 steps", "E0311", "a task that does not learn from trajectories", "");
+  refused("test e = mean(u) on trajectories(\"truth.nc\") for 4 steps beside", "E0201", "the name of a scene");
+  refused("growth e on trajectories(\"none.nc\") for 4 steps", "E0901", "none.nc");
 }
 
 // ---- conservation in data sets ---------------------------------------------------------------------------------------

@@ -110,8 +110,8 @@ ItemKind parse_statistic(Cursor& cursor) {
   TestItem item;
   item.kind = TestItem::Kind::statistic;
   std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
-  cursor.expect_word("on");
-  parse_runs(cursor, item);
+  if (!cursor.accept_word("on")) cursor.fail_expected("'on' and a set of trajectories", "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
+  if (!cursor.failed()) parse_runs(cursor, item);
   return item;
 }
 
@@ -119,8 +119,8 @@ ItemKind parse_growth(Cursor& cursor) {
   TestItem item;
   item.kind = TestItem::Kind::growth;
   item.name = cursor.expect_name("a name for the rate");
-  cursor.expect_word("on");
-  parse_runs(cursor, item);
+  if (!cursor.accept_word("on")) cursor.fail_expected("'on' and a set of trajectories", "as in: growth rate on trajectories(\"test.nc\") for 100 steps");
+  if (!cursor.failed()) parse_runs(cursor, item);
   return item;
 }
 
