@@ -137,8 +137,6 @@ void report_trials(Job& job, const OneTest& test, Json& json) {
 
 // ---- plain schemes beside --------------------------------------------------------------------------------------------
 
-std::string seconds_text(double cost) { return std::isfinite(cost) ? human_seconds(cost) : "no known time"; }
-
 std::string between_text(const driver::Equal& equal) { return equal.from == equal.to ? "as " + equal.from : fmt::format("between {} and {}", equal.from, equal.to); }
 
 Json json_of(const driver::Equal& equal, const char* key, double own) {
@@ -180,7 +178,8 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
   const auto row = [&](const TrajectoryTest& each, double cost) {
     const MeanAndSpread whole = mean_and_spread(each.means());
     table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean, whole.spread, cost);
-    job.say(fmt::format("  {}: {} on {}, {} a unit of time\n", each.scene, text_of(whole), each.file, seconds_text(cost)));
+    const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
+    job.say(fmt::format("  {}: {} on {}, {}\n", each.scene, text_of(whole), each.file, time));
   };
   json["cost_s"] = json_number(test.costs[0]);
   json["beside"] = Json::object();

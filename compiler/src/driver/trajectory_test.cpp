@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 
 namespace dpde::driver {
 
@@ -109,6 +110,7 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values) {
   MeanAndSpread result;
   for (const double value : values) result.mean += value / count;
   if (values.size() < 2) return result;
+  if (!std::isfinite(result.mean)) return {result.mean, std::numeric_limits<double>::quiet_NaN()};
   for (const double value : values) result.spread += (value - result.mean) * (value - result.mean) / (count - 1);
   result.spread = std::sqrt(result.spread);
   return result;
