@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of the C headers that emitted code includes. They travel inside the compiler: nothing has to be found where it
+// The text of the headers that emitted code includes. They travel inside the compiler: nothing has to be found where it
 // was built or installed.
 #pragma once
 
@@ -12,7 +12,7 @@ struct HeaderText {
   std::string_view name;  // "kernel_abi.h"
   std::string_view text;
 };
-extern const HeaderText abi_headers[3];  // abi_texts.cpp.in, filled in by CMake
+extern const HeaderText abi_headers[5];  // abi_texts.cpp.in, filled in by CMake
 
 /// Writes folder/dpde/<name> for each; false when that fails.
 bool write_abi_headers(const std::filesystem::path& folder);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "codegen/elementary_functions.h"
 #include "loop/expressions.h"
 #include "support/assert.h"
 #include "support/match.h"
@@ -163,7 +164,7 @@ CppExpression::Piece CppExpression::power(const loop::Binary& b) const {
     return {loop::is_literal(b.right, 2) ? fmt::format("{0}*{0}", base) : fmt::format("{0}*{0}*{0}", base),
             product_precedence};
   }
-  return {fmt::format("pow{}({}, {})", suffix(real_), number(b.left), number(b.right)), atom};
+  return {fmt::format("{}pow{}({}, {})", leaves_.elementary, suffix(real_), number(b.left), number(b.right)), atom};
 }
 
 std::string CppExpression::call(const loop::Call& c) const {
@@ -171,7 +172,8 @@ std::string CppExpression::call(const loop::Call& c) const {
   for (const loop::Expr& argument : c.arguments) arguments.push_back(number(argument));
   const std::string_view name = cpp_function(c.fn);
   const bool is_helper = name.starts_with("dpde_");
-  return fmt::format("{}{}({})", name, is_helper ? "" : suffix(real_), fmt::join(arguments, ", "));
+  return fmt::format("{}{}{}({})", is_elementary(c.fn) ? leaves_.elementary : "", name, is_helper ? "" : suffix(real_),
+                     fmt::join(arguments, ", "));
 }
 
 std::string CppExpression::interp(const loop::Interp& i) const {

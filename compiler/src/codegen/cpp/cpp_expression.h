@@ -17,6 +17,7 @@ struct CppLeaves {
   std::vector<std::string> params, uniforms, lets;
   std::vector<std::string> loads;  // one a stream, with the index: u_m1[i]
   std::vector<bool> let_is_truth;
+  std::string elementary = "";  // what the names of sin, exp, pow, ... begin with
   std::function<std::string(const loop::Inside&)> inside;
   /// The call that reads the grid; the displacements are given as text.
   std::function<std::string(const loop::Interp&, const std::vector<std::string>&)> interp;

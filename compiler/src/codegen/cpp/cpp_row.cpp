@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "codegen/cpp/cpp_elementary.h"
 #include "codegen/cpp/cpp_expression.h"
 #include "codegen/cpp/cpp_helpers.h"
 #include "codegen/cpp/cpp_names.h"
@@ -113,6 +114,7 @@ void RowEmitter::set_leaves() {
   }
   leaves_.uniforms = names_.uniforms;
   leaves_.lets = names_.lets;
+  leaves_.elementary = cpp_elementary_prefix();
   for (std::size_t s = 0; s < row_.streams.size(); ++s) {
     leaves_.loads.push_back(fmt::format("{}[{}]", names_.streams[s], plus("i", row_.streams[s].offset[0])));
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "codegen/cpp/cpp_elementary.h"
 #include "codegen/cpp/cpp_expression.h"
 #include "codegen/cpp/cpp_helpers.h"
 #include "codegen/cpp/cpp_names.h"
@@ -51,8 +52,11 @@ std::string emit_cpp(const loop::Module& module, const SourceFile* source, RowLi
   std::string out = title(source);
   out += "// One function a row of cells; the runtime calls it for every row of the grid (see kernel_abi.h).\n";
   if (needs_math(module)) out += "#include <math.h>\n";
-  out += "#include <stdint.h>\n\n#include \"dpde/kernel_abi.h\"\n";
-  out += cpp_helpers(module);
+  const std::string elementary = cpp_elementary(module);
+  out += "#include <stdint.h>\n\n";
+  if (!elementary.empty()) out += "#include \"dpde/elementary_cells.h\"\n";
+  out += "#include \"dpde/kernel_abi.h\"\n";
+  out += elementary + cpp_helpers(module);
   out += "\n// Values that are the same in all cells.\n" + emit_uniforms(module, linkage);
   for (const loop::Row& row : module.rows) out += "\n" + emit_cpp_row(module, row, source, words_of(linkage));
   return out;

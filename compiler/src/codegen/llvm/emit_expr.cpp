@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "codegen/elementary_functions.h"
+#include "codegen/llvm/emit_elementary.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -137,7 +139,7 @@ llvm::Value* ExprEmitter::emit_compare(const loop::Binary& binary) {
 llvm::Value* ExprEmitter::emit_power(const loop::Binary& binary) {
   llvm::Value* base = number(binary.left);
   const std::optional<int> exponent = small_integer(binary.right);
-  if (!exponent) return builder_.CreateBinaryIntrinsic(llvm::Intrinsic::pow, base, number(binary.right));
+  if (!exponent) return elementary("pow", {base, number(binary.right)});
   llvm::Value* one = constant(1.0);
   llvm::Value* product = nullptr;
   llvm::Value* square = base;
@@ -149,36 +151,21 @@ llvm::Value* ExprEmitter::emit_power(const loop::Binary& binary) {
   return *exponent < 0 ? builder_.CreateFDiv(one, product) : product;
 }
 
-llvm::Value* ExprEmitter::libm(const std::string& name, llvm::Value* argument) {
-  llvm::Module* module = builder_.GetInsertBlock()->getModule();
-  llvm::FunctionCallee callee = module->getOrInsertFunction(real_->isFloatTy() ? name + "f" : name, real_, real_);
-  auto* function = llvm::cast<llvm::Function>(callee.getCallee());
-  function->setDoesNotThrow();
-  function->setWillReturn();
-  function->setDoesNotAccessMemory();
-  return builder_.CreateCall(callee, {argument});
+/// Cells take the module's own functions, which are the same in all lanes; uniforms, each computed once, those of the C library.
+llvm::Value* ExprEmitter::elementary(const std::string& name, const std::vector<llvm::Value*>& arguments) {
+  return place_ == nullptr ? call_library(builder_, name, arguments) : call_elementary(builder_, name, arguments);
 }
 
 llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
   const std::vector<llvm::Value*> arguments = numbers(call.arguments);
   llvm::Value* x = arguments.at(0);
   const auto intrinsic = [&](llvm::Intrinsic::ID id) { return builder_.CreateUnaryIntrinsic(id, x); };
+  if (is_elementary(call.fn)) return elementary(std::string(name_of(call.fn)), arguments);
   switch (call.fn) {
-    case Fn::sin: return intrinsic(llvm::Intrinsic::sin);
-    case Fn::cos: return intrinsic(llvm::Intrinsic::cos);
-    case Fn::exp: return intrinsic(llvm::Intrinsic::exp);
-    case Fn::log: return intrinsic(llvm::Intrinsic::log);
     case Fn::sqrt: return intrinsic(llvm::Intrinsic::sqrt);
     case Fn::abs: return intrinsic(llvm::Intrinsic::fabs);
     case Fn::floor: return intrinsic(llvm::Intrinsic::floor);
     case Fn::fraction: return builder_.CreateFSub(x, intrinsic(llvm::Intrinsic::floor));
-    case Fn::tan: return libm("tan", x);
-    case Fn::asin: return libm("asin", x);
-    case Fn::acos: return libm("acos", x);
-    case Fn::atan: return libm("atan", x);
-    case Fn::sinh: return libm("sinh", x);
-    case Fn::cosh: return libm("cosh", x);
-    case Fn::tanh: return libm("tanh", x);
     case Fn::sign: {
       llvm::Value* negative =
           builder_.CreateSelect(builder_.CreateFCmpOLT(x, constant(0)), constant(-1), constant(0));
@@ -186,6 +173,17 @@ llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
     }
     case Fn::min: return builder_.CreateSelect(builder_.CreateFCmpOLT(arguments.at(1), x), arguments.at(1), x);
     case Fn::max: return builder_.CreateSelect(builder_.CreateFCmpOLT(x, arguments.at(1)), arguments.at(1), x);
+    case Fn::sin:
+    case Fn::cos:
+    case Fn::tan:
+    case Fn::asin:
+    case Fn::acos:
+    case Fn::atan:
+    case Fn::sinh:
+    case Fn::cosh:
+    case Fn::tanh:
+    case Fn::exp:
+    case Fn::log: break;
   }
   unreachable("function");
 }

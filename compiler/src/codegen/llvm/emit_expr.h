@@ -6,6 +6,7 @@
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/Module.h>
 
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -40,7 +41,7 @@ class ExprEmitter {
   llvm::Value* emit_power(const loop::Binary& binary);
   llvm::Value* emit_call(const loop::Call& call);
   llvm::Value* constant(double value) const;
-  llvm::Value* libm(const std::string& name, llvm::Value* argument);
+  llvm::Value* elementary(const std::string& name, const std::vector<llvm::Value*>& arguments);
   llvm::Value* as_condition(llvm::Value* value);
 
   llvm::IRBuilder<>& builder_;

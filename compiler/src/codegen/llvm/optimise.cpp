@@ -18,6 +18,7 @@
 
 #include <algorithm>
 
+#include "codegen/llvm/emit_elementary.h"
 #include "codegen/llvm/emit_module.h"
 
 namespace dpde::codegen {
@@ -79,6 +80,7 @@ void optimise(llvm::Module& module, llvm::TargetMachine& target) {
   builder.registerLoopAnalyses(loops);
   builder.crossRegisterProxies(loops, functions, components, modules);
   pipeline().run(module, modules);
+  define_vector_functions(module);
 }
 
 bool is_vectorised(const llvm::Function& function) {

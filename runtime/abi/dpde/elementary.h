@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+// sin, cos, exp, log, tanh, pow, ... of cells: the same bits in whatever lane of a vector, remainder, tile or thread a cell is computed.
+// Emitted C++ includes this file; the JIT compiler walks through the same text with values of its IR in place of numbers. So there
+// are no branches here, and no product is added to anything but by fma(), which leaves compilers nothing to contract.
+// Arguments that a formula is not made for are told (`far`): the caller asks the C library for those, and for nothing else.
+// Errors, measured by tests/codegen/elementary_test.cpp, are in compiler/README.md.
+//
+// A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth); fma(a, b, c), size(a);
+// bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits), beyond(a, b): not a <= b; wide(): Lanes of
+// doubles, and widen(a) and narrow(b) between the two.
+#pragma once
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+namespace dpde {
+namespace elementary {
+
+/// c0 + c1*x + c2*x^2 + ...
+template <class Lanes, class Number>
+Number polynomial(const Lanes& lanes, const Number&, double c) {
+  return lanes.number(c);
+}
+template <class Lanes, class Number, class... Rest>
+Number polynomial(const Lanes& lanes, const Number& x, double c, Rest... rest) {
+  return lanes.fma(polynomial(lanes, x, rest...), x, lanes.number(c));
+}
+
+/// What differs between the precisions. Minimax polynomials:
+///   sine    (sin(r)/r - 1)/r^2 of r^2, |r| <= pi/4         cosine     (cos(r) - 1 + r^2/2)/r^4 of r^2, |r| <= pi/4
+///   rest_of_exp  (exp(r) - 1 - r)/r^2, |r| <= log(2)/2     atanh      (2 atanh(s)/s - 2)/s^2 of s^2, |s| <= 3 - sqrt(8)
+///   sinh    (sinh(a)/a - 1)/a^2 of a^2, a <= 1             tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2, a <= 5/8 (Cephes)
+template <class Scalar>
+struct Precise;
+
+template <>
+struct Precise<double> {
+  static constexpr int width = 64, mantissa = 52;
+  static constexpr uint64_t one = UINT64_C(0x3ff0000000000000), root_half = UINT64_C(0x3fe6a09e667f3bcd);
+  static constexpr double shift = 6755399441055744.0;  // x + shift - shift is the whole number nearest to x
+  static constexpr double count = 4503599627370496.0, bias = 1023;
+  static constexpr double two_over_pi = 0.6366197723675814, log2_e = 1.4426950408889634;
+  static constexpr double pi_half_1 = 1.5707963267948966, pi_half_2 = 6.123233995736766e-17, pi_half_3 = -1.4973849048591698e-33;
+  static constexpr double ln2_1 = 0.6931471805599453, ln2_2 = 2.3190468138462996e-17;
+  static constexpr double most_turned = 1073741824.0;        // argument of sin, cos and tan
+  static constexpr double least_exp = -746, most_exp = 710;  // 0 and infinity beyond
+  static constexpr double most_sinh = 709, most_tanh = 20;
+  static constexpr double least_normal = 2.2250738585072014e-308, most = 1.7976931348623157e+308;
+
+  template <class Lanes, class Number>
+  static Number sine(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -0.16666666666666632, 0.00833333333332237, -0.00019841269829771137, 2.7557313678663433e-06,
+                      -2.505075596189405e-08, 1.5896666572021065e-10);
+  }
+  template <class Lanes, class Number>
+  static Number cosine(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.0416666666666666, -0.0013888888888874066, 2.4801587289443638e-05, -2.7557314340700875e-07,
+                      2.087572162903361e-09, -1.1359559595705707e-11);
+  }
+  template <class Lanes, class Number>
+  static Number rest_of_exp(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.5, 0.16666666666666685, 0.04166666666666673, 0.008333333333316617, 0.0013888888888858209,
+                      0.00019841269897361943, 2.480158737409264e-05, 2.755723392954036e-06, 2.7557233106646933e-07,
+                      2.5112348416370125e-08, 2.0927013291924297e-09);
+  }
+  template <class Lanes, class Number>
+  static Number atanh(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.6666666666666735, 0.3999999999940746, 0.2857142874414594, 0.222221983780896,
+                      0.1818357518325842, 0.1531375533958525, 0.14799070125691854);
+  }
+  template <class Lanes, class Number>
+  static Number sinh(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.16666666666666669, 0.008333333333333139, 0.00019841269841437678, 2.755731915533766e-06, 2.505212339840952e-08,
+                      1.6057240353181863e-10, 7.759311842391483e-13);
+  }
+  template <class Lanes, class Number>
+  static Number tanh_above(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -1614.6876844170845, -99.28772310019185, -0.9643991794250523);
+  }
+  template <class Lanes, class Number>
+  static Number tanh_below(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 4844.063053251255, 2235.4883906010045, 112.81167849163293, 1);
+  }
+};
+
+template <>
+struct Precise<float> {
+  static constexpr int width = 32, mantissa = 23;
+  static constexpr uint64_t one = 0x3f800000, root_half = 0x3f3504f3;
+  static constexpr double shift = 12582912.0, count = 8388608.0, bias = 127;
+  static constexpr double two_over_pi = 0.6366197466850281, log2_e = 1.4426950216293335;
+  static constexpr double pi_half_1 = 1.5707963705062866, pi_half_2 = -4.371138828673793e-08, pi_half_3 = -1.7151245100058819e-15;
+  static constexpr double ln2_1 = 0.6931471824645996, ln2_2 = -1.9046542121259336e-09;
+  static constexpr double most_turned = 131072.0, least_exp = -105, most_exp = 89, most_sinh = 88, most_tanh = 10;
+  static constexpr double least_normal = 1.1754943508222875e-38, most = 3.4028234663852886e+38;
+
+  template <class Lanes, class Number>
+  static Number sine(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -0.16666655242443085, 0.008332176133990288, -0.00019516977772582322);
+  }
+  template <class Lanes, class Number>
+  static Number cosine(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.04166664555668831, -0.0013887364184483886, 2.443809171381872e-05);
+  }
+  template <class Lanes, class Number>
+  static Number rest_of_exp(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.5, 0.1666666716337204, 0.041666269302368164, 0.008333263918757439, 0.0013946176040917635, 0.00019918559701181948);
+  }
+  template <class Lanes, class Number>
+  static Number atanh(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.6666666269302368, 0.4000033736228943, 0.28537169098854065, 0.23584988713264465);
+  }
+  template <class Lanes, class Number>
+  static Number sinh(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.1666666716337204, 0.008333350531756878, 0.0001983606634894386, 2.817439735736116e-06);
+  }
+  template <class Lanes, class Number>
+  static Number tanh_above(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -0.3333328068256378, 0.13331441581249237, -0.05373971536755562, 0.0206390880048275, -0.0057049887254834175);
+  }
+  template <class Lanes, class Number>
+  static Number tanh_below(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 1);
+  }
+};
+
+/// The functions of the numbers in a Lanes.
+template <class Lanes>
+struct Functions {
+  using Number = typename Lanes::Number;
+  using Bits = typename Lanes::Bits;
+  using Truth = typename Lanes::Truth;
+  using Of = Precise<typename Lanes::Scalar>;
+
+  Lanes lanes;
+
+  struct Result {
+    Number value;
+    Truth far;
+  };
+
+  Number number(double c) const { return lanes.number(c); }
+  Bits integer(uint64_t c) const { return lanes.integer(c); }
+  Bits sign_of(const Number& x) const { return lanes.bits(x) & integer(UINT64_C(1) << (Of::width - 1)); }
+  Number flipped(const Number& x, const Bits& sign) const { return lanes.number_of(lanes.bits(x) ^ sign); }
+
+  // ---- sin, cos, tan ------------------------------------------------------------------------------------------------
+
+  /// A number a >= 0 as quarter turns and what is left over, |r| <= pi/4 and a little: sin and cos of that.
+  struct Turned {
+    Bits quarters;
+    Number sine, cosine;
+  };
+  Turned turned(const Number& a) const {
+    const Number shifted = lanes.fma(a, number(Of::two_over_pi), number(Of::shift));
+    const Number minus_n = number(Of::shift) - shifted;
+    // The first difference is exact; what is lost of the product and of the sum after it is in `tail`.
+    const Number first = lanes.fma(minus_n, number(Of::pi_half_1), a);
+    const Number second = lanes.fma(minus_n, number(Of::pi_half_2), number(0));
+    const Number r = first + second;
+    const Number lost = lanes.fma(minus_n, number(Of::pi_half_2), -second) + ((first - r) + second);
+    const Number tail = lanes.fma(minus_n, number(Of::pi_half_3), lost);
+    const Number square = r * r;
+    const Number sine = r + lanes.fma(r * square, Of::sine(lanes, square), tail);
+    // 1 - r^2/2 and its error
+    const Number half = r * number(-0.5);
+    const Number parabola = lanes.fma(half, r, number(1));
+    const Number below = lanes.fma(half, r, number(1) - parabola);
+    const Number rest = lanes.fma(square * square, Of::cosine(lanes, square), lanes.fma(-r, tail, below));
+    return {lanes.bits(shifted), sine, parabola + rest};
+  }
+  Truth is_odd(const Bits& quarters) const { return lanes.is_set(quarters & integer(1)); }
+
+  Result sin(const Number& x) const {
+    const Number a = lanes.size(x);
+    const Turned t = turned(a);
+    const Bits sign = ((t.quarters & integer(2)) << (Of::width - 2)) ^ sign_of(x);
+    return {flipped(lanes.select(is_odd(t.quarters), t.cosine, t.sine), sign), lanes.beyond(a, number(Of::most_turned))};
+  }
+  Result cos(const Number& x) const {
+    const Number a = lanes.size(x);
+    const Turned t = turned(a);
+    const Bits sign = ((t.quarters + integer(1)) & integer(2)) << (Of::width - 2);
+    return {flipped(lanes.select(is_odd(t.quarters), t.sine, t.cosine), sign), lanes.beyond(a, number(Of::most_turned))};
+  }
+  Result tan(const Number& x) const {
+    const Number a = lanes.size(x);
+    const Turned t = turned(a);
+    const Truth odd = is_odd(t.quarters);
+    const Number ratio = lanes.select(odd, t.cosine, t.sine) / lanes.select(odd, t.sine, t.cosine);
+    const Bits sign = ((t.quarters & integer(1)) << (Of::width - 1)) ^ sign_of(x);
+    return {flipped(ratio, sign), lanes.beyond(a, number(Of::most_turned))};
+  }
+
+  // ---- exp, sinh, cosh, tanh ----------------------------------------------------------------------------------------
+
+  /// exp(x + tail) = 2^n*(1 + rest), of which n is in the low bits of `whole`; x is finite and not far from where exp is.
+  struct Split {
+    Bits whole;
+    Number rest;
+  };
+  Split split(const Number& x, const Number& tail) const {
+    const Number shifted = lanes.fma(x, number(Of::log2_e), number(Of::shift));
+    const Number minus_n = number(Of::shift) - shifted;
+    const Number r = lanes.fma(minus_n, number(Of::ln2_2), lanes.fma(minus_n, number(Of::ln2_1), x)) + tail;
+    return {lanes.bits(shifted), lanes.fma(r * r, Of::rest_of_exp(lanes, r), r)};
+  }
+  Split split(const Number& x) const {
+    const Number shifted = lanes.fma(x, number(Of::log2_e), number(Of::shift));
+    const Number minus_n = number(Of::shift) - shifted;
+    const Number r = lanes.fma(minus_n, number(Of::ln2_2), lanes.fma(minus_n, number(Of::ln2_1), x));
+    return {lanes.bits(shifted), lanes.fma(r * r, Of::rest_of_exp(lanes, r), r)};
+  }
+  /// 2^n of a normal number
+  Number power_of_two(const Bits& n) const { return lanes.number_of((n << Of::mantissa) + integer(Of::one)); }
+  /// exp of what was split, in two steps: 2^n alone may be too large, or 0.
+  Number joined(const Split& s) const {
+    const Bits half = s.whole >> 1;
+    return (s.rest + number(1)) * power_of_two(half) * power_of_two(s.whole - half);
+  }
+  /// exp(x) where 2^n is a normal number
+  Number power(const Number& x) const {
+    const Split s = split(x);
+    const Number whole = power_of_two(s.whole);
+    return lanes.fma(whole, s.rest, whole);
+  }
+  /// NaN stays NaN.
+  Number at_most(const Number& x, double most) const { return lanes.select(x > number(most), number(most), x); }
+
+  Number exp_of(const Number& x) const {
+    const Number above = lanes.select(x < number(Of::least_exp), number(Of::least_exp), x);
+    return joined(split(at_most(above, Of::most_exp)));
+  }
+  Result exp(const Number& x) const { return {exp_of(x), lanes.no()}; }
+  /// 1 - 2/(exp(2a) + 1), and where that would cancel a + a^3*p/q: one quotient.
+  Result tanh(const Number& x) const {
+    const Number a = at_most(lanes.size(x), Of::most_tanh);  // there it is 1
+    const Truth is_small = a < number(0.625);
+    const Number square = a * a, above = Of::tanh_above(lanes, square) * (square * a);
+    const Number below = lanes.select(is_small, Of::tanh_below(lanes, square), power(a + a) + number(1));
+    const Number quotient = lanes.select(is_small, above, number(-2)) / below;
+    return {flipped(lanes.select(is_small, a, number(1)) + quotient, sign_of(x)), lanes.no()};
+  }
+  Result sinh(const Number& x) const {
+    const Number a = lanes.size(x), square = a * a;
+    const Number e = power(at_most(a, Of::most_sinh));
+    const Number value = lanes.select(a < number(1), lanes.fma(a * square, Of::sinh(lanes, square), a),
+                                      lanes.fma(e, number(0.5), number(-0.5) / e));
+    return {flipped(value, sign_of(x)), lanes.beyond(a, number(Of::most_sinh))};
+  }
+  Result cosh(const Number& x) const {
+    const Number a = lanes.size(x);
+    const Number e = power(at_most(a, Of::most_sinh));
+    return {lanes.fma(e, number(0.5), number(0.5) / e), lanes.beyond(a, number(Of::most_sinh))};
+  }
+
+  // ---- log ----------------------------------------------------------------------------------------------------------
+
+  /// x = 2^n*(1 + f), 1 + f between the roots of 1/2 and of 2; of positive normal numbers.
+  struct Scaled {
+    Number n, f;
+  };
+  Scaled scaled(const Number& x) const {
+    const Bits moved = lanes.bits(x) + integer(Of::one - Of::root_half);
+    const Number biased = lanes.number_of((moved >> Of::mantissa) | lanes.bits(number(Of::count)));
+    const Bits digits = moved & integer((UINT64_C(1) << Of::mantissa) - 1);
+    return {biased - number(Of::count + Of::bias), lanes.number_of(digits + integer(Of::root_half)) - number(1)};
+  }
+  Truth is_no_positive_normal(const Number& x) const {
+    return lanes.beyond(number(Of::least_normal), x) | lanes.beyond(x, number(Of::most));
+  }
+  /// With s = f/(2 + f): log(1 + f) = 2 atanh(s) = f - f^2/2 + s*(f^2/2 + s^2*(...)).
+  Number log_of(const Number& x) const {
+    const Scaled v = scaled(x);
+    const Number s = v.f / (v.f + number(2)), square = s * s, half = v.f * number(0.5);
+    const Number bent = lanes.fma(square, Of::atanh(lanes, square), half * v.f);
+    const Number inner = lanes.fma(s, bent, v.n * number(Of::ln2_2));
+    return lanes.fma(v.n, number(Of::ln2_1), v.f - lanes.fma(half, v.f, -inner));
+  }
+  Result log(const Number& x) const { return {log_of(x), is_no_positive_normal(x)}; }
+
+  // ---- pow ----------------------------------------------------------------------------------------------------------
+
+  /// A number in two parts.
+  struct Pair {
+    Number high, low;
+  };
+  /// a + b where a is not the smaller one, or 0
+  Pair sum(const Number& a, const Number& b) const {
+    const Number high = a + b;
+    return {high, b - (high - a)};
+  }
+  Pair product(const Pair& a, const Pair& b) const {
+    const Number high = a.high * b.high;
+    const Number low = lanes.fma(a.high, b.high, -high);
+    return {high, lanes.fma(a.low, b.high, lanes.fma(a.high, b.low, low))};
+  }
+  /// log(x), of doubles, to some 2^-64 of it.
+  Pair log_in_two(const Number& x) const {
+    const Scaled v = scaled(x);
+    const Pair below = sum(number(2), v.f);
+    const Number inverse = number(1) / below.high, high = v.f * inverse;
+    const Number left = lanes.fma(-high, below.low, lanes.fma(-high, below.high, v.f));
+    const Pair s{high, left * inverse}, square = product(s, s), cube = product(s, square);
+    const Number bent = polynomial(lanes, square.high, 0.4000000000000229, 0.2857142857008378, 0.2222222252287272,
+                                   0.18181784098499879, 0.15386770153360527, 0.13256509479608883, 0.13199273744393145);
+    const Number third = lanes.fma(square.high, bent, number(3.700743415417188e-17));
+    const Pair curve = product(cube, Pair{number(0.6666666666666666), third});
+    const Pair whole = sum(v.n * number(0.6931471805598903), s.high + s.high);  // the first product is exact
+    const Pair both = sum(whole.high, curve.high);
+    const Number lows = lanes.fma(v.n, number(5.497923018708371e-14), lanes.fma(s.low, number(2), curve.low));
+    return sum(both.high, lows + (whole.low + both.low));
+  }
+  Result pow_of(const Precise<double>&, const Number& x, const Number& y) const {
+    const Pair log = log_in_two(x);
+    const Number exponent = y * log.high;
+    const Number tail = lanes.fma(y, log.low, lanes.fma(y, log.high, -exponent));
+    return {joined(split(exponent, tail)), lanes.beyond(lanes.size(exponent), number(700))};
+  }
+  Result pow_of(const Precise<float>&, const Number& x, const Number& y) const {
+    const auto wide = lanes.wide();
+    const Functions<typename Lanes::Wide> doubles{wide};
+    const auto power = doubles.exp_of(lanes.widen(y) * doubles.log_of(lanes.widen(x)));
+    return {lanes.narrow(power), lanes.no()};
+  }
+  Result pow(const Number& x, const Number& y) const {
+    const Truth is_zero = lanes.beyond(y, number(0)) & lanes.is_unset(lanes.bits(x));  // 0^y, y > 0
+    const Number base = lanes.select(is_zero, number(1), x);
+    const Result power = pow_of(Of(), base, y);
+    const Truth far = power.far | is_no_positive_normal(base) | lanes.beyond(lanes.size(y), number(Of::most));
+    return {lanes.select(is_zero, number(0), power.value), far};
+  }
+};
+
+}  // namespace elementary
+}  // namespace dpde

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// The functions of elementary.h for C++: of one number, and of the vectors that g++ hands to functions in vectorised loops.
+#pragma once
+
+#include "dpde/elementary.h"
+
+namespace dpde {
+namespace elementary {
+
+/// Lanes of one number.
+template <class T, class B>
+struct Plain {
+  using Scalar = T;
+  using Number = T;
+  using Bits = B;
+  using Truth = bool;
+  using Wide = Plain<double, uint64_t>;
+
+  static T number(double c) { return static_cast<T>(c); }
+  static B integer(uint64_t c) { return static_cast<B>(c); }
+  static bool no() { return false; }
+  static double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
+  static float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+  static double size(double a) { return __builtin_fabs(a); }
+  static float size(float a) { return __builtin_fabsf(a); }
+  static B bits(T a) {
+    B b;
+    memcpy(&b, &a, sizeof b);
+    return b;
+  }
+  static T number_of(B b) {
+    T a;
+    memcpy(&a, &b, sizeof a);
+    return a;
+  }
+  /// Of bits and not `truth ? a : b`: compilers would compute a and b in branches, and then not vectorise.
+  static T select(bool truth, T a, T b) { return number_of(bits(b) ^ ((bits(a) ^ bits(b)) & (B(0) - B(truth)))); }
+  static bool is_set(B b) { return b != 0; }
+  static bool is_unset(B b) { return b == 0; }
+  static bool beyond(T a, T b) { return !(a <= b); }
+  static Wide wide() { return {}; }
+  static double widen(T a) { return static_cast<double>(a); }
+  static T narrow(double a) { return static_cast<T>(a); }
+};
+using Double = Functions<Plain<double, uint64_t>>;
+using Float = Functions<Plain<float, uint32_t>>;
+
+inline Double functions_of(double) { return {}; }
+inline Float functions_of(float) { return {}; }
+
+// Each function: how cells compute it where they can, and the C library's.
+struct Sin {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.sin(x);
+  }
+  static double library(double x) { return ::sin(x); }
+  static float library(float x) { return ::sinf(x); }
+};
+struct Cos {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.cos(x);
+  }
+  static double library(double x) { return ::cos(x); }
+  static float library(float x) { return ::cosf(x); }
+};
+struct Tan {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.tan(x);
+  }
+  static double library(double x) { return ::tan(x); }
+  static float library(float x) { return ::tanf(x); }
+};
+struct Exp {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.exp(x);
+  }
+  static double library(double x) { return ::exp(x); }
+  static float library(float x) { return ::expf(x); }
+};
+struct Log {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.log(x);
+  }
+  static double library(double x) { return ::log(x); }
+  static float library(float x) { return ::logf(x); }
+};
+struct Sinh {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.sinh(x);
+  }
+  static double library(double x) { return ::sinh(x); }
+  static float library(float x) { return ::sinhf(x); }
+};
+struct Cosh {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.cosh(x);
+  }
+  static double library(double x) { return ::cosh(x); }
+  static float library(float x) { return ::coshf(x); }
+};
+struct Tanh {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.tanh(x);
+  }
+  static double library(double x) { return ::tanh(x); }
+  static float library(float x) { return ::tanhf(x); }
+};
+struct Pow {
+  template <class F>
+  static typename F::Result near(const F& f, typename F::Number x, typename F::Number y) {
+    return f.pow(x, y);
+  }
+  static double library(double x, double y) { return ::pow(x, y); }
+  static float library(float x, float y) { return ::powf(x, y); }
+};
+// The C library's alone.
+struct Asin {
+  template <class F>
+  static typename F::Result near(const F&, typename F::Number x) {
+    return {x, true};
+  }
+  static double library(double x) { return ::asin(x); }
+  static float library(float x) { return ::asinf(x); }
+};
+struct Acos {
+  template <class F>
+  static typename F::Result near(const F&, typename F::Number x) {
+    return {x, true};
+  }
+  static double library(double x) { return ::acos(x); }
+  static float library(float x) { return ::acosf(x); }
+};
+struct Atan {
+  template <class F>
+  static typename F::Result near(const F&, typename F::Number x) {
+    return {x, true};
+  }
+  static double library(double x) { return ::atan(x); }
+  static float library(float x) { return ::atanf(x); }
+};
+
+/// The value for one cell.
+template <class Function, class T, class... Rest>
+T one(T x, Rest... rest) {
+  const auto result = Function::near(functions_of(x), x, rest...);
+  return result.far ? Function::library(x, rest...) : result.value;
+}
+
+/// `count` numbers of type T, as a vector register holds them
+template <class T, int count>
+struct Vector {
+  typedef T Type __attribute__((vector_size(count * sizeof(T))));
+  T of[count];
+  Vector() {}
+  explicit Vector(Type x) { memcpy(of, &x, sizeof of); }
+  Type packed() const {
+    Type x;
+    memcpy(&x, of, sizeof x);
+    return x;
+  }
+};
+
+typedef Vector<double, 2>::Type double2;
+typedef Vector<double, 4>::Type double4;
+typedef Vector<double, 8>::Type double8;
+typedef Vector<float, 4>::Type float4;
+typedef Vector<float, 8>::Type float8;
+typedef Vector<float, 16>::Type float16;
+
+/// The same bits for `count` cells, written so that compilers vectorise the first loop.
+template <class Function, class T, int count, class... Rest>
+typename Vector<T, count>::Type of_each(const Vector<T, count>& x, const Rest&... rest) {
+  Vector<T, count> y;
+  uint64_t far = 0;
+  for (int lane = 0; lane < count; ++lane) {
+    const auto result = Function::near(functions_of(x.of[lane]), x.of[lane], rest.of[lane]...);
+    y.of[lane] = result.value;
+    far |= result.far ? 1 : 0;
+  }
+  if (__builtin_expect(far != 0, 0)) {
+    for (int lane = 0; lane < count; ++lane) y.of[lane] = one<Function>(x.of[lane], rest.of[lane]...);
+  }
+  return y.packed();
+}
+template <class Function, class T, int count, class... Packed>
+typename Vector<T, count>::Type several(Packed... packed) {
+  return of_each<Function>(Vector<T, count>(packed)...);
+}
+
+}  // namespace elementary
+}  // namespace dpde
