@@ -6,8 +6,8 @@
 // Errors, measured by tests/codegen/elementary_test.cpp, are in compiler/README.md.
 //
 // A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth); fma(a, b, c), size(a);
-// bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits), beyond(a, b): not a <= b; wide(): Lanes of
-// doubles, and widen(a) and narrow(b) between the two.
+// bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits), less(a, b), beyond(a, b): not
+// a <= b; wide(): Lanes of doubles, and widen(a) and narrow(b) between the two.
 #pragma once
 
 #include <math.h>
@@ -226,17 +226,17 @@ struct Functions {
     return lanes.fma(whole, s.rest, whole);
   }
   /// NaN stays NaN.
-  Number at_most(const Number& x, double most) const { return lanes.select(x > number(most), number(most), x); }
+  Number at_most(const Number& x, double most) const { return lanes.select(lanes.less(number(most), x), number(most), x); }
 
   Number exp_of(const Number& x) const {
-    const Number above = lanes.select(x < number(Of::least_exp), number(Of::least_exp), x);
+    const Number above = lanes.select(lanes.less(x, number(Of::least_exp)), number(Of::least_exp), x);
     return joined(split(at_most(above, Of::most_exp)));
   }
   Result exp(const Number& x) const { return {exp_of(x), lanes.no()}; }
   /// 1 - 2/(exp(2a) + 1), and where that would cancel a + a^3*p/q: one quotient.
   Result tanh(const Number& x) const {
     const Number a = at_most(lanes.size(x), Of::most_tanh);  // there it is 1
-    const Truth is_small = a < number(0.625);
+    const Truth is_small = lanes.less(a, number(0.625));
     const Number square = a * a, above = Of::tanh_above(lanes, square) * (square * a);
     const Number below = lanes.select(is_small, Of::tanh_below(lanes, square), power(a + a) + number(1));
     const Number quotient = lanes.select(is_small, above, number(-2)) / below;
@@ -245,7 +245,7 @@ struct Functions {
   Result sinh(const Number& x) const {
     const Number a = lanes.size(x), square = a * a;
     const Number e = power(at_most(a, Of::most_sinh));
-    const Number value = lanes.select(a < number(1), lanes.fma(a * square, Of::sinh(lanes, square), a),
+    const Number value = lanes.select(lanes.less(a, number(1)), lanes.fma(a * square, Of::sinh(lanes, square), a),
                                       lanes.fma(e, number(0.5), number(-0.5) / e));
     return {flipped(value, sign_of(x)), lanes.beyond(a, number(Of::most_sinh))};
   }

@@ -6,19 +6,21 @@
 
 namespace dpde {
 namespace elementary {
+namespace {  // each file's own: other files may be compiled for other processors
 
-/// Lanes of one number.
+/// Lanes of one number. Truths are masks, all ones or all zeros: of bools and `truth ? a : b` compilers would make branches, and then
+/// not vectorise.
 template <class T, class B>
 struct Plain {
   using Scalar = T;
   using Number = T;
   using Bits = B;
-  using Truth = bool;
+  using Truth = B;
   using Wide = Plain<double, uint64_t>;
 
   static T number(double c) { return static_cast<T>(c); }
   static B integer(uint64_t c) { return static_cast<B>(c); }
-  static bool no() { return false; }
+  static B no() { return 0; }
   static double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
   static float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
   static double size(double a) { return __builtin_fabs(a); }
@@ -33,11 +35,12 @@ struct Plain {
     memcpy(&a, &b, sizeof a);
     return a;
   }
-  /// Of bits and not `truth ? a : b`: compilers would compute a and b in branches, and then not vectorise.
-  static T select(bool truth, T a, T b) { return number_of(bits(b) ^ ((bits(a) ^ bits(b)) & (B(0) - B(truth)))); }
-  static bool is_set(B b) { return b != 0; }
-  static bool is_unset(B b) { return b == 0; }
-  static bool beyond(T a, T b) { return !(a <= b); }
+  static B mask(bool truth) { return B(0) - B(truth); }
+  static T select(B truth, T a, T b) { return number_of(bits(b) ^ ((bits(a) ^ bits(b)) & truth)); }
+  static B is_set(B b) { return mask(b != 0); }
+  static B is_unset(B b) { return mask(b == 0); }
+  static B less(T a, T b) { return mask(a < b); }
+  static B beyond(T a, T b) { return mask(!(a <= b)); }
   static Wide wide() { return {}; }
   static double widen(T a) { return static_cast<double>(a); }
   static T narrow(double a) { return static_cast<T>(a); }
@@ -45,8 +48,8 @@ struct Plain {
 using Double = Functions<Plain<double, uint64_t>>;
 using Float = Functions<Plain<float, uint32_t>>;
 
-inline Double functions_of(double) { return {}; }
-inline Float functions_of(float) { return {}; }
+constexpr Double functions_of(double) { return {}; }
+constexpr Float functions_of(float) { return {}; }
 
 // Each function: how cells compute it where they can, and the C library's.
 struct Sin {
@@ -125,7 +128,7 @@ struct Pow {
 struct Asin {
   template <class F>
   static typename F::Result near(const F&, typename F::Number x) {
-    return {x, true};
+    return {x, 1};
   }
   static double library(double x) { return ::asin(x); }
   static float library(float x) { return ::asinf(x); }
@@ -133,7 +136,7 @@ struct Asin {
 struct Acos {
   template <class F>
   static typename F::Result near(const F&, typename F::Number x) {
-    return {x, true};
+    return {x, 1};
   }
   static double library(double x) { return ::acos(x); }
   static float library(float x) { return ::acosf(x); }
@@ -141,7 +144,7 @@ struct Acos {
 struct Atan {
   template <class F>
   static typename F::Result near(const F&, typename F::Number x) {
-    return {x, true};
+    return {x, 1};
   }
   static double library(double x) { return ::atan(x); }
   static float library(float x) { return ::atanf(x); }
@@ -151,7 +154,7 @@ struct Atan {
 template <class Function, class T, class... Rest>
 T one(T x, Rest... rest) {
   const auto result = Function::near(functions_of(x), x, rest...);
-  return result.far ? Function::library(x, rest...) : result.value;
+  return result.far != 0 ? Function::library(x, rest...) : result.value;
 }
 
 /// `count` numbers of type T, as a vector register holds them
@@ -177,16 +180,20 @@ typedef Vector<float, 16>::Type float16;
 
 /// The same bits for `count` cells, written so that compilers vectorise the first loop.
 template <class Function, class T, int count, class... Rest>
-typename Vector<T, count>::Type of_each(const Vector<T, count>& x, const Rest&... rest) {
+[[gnu::flatten]] typename Vector<T, count>::Type of_each(const Vector<T, count>& x, const Rest&... rest) {
+  using Bits = typename decltype(functions_of(T()))::Bits;
   Vector<T, count> y;
-  uint64_t far = 0;
+  Bits far[count], any = 0;
   for (int lane = 0; lane < count; ++lane) {
     const auto result = Function::near(functions_of(x.of[lane]), x.of[lane], rest.of[lane]...);
     y.of[lane] = result.value;
-    far |= result.far ? 1 : 0;
+    far[lane] = result.far;
+    any |= result.far;
   }
-  if (__builtin_expect(far != 0, 0)) {
-    for (int lane = 0; lane < count; ++lane) y.of[lane] = one<Function>(x.of[lane], rest.of[lane]...);
+  if (__builtin_expect(any != 0, 0)) {
+    for (int lane = 0; lane < count; ++lane) {
+      if (far[lane] != 0) y.of[lane] = Function::library(x.of[lane], rest.of[lane]...);
+    }
   }
   return y.packed();
 }
@@ -195,5 +202,6 @@ typename Vector<T, count>::Type several(Packed... packed) {
   return of_each<Function>(Vector<T, count>(packed)...);
 }
 
+}  // namespace
 }  // namespace elementary
 }  // namespace dpde

@@ -26,8 +26,6 @@ inline IrNumber operator-(IrNumber a, IrNumber b) { return {a.builder->CreateFSu
 inline IrNumber operator*(IrNumber a, IrNumber b) { return {a.builder->CreateFMul(a.value, b.value), a.builder}; }
 inline IrNumber operator/(IrNumber a, IrNumber b) { return {a.builder->CreateFDiv(a.value, b.value), a.builder}; }
 inline IrNumber operator-(IrNumber a) { return {a.builder->CreateFNeg(a.value), a.builder}; }
-inline IrTruth operator<(IrNumber a, IrNumber b) { return {a.builder->CreateFCmpOLT(a.value, b.value), a.builder}; }
-inline IrTruth operator>(IrNumber a, IrNumber b) { return {a.builder->CreateFCmpOGT(a.value, b.value), a.builder}; }
 inline IrTruth operator&(IrTruth a, IrTruth b) { return {a.builder->CreateAnd(a.value, b.value), a.builder}; }
 inline IrTruth operator|(IrTruth a, IrTruth b) { return {a.builder->CreateOr(a.value, b.value), a.builder}; }
 inline IrBits operator+(IrBits a, IrBits b) { return {a.builder->CreateAdd(a.value, b.value), a.builder}; }
@@ -64,6 +62,7 @@ class IrLanes {
   IrNumber select(IrTruth truth, IrNumber a, IrNumber b) const { return made(builder_->CreateSelect(truth.value, a.value, b.value)); }
   IrTruth is_set(IrBits b) const { return {builder_->CreateICmpNE(b.value, integer(0).value), builder_}; }
   IrTruth is_unset(IrBits b) const { return {builder_->CreateICmpEQ(b.value, integer(0).value), builder_}; }
+  IrTruth less(IrNumber a, IrNumber b) const { return {builder_->CreateFCmpOLT(a.value, b.value), builder_}; }
   IrTruth beyond(IrNumber a, IrNumber b) const { return {builder_->CreateFCmpUGT(a.value, b.value), builder_}; }
   Wide wide() const { return {*builder_, count_}; }
   IrNumber widen(IrNumber a) const { return made(builder_->CreateFPExt(a.value, wide().type())); }
