@@ -270,7 +270,10 @@ int Executor::network_index(std::string_view name) const {
 }
 
 void Executor::update_weights() {
-  for (size_t i = 0; i < plan_->networks.size(); ++i) plan_->networks[i].set_weights(weights_[i].values);
+  for (size_t i = 0; i < plan_->networks.size(); ++i) {
+    plan_->networks[i].set_weights(weights_[i].values);
+    plan_->networks[i].set_host(weights_[i].host);
+  }
 }
 
 void Executor::update_uniforms() {

@@ -105,7 +105,7 @@ void Rollout::Impl::bind_weights(BoundProgram& bound) {
     if (given->learned && bars == weight_bars.end()) {
       bars = weight_bars.insert(bars, {network.name, std::vector<double>(static_cast<size_t>(network.weight_count))});
     }
-    bound.executor.bind_weights(i, {given->values, given->rates, given->learned ? bars->values.data() : nullptr});
+    bound.executor.bind_weights(i, {given->values, given->rates, given->learned ? bars->values.data() : nullptr, given->host});
   }
 }
 

@@ -67,10 +67,11 @@ const Executor& Simulation::Impl::execute(const dpde_program& program, double t)
     executor.set_param(p, param_at(program.params[p], t));
   }
   for (int n = 0; n < program.network_count; ++n) {
-    std::vector<double>& values = weights_named(program.networks[n]->name);
-    std::vector<double>& bars = formula_bars[program.networks[n]->name];
+    const char* name = program.networks[n]->name;
+    std::vector<double>& values = weights_named(name);
+    std::vector<double>& bars = formula_bars[name];
     bars.assign(values.size(), 0.0);
-    executor.bind_weights(n, {values.data(), nullptr, bars.data()});
+    executor.bind_weights(n, {values.data(), nullptr, bars.data(), host_of(name)});
   }
   executor.update_weights();
   executor.update_uniforms();
@@ -249,6 +250,14 @@ void Simulation::Impl::set_weights(std::string_view network, Values values) {
   formulas_are_stale = true;
 }
 void Simulation::set_weights(std::string_view network, Values values) { impl_->set_weights(network, values); }
+
+void Simulation::supply(std::string_view network, HostNetwork functions) {
+  impl_->weights_named(network);  // or an error that says which there are
+  const auto own = impl_->supplied.find(network);
+  if (own == impl_->supplied.end()) throw Error(ErrorKind::input, fmt::format("network {} has layers of its own: a host supplies those that say `host` in place of layers", network));
+  own->second->supply(std::move(functions));
+  impl_->formulas_are_stale = true;
+}
 
 std::vector<double> Simulation::weights(std::string_view network) const { return impl_->weights_named(network); }
 

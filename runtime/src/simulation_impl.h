@@ -14,6 +14,7 @@
 #include "dpde/runtime/optimise.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/simulation.h"
+#include "supplied_network.h"
 
 namespace dpde {
 
@@ -71,6 +72,8 @@ struct Simulation::Impl {
   std::vector<double>& control_named(std::string_view name);
   std::vector<double>& weights_named(std::string_view name);
   void set_weights(std::string_view network, Values values);
+  /// Null where the network has layers.
+  const dpde_host_network* host_of(std::string_view network) const;
   void give_controls(Rollout& rollout) const;
   double& param_named(std::string_view name);
   int state_named(std::string_view name) const;
@@ -135,6 +138,7 @@ struct Simulation::Impl {
   std::map<std::string, std::vector<double>, std::less<>> controls;  // values of those of the scene's params that are controls
   std::map<std::string, std::vector<double>, std::less<>> weights;   // of networks
   std::map<std::string, std::vector<double>, std::less<>> formula_bars;  // what the last execute() added to their gradients
+  std::map<std::string, std::unique_ptr<SuppliedNetwork>, std::less<>> supplied;  // those that the host computes
   std::map<std::string, std::unique_ptr<Field>, std::less<>> fields;
   std::map<std::string, HostField, std::less<>> host_fields;        // coefficients and data
   std::vector<ControlField> control_fields;                         // coefficients, and their rates

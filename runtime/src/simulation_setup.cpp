@@ -100,6 +100,7 @@ void Simulation::Impl::make_fields() {
     const dpde_network& network = *scene.networks[n];
     const double* given = scene.weights[n];
     weights[network.name] = given ? std::vector<double>(given, given + network.weight_count) : initial_weights(network, network.seed);
+    if (network.is_host != 0) supplied[network.name] = std::make_unique<SuppliedNetwork>(network, size);
   }
   for (int32_t c = 0; c < scene.coefficient_count; ++c) {
     const dpde_coefficient& coefficient = scene.coefficients[c];
@@ -190,7 +191,7 @@ RolloutSetup Simulation::Impl::setup() const {
   for (const auto& [name, value] : params) setup.params.push_back({name, value});
   for (const auto& [name, values] : weights) {
     const auto is_learned = [&](const Unknown& unknown) { return unknown.is_network() && unknown.name == name; };
-    setup.weights.push_back({name, values.data(), nullptr, std::ranges::any_of(unknowns, is_learned)});
+    setup.weights.push_back({name, values.data(), nullptr, std::ranges::any_of(unknowns, is_learned), host_of(name)});
   }
   return setup;
 }
@@ -255,6 +256,11 @@ std::vector<double>& Simulation::Impl::control_named(std::string_view name) {
   const auto found = controls.find(name);
   if (found == controls.end()) no_such(scene, "control", name, controls);
   return found->second;
+}
+
+const dpde_host_network* Simulation::Impl::host_of(std::string_view network) const {
+  const auto found = supplied.find(network);
+  return found == supplied.end() ? nullptr : found->second->table();
 }
 
 std::vector<double>& Simulation::Impl::weights_named(std::string_view name) {

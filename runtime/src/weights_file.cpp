@@ -40,6 +40,7 @@ struct Place {
 };
 
 std::vector<Place> places_of(const dpde_network& network) {
+  if (network.is_host != 0) return {{"weights", {network.weight_count}, 0}};
   std::vector<int64_t> channels{network.inputs};
   std::vector<Place> places;
   for (int32_t l = 0; l < network.layer_count; ++l) {

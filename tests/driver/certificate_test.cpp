@@ -142,6 +142,24 @@ TEST(Certificate, FailsAnAdjointWithoutATerm) {
   EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a remainder of first order
 }
 
+/// Hundreds of kinks lie within the smallest step: the remainder falls as the square of the step on average, its slope wanders.
+TEST(Certificate, ComparesQuotientsWhereThereAreKinks) {
+  const SourceFile source("relu.dpde", R"(
+network n(u) { initial he, seed 3; conv 8, 3; relu; conv 8, 3; relu; conv out, 3 }
+model wave { field u; dt(u) = -u*dx(u) + n(u) }
+scheme plain { time = rk2; networks = f64 }
+scene wave : wave with plain { grid x = 0 .. 1, cells 64, periodic; initial u = sin(2*pi*x); time 0 .. 0.1, step 0.01 }
+)");
+  const auto scene = compiled(source, for_certification());
+  ASSERT_NE(scene, nullptr);
+  const driver::Certificate right = certificate_of(source, scene);
+  EXPECT_TRUE(right.passed()) << right.slope.value_or(0);
+  EXPECT_LT(right.quotient_error.value_or(1), 1e-5);
+  const driver::Certificate wrong = certificate_of(source, with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; }));
+  EXPECT_FALSE(wrong.passed());
+  EXPECT_GT(wrong.quotient_error.value_or(0), 1e-4) << right.quotient_error.value_or(0);
+}
+
 TEST(Certificate, OfHandWrittenPrograms) {
   const SourceFile source("k.dpde",
                           "kernel k(u: field halo 1, a: param, out v: field, sum s: param) {\n  v = a*u[+1]*u\n  s += u^2\n}\n"

@@ -27,6 +27,7 @@ run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D
             -D CMAKE_BUILD_TYPE=Release ${flags})
 run(COMMAND ${CMAKE_COMMAND} --build ${work}/build)
 run(COMMAND ${work}/build/in_memory)
+run(COMMAND ${work}/build/own_network)
 run(COMMAND ${work}/build/ahead_of_time)
 run(COMMAND ${work}/build/fit)
 

@@ -84,6 +84,12 @@ TEST(HostNetworks, StepWithTheWeightsThatAreSet) {
   without.erase(without.find("task t"));
   Simulation plain = compile_text(without, {.name = "r"});
   const std::vector<double> own = sim.weights("corrector");
+  Simulation other = compile_text(scene("f64"), {.name = "t"});  // with the weights that it begins with
+  other.step(3);
+  sim.set_weights("corrector", own);
+  sim.step(3);
+  EXPECT_EQ(sim.state("u"), other.state("u"));
+  sim.reset();
   sim.set_weights("corrector", std::vector<double>(own.size(), 0.0));
   for (Simulation* each : {&sim, &plain}) each->step(3);
   EXPECT_EQ(sim.state("u"), plain.state("u"));

@@ -156,7 +156,8 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
     const std::int64_t weights = weight_count(network);
     const double products = multiplications_a_cell(network);
     result["networks"][network.name] = {{"weights", weights}, {"multiplications_per_point", products}, {"real", name_of(network.real)}};
-    text += fmt::format("network {}: {} weights, {:.6g} multiplications a cell in {}\n", network.name, weights, products, name_of(network.real));
+    text += fmt::format("network {}: {} weights, ", network.name, weights);
+    text += network.is_host() ? std::string("computed by the host\n") : fmt::format("{:.6g} multiplications a cell in {}\n", products, name_of(network.real));
   }
   result["cost"] = cost_json(cost, copy_rate);
   text += fmt::format("a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here\n", cost.bytes, cost.flops,

@@ -53,6 +53,7 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   }
   text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
                             : fmt::format("  no slope: {}\n", certificate.note);
+  if (certificate.quotient_error) text += fmt::format("  there are kinks; difference quotients of small steps come within {:.1e} of the derivative\n", *certificate.quotient_error);
   text += second_order_text(certificate);
   if (certificate.single) {
     text += fmt::format("single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at most {:.2e}\n",
@@ -89,6 +90,7 @@ Json to_json(const driver::Certificate& certificate) {
           {"taylor",
            {{"slope", certificate.slope ? json_number(*certificate.slope) : Json(nullptr)},
             {"slope_second", second && second->slope ? json_number(*second->slope) : Json(nullptr)},
+            {"quotient_error", certificate.quotient_error ? json_number(*certificate.quotient_error) : Json(nullptr)},
             {"remainders", remainders},
             {"note", certificate.note}}},
           {"passed", certificate.passed()}};

@@ -81,6 +81,7 @@ NetworkTable::NetworkTable(const network::Network& network) : name_(network.name
   table_.seed = network.seed;
   table_.layer_count = static_cast<int32_t>(layers_.size());
   table_.layers = layers_.data();
+  table_.is_host = network.is_host() ? 1 : 0;
 }
 
 }  // namespace dpde::codegen

@@ -21,6 +21,7 @@ namespace {
 constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
 constexpr double largest_slope_error = 0.05;
+constexpr double largest_quotient_error = 1e-5;
 constexpr double largest_asymmetry = 1e-10;
 constexpr double largest_second_slope_error = 0.1;
 
@@ -253,6 +254,18 @@ std::vector<int> affordable_grid(const model::Problem& problem) {
   return reduced ? cells : std::vector<int>{};
 }
 
+/// |R|/(step*|slope|) of three neighbouring steps at its least: where R falls faster than the step, that gets as small as rounding
+/// lets it. Of three, as the R of a wrong slope may change its sign between large steps and small ones.
+double error_of_quotients(const std::vector<Remainder>& remainders, double slope) {
+  double least = INFINITY;
+  for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
+    double worst = 0;
+    for (std::size_t i = k; i < k + 3; ++i) worst = std::max(worst, remainders[i].value / (remainders[i].step * std::abs(slope)));
+    least = std::min(least, worst);
+  }
+  return least;
+}
+
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
                 Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
@@ -281,6 +294,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
+  if (finite && slope != 0 && has_kinks(*compiled)) certificate.quotient_error = error_of_quotients(certificate.remainders, slope);
   // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
   // in the others: its remainder is of first order.
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
@@ -293,6 +307,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
     certificate.only_rounding = false;
+    certificate.quotient_error.reset();
     certificate.note = "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
     return true;
   }
@@ -335,7 +350,8 @@ double Certificate::worst() const { return largest_error_of(cases); }
 double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 
 bool Certificate::passed() const {
-  const bool taylor = only_rounding || (slope && std::abs(*slope - 2) <= largest_slope_error);
+  const bool converges = quotient_error && *quotient_error <= largest_quotient_error;
+  const bool taylor = only_rounding || converges || (slope && std::abs(*slope - 2) <= largest_slope_error);
   return worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
 }
 

@@ -54,6 +54,12 @@ void set_weights(const Context& context, const dpde_weights* weights, stencil::S
     const std::int64_t count = weight_count(*network);
     own.values.assign(given.values, given.values + count);
     if (given.rates) own.rates.assign(given.rates, given.rates + count);
+    if (given.host == nullptr) continue;
+    const dpde_host_network host = *given.host;
+    own.host_value = [host](const double* inputs, const double* w, double* outputs) { host.value(host.context, inputs, w, outputs); };
+    own.host_vector_jacobian = [host](const double* inputs, const double* w, const double* seeds, double* input_bars, double* weight_bars) {
+      host.vector_jacobian(host.context, inputs, w, seeds, input_bars, weight_bars);
+    };
   }
 }
 

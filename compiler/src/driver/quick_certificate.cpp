@@ -139,7 +139,8 @@ double expected_seconds(const Compiled& compiled) {
 }
 
 std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certifying how, DiagnosticSink& sink) {
-  if (how == Certifying::never || !compiled.code) return std::nullopt;
+  const auto is_host = [](const network::Network& network) { return network.is_host(); };  // checked when the host supplies it
+  if (how == Certifying::never || !compiled.code || std::ranges::any_of(compiled.stencil.networks, is_host)) return std::nullopt;
   const auto start = std::chrono::steady_clock::now();
   const double most = compiled.is_single() ? largest_single_error : largest_dot_error;
   codegen::CodeCache* const cache = compiled.code_key.empty() ? nullptr : compiled.options.cache.get();

@@ -45,7 +45,7 @@ std::int64_t bias_begin(const Network& network, int index) {
 }
 
 std::int64_t weight_count(const Network& network) {
-  std::int64_t count = 0;
+  std::int64_t count = network.is_host() ? network.host_weights : 0;
   for (const Layer& layer : network.layers) count += own_weights(network, layer);
   return count;
 }
@@ -62,7 +62,7 @@ double multiplications_a_cell(const Network& network) {
 }
 
 bool is_pointwise(const Network& network) {
-  return std::all_of(network.layers.begin(), network.layers.end(), [](const Layer& layer) {
+  return !network.is_host() && std::all_of(network.layers.begin(), network.layers.end(), [](const Layer& layer) {
     const bool changes_grid = layer.kind == LayerKind::mean_pool || layer.kind == LayerKind::max_pool || layer.kind == LayerKind::upsample;
     const bool moves_cells = layer.kind == LayerKind::reorient && layer.axes != std::array{1, 2, 3};
     return !changes_grid && !moves_cells && layer.extent == 1 && layer.stride == 1;

@@ -49,6 +49,8 @@ struct Network {
   std::vector<Layer> layers;
   std::uint64_t seed = 0;
   Precision real = Precision::f32;
+  std::int64_t host_weights = -1;  // >= 0: not layers but a function of the host, with so many weights
+  bool is_host() const { return host_weights >= 0; }
   int rank() const { return static_cast<int>(padding.size()); }
   bool operator==(const Network&) const = default;
 };

@@ -66,6 +66,7 @@ std::string print(const Network& network) {
     text += fmt::format("{}{} {}", axis == 0 ? "  padding " : ", ", axis_names[axis], name_of(network.padding[static_cast<std::size_t>(axis)]));
   }
   text += "\n";
+  if (network.is_host()) return text + fmt::format("  host weights {}\n}}\n", network.host_weights);
   if (network.real == Precision::f64) text += "  real f64\n";
   if (network.seed != 0) text += fmt::format("  initial seed {}\n", network.seed);
   const int last = static_cast<int>(network.layers.size());

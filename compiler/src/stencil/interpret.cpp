@@ -385,13 +385,32 @@ network::Tensor tensor_of(const State& state, const std::vector<std::string>& fi
   return tensor;
 }
 
+/// Of a network that the host computes.
+network::Tensor apply_host(const State& state, const Infer& infer, const network::Network& network, const network::Tensor& inputs, Weights& weights) {
+  require(infer.mode != Infer::Mode::tangent && weights.host_value, "a network of the host's, and not its rates");
+  network::Tensor result{network.outputs, inputs.cells, {}};
+  if (infer.mode == Infer::Mode::value) {
+    result.values.resize(inputs.values.size() / infer.inputs.size() * infer.results.size());
+    weights.host_value(inputs.values.data(), weights.values.data(), result.values.data());
+    return result;
+  }
+  std::vector<double> bars(weights.values.size());
+  result.values.resize(inputs.values.size());
+  weights.host_vector_jacobian(inputs.values.data(), weights.values.data(), tensor_of(state, infer.rates).values.data(), result.values.data(), bars.data());
+  weights.bars.resize(bars.size());
+  for (std::size_t i = 0; infer.weights && i < bars.size(); ++i) weights.bars[i] += bars[i];
+  return result;
+}
+
 }  // namespace
 
 void apply(State& state, const Infer& infer, const network::Network& network) {
   Weights& weights = state.weights[infer.network];
   const network::Tensor inputs = tensor_of(state, infer.inputs);
   network::Tensor result;
-  if (infer.mode == Infer::Mode::value) {
+  if (network.is_host()) {
+    result = apply_host(state, infer, network, inputs, weights);
+  } else if (infer.mode == Infer::Mode::value) {
     result = network::value(network, inputs, weights.values);
   } else if (infer.mode == Infer::Mode::tangent) {
     const network::Weights all{weights.values, infer.weights ? weights.rates : std::vector<double>{}};

@@ -355,6 +355,9 @@ struct SymmetryItem {  // symmetric flips, rotations about z, galilean(u)
 struct RealItem {  // real f64
   Identifier precision;
 };
+struct HostItem {  // host weights 120     (in place of layers)
+  Expr weights;
+};
 
 // ---- items inside a data set ---------------------------------------------------------------------------------------
 struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ... from run to run)
@@ -373,7 +376,7 @@ struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
 using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
                               BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
                               AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem,
-                              LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, VaryItem, FramesItem, OptionItem>;
+                              LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -439,7 +442,7 @@ struct Network {
   std::vector<Input> inputs;
   std::vector<Identifier> outputs;  // none: scalar; the word `scalar` or `vector`, or names
   std::optional<int> input_channels, output_channels;
-  std::vector<Item> items;  // PaddingItem, StartItem, SymmetryItem, RealItem, and LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
+  std::vector<Item> items;  // PaddingItem, StartItem, SymmetryItem, RealItem, and HostItem or LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
 };
 
 /// dataset NAME : SCENE [with SCHEME] { runs 10; vary nu in 0.01 .. 0.1; ... }      runs of a scene, in one file

@@ -5,7 +5,7 @@
 namespace dpde::ast {
 namespace {
 
-constexpr std::string_view words_of_other_items[] = {"padding", "initial", "real", "symmetric", "repeat", "residual", "skip", "let"};
+constexpr std::string_view words_of_other_items[] = {"padding", "initial", "real", "symmetric", "repeat", "residual", "skip", "let", "host"};
 
 /// conv 32, 5 with any word in the place of conv, or out = v3.
 bool begins_layer(const Cursor& cursor) {
@@ -109,6 +109,11 @@ ItemKind parse_symmetries(Cursor& cursor) {
 
 ItemKind parse_real(Cursor& cursor) { return RealItem{cursor.expect_name("f64 or f32")}; }
 
+ItemKind parse_host(Cursor& cursor) {
+  cursor.expect_word("weights");
+  return HostItem{parse_expression(cursor)};
+}
+
 /// u: vector
 Network::Input parse_input(Cursor& cursor) {
   Network::Input input{cursor.expect_name("the name of an input")};
@@ -146,6 +151,7 @@ BlockRule network_rule() {
            {"initial", parse_start},
            {"symmetric", parse_symmetries},
            {"real", parse_real},
+           {"host", parse_host},
            {"repeat", parse_repeated},
            {"residual", parse_branch<BranchItem::Join::add>},
            {"skip", parse_branch<BranchItem::Join::concat>},

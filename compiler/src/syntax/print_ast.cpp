@@ -245,7 +245,8 @@ std::string print_item(const Item& item) {
       [](const LayerItem& i) { return print_layer(i); }, [](const BranchItem& i) { return print_branch(i); },
       [](const PaddingItem& i) { return print_padding(i); }, [](const StartItem& i) { return print_start(i); },
       [](const SymmetryItem& i) { return print_symmetries(i); },
-      [](const RealItem& i) { return "real " + i.precision.name; }, [](const VaryItem& i) { return print_vary(i); },
+      [](const RealItem& i) { return "real " + i.precision.name; }, [](const HostItem& i) { return "host weights " + print(i.weights); },
+      [](const VaryItem& i) { return print_vary(i); },
       [](const FramesItem& i) {
         return fmt::format("frames every {}{}{}", print(i.every), i.from ? " from " + print(*i.from) : "", i.to ? " to " + print(*i.to) : "");
       },

@@ -121,6 +121,7 @@ typedef struct dpde_weights {
   const double* values;
   const double* rates; /* null: 0 */
   double* bars;        /* added to; may be null where no adjoint by the weights is run */
+  const dpde_host_network* host; /* of networks that the host computes */
 } dpde_weights;
 
 enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4 };

@@ -6,6 +6,8 @@
  *
  * Every value has a level: its grid has ceil(cells / size) cells along each axis, where `size` is the product of the strides
  * and pools on the way to it (upsampling divides it). Level 1 is the grid of the scene.
+ *
+ * A network without layers that says is_host is a function of the program that runs the scene: dpde_host_network.
  */
 #ifndef DPDE_NETWORK_ABI_H
 #define DPDE_NETWORK_ABI_H
@@ -68,7 +70,16 @@ typedef struct dpde_network {
   uint64_t seed;          /* of the weights it begins with */
   int32_t layer_count;
   const dpde_layer* layers;
+  int32_t is_host;        /* 1: the host computes it; it has no layers, and weight_count weights that begin with 0 */
 } dpde_network;
+
+/* What a host gives for such a network. Arrays are dense: interior cells, channel after channel, x fastest. Both functions set
+ * their results. vector_jacobian: the transposed Jacobian at `inputs` and `weights` times `seeds`, which are as the outputs. */
+typedef struct dpde_host_network {
+  void* context;
+  void (*value)(void* context, const double* inputs, const double* weights, double* outputs);
+  void (*vector_jacobian)(void* context, const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars);
+} dpde_host_network;
 
 #ifdef __cplusplus
 }

@@ -29,6 +29,7 @@ Network::Network(Network&&) noexcept = default;
 Network& Network::operator=(Network&&) noexcept = default;
 
 void Network::set_weights(const double* weights) { impl_->runner().set_weights(weights); }
+void Network::set_host(const dpde_host_network* host) { impl_->runner().set_host(host); }
 void Network::value(void* const* inputs, void* const* outputs) { impl_->runner().value(inputs, outputs); }
 void Network::tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) {
   impl_->runner().tangent(inputs, input_rates, weight_rates, output_rates);

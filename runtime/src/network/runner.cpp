@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine.h"
+#include "host_runner.h"
 #include "real.h"
 
 namespace dpde::nn {
@@ -118,6 +119,7 @@ std::unique_ptr<Runner> make(const dpde_network& network, const dpde_layout& lay
 }  // namespace
 
 std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, int threads) {
+  if (network.is_host != 0) return make_host_runner(network, layout);
   return with_real(network.real, [&](auto real) { return make<decltype(real)>(network, layout, std::max(threads, 1)); });
 }
 

@@ -93,8 +93,8 @@ std::string Tables::network(const dpde_network* source) {
   const dpde_network& n = *source;
   const std::string layers = array("dpde_layer", "layers", texts(n.layers, n.layer_count, layer));
   const std::string name = fmt::format("dpde_network_{}", networks_.size());
-  out_ += fmt::format("static const dpde_network {} = {{{}, {}, {}, {}, {}, {{{}, {}, {}}}, {}, {}u, {}, {}}};\n", name, quoted(n.name), n.rank, n.real, n.inputs,
-                      n.outputs, n.padding[0], n.padding[1], n.padding[2], n.weight_count, n.seed, n.layer_count, layers);
+  out_ += fmt::format("static const dpde_network {} = {{{}, {}, {}, {}, {}, {{{}, {}, {}}}, {}, {}u, {}, {}, {}}};\n", name, quoted(n.name), n.rank, n.real, n.inputs,
+                      n.outputs, n.padding[0], n.padding[1], n.padding[2], n.weight_count, n.seed, n.layer_count, layers, n.is_host);
   return networks_[source->name] = "&" + name;
 }
 

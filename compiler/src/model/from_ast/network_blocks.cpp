@@ -2,6 +2,7 @@
 // What a network block says beside its layers: padding, the begin of the weights, precision.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "model/from_ast/names.h"
@@ -139,6 +140,37 @@ NetworkStart start_of(const ast::Network& source, const NumberOf& number_of, Dia
   return start;
 }
 
+namespace {
+
+/// host weights 120, which stands alone; false after a diagnostic.
+bool read_host(const ast::Network& source, const NumberOf& number_of, network::Network& network, DiagnosticSink& sink) {
+  for_only<ast::HostItem>(source, "host", sink, [&](const ast::HostItem& item, SourceRange) {
+    constexpr double most = 1e9;  // as many as a machine may hold
+    const auto count = number_of(item.weights, "the number of weights");
+    if (!count) return;
+    if (*count >= 0 && *count <= most && *count == std::floor(*count)) {
+      network.host_weights = static_cast<std::int64_t>(*count);
+    } else {
+      sink.report("bad-network", item.weights.range(), {fmt::format("the number of weights is a whole number from 0 to {:.0f}, not {}", most, *count)});
+    }
+  });
+  if (!network.is_host()) return false;
+  network.real = Precision::f64;  // what the host gets
+  for (const ast::Item& item : source.items) {
+    if (std::holds_alternative<ast::HostItem>(item.kind) || std::holds_alternative<ast::PaddingItem>(item.kind)) continue;
+    sink.report("bad-network", item.range, {fmt::format("network {} is the host's own: it has neither layers nor a start of its weights", source.name.name)},
+                "take this line out, or the line with host");
+    return false;
+  }
+  return true;
+}
+
+bool has_host(const ast::Network& source) {
+  return std::ranges::any_of(source.items, [](const ast::Item& item) { return std::holds_alternative<ast::HostItem>(item.kind); });
+}
+
+}  // namespace
+
 std::optional<network::Network> network_from_ast(const ast::Network& source, const NetworkFrame& frame, const NumberOf& number_of, DiagnosticSink& sink) {
   const std::size_t before = sink.all().size();
   network::Network result;
@@ -149,7 +181,7 @@ std::optional<network::Network> network_from_ast(const ast::Network& source, con
   const NetworkStart start = start_of(source, number_of, sink);
   result.seed = start.seed;
   result.real = start.real.value_or(frame.real);
-  const bool fine = add_layers(source, start.init, number_of, result, sink);
+  const bool fine = has_host(source) ? read_host(source, number_of, result, sink) : add_layers(source, start.init, number_of, result, sink);
   return fine && sink.all().size() == before ? std::optional(result) : std::nullopt;
 }
 

@@ -31,6 +31,8 @@ class Network {
 
   /// Takes a copy in the precision of the network.
   void set_weights(const double* weights);
+  /// What a network that the host computes runs from now on; it must stay.
+  void set_host(const dpde_host_network* host);
 
   // Fields: pointers to cell (0, 0, 0) of memory with the layout, of doubles or floats by layout.real. Interior cells only are read
   // and written. Inputs and outputs may be the same fields.

@@ -59,6 +59,7 @@ struct BoundWeights {
   const double* values = nullptr;
   const double* rates = nullptr;  // null: 0
   bool learned = false;  // gradient() computes d loss / d weights, where the adjoints have it
+  const dpde_host_network* host = nullptr;  // of a network that the host computes
 };
 /// An input of a loss program that is neither state nor one of RolloutSetup::fields: one pointer for all steps, or one for
 /// each entry of at_steps.

@@ -29,6 +29,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dpde/runtime/host_network.h"
 #include "dpde/runtime/progress.h"
 #include "dpde/runtime/values.h"
 #include "dpde/scene_abi.h"
@@ -84,6 +85,9 @@ class Simulation {
   void set_weights(std::string_view network, Values values);
   std::vector<double> weights(std::string_view network) const;
   std::vector<std::string> networks() const;
+  /// What a network computes that says `host` in place of layers; to be given before anything runs. Its vector-Jacobian product is
+  /// compared with differences of its value when it is used first. @throws Error(input) for a network with layers.
+  void supply(std::string_view network, HostNetwork functions);
   /// One value for each interval of time; of a control field one field, as set_field does.
   void set_control(std::string_view name, Values values);
   std::span<const double> control(std::string_view name) const;

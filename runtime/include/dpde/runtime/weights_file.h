@@ -32,7 +32,8 @@ std::vector<NamedArray> parse_weights(std::string_view bytes, const std::string&
 void write_weights(const std::filesystem::path& path, std::span<const NamedArray> arrays, bool is_single = false);
 
 /// The weights of a network as arrays called <network>.v<layer>.weight, shape (channels, channels in / groups, then `extent` an
-/// axis), and <network>.v<layer>.bias, shape (channels). Layers count from 1, as `dpde emit` prints them.
+/// axis), and <network>.v<layer>.bias, shape (channels). Layers count from 1, as `dpde emit` prints them. Of a network
+/// that the host computes, one array <network>.weights.
 std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const double> weights);
 
 /// The other way: every array of the network must be among `arrays`, with its shape and finite values; others of another
