@@ -115,14 +115,14 @@ void Wavefront::Impl::allocate(Rings& rings) const {
 }
 
 /// Cell x = 0 of a row in a ring.
-char* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const {
+char* Wavefront::Impl::ring_row(size_t ring, int64_t slots, const Rings& rings, const Place& place) const {
   const int64_t slot = place[last] & (slots - 1);
   const int64_t row = last == 2 ? place[1] - rings.first[1] : 0;
   return rings.base[ring] + (slot * slot_size + row * extent[0] - rings.first[0]) * width;
 }
 
 /// Cell x = 0 of a row of an output.
-char* Wavefront::Impl::row_of(const WavefrontStream& output, const Rings& rings, Place place) const {
+char* Wavefront::Impl::row_of(const WavefrontStream& output, const Rings& rings, const Place& place) const {
   const auto index = static_cast<size_t>(output.index);
   if (output.kind == Kind::ring) return ring_row(index, plan.ring_slots[index], rings, place);
   return moved(results[index], place[1] * layout.stride[1] + place[2] * layout.stride[2], width);
@@ -167,7 +167,7 @@ void Wavefront::Impl::enter_slab(size_t number, Rings& rings, int64_t slab) cons
   }
 }
 
-void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, Range x, Place place) {
+void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, const Range& x, const Place& place) {
   const WavefrontLevel& level = plan.levels[number];
   const std::vector<Access>& accesses = rings.accesses[number];
   for (size_t s = 0; s < accesses.size(); ++s) {
@@ -185,16 +185,28 @@ void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, Ran
   row.y = plan.periodic[1] ? wrapped(place[1], layout.cells[1]) : place[1];
   row.z = plan.periodic[2] ? wrapped(place[2], layout.cells[2]) : place[2];
   row.layout = &layout;
+  for (const size_t s : level.leading) {  // the hardware does not foresee the next row of a plane that is new to the cache
+    const char* ahead = static_cast<const char*>(rings.pointers[s]) + accesses[s].row_stride;
+    for (int64_t byte = 0; byte < x.count() * width; byte += line_bytes) __builtin_prefetch(ahead + byte);
+  }
   if (level.sums.empty()) {
     level.row(&row);
   } else {
     call_with_sums(level, rings, row, tile, place);
   }
   keep_outputs(level, rings, tile, place);
-  if (splits_x && !is_bounded(0)) return;
+}
+
+/// The halo of a row: at its ends, and of 3-D grids at walls along y.
+void Wavefront::Impl::end_row(size_t number, Rings& rings, const Range& x, const Place& place) {
+  const WavefrontLevel& level = plan.levels[number];
   for (size_t o = 0; o < level.outputs.size(); ++o) {
-    if (level.outputs[o].fill) fill_ends(number, o, rings, x, place);
+    if (level.outputs[o].fill && !(splits_x && !is_bounded(0))) fill_ends(number, o, rings, x, place);
   }
+  if (last != 2 || !is_bounded(1)) return;
+  const int64_t n = layout.cells[1], halo = layout.halo[1], y = place[1];
+  if (y < halo) image_row(number, rings, x, 1, place, -1 - y);
+  if (y >= n - halo) image_row(number, rings, x, 1, place, 2 * n - 1 - y);
 }
 
 void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& tile, int64_t slab) {
@@ -202,13 +214,11 @@ void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& tile, in
   enter_slab(number, rings, slab);
   if (last == 1) {
     run_row(number, rings, tile, region[0], {0, slab, 0});
-  } else {
-    const int64_t n = layout.cells[1], halo = layout.halo[1];
-    for (int64_t y = region[1].from; y < region[1].to; ++y) {
-      run_row(number, rings, tile, region[0], {0, y, slab});
-      if (!is_bounded(1)) continue;
-      if (y < halo) image_row(number, rings, region[0], 1, {0, y, slab}, -1 - y);
-      if (y >= n - halo) image_row(number, rings, region[0], 1, {0, y, slab}, 2 * n - 1 - y);
+    end_row(number, rings, region[0], {0, slab, 0});
+  } else {  // a row is read when the next one is done: to read what was just stored stalls until all before it is in the cache
+    for (int64_t y = region[1].from; y <= region[1].to; ++y) {
+      if (y < region[1].to) run_row(number, rings, tile, region[0], {0, y, slab});
+      if (y > region[1].from) end_row(number, rings, region[0], {0, y - 1, slab});
     }
   }
   image_slab(number, rings, region, slab);

@@ -41,6 +41,7 @@ struct WavefrontLevel {
   };
   std::vector<Output> outputs;
   std::vector<int> sums;  // of the program
+  std::vector<size_t> leading;              // 3-D: of each input, the stream that is first to touch new memory
   int64_t lag = 0;                          // along the last axis
   std::array<int64_t, 3> below{}, above{};  // cells needed beyond the tile's, an axis
 };

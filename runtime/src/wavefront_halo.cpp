@@ -5,7 +5,7 @@
 namespace dpde {
 
 /// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their ends.
-void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const {
+void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, const Range& x, const Place& place) const {
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.pass)].data();
   char* row = row_of(level.outputs[output].stream, rings, place);
@@ -22,7 +22,7 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
 }
 
 /// Row `from`, complete with its ends, as its image at place `to` along an axis.
-void Wavefront::Impl::image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const {
+void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, size_t axis, const Place& from, int64_t to) const {
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.pass)].data();
   Place target = from;

@@ -15,6 +15,8 @@
 
 namespace dpde::wavefront {
 
+/// Ranges and places go by reference: g++ puts the halves of a value together on the stack and reads them back as one vector,
+/// which waits until the row stored before is in the cache (a fifth of the time of 3-D blocks).
 struct Range {
   int64_t from = 0, to = 1;
   int64_t count() const { return to - from; }
@@ -72,16 +74,17 @@ struct Wavefront::Impl {
   void run_slab(size_t number, Rings& rings, const Tile& tile, int64_t slab);
   Access access_of(const WavefrontStream& stream, const Rings& rings) const;
   void enter_slab(size_t number, Rings& rings, int64_t slab) const;
-  void run_row(size_t number, Rings& rings, const Tile& tile, Range x, Place place);
-  void call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row& row, const Tile& tile, Place place);
-  void keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile, Place place) const;
+  void run_row(size_t number, Rings& rings, const Tile& tile, const Range& x, const Place& place);
+  void end_row(size_t number, Rings& rings, const Range& x, const Place& place);
+  void call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row& row, const Tile& tile, const Place& place);
+  void keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile, const Place& place) const;
   void add_sums();
-  void fill_ends(size_t number, size_t output, const Rings& rings, Range x, Place place) const;
+  void fill_ends(size_t number, size_t output, const Rings& rings, const Range& x, const Place& place) const;
   void copy_slab(const WavefrontCopy& copy, const Rings& rings, const Tile& tile, int64_t slab) const;
   void image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const;
-  void image_row(size_t number, Rings& rings, Range x, size_t axis, Place from, int64_t to) const;
-  char* row_of(const WavefrontStream& output, const Rings& rings, Place place) const;
-  char* ring_row(size_t ring, int64_t slots, const Rings& rings, Place place) const;
+  void image_row(size_t number, Rings& rings, const Range& x, size_t axis, const Place& from, int64_t to) const;
+  char* row_of(const WavefrontStream& output, const Rings& rings, const Place& place) const;
+  char* ring_row(size_t ring, int64_t slots, const Rings& rings, const Place& place) const;
   Tile region_of(const std::array<int64_t, 3>& below, const std::array<int64_t, 3>& above, const Tile& tile) const;
   void finish() const;
   int64_t slots() const;

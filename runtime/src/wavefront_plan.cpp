@@ -180,6 +180,7 @@ class Planner {
   WavefrontPlan finish() {
     find_extents();
     for (const WavefrontLevel& level : plan_.levels) keep_to_tile(level);
+    for (WavefrontLevel& level : plan_.levels) find_leading(level);
     find_rings();
     return std::move(plan_);
   }
@@ -271,6 +272,21 @@ class Planner {
     }
     for (Read& read : reads_) move(read.stream);
     last_one->copied = result;
+  }
+
+  void find_leading(WavefrontLevel& level) const {
+    const auto is_ahead = [&](const WavefrontStream& a, const WavefrontStream& b) { return std::pair(a.offset[2], a.offset[1]) > std::pair(b.offset[2], b.offset[1]); };
+    for (size_t s = 0; s < level.streams.size(); ++s) {
+      const WavefrontStream& stream = level.streams[s];
+      if (last() != 2 || stream.kind != Kind::input || stream.offset[2] < 0) continue;
+      const auto same = [&](size_t other) { return level.streams[other].program == stream.program && level.streams[other].index == stream.index; };
+      const auto found = std::ranges::find_if(level.leading, same);
+      if (found == level.leading.end()) {
+        level.leading.push_back(s);
+      } else if (is_ahead(stream, level.streams[*found])) {
+        *found = s;
+      }
+    }
   }
 
   /// A ring holds the rows from the lowest its slowest reader still needs to the one written last, and the images of rows

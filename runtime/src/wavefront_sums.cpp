@@ -21,7 +21,7 @@ void Wavefront::Impl::make_sums() {
 }
 
 /// Only the cells of the tile itself count, so a row that goes on beyond them is called in pieces.
-void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row& row, const Tile& tile, Place place) {
+void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row& row, const Tile& tile, const Place& place) {
   const bool is_own = contains(tile[1], place[1]) && contains(tile[2], place[2]);
   const int64_t first = row.first, end = row.first + row.count;
   const int64_t own_from = is_own ? std::max(first, tile[0].from) : end, own_to = is_own ? std::min(end, tile[0].to) : end;
@@ -44,7 +44,7 @@ void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, 
 }
 
 /// Results that are added up over the steps, or copied out of rings; each cell belongs to one tile.
-void Wavefront::Impl::keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile, Place place) const {
+void Wavefront::Impl::keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile, const Place& place) const {
   if (!contains(tile[1], place[1]) || !contains(tile[2], place[2])) return;
   for (const WavefrontLevel::Output& output : level.outputs) {
     if (output.copied >= 0) {
