@@ -9,42 +9,75 @@ namespace {
 
 double value_of(int uniform, const double* uniforms) { return uniform < 0 ? 0.0 : uniforms[uniform]; }
 
-/// What a fill puts into a place of layer k: weight*image + rate*c. In single precision the two are rounded once.
+/// What a fill puts into a place of layer k: weight*image + rate*c, and on walls farther*(the cell behind the image). In single
+/// precision these factors are rounded once.
 struct Mirror {
-  double weight = 1, rate = 0;
+  double weight = 1, rate = 0, farther = 0;
 };
 
-Mirror mirror(const dpde_side& side, int64_t k, const double* uniforms) {
+/// `cells` along the axis.
+Mirror mirror(const dpde_side& side, int64_t k, int64_t cells, const double* uniforms) {
   if (side.kind == DPDE_ON_WALL && k == 0) return {0, 1};
   if (side.kind == DPDE_VALUE || side.kind == DPDE_ON_WALL) return {-1, 2};
-  if (side.kind != DPDE_MIXED) return {};
-  const double way = static_cast<double>(2 * k + 1);
+  if (side.kind != DPDE_MIXED && side.kind != DPDE_MIXED_ON_WALL) return {};
+  const bool on_wall = side.kind == DPDE_MIXED_ON_WALL;
+  if (on_wall && k == 0) {
+    const double a = value_of(side.a, uniforms), b = value_of(side.b, uniforms);
+    if (cells < 3) return {b / (a + b), 1 / (a + b)};
+    return {4 * b / (2 * a + 3 * b), 2 / (2 * a + 3 * b), -b / (2 * a + 3 * b)};
+  }
+  const double way = static_cast<double>(on_wall ? 2 * k : 2 * k + 1);
   const double a = value_of(side.a, uniforms) * way, b = 2 * value_of(side.b, uniforms);
   return {(b - a) / (b + a), 2 * way / (b + a)};
 }
 
-/// Adds weight * halo onto `to`, rate * halo onto `wall` if there is one, and clears the halo.
+/// Adds weight * halo onto `to`, farther * halo onto `behind`, rate * halo onto `wall` if there is one, and clears the halo.
 template <class Real>
-void fold_row(Real* to, Real* halo, Real* wall, int64_t count, Mirror how) {
-  const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate);
+void fold_row(Real* to, Real* behind, Real* halo, Real* wall, int64_t count, Mirror how) {
+  const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate), farther = static_cast<Real>(how.farther);
   for (int64_t x = 0; wall != nullptr && x < count; ++x) wall[x] += rate * halo[x];
+  for (int64_t x = 0; farther != 0 && x < count; ++x) behind[x] += farther * halo[x];
   for (int64_t x = 0; weight != 0 && x < count; ++x) to[x] += weight * halo[x];
   std::fill_n(halo, count, Real{0});
 }
 
+/// `behind` lies one cell farther from the side than the image `from`.
 template <class Real>
-void set_image_of(Real* to, const Real* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms) {
-  if (side.kind != DPDE_VALUE && side.kind != DPDE_MIXED && side.kind != DPDE_ON_WALL) {
+void set_image_of(Real* to, const Real* from, const Real* behind, int64_t count, const dpde_side& side, Mirror how, const double* uniforms) {
+  if (side.kind == DPDE_PERIODIC || side.kind == DPDE_ZERO_GRADIENT) {
     std::copy_n(from, count, to);
     return;
   }
-  const Mirror how = mirror(side, layer, uniforms);
   const Real weight = static_cast<Real>(how.weight), constant = static_cast<Real>(how.rate * value_of(side.value, uniforms));
   if (weight == 0) {
     std::fill_n(to, count, constant);
     return;
   }
+  if (how.farther != 0) {
+    const Real farther = static_cast<Real>(how.farther);
+    for (int64_t x = 0; x < count; ++x) to[x] = constant + weight * from[x] + farther * behind[x];
+    return;
+  }
   for (int64_t x = 0; x < count; ++x) to[x] = constant + weight * from[x];
+}
+
+/// The transpose of set_layer; `place` is that of `first` in all fields.
+template <class Real>
+void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride, int64_t count, const HaloAxis& axis, bool is_low, int64_t k, const double* uniforms) {
+  const dpde_side& side = is_low ? axis.low : axis.high;
+  const int64_t image = is_low ? axis.low_image(k) : axis.high_image(k), halo = is_low ? axis.low_place(k) : axis.high_place(k);
+  Real* wall = side.field < 0 ? nullptr : static_cast<Real*>(fields[side.field]) + place + halo * stride;
+  fold_row(first + image * stride, first + (is_low ? image + 1 : image - 1) * stride, first + halo * stride, wall, count, mirror(side, k, axis.cells, uniforms));
+}
+
+/// Layer k of one side of an axis, for `count` values beside one another; `first` points at those of place 0.
+template <class Real>
+void set_layer(Real* first, int64_t stride, int64_t count, const HaloAxis& axis, bool is_low, int64_t k, const double* uniforms) {
+  const dpde_side& side = is_low ? axis.low : axis.high;
+  const int64_t image = is_low ? axis.low_image(k) : axis.high_image(k);
+  Real* to = first + (is_low ? axis.low_place(k) : axis.high_place(k)) * stride;
+  const Mirror how = mirror(side, k, axis.cells, uniforms);
+  set_image_of(to, first + image * stride, first + (is_low ? image + 1 : image - 1) * stride, count, side, how, uniforms);
 }
 
 }  // namespace
@@ -52,13 +85,14 @@ void set_image_of(Real* to, const Real* from, int64_t count, const dpde_side& si
 void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms) {
   with_real(real, [&](auto type) {
     using Real = decltype(type);
-    set_image_of(static_cast<Real*>(to), static_cast<const Real*>(from), count, side, layer, uniforms);
+    const Real* image = static_cast<const Real*>(from);
+    set_image_of(static_cast<Real*>(to), image, image, count, side, mirror(side, layer, 0, uniforms), uniforms);
   });
 }
 
 void HaloAxis::set(const dpde_boundary& boundary, int64_t cell_count, int64_t width) {
   periodic = boundary.low.kind == DPDE_PERIODIC;
-  on_walls = boundary.low.kind == DPDE_ON_WALL;
+  on_walls = boundary.low.kind == DPDE_ON_WALL || boundary.low.kind == DPDE_MIXED_ON_WALL;
   low = boundary.low;
   high = boundary.high;
   cells = cell_count;
@@ -77,11 +111,7 @@ HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fi
 void HaloFill::run_bounded_row(void* cells, const double* uniforms) const {
   with_real(real_, [&](auto real) {
     auto* row = static_cast<decltype(real)*>(cells);
-    const HaloAxis& x = axes_[0];
-    for (int64_t k = 0; k < x.layers(); ++k) {
-      if (x.has_low(k)) set_image_of(row + x.low_place(k), row + x.low_image(k), 1, x.low, k, uniforms);
-      set_image_of(row + x.high_place(k), row + x.high_image(k), 1, x.high, k, uniforms);
-    }
+    axes_[0].outwards([&](bool is_low, int64_t k) { set_layer(row, 1, 1, axes_[0], is_low, k, uniforms); });
   });
 }
 
@@ -95,14 +125,11 @@ void HaloFill::run_walls(void* const* fields, const double* uniforms) const {
   std::array<int64_t, 3> grow{};
   for (size_t a = 0; a < 3; ++a) {
     const HaloAxis& axis = axes_[a];
-    for (int64_t layer = 0; layer < 2 * axis.layers(); ++layer) {
-      const int64_t k = layer / 2;
-      const bool is_low = layer % 2 == 0;
-      if (is_low && !axis.has_low(k)) continue;
+    axis.outwards([&](bool is_low, int64_t k) {
       const dpde_side& side = is_low ? axis.low : axis.high;
-      const Mirror how = axis.periodic ? Mirror{} : mirror(side, k, uniforms);
+      const Mirror how = axis.periodic ? Mirror{} : mirror(side, k, axis.cells, uniforms);
       const Real* wall = axis.periodic || side.field < 0 ? nullptr : static_cast<const Real*>(fields[side.field]);
-      const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate);
+      const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate), farther = static_cast<Real>(how.farther);
       const Real constant = axis.periodic || wall ? 0 : static_cast<Real>(how.rate * value_of(side.value, uniforms));
       std::array<int64_t, 3> from{-grow[0], -grow[1], -grow[2]}, to{};
       for (size_t b = 0; b < 3; ++b) to[b] = axes_[b].cells + grow[b];
@@ -114,38 +141,31 @@ void HaloFill::run_walls(void* const* fields, const double* uniforms) const {
           for (int64_t x = from[0]; x < to[0]; ++x) {
             Real* place = static_cast<Real*>(fields[field_]) + x + y * stride_[1] + z * stride_[2];
             const Real c = wall ? wall[wrapped(0, x) + wrapped(1, y) * stride_[1] + wrapped(2, z) * stride_[2]] : 0;
-            const Real kept = weight == 0 ? 0 : weight * place[(image - from[a]) * stride_[a]];
+            Real kept = weight == 0 ? 0 : weight * place[(image - from[a]) * stride_[a]];
+            if (farther != 0) kept += farther * place[(image + (is_low ? 1 : -1) - from[a]) * stride_[a]];
             *place = kept + rate * c + constant;
           }
         }
       }
-    }
+    });
     grow[a] = axis.halo;
   }
 }
 
 template <class Real>
 void HaloFill::fill_plane_y(Real* plane, const double* uniforms) const {
-  const HaloAxis& y = axes_[1];
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
-  const auto row = [&](int64_t place) { return plane + place * stride_[1] + first; };
-  for (int64_t k = 0; k < y.layers(); ++k) {
-    if (y.has_low(k)) set_image_of(row(y.low_place(k)), row(y.low_image(k)), count, y.low, k, uniforms);
-    set_image_of(row(y.high_place(k)), row(y.high_image(k)), count, y.high, k, uniforms);
-  }
+  axes_[1].outwards([&](bool is_low, int64_t k) { set_layer(plane + first, stride_[1], count, axes_[1], is_low, k, uniforms); });
 }
 
 template <class Real>
 void HaloFill::fill_z(Real* base, const double* uniforms) const {
-  const HaloAxis& z = axes_[2];
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
-  for (int64_t k = 0; k < z.layers(); ++k) {
+  axes_[2].outwards([&](bool is_low, int64_t k) {
     for (int64_t y = -axes_[1].halo; y < axes_[1].cells + axes_[1].halo; ++y) {
-      const auto row = [&](int64_t place) { return base + place * stride_[2] + y * stride_[1] + first; };
-      if (z.has_low(k)) set_image_of(row(z.low_place(k)), row(z.low_image(k)), count, z.low, k, uniforms);
-      set_image_of(row(z.high_place(k)), row(z.high_image(k)), count, z.high, k, uniforms);
+      set_layer(base + y * stride_[1] + first, stride_[2], count, axes_[2], is_low, k, uniforms);
     }
-  }
+  });
 }
 
 void HaloFill::run_y(void* base, const double* uniforms) const {
@@ -165,7 +185,7 @@ void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const 
     const HaloAxis& axis = axes_[1];
     const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
     const auto set = [&](int64_t place, const dpde_side& side, int64_t k) {
-      set_image_of(row + (place - y) * stride_[1] + first, row + first, count, side, k, uniforms);
+      set_image_of(row + (place - y) * stride_[1] + first, row + first, row + first, count, side, mirror(side, k, axis.cells, uniforms), uniforms);
     };
     for (int64_t k = 0; k < axis.layers(); ++k) {
       if (axis.has_low(k) && y == axis.low_image(k)) set(axis.low_place(k), axis.low, k);
@@ -201,16 +221,8 @@ HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout
 
 template <class Real>
 void HaloFold::fold_x(void* const* fields, const double* uniforms, int64_t place) const {
-  const HaloAxis& x = axes_[0];
   Real* row = static_cast<Real*>(fields[field_]) + place;
-  const auto fold = [&](const dpde_side& side, int64_t image, int64_t halo, int64_t k) {
-    Real* wall = side.field < 0 ? nullptr : static_cast<Real*>(fields[side.field]) + place + halo;
-    fold_row(row + image, row + halo, wall, 1, mirror(side, k, uniforms));
-  };
-  for (int64_t k = x.layers() - 1; k >= 0; --k) {
-    fold(x.high, x.high_image(k), x.high_place(k), k);
-    if (x.has_low(k)) fold(x.low, x.low_image(k), x.low_place(k), k);
-  }
+  axes_[0].inwards([&](bool is_low, int64_t k) { fold_layer(row, fields, place, 1, 1, axes_[0], is_low, k, uniforms); });
 }
 
 /// Folds along y or z; rows along x grown as the axis x is not folded yet. Along y all planes are interior ones, as z is.
@@ -223,15 +235,8 @@ void HaloFold::fold_rows(void* const* fields, const double* uniforms, int axis) 
   const int64_t count = axes_[0].cells + 2 * axes_[0].halo;
   Real* folded = static_cast<Real*>(fields[field_]);
   for (int64_t other_place = -other_grow; other_place < other.cells + other_grow; ++other_place) {
-    const auto row = [&](int64_t place) { return place * stride + other_place * other_stride - axes_[0].halo; };
-    const auto fold = [&](const dpde_side& side, int64_t image, int64_t halo, int64_t k) {
-      Real* wall = side.field < 0 ? nullptr : static_cast<Real*>(fields[side.field]) + row(halo);
-      fold_row(folded + row(image), folded + row(halo), wall, count, mirror(side, k, uniforms));
-    };
-    for (int64_t k = along.layers() - 1; k >= 0; --k) {
-      fold(along.high, along.high_image(k), along.high_place(k), k);
-      if (along.has_low(k)) fold(along.low, along.low_image(k), along.low_place(k), k);
-    }
+    const int64_t first = other_place * other_stride - axes_[0].halo;
+    along.inwards([&](bool is_low, int64_t k) { fold_layer(folded + first, fields, first, stride, count, along, is_low, k, uniforms); });
   }
 }
 

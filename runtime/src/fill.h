@@ -15,7 +15,8 @@
 namespace dpde {
 
 /// Where the layers beyond the two sides of an axis are and which cells they are images of: layer k of the low side is cell
-/// -1-k, of the high one cells+k, or cells-1+k where the field lies on the walls (DPDE_ON_WALL), which makes one layer more.
+/// -1-k, of the high one cells+k, or cells-1+k where the field lies on the walls (DPDE_ON_WALL, DPDE_MIXED_ON_WALL), which makes one
+/// layer more, number 0: the walls themselves.
 struct HaloAxis {
   bool periodic = true;
   bool on_walls = false;
@@ -25,10 +26,35 @@ struct HaloAxis {
   void set(const dpde_boundary& boundary, int64_t cell_count, int64_t width);
   int64_t layers() const { return halo + (on_walls ? 1 : 0); }
   bool has_low(int64_t k) const { return k < halo; }
+  bool is_wall(int64_t k) const { return on_walls && k == 0; }
   int64_t low_place(int64_t k) const { return -1 - k; }
   int64_t high_place(int64_t k) const { return cells + k - (on_walls ? 1 : 0); }
   int64_t low_image(int64_t k) const { return periodic ? cells - 1 - k : on_walls ? (k > 0 ? k - 1 : 0) : k; }
-  int64_t high_image(int64_t k) const { return periodic ? k : cells - 1 - k; }
+  int64_t high_image(int64_t k) const { return periodic ? k : cells - 1 - k - (is_wall(k) && high.kind == DPDE_MIXED_ON_WALL ? 1 : 0); }
+  /// Some wall is made of two cells.
+  bool reads_two() const { return low.kind == DPDE_MIXED_ON_WALL || high.kind == DPDE_MIXED_ON_WALL; }
+  /// Calls f(is_low, k) for all layers, in the order of a fill.
+  template <class F>
+  void outwards(F f) const {
+    for (int64_t k = 0; k < layers(); ++k) {
+      if (has_low(k) && !is_wall(k)) f(true, k);
+      if (!stays(k)) f(false, k);
+      if (has_low(k) && is_wall(k)) f(true, k);
+    }
+  }
+  /// The same in the order of a fold.
+  template <class F>
+  void inwards(F f) const {
+    for (int64_t k = layers(); k-- > 0;) {
+      if (has_low(k) && is_wall(k)) f(true, k);
+      if (!stays(k)) f(false, k);
+      if (has_low(k) && !is_wall(k)) f(true, k);
+    }
+  }
+
+ private:
+  /// The high wall of a single cell, where it is no value.
+  bool stays(int64_t k) const { return is_wall(k) && cells == 1 && high.kind == DPDE_MIXED_ON_WALL; }
 };
 
 /// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it; values
@@ -56,8 +82,8 @@ class HaloFill {
   void run_images(void* row, int64_t y, const double* uniforms) const {
     if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].layers()) set_images(row, y, uniforms);
   }
-  /// Every row of the y halo is the image of an interior row: not so when the halo is wider than the interior.
-  bool images_are_direct() const { return axes_[1].layers() <= axes_[1].cells; }
+  /// Every row of the y halo is the image of one interior row: not so when the halo is wider than the interior.
+  bool images_are_direct() const { return axes_[1].layers() <= axes_[1].cells && !axes_[1].reads_two(); }
   /// The y halo, when the ends of all interior rows are set.
   void run_y(void* base, const double* uniforms) const;
   /// The z halo, when the y halo is set too.

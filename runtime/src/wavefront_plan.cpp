@@ -15,7 +15,7 @@ using Kind = WavefrontStream::Kind;
 
 /// Values that vary along a wall come from a field, for which there is no ring; fields on the walls have images of other rows.
 bool is_known_side(const dpde_side& side) {
-  return side.kind == DPDE_PERIODIC || (side.field < 0 && side.kind != DPDE_ON_WALL);
+  return side.kind == DPDE_PERIODIC || (side.field < 0 && side.kind != DPDE_ON_WALL && side.kind != DPDE_MIXED_ON_WALL);
 }
 
 /// Takes note of the axes' kinds; false when two fills disagree or a kind is not one that rows can be imaged for.

@@ -291,12 +291,10 @@ Part Builder::wall_formula(std::size_t axis) {
 }
 
 Part Builder::side(const Quantity& quantity, int component, std::size_t axis) {
-  const bool is_on_wall = place_of(quantity, component)[axis];
   Part value = wall_formula(axis);
   const bool may_vary = quantity.place == centre && quantity.on == Quantity::On::one_place && !coefficients_.empty() &&
                         coefficients_[0].place == centre && !coefficients_[0].is_vector && random_.percent(15);
   if (may_vary) value = expression("@*" + coefficients_[0].name, {value});
-  if (is_on_wall) return expression("@", {value});
   switch (random_.weighted({4, 3, 2, 2})) {
     case 0: return expression("@", {value});
     case 1: return expression("zero_gradient");

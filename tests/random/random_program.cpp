@@ -167,8 +167,9 @@ std::vector<AxisBoundary> Builder::boundary(const std::string& field, bool for_f
   for (const Topology topology : program_.axes) {
     AxisBoundary axis{topology, {}, {}};
     if (topology == Topology::bounded && on_walls && random_.percent(12)) {
-      axis.low = wall_side(SideKind::on_wall, field, for_fold, least_grown);
-      axis.high = wall_side(SideKind::on_wall, field, for_fold, least_grown);
+      axis.low = side(field, for_fold, least_grown);
+      axis.high = side(field, for_fold, least_grown);
+      axis.low.on_wall = axis.high.on_wall = true;
     } else if (topology == Topology::bounded) {
       axis.low = side(field, for_fold, least_grown);
       axis.high = random_.percent(30) ? axis.low : side(field, for_fold, least_grown);

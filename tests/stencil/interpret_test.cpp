@@ -20,6 +20,8 @@ const std::vector<AxisBoundary> sorts = {
     {Topology::bounded, zero_gradient, zero_value},
     {Topology::bounded, zero_gradient, zero_gradient},
     {Topology::bounded, {SideKind::gradient, 0.0}, {SideKind::mixed, 0.0, 1.5, param("b")}},
+    {Topology::bounded, {SideKind::gradient, 0.0, 0.0, 0.0, true}, {SideKind::mixed, 0.0, 1.5, param("b"), true}},
+    {Topology::bounded, {SideKind::mixed, 0.0, 0.7, param("b"), true}, {SideKind::value, 0.0, 0.0, 0.0, true}},
 };
 const Params spacings{{"hx", 0.5}, {"hy", 0.3}, {"hz", 0.7}, {"b", 0.2}};
 
@@ -46,10 +48,59 @@ std::vector<double> along_x(const State& state, const std::string& field) {
 TEST(Halo, OnWallsSetsTheLastEntryAndTheOddImageAboutTheWall) {
   State state({1, {3, 1, 1}}, 3);
   state.set("u", {1, 2, 99});
-  const Side low{SideKind::on_wall, 10.0}, high{SideKind::on_wall, param("c")};
+  const Side low{SideKind::value, 10.0, 0.0, 0.0, true}, high{SideKind::value, param("c"), 0.0, 0.0, true};
   apply(state, Fill{"u", {{Topology::bounded, low, high}}}, {{"c", 20}});
   const double wanted[] = {18, 19, 10, 1, 2, 20, 38, 39, 30};
   for (int i = -3; i < 6; ++i) EXPECT_EQ(state.at("u", {i, 0, 0}), wanted[i + 3]) << i;
+}
+
+Side on_wall(Side side) {
+  side.on_wall = true;
+  return side;
+}
+
+/// u = 1 + 2x + 3x^2 on four cells of 1/2: one-sided differences know its slopes -2 and 14 outwards, and what is set beyond a wall
+/// gives that slope about it. mixed(0, 1, g) is a gradient, and no slope at both walls makes the parabola's neighbours a level.
+TEST(Halo, ConditionsOnWallsHoldThereForAParabola) {
+  const auto parabola = [](double x) { return 1 + 2 * x + 3 * x * x; };
+  const Params params{{"hx", 0.5}, {"g", -2}};
+  for (const Side& low : {Side{SideKind::gradient, param("g")}, Side{SideKind::mixed, param("g"), 0.0, 1.0}}) {
+    for (const Side& high : {Side{SideKind::gradient, 14.0}, Side{SideKind::mixed, 3 * 17.0 + 4 * 14.0, 3.0, 4.0}, Side{SideKind::value, 17.0}}) {
+      State state({1, {4, 1, 1}}, 2);
+      state.set("u", {parabola(0.5), parabola(1), parabola(1.5), 99});
+      apply(state, Fill{"u", {{Topology::bounded, on_wall(low), on_wall(high)}}}, params);
+      for (int i = -2; i < 4; ++i) EXPECT_NEAR(state.at("u", i), parabola(0.5 * (i + 1)), 1e-14) << i;
+      if (high.kind == SideKind::gradient) {
+        EXPECT_NEAR(state.at("u", 4), parabola(2.5), 1e-13);
+      }
+    }
+  }
+  State level({1, {4, 1, 1}}, 1);
+  level.set("u", {2, 2, 2, 99});
+  apply(level, Fill{"u", {{Topology::bounded, on_wall(zero_gradient), on_wall(zero_gradient)}}}, {});
+  EXPECT_EQ(along_x(level, "u"), (std::vector<double>{2, 2, 2, 2, 2, 2}));
+}
+
+/// Two cells have one value between the walls, one cell none: then the high wall is a value or stays, and low goes from it.
+TEST(Halo, ConditionsOnWallsOfOneAndTwoCells) {
+  const auto filled = [](std::vector<double> u, const Side& low, const Side& high) {
+    State state({1, {static_cast<int>(u.size()), 1, 1}}, 1);
+    state.set("u", u);
+    apply(state, Fill{"u", {{Topology::bounded, on_wall(low), on_wall(high)}}}, {{"hx", 0.5}});
+    return along_x(state, "u");
+  };
+  const Side slope{SideKind::gradient, -2.0}, rise{SideKind::gradient, 2.0}, value{SideKind::value, 5.0}, robin{SideKind::mixed, 3 * 5.0 + 4 * 2.0, 3.0, 4.0};
+  for (const Side& high : {rise, value, robin}) {  // 3 + 2x
+    const std::vector<double> line = filled({4, 99}, slope, high);
+    EXPECT_NEAR(line[0], 3, 1e-14);
+    EXPECT_NEAR(line[2], 5, 1e-14);
+  }
+  EXPECT_EQ(filled({4}, slope, rise)[0], 3);
+  EXPECT_EQ(filled({4}, slope, rise)[1], 4);
+  EXPECT_EQ(filled({99}, slope, value)[0], 4);
+  EXPECT_EQ(filled({99}, slope, value)[1], 5);
+  EXPECT_EQ(filled({7}, value, rise)[0], 5);
+  EXPECT_EQ(filled({7}, value, rise)[1], 7);
 }
 
 TEST(Interpret, FillsByRepeatedReflection) {

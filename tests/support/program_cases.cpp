@@ -340,6 +340,28 @@ std::vector<ProgramCase> program_cases() {
            "program p { run wall grow 1; fill w x.low = on_wall(wc), x.high = on_wall(0.3), y periodic, z = on_wall(wc); run k; "
            "fill q x = on_wall(0.4), y periodic, z = on_wall(wc); run s; keep vn }",
        {{"w", "q"}, {"c", "g"}}},
+      {"slopes on walls", 1, walls_kernel + staggered_kernel +
+           "program p { run wall grow 2; fill e x = zero_gradient; fill u x.low = on_wall(gradient(wc)), x.high = on_wall(mixed(1, 0.4, wc)); run k; "
+           "fill un x = on_wall(zero_gradient); swap e, en; swap u, un }",
+       {{"e", "u"}, {"g"}}},
+      {"slopes on walls 2-D", 2, staggered_2d_kernel +
+           "program p { fill e x = zero_gradient, y = zero_gradient; fill u x = on_wall(gradient(c)), y = zero_gradient; "
+           "fill v x = 0, y.low = on_wall(c), y.high = on_wall(zero_gradient); run k; fill vn x = 0.2, y = on_wall(zero_gradient); swap e, en; swap u, un; swap v, vn }",
+       {{"e", "u", "v"}, {"g"}}},
+      {"slopes on nodes", 3, node_kernels +
+           "program p { run wall grow 1; fill w x.low = on_wall(gradient(wc)), x.high = on_wall(0.3), y periodic, z = on_wall(mixed(0.7, 0.2, wc)); run k; "
+           "fill q x = on_wall(zero_gradient), y periodic, z.low = on_wall(wc), z.high = on_wall(gradient(wc)); run s; keep vn }",
+       {{"w", "q"}, {"c", "g"}}},
+      {"weights that vary on walls", 1, walls_kernel + staggered_kernel +
+           "program p { run wall grow 2; fill e x = zero_gradient; fill u x.low = on_wall(mixed(1 + g, g^2, wc)), x.high = on_wall(mixed(c, 1, 0.3)); run k; "
+           "swap e, en; swap u, un }",
+       {{"e", "u"}, {"g", "c"}}},
+      {"weights that vary on nodes", 3, node_kernels +
+           "program p { run wall grow 1; fill w x.low = on_wall(mixed(g, 1, wc)), x.high = on_wall(mixed(1, c, 0.3)), y periodic, z = on_wall(mixed(0.7, g, wc)); run k; "
+           "fill q x = on_wall(mixed(1, g, 0.2)), y periodic, z.low = on_wall(wc), z.high = on_wall(zero_gradient); run s; keep vn }",
+       {{"w", "q"}, {"c", "g"}}},
+      {"weights that vary on walls only", 2, "kernel s(u: field, sum e: param) on 2 axes { e += u^2 }\n"
+           "program p { fill u x.low = on_wall(0.7), x.high = on_wall(mixed(a, b, 0.4)), y = on_wall(mixed(1, a, 0.3)); run s }", {{"u"}, {"a", "b"}}},
       {"read on the walls only", 2, "kernel s(u: field, q: field, sum e: param) on 2 axes { e += u^2*q }\n"
            "program p { fill u x = on_wall(0.7), y = on_wall(0.3); run s }", {{"u", "q"}, {}}},
       {"mean field periodic", 1, mean_field_kernels +

@@ -114,7 +114,7 @@ class Reversal {
     const int grow = bar->second.grow;
     const int extent = bars_[fill.field].extent;
     Fold fold{names_.of(fill.field), grow, derived_sides(fill.axes, bar_of_wall(grow))};
-    const std::vector<std::string> values = extent > 0 ? separate_values(fill, fold) : std::vector<std::string>{};
+    const std::vector<std::string> values = extent > 0 || is_on_walls(fill.axes) ? separate_values(fill, fold) : std::vector<std::string>{};
     body.push_back(std::move(fold));
     if (!values.empty()) reverse_weights(fill, values, grow, extent, index);
     for (const std::string& wall : wall_fields(fill.axes)) {

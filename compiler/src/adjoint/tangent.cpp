@@ -228,7 +228,7 @@ void add_fill(const Module& module, const Fill& fill, const Program& program, co
   const std::vector<WallSide> sides = sides_with_varied_weights(fill.axes, varied);
   const auto halo = required_halo(module, program).at(fill.field);
   const int layers = *std::max_element(halo.begin(), halo.end());
-  if (layers > 0 && !sides.empty()) {
+  if ((layers > 0 || is_on_walls(fill.axes)) && !sides.empty()) {
     Kernel walls{names.fresh_kernel(program.name + "_tangent_walls"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
     for (const WallSide& at : sides) {
       Side& side = side_at(result.axes, at);

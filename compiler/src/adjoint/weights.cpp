@@ -38,6 +38,46 @@ Offset along(int axis, int cells) {
 /// True in the grown region where the point is at most `layer` cells beyond that side.
 Expr is_within(const WallSide& at, int layer, int grow) { return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow); }
 
+using Slopes = std::map<std::string, Expr>;
+
+/// What the params contribute to the change of mean*a + rise*b.
+Slopes combined(const Slopes& by_a, const Slopes& by_b, const Expr& mean, const Expr& rise) {
+  Slopes here;
+  for (const auto& [name, slope] : by_a) here.emplace(name, slope * mean);
+  for (const auto& [name, slope] : by_b) {
+    const auto [sum, is_new] = here.emplace(name, slope * rise);
+    if (!is_new) sum->second = sum->second + slope * rise;
+  }
+  return here;
+}
+
+/// That at one place of the halo, with its image `way` cells inwards.
+Slopes at_place(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int way, int layers) {
+  const Offset image = along(at.axis, at.is_low ? way : -way);
+  const Expr u = access(field, image), v = access(field), spacing = param(std::string("h") + "xyz"[at.axis]);
+  Slopes here = combined(by_a, by_b, (u + v) / 2.0, (v - u) / (way * spacing));
+  // the image is never farther out than the place: that is said for whoever asks how far out it is read
+  for (auto& [name, value] : here) value = select(inside(image, layers), value, 0.0);
+  return here;
+}
+
+/// That at a point on the wall, where the derivative is one-sided; with fewer than three cells it is of order 1, and a high
+/// wall of a single cell does not follow from anything.
+Slopes on_the_wall(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int layers) {
+  const int inwards = at.is_low ? 1 : -1;
+  const Offset near = along(at.axis, inwards), far = along(at.axis, 2 * inwards);
+  const Expr w = access(field), u = access(field, near), spacing = param(std::string("h") + "xyz"[at.axis]);
+  const Slopes three = combined(by_a, by_b, w, (3.0 * w - 4.0 * u + access(field, far)) / (2.0 * spacing));
+  const Slopes two = combined(by_a, by_b, w, (w - u) / spacing);
+  const auto has = [&](int cells) { return inside(along(at.axis, (cells - (at.is_low ? 0 : 1) + layers) * inwards), layers); };
+  Slopes here;
+  for (const auto& [name, value] : three) {
+    const Expr any = select(inside(near, layers), select(has(3), select(inside(far, layers), value, 0.0), two.at(name)), 0.0);
+    here.emplace(name, at.is_low ? any : select(has(2), any, 0.0));
+  }
+  return here;
+}
+
 }  // namespace
 
 bool has_varied_weights(const Side& side, const Varied& varied) {
@@ -67,28 +107,21 @@ Side& side_at(std::vector<AxisBoundary>& axes, const WallSide& at) {
 }
 
 std::map<std::string, Expr> weight_slopes(const std::string& field, const Side& side, const WallSide& at, int layers, const Varied& varied) {
-  std::map<std::string, Expr> by_a, by_b, slopes;
+  Slopes by_a, by_b, slopes;
   add_slopes(side.a, 1.0, varied, by_a);
   add_slopes(side.b, 1.0, varied, by_b);
-  const Expr v = access(field), spacing = param(std::string("h") + "xyz"[at.axis]);
-  for (int k = layers - 1; k >= 0; --k) {
-    const int way = 2 * k + 1;
-    const Offset image = along(at.axis, at.is_low ? way : -way);
-    const Expr u = access(field, image), mean = (u + v) / 2.0, rise = (v - u) / (way * spacing);
-    std::map<std::string, Expr> here;
-    for (const auto& [name, slope] : by_a) here.emplace(name, slope * mean);
-    for (const auto& [name, slope] : by_b) {
-      const auto [sum, is_new] = here.emplace(name, slope * rise);
-      if (!is_new) sum->second = sum->second + slope * rise;
-    }
+  const int on_wall = side.on_wall ? 1 : 0;
+  const int within = side.on_wall && !at.is_low ? 1 : 0;  // layers that are no halo: the last cells themselves
+  for (int k = layers + within - 1; k >= 0; --k) {
+    const bool is_wall = side.on_wall && k == 0;
+    const Slopes here = is_wall ? on_the_wall(by_a, by_b, field, at, layers) : at_place(by_a, by_b, field, at, 2 * k + 1 - on_wall, layers);
     for (const auto& [name, value] : here) {
-      const Expr farther = k + 1 < layers ? slopes.at(name) : Expr(0.0);
-      // the image is never farther out than the place: that is said for whoever asks how far out it is read
-      const Expr known = select(inside(image, layers), value, 0.0);
-      slopes.insert_or_assign(name, select(is_within(at, k + 1, layers), known, farther));
+      const auto farther = slopes.find(name);
+      const Expr beyond = farther == slopes.end() ? Expr(0.0) : farther->second;
+      slopes.insert_or_assign(name, select(is_within(at, k + 1 - within, layers), value, beyond));
     }
   }
-  for (auto& [name, value] : slopes) value = select(is_within(at, 0, layers), 0.0, value);
+  for (auto& [name, value] : slopes) value = select(is_within(at, -within, layers), 0.0, value);
   return slopes;
 }
 

@@ -24,7 +24,8 @@ std::vector<WallSide> sides_with_varied_weights(const std::vector<stencil::AxisB
 const stencil::Side& side_at(const std::vector<stencil::AxisBoundary>& axes, const WallSide& at);
 stencil::Side& side_at(std::vector<stencil::AxisBoundary>& axes, const WallSide& at);
 
-/// What each param p contributes to the change of m*a + s*b in `layers` halo cells beyond that side of `field`, which is filled:
+/// What each param p contributes to the change of m*a + s*b in `layers` halo cells beyond that side of `field`, which is filled, and
+/// at its points on the walls:
 /// m*da/dp + s*db/dp there, 0 elsewhere. For a kernel that runs on the region grown by `layers`.
 std::map<std::string, stencil::Expr> weight_slopes(const std::string& field, const stencil::Side& side, const WallSide& at, int layers,
                                                    const Varied& varied);

@@ -38,12 +38,11 @@ struct KernelStorage {
   RowCode code;
 };
 
-int32_t kind_of(SideKind kind) {
-  switch (kind) {
-    case SideKind::value: return DPDE_VALUE;
+int32_t kind_of(const loop::Side& side) {
+  switch (side.kind) {
+    case SideKind::value: return side.on_wall ? DPDE_ON_WALL : DPDE_VALUE;
     case SideKind::zero_gradient: return DPDE_ZERO_GRADIENT;
-    case SideKind::mixed: return DPDE_MIXED;
-    case SideKind::on_wall: return DPDE_ON_WALL;
+    case SideKind::mixed: return side.on_wall ? DPDE_MIXED_ON_WALL : DPDE_MIXED;
     case SideKind::gradient: break;  // not at the loop level
   }
   unreachable("kind of boundary");
@@ -109,7 +108,7 @@ dpde_fill ProgramTables::Table::fill(const std::string& field, const std::vector
   dpde_fill result{fields.index_of(field), {{periodic, periodic}, {periodic, periodic}, {periodic, periodic}}};
   const auto side = [&](const loop::Side& s) {
     const int32_t field = s.field.empty() ? -1 : fields.index_of(s.field);
-    return dpde_side{kind_of(s.kind), s.uniform, s.a, s.b, field};
+    return dpde_side{kind_of(s), s.uniform, s.a, s.b, field};
   };
   for (std::size_t a = 0; a < axes.size(); ++a) {
     if (axes[a].topology == Topology::periodic) continue;

@@ -40,7 +40,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
       [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
       [&](const model::Interpolate& i) { return model::interpolate(with_values(i.operand, values)); },
-      [&](const model::Sample& s) { return model::sample(s.field, all(s.place)); },
+      [&](const model::Sample& s) { return model::sample({s.field, all(s.place), s.along}); },
       [&](const model::Reduce& r) { return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over}); },
       [&](const model::Apply& a) { return model::apply({a.function, all(a.arguments)}); },
       [&](const model::Infer& i) {  // below the model outputs have no names of their own

@@ -120,16 +120,18 @@ int ModuleBuilder::uniform_of(const stencil::Expr& value) {
 
 Side ModuleBuilder::side(const stencil::Side& side, int axis, bool with_value) {
   Side result{side.kind};
-  if (side.kind == SideKind::zero_gradient) return result;
+  result.on_wall = side.on_wall;
+  if (side.kind == SideKind::zero_gradient && !side.on_wall) return result;
   const std::string* wall = stencil::wall_field(side);
   if (wall) result.field = *wall;
-  if (!wall && with_value) result.uniform = uniform_of(side.value);
-  if (side.kind == SideKind::value || side.kind == SideKind::on_wall) return result;
+  if (!wall && with_value && side.kind != SideKind::zero_gradient) result.uniform = uniform_of(side.value);
+  if (side.kind == SideKind::value) return result;
   const stencil::Expr h = stencil::param(std::string("h") + "xyz"[axis]);
   const bool mixed = side.kind == SideKind::mixed;
   result.kind = SideKind::mixed;
   if (mixed) result.a = uniform_of(side.a);
-  result.b = uniform_of((mixed ? side.b : stencil::Expr(1.0)) / h);
+  const stencil::Expr b = mixed ? side.b : stencil::Expr(1.0);
+  result.b = uniform_of(side.kind == SideKind::zero_gradient ? b : b / h);  // the one is the same for all h
   return result;
 }
 

@@ -157,6 +157,7 @@ struct Side {
   int uniform = -1;        // of the value
   int a = -1, b = -1;      // of mixed, b per cell
   std::string field = "";  // holds the values, in place of `uniform`
+  bool on_wall = false;    // value or mixed only
   bool operator==(const Side&) const = default;
 };
 struct AxisBoundary {

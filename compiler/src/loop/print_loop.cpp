@@ -123,9 +123,8 @@ std::string side_text(const Module& module, const Side& side) {
   if (side.kind == SideKind::zero_gradient) return "zero_gradient";
   const auto uniform = [&](int index) { return index < 0 ? "0" : module.uniforms[index].name; };
   const std::string value = side.field.empty() ? uniform(side.uniform) : side.field;
-  if (side.kind == SideKind::value) return value;
-  if (side.kind == SideKind::on_wall) return fmt::format("on_wall({})", value);
-  return fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
+  const std::string condition = side.kind == SideKind::value ? value : fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
+  return side.on_wall ? fmt::format("on_wall({})", condition) : condition;
 }
 
 std::string boundary_text(const Module& module, const std::vector<AxisBoundary>& axes) {

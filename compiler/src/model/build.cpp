@@ -109,8 +109,8 @@ Expr interpolate(const Expr& operand, Origin origin) {
   return make(Interpolate{operand}, origin);
 }
 
-Expr sample(std::string field, std::vector<Expr> place, Origin origin) {
-  return make(Sample{std::move(field), std::move(place)}, origin);
+Expr sample(Sample value, Origin origin) {
+  return make(std::move(value), origin);
 }
 
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {

@@ -94,6 +94,19 @@ double value_at(const Expr& formula, double coordinate) {
       [&](const Infer& e) { return none(e); });
 }
 
+Expr at_place(const Expr& formula, const Expr& place) {
+  const auto same = [&](const Expr& part) { return at_place(part, place); };
+  if (std::holds_alternative<Coordinate>(formula->kind)) return place;
+  if (const auto* neg = std::get_if<Neg>(&formula->kind)) return negate(same(neg->operand));
+  if (const auto* b = std::get_if<Binary>(&formula->kind)) return binary(b->op, same(b->left), same(b->right));
+  if (const auto* s = std::get_if<Select>(&formula->kind)) return select(same(s->condition), same(s->yes), same(s->no));
+  const auto* c = std::get_if<Call>(&formula->kind);
+  if (!c) return formula;
+  std::vector<Expr> arguments;
+  for (const Expr& argument : c->arguments) arguments.push_back(same(argument));
+  return call(c->fn, std::move(arguments));
+}
+
 Expr slope_of(const Expr& formula) {
   const auto none = [](const auto&) -> Expr { unreachable("no formula of a coordinate"); };
   return match(

@@ -99,10 +99,12 @@ struct Interpolate {
   Expr operand;
   bool operator==(const Interpolate&) const = default;
 };
-/// The value of a field at a place between cells, multilinear; the same at all points. One coordinate an axis, uniform.
+/// The value of a field at a place between its points; the same at all points. One coordinate an axis, uniform. Along each axis it is
+/// linear, or the point below or above.
 struct Sample {
   std::string field;
   std::vector<Expr> place;
+  std::array<Along, 3> along{};
   bool operator==(const Sample&) const = default;
 };
 /// mean, sum, ... over space: the same at all points along the axes it goes over

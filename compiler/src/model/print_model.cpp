@@ -77,7 +77,8 @@ Piece shift_piece(const Shift& s) {
 
 Piece sample_piece(const Sample& s) {
   const std::string place = s.place.size() == 1 ? bare(s.place.front()) : "(" + list(s.place) + ")";
-  return {fmt::format("sample({}, at = {})", s.field, place)};
+  const std::string what = interp_name(s.along).substr(std::string_view("interp").size());  // sample_lx: the point below along x
+  return {fmt::format("sample{}({}, at = {})", what, s.field, place)};
 }
 
 const char* word_for(Reduce::Kind kind) {
@@ -127,7 +128,6 @@ std::string load_text(const std::string& file, const std::string& variable) {
 std::string text_of(const Side& side) {
   switch (side.kind) {
     case SideKind::value: return " = " + print(side.value);
-    case SideKind::on_wall: return fmt::format(" = on_wall({})", bare(side.value));
     case SideKind::zero_gradient: return " zero_gradient";
     case SideKind::gradient: return fmt::format(" = gradient({})", bare(side.value));
     case SideKind::mixed: return fmt::format(" = mixed({}, {}, {})", bare(side.a), bare(side.b), bare(side.value));

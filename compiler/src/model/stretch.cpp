@@ -46,6 +46,8 @@ class Rewriter {
     if (e) e = (*this)(*e);
   }
   void rewrite(AxisSides& sides, int axis);
+  /// From now on equations are those of a field at this placement.
+  void begin(const Placement& home) { home_ = home; }
   /// The coefficients that were read so far.
   std::vector<Coefficient> metrics() const;
 
@@ -65,18 +67,75 @@ class Rewriter {
   Expr derivative_of(const Derivative& d, Origin origin);
   Expr advection_of(const Advect& a, Origin origin);
   Expr weighted(const Reduce& r, Origin origin);
+  Expr size_along(int axis);
+  Expr sampled(Sample sample, Origin origin);
+  double norm(std::size_t axis, bool on_faces) const { return normalisation(problem_.axes[axis], *slopes_[axis], on_faces); }
 
   const Problem& problem_;
   const Placements placements_;
   std::vector<std::optional<Expr>> slopes_;  // one an axis; none where it is uniform
   std::vector<std::string> names_;
   std::vector<bool> is_read_;
+  Placement home_{};
+};
+
+/// How much of the way from `from` to `to` lies before x. At the ends it has the right-hand slope.
+Expr share_before(const Expr& x, const Expr& from, const Expr& to) {
+  const Expr share = over(binary(BinaryOp::subtract, x, from), binary(BinaryOp::subtract, to, from));
+  return call(Fn::min, {call(Fn::max, {share, 0.0}), 1.0});
+}
+
+/// Where a place x lies in the uniform coordinate s, which is linear in x between the points of a field, as the field itself is:
+/// the sum of the parts of all cells that lie before it.
+class UniformPlace {
+ public:
+  UniformPlace(const Axis& axis, int number, bool on_faces) : axis_(axis), number_(number), on_faces_(on_faces) {}
+
+  Expr of(const Expr& x) const {
+    if (!any_part(x, [](const Expr& part) { return std::holds_alternative<Param>(part->kind); })) return number_of(value_at(x, 0));
+    Reduce sum{Reduce::Kind::sum, part(x, param("h" + axis_.name)), {}};
+    sum.over[static_cast<std::size_t>(number_)] = true;
+    return binary(BinaryOp::add, begin(param("h" + axis_.name)), reduce(std::move(sum)));
+  }
+
+ private:
+  bool is_periodic() const { return axis_.topology == Topology::periodic; }
+  /// s of the point that the sum begins with.
+  Expr begin(const Expr& h) const { return is_periodic() && !on_faces_ ? binary(BinaryOp::subtract, axis_.low, over(h, 2.0)) : Expr(axis_.low); }
+  Expr within(const Expr& x) const {
+    if (!is_periodic()) return x;
+    const double period = axis_.high - axis_.low;
+    return binary(BinaryOp::add, axis_.low, times(period, call(Fn::fraction, {over(binary(BinaryOp::subtract, x, axis_.low), period)})));
+  }
+  /// What a cell has before x, for a spacing of h.
+  Expr part(const Expr& given, const Expr& h) const {
+    const Expr s = coordinate(number_), x = within(given), half = over(h, 2.0);
+    const auto place = [&](const Expr& at) { return at_place(axis_.stretch->map, at); };
+    const Expr before_half = binary(BinaryOp::subtract, s, half), after_half = binary(BinaryOp::add, s, half);
+    if (on_faces_) return times(h, share_before(x, place(before_half), place(after_half)));
+    const Expr before = times(h, share_before(x, place(binary(BinaryOp::subtract, s, h)), place(s)));
+    const Expr is_first = binary(BinaryOp::less, s, binary(BinaryOp::add, axis_.low, h)), is_last = binary(BinaryOp::greater, s, binary(BinaryOp::subtract, axis_.high, h));
+    if (is_periodic()) return binary(BinaryOp::add, before, select(is_last, times(h, share_before(x, place(s), place(binary(BinaryOp::add, s, h)))), 0.0));
+    const Expr first = times(half, share_before(x, axis_.low, place(s))), end = times(half, share_before(x, place(s), axis_.high));
+    return binary(BinaryOp::add, select(is_first, first, before), select(is_last, end, 0.0));
+  }
+  /// Places are made of numbers and parameters.
+  double number_of(double x) const {
+    double s = value_at(begin(axis_.spacing()), 0);
+    const Expr formula = part(x, axis_.spacing());
+    for (int i = 0; i < axis_.cells; ++i) s += value_at(formula, axis_.low + (i + 0.5) * axis_.spacing());
+    return s;
+  }
+
+  const Axis& axis_;
+  int number_;
+  bool on_faces_;
 };
 
 Expr Rewriter::operator()(const Expr& e) {
   const Origin origin = e->origin;
   return match(
-      e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; }, [&](const Sample&) { return e; },
+      e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; }, [&](const Sample& s) { return sampled(s, origin); },
       [&](const Param& p) { return spacing_or(p, e); },
       [&](const Coordinate& c) { return is_stretched(c.axis) ? problem_.axes[static_cast<std::size_t>(c.axis)].stretch->map : e; },
       [&](const Neg& n) { return negate((*this)(n.operand), origin); },
@@ -98,10 +157,29 @@ Expr Rewriter::operator()(const Expr& e) {
 
 Expr Rewriter::spacing_or(const Param& p, const Expr& e) {
   for (int axis = 0; axis < static_cast<int>(slopes_.size()); ++axis) {
-    const bool is_its_spacing = p.name == "h" + problem_.axes[static_cast<std::size_t>(axis)].name;
-    if (is_its_spacing && is_stretched(axis)) return over(e, metric(axis), e->origin);
+    if (!is_stretched(axis)) continue;
+    const Axis& along = problem_.axes[static_cast<std::size_t>(axis)];
+    if (p.name == "h" + along.name) return over(e, metric(axis), e->origin);
+    if (p.name == size_name(along)) return size_along(axis);
+    if (p.name == uniform_spacing_name(along)) return param("h" + along.name, e->origin);
   }
   return e;
+}
+
+/// What `weighted` weighs integrals by, times the spacing.
+Expr Rewriter::size_along(int axis) {
+  const auto a = static_cast<std::size_t>(axis);
+  const Expr h = param("h" + problem_.axes[a].name);
+  return times(norm(a, home_[a]), home_[a] ? times(h, *slopes_[a]) : over(h, metric(axis)));
+}
+
+Expr Rewriter::sampled(Sample sample, Origin origin) {
+  for (std::size_t a = 0; a < sample.place.size(); ++a) {
+    const int axis = static_cast<int>(a);
+    sample.place[a] = (*this)(sample.place[a]);
+    if (slopes_[a]) sample.place[a] = UniformPlace(problem_.axes[a], axis, placements_.of(sample.field)[a]).of(sample.place[a]);
+  }
+  return model::sample(std::move(sample), origin);
 }
 
 Expr Rewriter::derivative_of(const Derivative& d, Origin origin) {
@@ -129,7 +207,7 @@ Expr Rewriter::weighted(const Reduce& r, Origin origin) {
   for (std::size_t a = 0; a < slopes_.size(); ++a) {
     if (!is_weighted || !slopes_[a] || !r.over[a]) continue;
     operand = home[a] ? times(operand, *slopes_[a]) : over(operand, metric(static_cast<int>(a)));
-    factor *= normalisation(problem_.axes[a], *slopes_[a], home[a]);
+    factor *= norm(a, home[a]);
   }
   Reduce result = r;
   result.operand = operand;
@@ -168,12 +246,16 @@ void rewrite_task(Rewriter& rewriter, Task& task) {
 
 }  // namespace
 
+std::string size_name(const Axis& axis) { return "size of " + axis.name; }
+std::string uniform_spacing_name(const Axis& axis) { return "uniform spacing of " + axis.name; }
+
 Problem in_uniform_coordinates(Problem problem) {
   const auto is_stretched = [](const Axis& axis) { return axis.stretch.has_value(); };
   if (std::ranges::none_of(problem.axes, is_stretched)) return problem;
   const Problem before = problem;
   Rewriter rewriter(before);
   for (State& state : problem.states) {
+    rewriter.begin(state.placement);
     rewriter.rewrite(state.rhs);
     rewriter.rewrite(state.initial.formula);
     rewriter.rewrite(state.exact);
@@ -182,7 +264,10 @@ Problem in_uniform_coordinates(Problem problem) {
   for (Coefficient& coefficient : problem.coefficients) rewriter.rewrite(coefficient.value.formula);
   for (Quantity& observable : problem.observables) observable.value = rewriter(observable.value);
   for (Event& event : problem.events) {
-    for (Event::Update& update : event.updates) update.value = rewriter(update.value);
+    for (Event::Update& update : event.updates) {
+      rewriter.begin(before.find_state(update.state)->placement);
+      update.value = rewriter(update.value);
+    }
   }
   for (StatedOrder& stated : problem.operators) {
     for (Expr& part : stated.body) part = rewriter(part);

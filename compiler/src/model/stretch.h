@@ -10,11 +10,21 @@
 // A sum of m*(flux[+1/2] - flux[-1/2])/h, weighted by h/m, telescopes: what is conserved on uniform grids stays conserved.
 // On a wall the metric has its own value there exactly, so that fluxes through walls are those that conditions give.
 // Where fields are staggered the metric is interpolated to where it is wanted.
+//
+//   the size of a cell in inject   what integral weighs values by, at the placement of the equation
+//   sample(f, at = y)              at s(y), where both are linear in one another between the points of f and the walls
 #pragma once
+
+#include <string>
 
 #include "model/model.h"
 
 namespace dpde::model {
+
+/// The parameters that stand, above, for the size of a cell along a stretched axis and for the uniform spacing; no names that a
+/// file could have.
+std::string size_name(const Axis& axis);
+std::string uniform_spacing_name(const Axis& axis);
 
 /// The problem in the uniform coordinates; itself where nothing is stretched.
 Problem in_uniform_coordinates(Problem problem);

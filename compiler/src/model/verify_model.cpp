@@ -268,7 +268,8 @@ class Verifier {
           demand(fields_.contains(s.field), fmt::format("{}: there is no field {}", where, s.field));
           demand(s.place.size() == problem_.axes.size(),
                  fmt::format("{}: sampled at {} coordinates", where, s.place.size()));
-          for (const Expr& part : s.place) demand(is_uniform(part), where + ": sampled at a place that varies");
+          // on a stretched axis a place is a sum over all cells
+          for (const Expr& part : s.place) demand(is_uniform(part) || holds_reduction(part), where + ": sampled at a place that varies");
         },
         [&](const Reduce& r) {
           need(allowed.reductions, "a reduction");
@@ -297,10 +298,6 @@ class Verifier {
     for (const State& state : problem_.states) {
       for (std::size_t axis = 0; axis < state.placement.size(); ++axis) {
         demand(!state.placement[axis] || axis < problem_.axes.size(), fmt::format("{} is staggered along no axis", state.name));
-        if (!state.placement[axis] || axis >= state.boundary.size() || problem_.axes[axis].topology == Topology::periodic) continue;
-        const AxisSides& sides = state.boundary[axis];
-        demand(sides.low.kind == SideKind::value && sides.high.kind == SideKind::value,
-               fmt::format("{} lies on walls without a value", state.name));
       }
       if (state.rhs) demand(!placements.find_mistake(*state.rhs, state.placement), fmt::format("equation of {}: placements are mixed", state.name));
     }

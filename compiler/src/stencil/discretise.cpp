@@ -347,7 +347,7 @@ Discretiser::Quotient Discretiser::velocity_at(const model::Expr& e, const Place
 /// Interpolation at the way from the current cell to the place: the same value wherever it is taken.
 Expr Discretiser::sample(const model::Sample& e, const Place& place) {
   const auto found = reading_.fields.find(e.field);
-  Interp result{found == reading_.fields.end() ? e.field : found->second, {}, {}, {}};
+  Interp result{found == reading_.fields.end() ? e.field : found->second, {}, {}, e.along};
   for (int axis = 0; axis < static_cast<int>(e.place.size()); ++axis) {
     const Expr way = at(e.place[axis], place).value() - access(axis_letter(axis));
     const bool on_faces = placements_.of(e.field)[static_cast<std::size_t>(axis)];

@@ -303,13 +303,18 @@ class ModuleReader {
     return boundary;
   }
 
-  /// zero_gradient, gradient(c), mixed(a, b, c), on_wall(c) or a value.
+  /// zero_gradient, gradient(c), mixed(a, b, c) or a value; on_wall(...) with one of these in it.
   Side read_condition(const ast::Expr& e, const char* statement) {
     if (is_name(e, "zero_gradient")) return {SideKind::zero_gradient, 0.0};
     BoundaryValueReader reader(fields_, statement, sink_);
     const ast::Call* call = std::get_if<ast::Call>(&e->kind);
     const bool gradient = call && call->callee == "gradient", mixed = call && call->callee == "mixed";
     const bool on_wall = call && call->callee == "on_wall";
+    if (on_wall && call->arguments.size() == 1) {
+      Side side = read_condition(call->arguments[0].value, statement);
+      side.on_wall = true;
+      return side;
+    }
     if (!gradient && !mixed && !on_wall) return {SideKind::value, read_wall(e, reader)};
     if (call->arguments.size() != (mixed ? 3u : 1u)) {
       sink_.report("kernel-argument-count", e.range(),
@@ -317,7 +322,7 @@ class ModuleReader {
       return {};
     }
     const Expr value = read_wall(call->arguments.back().value, reader);
-    if (!mixed) return {gradient ? SideKind::gradient : SideKind::on_wall, value};
+    if (!mixed) return {SideKind::gradient, value};
     return {SideKind::mixed, value, reader.read(call->arguments[0].value), reader.read(call->arguments[1].value)};
   }
 

@@ -236,14 +236,13 @@ void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axe
 
 // ---- halos ---------------------------------------------------------------------------------------------------------
 
-/// What a fill puts into a place: weight*u[image] + rate*c.
+/// What a fill puts into a place: weight*u[image] + rate*c, and on walls farther*u of the cell behind the image.
 struct Mirror {
-  double weight, rate;
+  double weight, rate, farther = 0;
 };
 
-Mirror mirror(const Side& side, int k, double a, double b, double way) {
+Mirror mirror(const Side& side, double a, double b, double way) {
   switch (side.kind) {
-    case SideKind::on_wall: return k == 0 ? Mirror{0, 1} : Mirror{-1, 2};
     case SideKind::value: return {-1, 2};
     case SideKind::zero_gradient: return {1, 0};
     case SideKind::gradient: return {1, way};
@@ -252,9 +251,19 @@ Mirror mirror(const Side& side, int k, double a, double b, double way) {
   unreachable("kind of side");
 }
 
-/// A halo cell, the cell it is filled from, and how; `side` is nullptr along periodic axes.
+/// For the point on a wall, of an axis with n cells.
+Mirror on_the_wall(const Side& side, int n, double a, double b, double h) {
+  if (side.kind == SideKind::value) return {0, 1};
+  if (side.kind == SideKind::zero_gradient) b = h = 1;
+  if (side.kind == SideKind::gradient) b = 1;
+  const double rate = 1 / (a + (n < 3 ? 1 : 1.5) * b / h);
+  if (n < 3) return {b / h * rate, rate};
+  return {2 * b / h * rate, rate, -b / (2 * h) * rate};
+}
+
+/// A halo cell, the cells it is filled from, and how; `side` is nullptr along periodic axes.
 struct HaloCell {
-  Cell place, image;
+  Cell place, image, behind;
   const Side* side;
   Mirror mirror;
 };
@@ -270,20 +279,24 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
   const int n = state.grid().cells[axis];
   const bool periodic = boundary.topology == Topology::periodic;
   const int on_wall = is_on_walls(boundary) ? 1 : 0;
+  const bool is_wall = on_wall == 1 && k == 0;
   std::vector<HaloCell> cells;
-  for (const bool low_side : {true, false}) {
+  for (const bool first : {true, false}) {
+    const bool low_side = first != is_wall;
     if (k == width[axis] && low_side) continue;
     const Side& side = low_side ? boundary.low : boundary.high;
+    if (is_wall && !low_side && n == 1 && side.kind != SideKind::value) continue;  // stays as it is
     Mirror how{1, 0};
     if (!periodic) {
       const bool mixed = side.kind == SideKind::mixed, slope = mixed || side.kind == SideKind::gradient;
       const double h = slope ? params.at(std::string("h") + "xyz"[axis]) : 0;
       const double a = mixed ? uniform_value(side.a, state, params) : 0;
       const double b = mixed ? uniform_value(side.b, state, params) : 0;
-      how = mirror(side, k, a, b, (2 * k + 1) * h);
+      how = is_wall ? on_the_wall(side, n, a, b, h) : mirror(side, a, b, (2 * k + 1 - on_wall) * h);
     }
     const int place = low_side ? -1 - k : n - on_wall + k;
-    const int image = periodic ? modulo(place, n) : low_side ? std::max(k - on_wall, 0) : n - 1 - k;
+    const int inner = is_wall ? std::max(n - 2, 0) : n - 1 - k;
+    const int image = periodic ? modulo(place, n) : low_side ? std::max(k - on_wall, 0) : inner;
     Cell low{}, high = state.grid().cells;
     for (int before = 0; before < axis; ++before) {
       low[before] -= width[before];
@@ -292,8 +305,9 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
     low[axis] = place;
     high[axis] = place + 1;
     for_each_cell(low, high, [&](const Cell& cell) {
-      cells.push_back({cell, cell, periodic ? nullptr : &side, how});
+      cells.push_back({cell, cell, cell, periodic ? nullptr : &side, how});
       cells.back().image[axis] = image;
+      cells.back().behind[axis] = image + (low_side ? 1 : -1);
     });
   }
   return cells;
@@ -319,8 +333,9 @@ void apply(State& state, const Fill& fill, const Params& params) {
     for (int k = 0; k < layers; ++k) {
       for (const HaloCell& cell : layer_of_halo(state, fill.axes[axis], axis, k, width, params)) {
         const double constant = cell.mirror.rate * wall_value(cell, fill.axes, state, params);
-        const double image = cell.mirror.weight == 0 ? 0 : cell.mirror.weight * state.at(fill.field, cell.image);
-        state.at(fill.field, cell.place) = state.stored(image + constant);
+        double inner = cell.mirror.weight == 0 ? 0 : cell.mirror.weight * state.at(fill.field, cell.image);
+        if (cell.mirror.farther != 0) inner += cell.mirror.farther * state.at(fill.field, cell.behind);
+        state.at(fill.field, cell.place) = state.stored(inner + constant);
       }
     }
   }
@@ -341,6 +356,10 @@ void apply(State& state, const Fold& fold, const Params& params) {
         if (const std::string* field = wall_field(*cell.side)) {
           double& wall = state.at(*field, cell.place);
           wall = state.stored(wall + cell.mirror.rate * value);
+        }
+        if (cell.mirror.farther != 0) {
+          double& behind = state.at(fold.field, cell.behind);
+          behind = state.stored(behind + cell.mirror.farther * value);
         }
         if (cell.mirror.weight != 0) {
           double& image = state.at(fold.field, cell.image);

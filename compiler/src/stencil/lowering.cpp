@@ -263,6 +263,14 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     fill(signature(stage.kernel).reads, stage.time, 0);
     run(stage.kernel, 0);
   }
+  std::vector<Signature::Read> results;
+  for (const Stage& stage : stages) {
+    for (const std::string& field : signature(stage.kernel).writes) {
+      const model::State* state = state_on_walls(field);
+      if (state && is_derived_on_wall(*state, problem_)) results.push_back({field, {}, false});
+    }
+  }
+  fill(results, time_of_results, 0);
   module.programs.push_back(std::move(program));
   return module.programs.back();
 }

@@ -44,7 +44,7 @@ class Lowering {
   /// `kernel` with the lets of `at_point`, and behind what they need; it reads the fields at `time`.
   static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Reading().time);
   /// Adds the kernels and the program that runs them; swaps and keeps are the caller's.
-  /// What is stored for a state that lies on walls is, there, the wall's value: at the time of the stage that reads it, else
+  /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that reads it, else
   /// at that of the results.
   Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages, const Expr& time_of_results = Reading().time) const;
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }

@@ -162,16 +162,20 @@ std::string parameters_text(const Kernel& kernel) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-std::string side_text(const Side& side) {
+std::string condition_text(const Side& side) {
   switch (side.kind) {
     case SideKind::value: return print(side.value, 1);
     case SideKind::zero_gradient: return "zero_gradient";
-    case SideKind::on_wall: return fmt::format("on_wall({})", print(side.value, 1));
     case SideKind::gradient: return fmt::format("gradient({})", print(side.value, 1));
     case SideKind::mixed:
       return fmt::format("mixed({}, {}, {})", print(side.a, 1), print(side.b, 1), print(side.value, 1));
   }
   unreachable("kind of side");
+}
+
+std::string side_text(const Side& side) {
+  const std::string condition = condition_text(side);
+  return side.on_wall ? fmt::format("on_wall({})", condition) : condition;
 }
 
 std::string boundary_text(const std::vector<AxisBoundary>& axes) {

@@ -130,7 +130,7 @@ const std::string* wall_field(const Side& side) {
 }
 
 bool is_on_walls(const AxisBoundary& axis) {
-  return axis.topology == Topology::bounded && axis.low.kind == SideKind::on_wall;
+  return axis.topology == Topology::bounded && axis.low.on_wall;
 }
 
 bool is_on_walls(const std::vector<AxisBoundary>& axes) {

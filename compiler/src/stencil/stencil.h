@@ -16,11 +16,13 @@
 //    value c: (u+v)/2 = c. zero_gradient: v = u. gradient c: (v-u)/s = c. mixed(a, b, c): a*(u+v)/2 + b*(v-u)/s = c.
 //    c is the same along the wall, or a field that is read at the place -1-k itself,
 //    along periodic axes where the place wraps to.
-//    on_wall(c), at both sides of an axis or at none: the values lie on the upper faces of the cells, so that -1 and n-1 are
-//    on the walls. The fill sets both: u[-1] = c and u[n-1] = c, then outwards from k = 1 the odd image about the wall,
-//    u[-1-k] = 2c - u[k-1] and u[n-1+k] = 2c - u[n-1-k], low before high in each layer. n-1 is the only interior place a
-//    fill ever changes: such a field is filled before it is read anywhere. What a program leaves at n-1 of a result is
-//    what its kernel stored there, or what the fill of the next step sets.
+//    on_wall(condition), at both sides of an axis or at none: the values lie on the upper faces of the cells, so that -1 and
+//    n-1 are on the walls. The fill sets both, high before low: a value c as it is, the other conditions with w at the
+//    wall for (u+v)/2 and the one-sided derivative (3w - 4u' + u'')/(2*hx) for (v-u)/s, u' and u'' one and two cells inside; (w - u')/hx
+//    where n = 2. Where n = 1 nothing lies inside: a high side that is no value keeps what is there, and then low takes (w - u')/hx with that for u'.
+//    From k = 1 outwards, low before high, the conditions are as above, about the wall: -1-k from k-1, n-1+k from
+//    n-1-k, s = 2k*hx. n-1 is the only interior place a fill ever changes: such a field is filled before it is read anywhere.
+//    What a program leaves at n-1 of a result is what its kernel stored there, or a fill behind it, or what the fill of the next step sets.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
 //    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it first
@@ -190,10 +192,12 @@ struct Kernel {
 
 /// One side of a bounded axis. `value` is made of params and numbers, or is one field at offset 0 (for a fold: the field
 /// that the transpose goes to); zero_gradient has none. `a` and `b`, of params and numbers, are meant for SideKind::mixed.
+/// `on_wall`: of a field whose last value along the axis lies on the wall.
 struct Side {
   SideKind kind = SideKind::value;
   Expr value = 0.0;
   Expr a = 0.0, b = 0.0;
+  bool on_wall = false;
   bool operator==(const Side&) const = default;
 };
 struct AxisBoundary {

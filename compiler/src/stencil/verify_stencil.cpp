@@ -187,8 +187,7 @@ class ProgramCheck {
       if (axis.topology == Topology::periodic) continue;
       check_side(field, axis.low);
       check_side(field, axis.high);
-      const bool low = axis.low.kind == SideKind::on_wall, high = axis.high.kind == SideKind::on_wall;
-      if (low != high) problem("has {} on the wall at one side of an axis only", field);
+      if (axis.low.on_wall != axis.high.on_wall) problem("has {} on the wall at one side of an axis only", field);
     }
     if (topologies != program_.axes) problem("has other axes than the boundaries of {}", field);
   }

@@ -48,12 +48,19 @@ bool is_on_walls(const model::State& state, const model::Problem& problem, int a
 Expr with_wall_value(const model::State& state, const model::Problem& problem, const Expr& value, const Expr& time) {
   Expr result = value;
   for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
-    if (!is_on_walls(state, problem, axis)) continue;
+    if (!is_on_walls(state, problem, axis) || state.boundary[axis].high.kind != SideKind::value) continue;
     Offset next{};
     next[axis] = 1;
     result = select(inside(next, 0), result, side_value(state, problem, axis, false, time));
   }
   return result;
+}
+
+bool is_derived_on_wall(const model::State& state, const model::Problem& problem) {
+  for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
+    if (is_on_walls(state, problem, axis) && state.boundary[axis].high.kind != SideKind::value) return true;
+  }
+  return false;
 }
 
 bool Walls::varies(const model::Expr& value) const {
@@ -80,7 +87,7 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
       const bool on_wall = is_on_walls(state, problem_, axis);
       const Expr c = side_value(state, problem_, axis, is_low, time);
       Side& side = is_low ? boundary.back().low : boundary.back().high;
-      side = {on_wall ? SideKind::on_wall : from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {})};
+      side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_wall};
       if (from.kind == SideKind::zero_gradient || !varies(from.value)) continue;
       // the points on the high wall belong to the last cells
       const Expr last = on_wall && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);

@@ -15,8 +15,11 @@
 
 namespace dpde::stencil {
 
-/// `value` of a state, but at its points on a high wall that wall's value at `time`.
+/// `value` of a state, but at its points on a high wall the value that its boundary has there, where it is one, at `time`.
 Expr with_wall_value(const model::State& state, const model::Problem& problem, const Expr& value, const Expr& time);
+
+/// Whether values of the state on a high wall, which are stored, follow from those beside them: then only a fill can set them.
+bool is_derived_on_wall(const model::State& state, const model::Problem& problem);
 
 class Walls {
  public:

@@ -13,8 +13,7 @@ enum class BinaryOp { add, subtract, multiply, divide, power, less, less_equal, 
 enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor, fraction, min, max };
 
 enum class Topology { periodic, bounded };
-/// on_wall: the value at a side where the axis's last entry lies on the wall itself, of a field that is staggered along it.
-enum class SideKind { value, zero_gradient, gradient, mixed, on_wall };
+enum class SideKind { value, zero_gradient, gradient, mixed };
 /// How the values of a field along some axes become one.
 enum class Reduction { mean, sum, max, min };
 /// What the values of fields are, and what is computed with them.

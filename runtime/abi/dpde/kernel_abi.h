@@ -75,11 +75,13 @@ typedef struct dpde_kernel {
   int32_t own;         /* index of the first of its own uniforms: kernels that differ in these and in their fields only share a row */
 } dpde_kernel;
 
-enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3, DPDE_ON_WALL = 4 };
+enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3, DPDE_ON_WALL = 4, DPDE_MIXED_ON_WALL = 5 };
 /* One side of an axis, what a fill puts into cell -1-k from cell k, with m = 2k+1:
  *   DPDE_VALUE: 2c - u. DPDE_ZERO_GRADIENT: u. DPDE_MIXED: the v with a*(u+v)/2 + b*(v-u)/m = c.
- *   DPDE_ON_WALL, at both sides or none: cells -1 and cells-1 are on the walls and become c, -1-k becomes 2c - u of cell k-1
- *   and cells-1+k that of cell cells-1-k, k >= 1.
+ *   DPDE_ON_WALL and DPDE_MIXED_ON_WALL, at both sides or none: cells -1 and cells-1 are on the walls. The first makes them c, the
+ *   second the w with a*w + b*(3w - 4u + u')/2 = c, u and u' one and two cells inside; with b*(w - u) where there are two cells. One
+ *   cell: a high side that is mixed stays as it is, a low one gets that w. Then -1-k is made from cell k-1 and cells-1+k from cell
+ *   cells-1-k as by DPDE_VALUE and DPDE_MIXED, with m = 2k, k >= 1.
  * value, a, b: index of the uniform that holds c, a, b; -1 for 0. field: index of the field that holds c at the place that
  * is filled (along periodic axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
 typedef struct dpde_side {

@@ -85,7 +85,7 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
   if (call && call->callee == "mixed") return mixed_side(draft, *call, field);
   if (call && call->callee == "on_wall") {
     draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
-                      "in a model, field u on faces.x says that u lies on the walls, and its boundary is a value");
+                      "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, zero_gradient, gradient(g) or mixed(a, b, c)");
     return std::nullopt;
   }
   const auto number = Expressions(draft, Purpose::boundary, field).number(value);
@@ -197,12 +197,7 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
   for (int i = 0; i < static_cast<int>(draft.problem.axes.size()); ++i) {
     const Axis& axis = draft.problem.axes[i];
     if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
-    Side set = value.value_or(Side{});
-    if (into.placement[static_cast<std::size_t>(i)] && set.kind != SideKind::value) {
-      draft.sink.report("wall-needs-value", side.value.range(), {into.field, axis.name},
-                        fmt::format("the last {0} lies on the wall itself: write boundary {0}: {1} = 0", into.field, axis.name));
-      set = Side{};
-    }
+    const Side set = value.value_or(Side{});
     const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before
@@ -253,7 +248,7 @@ void bind_boundaries(Draft& draft) {
     for (const ast::BoundarySide& side : item.sides) {
       const std::size_t before = draft.sink.all().size();
       for (std::size_t i = 0; i < states.size(); ++i) {
-        SidesOfField into{states[i]->name, states[i]->boundary, states[i]->placement, seen[states[i]->name]};
+        SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
         const bool failed = draft.sink.all().size() != before;  // said once, not for each component
         bind_side(draft, failed ? poisoned(side) : part_of(draft, side, i, states.size()), into);
       }

@@ -73,8 +73,6 @@ struct Draft {
   Problem problem;
   Scope scope;
   std::map<std::string, Typed> lets;
-  int injections = 0;                   // point sources in what was read so far
-  std::set<std::string> injecting_lets;
   int expansions = 0;  // of functions and operators of the file
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task

@@ -11,9 +11,7 @@ namespace dpde::model {
 namespace {
 
 void bind_let(Draft& draft, const ast::LetItem& item) {
-  const int injections = draft.injections;
   Typed value = Expressions(draft, Purpose::equation, "let " + item.name.name).definition(item.value);
-  if (draft.injections > injections) draft.injecting_lets.insert(item.name.name);
   if (!declare(draft, item.name, Role::let)) return;
   if (value.type != Typed::Type::none) draft.lets.emplace(item.name.name, std::move(value));
 }
@@ -30,9 +28,7 @@ void bind_equations(Draft& draft) {
     const std::vector<State*> states = rated.empty() || moved.empty() ? moved : find_states(draft, item.field, "an equation");
     if (states.empty() || !is_first(draft, "the equation", name, moved, seen)) continue;
     const std::string subject = fmt::format("dt({})", item.field.name);
-    const int injections = draft.injections;
     const auto rhs = Expressions(draft, Purpose::equation, subject).components(item.rhs, item.field.name);
-    if (draft.injections > injections) check_injection(draft, item.rhs.range(), states);
     for (std::size_t i = 0; i < states.size(); ++i) {
       if (!rated.empty()) moved[i]->rhs = field(states[i]->name, {item.field.range});
       moved[i]->origin = states[i]->origin = {range};

@@ -32,9 +32,7 @@ std::vector<int> steps_at(Draft& draft, const std::vector<ast::Expr>& times) {
 void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& event, std::map<std::string, SourceRange>& seen) {
   const std::vector<State*> states = find_states(draft, update.field, "an event");
   if (states.empty() || !is_first(draft, "the new value", update.field, states, seen)) return;
-  const int injections = draft.injections;
   const auto values = Expressions(draft, Purpose::equation, update.field.name).components(update.value, update.field.name);
-  if (draft.injections > injections) check_injection(draft, update.value.range(), states);
   for (std::size_t i = 0; values && i < states.size(); ++i) {
     const Expr here = field(states[i]->name, {update.field.range});
     const Expr value = update.accumulate ? binary(BinaryOp::add, here, (*values)[i], {update.field.range}) : (*values)[i];

@@ -242,7 +242,6 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::let: {
       if (!rules.derivatives) return refuse("let " + e.name, range);
       const auto found = draft_.lets.find(e.name);
-      if (draft_.injecting_lets.contains(e.name)) ++draft_.injections;
       return found == draft_.lets.end() ? Typed{} : found->second;
     }
     case Role::coordinate:

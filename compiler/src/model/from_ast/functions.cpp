@@ -82,13 +82,11 @@ void Expressions::note_order(const FunctionScope& call, const Typed& value) {
     scope.arguments.emplace(name, std::move(argument));
   }
   const std::size_t dropped = draft_.problem.dropped.size();
-  const int injections = draft_.injections;
   is_measuring_ = true;
   function_ = &scope;
   const Typed body = holds_network ? value : any(function.body);
   function_ = scope.outer;
   is_measuring_ = false;
-  draft_.injections = injections;
   draft_.problem.dropped.resize(dropped);
   const StatedOrder stated{function.name.name, *function.order, body.parts, purpose_ == Purpose::equation, {function.name.range}};
   const bool is_known = std::any_of(draft_.problem.operators.begin(), draft_.problem.operators.end(), [&](const StatedOrder& other) {

@@ -27,7 +27,6 @@ Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, i
 /// The same for a scene of `axes` axes, without diagnostics.
 std::optional<Placement> placement_named(const std::string& on, int component, int axes);
 void check_placements(Draft& draft);
-void check_injection(Draft& draft, SourceRange range, const std::vector<State*>& states);
 // program.cpp: the same for a hand-written program, and what its fills say of the boundaries
 void declare_program(Draft& draft);
 void bind_fills(Draft& draft);
@@ -84,8 +83,6 @@ void keep_called_networks(Draft& draft);
 // stretch.cpp
 /// The formula of a stretched axis, with its numbers; after all axes.
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis);
-/// Reports that `what` needs uniform axes, where one is not.
-bool refuses_stretched(Draft& draft, const std::string& what, SourceRange range, const std::string& hint);
 
 // time.cpp
 void bind_time(Draft& draft);
@@ -123,7 +120,6 @@ void bind_boundaries(Draft& draft);
 struct SidesOfField {
   std::string field;
   std::vector<AxisSides>& sides;
-  Placement placement;
   std::vector<std::array<SourceRange, 2>>& seen;
 };
 void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into);

@@ -56,10 +56,7 @@ void check_no_wall_values(Draft& draft, const Placements& placements, const Expr
     return;
   }
   if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
-    const int axis = walled_axis(draft, placements.of(sampled->field));
-    if (axis < 0) return;
-    draft.sink.report("not-staggered", e->origin.range, {sampled->field + " cannot be sampled", draft.problem.axes[axis].name, "it"}, "sample a field at cell centres");
-    return;
+    return check_no_wall_values(draft, placements, field(sampled->field, e->origin), true, where);
   }
   const bool moves = std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) ||
                      std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
@@ -114,15 +111,6 @@ Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, i
   draft.sink.report("unknown-placement", on->range, {of_number ? "faces of a number" : on->name},
                     of_number ? "write on faces.x for those across x" : placements_hint);
   return {};
-}
-
-void check_injection(Draft& draft, SourceRange range, const std::vector<State*>& states) {
-  for (const State* state : states) {
-    const int axis = walled_axis(draft, state->placement);
-    if (axis < 0) continue;
-    draft.sink.report("not-staggered", range, {state->name + " takes no point source", draft.problem.axes[axis].name, "it"}, "inject into a field at cell centres");
-    return;
-  }
 }
 
 namespace {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points between cells: inject(f, at = (x0, y0)), a density whose sum over the cells times their volume is f. It is
-// spelled out here in functions that exist, so that discretising and differentiating it need no rule of their own.
+// Points between cells: inject(f, at = (x0, y0)), a density whose sum over the cells times their volume is f, and sample, the
+// value of a field there. They are spelled out here in functions that exist, so that discretising and differentiating them
+// need no rule of their own. Formulas of coordinates are known at every placement: what is a hat around each cell's centre
+// is one around each face, where values on faces are wanted.
 #include <fmt/format.h>
 
 #include "model/build.h"
+#include "model/formula.h"
 #include "model/from_ast/constants.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/stretch.h"
 
 namespace dpde::model {
 
@@ -21,22 +25,103 @@ Expr smaller(const Expr& a, const Expr& b) { return call(Fn::min, {a, b}); }
 /// hx, hy, hz: bound by the grid that the scene is run on.
 Expr spacing(int axis) { return param("h" + axis_name(axis)); }
 
-/// 1 - |p| where that is positive, else 0. By the rules for ties its slope at -1, 0 and 1 is the one towards smaller p,
-/// which is the right-hand one in the position of the point, as `interp` has it.
-Expr hat(const Expr& p) { return larger(smaller(minus(1.0, p), larger(0.0, plus(1.0, p))), 0.0); }
+/// The smaller of the two where that is positive, else 0: what a point takes of the cell x when it lies by `left` of the way
+/// from the cell before to x, and `right` of that from the one behind, so that both are 1 at x. By the rules for ties its slope
+/// where the hat begins, at its top and at its end is the right-hand one in the position of the point, as `interp` has it.
+Expr hat(const Expr& left, const Expr& right) { return larger(smaller(left, larger(0.0, right)), 0.0); }
 
-/// What a cell takes of a point at `position` along an axis. Along a periodic axis the point has images one period away;
-/// within half a cell of a wall all belongs to the cell there.
-Expr weight_along(const Axis& axis, int number_of_axis, const Expr& position) {
-  const Expr h = spacing(number_of_axis), half = binary(BinaryOp::divide, h, 2.0);
-  const auto hat_at = [&](const Expr& point) {
-    return hat(binary(BinaryOp::divide, minus(coordinate(number_of_axis), point), h));
-  };
-  if (axis.topology == Topology::bounded) {
-    return hat_at(smaller(larger(position, plus(axis.low, half)), minus(axis.high, half)));
+/// The place so many cells behind the low end of an axis, and before the high one.
+Expr place_after(const Axis& axis, int number_of_axis, double cells) {
+  if (!axis.stretch) return plus(axis.low, times(cells, spacing(number_of_axis)));
+  return at_place(axis.stretch->map, smaller(plus(axis.low, times(cells, param(uniform_spacing_name(axis)))), axis.high));
+}
+Expr place_before(const Axis& axis, int number_of_axis, double cells) {
+  if (!axis.stretch) return minus(axis.high, times(cells, spacing(number_of_axis)));
+  return at_place(axis.stretch->map, larger(minus(axis.high, times(cells, param(uniform_spacing_name(axis)))), axis.low));
+}
+
+/// What one source gives along the axes of a scene.
+class Hats {
+ public:
+  explicit Hats(const Problem& problem) : problem_(problem) {
+    const auto note = [&](const State& state) {
+      for (std::size_t a = 0; a < 3; ++a) is_staggered_[a] = is_staggered_[a] || state.placement[a];
+    };
+    for (const State& state : problem.states) note(state);
   }
-  const double period = axis.high - axis.low;
-  return plus(plus(hat_at(position), hat_at(minus(position, period))), hat_at(plus(position, period)));
+
+  /// What a cell takes of a point at `position` along an axis. Along a periodic axis the point has images one period away. Between
+  /// walls the first and the last point that are no walls themselves take all that lies beyond them.
+  Expr along(int number_of_axis, const Expr& position) const {
+    const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
+    if (axis.topology == Topology::periodic) {
+      const double period = axis.high - axis.low;
+      const auto hat_at = [&](const Expr& point) { return hat(left(number_of_axis, point), right(number_of_axis, point)); };
+      return plus(plus(hat_at(position), hat_at(minus(position, period))), hat_at(plus(position, period)));
+    }
+    if (!axis.stretch && !is_staggered_[static_cast<std::size_t>(number_of_axis)]) {
+      const Expr half = binary(BinaryOp::divide, spacing(number_of_axis), 2.0);
+      const Expr inside = smaller(larger(position, plus(axis.low, half)), minus(axis.high, half));
+      return hat(left(number_of_axis, inside), right(number_of_axis, inside));
+    }
+    const Expr x = coordinate(number_of_axis);
+    const auto at = [&](BinaryOp op, const Expr& limit) { return binary(op, x, limit); };
+    const Expr is_first = at(BinaryOp::less, place_after(axis, number_of_axis, 1.25)), is_last = at(BinaryOp::greater, place_before(axis, number_of_axis, 1.25));
+    const Expr share = hat(select(is_first, 1.0, left(number_of_axis, position)), select(is_last, 1.0, right(number_of_axis, position)));
+    if (!is_staggered_[static_cast<std::size_t>(number_of_axis)]) return share;
+    return select(at(BinaryOp::greater, place_before(axis, number_of_axis, 0.25)), 0.0, share);
+  }
+  Expr size(int number_of_axis) const {
+    const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
+    return axis.stretch ? param(size_name(axis)) : spacing(number_of_axis);
+  }
+
+ private:
+  Expr left(int axis, const Expr& point) const {
+    if (!problem_.axes[static_cast<std::size_t>(axis)].stretch) return minus(1.0, way(axis, point));
+    const Expr before = neighbour(axis, -1);
+    return binary(BinaryOp::divide, minus(point, before), minus(coordinate(axis), before));
+  }
+  Expr right(int axis, const Expr& point) const {
+    if (!problem_.axes[static_cast<std::size_t>(axis)].stretch) return plus(1.0, way(axis, point));
+    const Expr behind = neighbour(axis, +1);
+    return binary(BinaryOp::divide, minus(behind, point), minus(behind, coordinate(axis)));
+  }
+  static Expr way(int axis, const Expr& point) { return binary(BinaryOp::divide, minus(coordinate(axis), point), spacing(axis)); }
+  /// The place of the point before (-1) or behind (+1). Coordinates wrap around along periodic axes.
+  Expr neighbour(int number_of_axis, int cells) const {
+    const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
+    std::vector<int> offset(problem_.axes.size(), 0);
+    offset[static_cast<std::size_t>(number_of_axis)] = cells;
+    const Expr x = coordinate(number_of_axis), place = shift(x, std::move(offset));
+    if (axis.topology == Topology::bounded) return place;
+    const double period = axis.high - axis.low;
+    const Expr is_first = binary(BinaryOp::less, x, place_after(axis, number_of_axis, 1.25));
+    const Expr is_last = binary(BinaryOp::greater, x, place_before(axis, number_of_axis, 0.75));
+    return cells < 0 ? select(is_first, minus(place, period), place) : select(is_last, plus(place, period), place);
+  }
+
+  const Problem& problem_;
+  std::array<bool, 3> is_staggered_{};
+};
+
+/// The value of a field at a place along the axes from `axis` on. Interpolation ends half a cell beyond the centres: before the
+/// first face that lies between walls it is spelled out, from the value on the wall itself.
+Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
+  if (axis == problem.axes.size()) return model::sample(std::move(sample), origin);
+  const Axis& along = problem.axes[axis];
+  const State* state = problem.find_state(sample.field);
+  if (!state || !state->placement[axis] || along.topology == Topology::periodic) return sampled(problem, std::move(sample), axis + 1, origin);
+  const int number_of_axis = static_cast<int>(axis);
+  const Expr first = minus(place_after(along, number_of_axis, 1), along.low);
+  const Expr share = larger(binary(BinaryOp::divide, minus(sample.place[axis], along.low), first), 0.0);
+  sample.place[axis] = smaller(sample.place[axis], along.high);
+  const auto taken = [&](Along what) {
+    sample.along[axis] = what;
+    return sampled(problem, sample, axis + 1, origin);
+  };
+  const Expr below = times(minus(1.0, share), taken(Along::lower)), above = times(share, taken(Along::upper));
+  return select(binary(BinaryOp::less, share, 0.5), plus(below, above), taken(Along::linear), origin);
 }
 
 /// Whether `e` has the same value in every run: neither t nor an unknown nor a parameter without a value is in it.
@@ -59,8 +144,6 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
                                          : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
     return std::nullopt;
   }
-  const char* hint = "points between cells are found on uniform axes; a density is exp(-((y - y0)/w)^2)";
-  if (refuses_stretched(draft_, e.callee, e.callee_range, hint)) return std::nullopt;
   const ast::Expr& place = e.arguments[1].value;
   const auto position = as_vector(any(place), place.range());
   if (!position) return std::nullopt;
@@ -88,12 +171,12 @@ Typed Expressions::injection(const ast::Call& e, SourceRange range) {
   const auto position = point(e);
   const auto strength = e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!position || !strength) return {};
-  ++draft_.injections;
+  const Hats hats(draft_.problem);
   Expr volume = 1.0;
   Expr weight = 1.0;
   for (int axis = 0; axis < axis_count(); ++axis) {
-    weight = times(weight, weight_along(draft_.problem.axes[axis], axis, (*position)[axis]));
-    volume = times(volume, spacing(axis));
+    weight = times(weight, hats.along(axis, (*position)[axis]));
+    volume = times(volume, hats.size(axis));
   }
   return {Typed::Type::number, {binary(BinaryOp::divide, times(*strength, weight), volume, {range})}};
 }
@@ -105,7 +188,7 @@ Typed Expressions::sampling(const ast::Call& e, SourceRange range) {
   const auto operand = as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!operand) return {};
   const Field* field = std::get_if<Field>(&(*operand)->kind);
-  if (field) return {Typed::Type::number, {sample(field->name, *position, {range})}};
+  if (field) return {Typed::Type::number, {sampled(draft_.problem, {field->name, *position}, 0, {range})}};
   draft_.sink.report("not-allowed-here", e.arguments[0].value.range(), {"a formula", "sample"},
                      "sample one field, and calculate with what comes of it");
   return {};
@@ -144,7 +227,7 @@ Expr over_one_cell(Draft& draft, const Expr& e) {
   std::optional<Expr> first;
   for (int axis = 0; axis < static_cast<int>(draft.problem.axes.size()); ++axis) {
     const Axis& grid = draft.problem.axes[axis];
-    const Expr here = binary(BinaryOp::less, coordinate(axis), plus(grid.low, spacing(axis)));
+    const Expr here = binary(BinaryOp::less, coordinate(axis), place_after(grid, axis, 1));
     first = first ? binary(BinaryOp::logical_and, *first, here) : here;
   }
   return reduce(Reduce::Kind::sum, select(*first, e, 0.0), e->origin);

@@ -154,7 +154,7 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
 
 void bind_fill(Draft& draft, const ast::FillItem& fill, State& state) {
   std::vector<std::array<SourceRange, 2>> seen(draft.problem.axes.size());
-  SidesOfField into{state.name, state.boundary, state.placement, seen};
+  SidesOfField into{state.name, state.boundary, seen};
   for (const ast::BoundarySide& side : fill.sides) {
     bool fine = true, bounded = false;
     for (const Axis& axis : draft.problem.axes) {

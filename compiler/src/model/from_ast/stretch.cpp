@@ -125,13 +125,4 @@ void bind_stretch(Draft& draft, const ast::Expr& formula, int axis) {
   if (is_map) stretched.stretch = Stretch{*map, stretched.low, stretched.high};
 }
 
-bool refuses_stretched(Draft& draft, const std::string& what, SourceRange range, const std::string& hint) {
-  for (const Axis& axis : draft.problem.axes) {
-    if (!axis.stretch) continue;
-    draft.sink.report("on-stretched-axis", range, {what, axis.name}, hint);
-    return true;
-  }
-  return false;
-}
-
 }  // namespace dpde::model
