@@ -298,13 +298,14 @@ bool Executor::prepares(int field) const {
 }
 
 void Executor::run() {
+  const Stopwatch whole(clock_ ? &clock_->all : nullptr);
   if (program_->interpret != nullptr) {
     program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), weights_.data(), sums_.data());
     return;
   }
   if (!frame_.empty()) {
     make_frame(frame_.data());
-    return run_frame(frame_.data());
+    return run_lines(frame_.data());
   }
   std::fill(sums_.begin(), sums_.end(), 0.0);
   for (Operation& operation : plan_->operations) {
@@ -312,7 +313,11 @@ void Executor::run() {
       case DPDE_SWEEP: plan_->run_sweep(operation.sweep, *this, sums_); break;
       case DPDE_FILL: operation.fill.run(fields_.data(), uniforms_.data()); break;
       case DPDE_FOLD: operation.fold.run(fields_.data(), uniforms_.data()); break;
-      case DPDE_NETWORK: operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(), weights_[operation.inference.network()]); break;
+      case DPDE_NETWORK: {
+        const Stopwatch part(clock_ ? &clock_->networks : nullptr);
+        operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(), weights_[operation.inference.network()]);
+        break;
+      }
       default: operation.reduction.run(fields_.data());
     }
   }
@@ -348,6 +353,11 @@ void Executor::make_frame(void** frame) const {
 }
 
 void Executor::run_frame(void* const* frame) {
+  const Stopwatch whole(clock_ ? &clock_->all : nullptr);
+  run_lines(frame);
+}
+
+void Executor::run_lines(void* const* frame) {
   for (double& sum : sums_) sum = 0;
   for (Line& line : plan_->lines) {
     line.row.streams = frame;

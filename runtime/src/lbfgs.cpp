@@ -98,10 +98,7 @@ class LineSearch {
   int trials_ = 0;
 };
 
-struct Pair {
-  Eigen::VectorXd step, change;  // of x and of the gradient
-  double rho;
-};
+using Pair = LbfgsState::Pair;
 
 /// The two-loop recursion: minus the approximate inverse Hessian times the gradient.
 Eigen::VectorXd direction_of(const std::deque<Pair>& pairs, const Eigen::VectorXd& gradient) {
@@ -124,83 +121,80 @@ void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eige
 }
 
 /// A step along the projection of x + t*direction, t = first, first/2, ...; false when the loss does not fall enough.
-bool search_within(Minimiser& minimiser, Eigen::VectorXd& x, double& loss, Eigen::VectorXd& gradient,
-                   const Eigen::VectorXd& direction, double first, std::deque<Pair>& pairs, size_t memory) {
-  Eigen::VectorXd trial_gradient(x.size());
+bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first, size_t memory) {
+  Eigen::VectorXd trial_gradient(state.x.size());
   double step = first;
   for (int k = 0; k < most_trials; ++k, step /= 2) {
-    Eigen::VectorXd trial = x + step * direction;
+    Eigen::VectorXd trial = state.x + step * direction;
     minimiser.bounds.project(trial);
-    const double expected = gradient.dot(trial - x);
+    const double expected = state.gradient.dot(trial - state.x);
     if (!(expected < 0)) return false;
     double trial_loss = 0;
-    if (!minimiser.evaluate(trial, trial_loss, trial_gradient) || trial_loss > loss + sufficient_decrease * expected) continue;
-    remember(pairs, memory, trial - x, trial_gradient - gradient);
-    x = trial;
-    gradient = trial_gradient;
-    loss = trial_loss;
-    ++minimiser.result.iterations;
+    if (!minimiser.evaluate(trial, trial_loss, trial_gradient) || trial_loss > state.loss + sufficient_decrease * expected) continue;
+    remember(state.pairs, memory, trial - state.x, trial_gradient - state.gradient);
+    state.x = trial;
+    state.gradient = trial_gradient;
+    state.loss = trial_loss;
     return true;
   }
   return false;
 }
 
-OptimiseResult minimise_within(const Lbfgs& method, Minimiser& minimiser, Eigen::VectorXd x) {
-  Eigen::VectorXd gradient;
-  double loss = 0;
-  minimiser.bounds.project(x);
-  const bool finite = minimiser.start(x, loss, gradient);
-  std::deque<Pair> pairs;
+bool move_within(Minimiser& minimiser, LbfgsState& state, size_t memory) {
+  Eigen::VectorXd free = state.gradient;
+  minimiser.bounds.keep_free(state.x, state.gradient, free);
+  Eigen::VectorXd direction = direction_of(state.pairs, free);
+  minimiser.bounds.keep_free(state.x, state.gradient, direction);
+  const double careful = std::min(1.0, 1 / free.lpNorm<1>());
+  if (search_within(minimiser, state, direction, state.pairs.empty() ? careful : 1.0, memory)) return true;
+  state.pairs.clear();
+  return search_within(minimiser, state, -free, careful, memory);
+}
+
+bool move_along(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first_step, size_t memory) {
+  const double slope = state.gradient.dot(direction);
+  if (!(slope < 0)) return false;
+  LineSearch search(minimiser, state.x, direction, {0, state.loss, slope});
+  if (!search.run(first_step)) return false;
+  remember(state.pairs, memory, search.x() - state.x, search.gradient() - state.gradient);
+  state.x = search.x();
+  state.gradient = search.gradient();
+  state.loss = search.loss();
+  return true;
+}
+
+bool move(const Lbfgs& method, Minimiser& minimiser, LbfgsState& state) {
   const auto memory = static_cast<size_t>(std::max(method.memory, 1));
-  while (minimiser.visit(x, loss, gradient, finite)) {
-    Eigen::VectorXd free = gradient;
-    minimiser.bounds.keep_free(x, gradient, free);
-    Eigen::VectorXd direction = direction_of(pairs, free);
-    minimiser.bounds.keep_free(x, gradient, direction);
-    const double careful = std::min(1.0, 1 / free.lpNorm<1>());
-    if (search_within(minimiser, x, loss, gradient, direction, pairs.empty() ? careful : 1.0, pairs, memory)) continue;
-    pairs.clear();
-    if (search_within(minimiser, x, loss, gradient, -free, careful, pairs, memory)) continue;
-    minimiser.stop(StopReason::no_progress);
-    break;
-  }
-  return std::move(minimiser.result);
+  if (!minimiser.bounds.empty()) return move_within(minimiser, state, memory);
+  const double careful = std::min(1.0, 1 / state.gradient.lpNorm<1>());
+  if (move_along(minimiser, state, direction_of(state.pairs, state.gradient), state.pairs.empty() ? careful : 1.0, memory)) return true;
+  if (state.pairs.empty()) return false;
+  state.pairs.clear();
+  return move_along(minimiser, state, -state.gradient, careful, memory);
 }
 
 }  // namespace
 
+bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds) {
+  const IterationObserver nobody;
+  Minimiser minimiser{objective, nobody, 1, 0, bounds, {}, {}, 0};
+  return move(method, minimiser, state);
+}
+
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
   Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
-  if (!bounds.empty()) return minimise_within(method, minimiser, std::move(x));
-  Eigen::VectorXd gradient;
-  double loss = 0;
-  const bool finite = minimiser.start(x, loss, gradient);
-  std::deque<Pair> pairs;
-  const auto memory = static_cast<size_t>(std::max(method.memory, 1));
-  const auto move_along = [&](const Eigen::VectorXd& direction, double first_step) {
-    const double slope = gradient.dot(direction);
-    if (!(slope < 0)) return false;
-    LineSearch search(minimiser, x, direction, {0, loss, slope});
-    if (!search.run(first_step)) return false;
-    remember(pairs, memory, search.x() - x, search.gradient() - gradient);
-    x = search.x();
-    gradient = search.gradient();
-    loss = search.loss();
-    ++minimiser.result.iterations;
-    return true;
-  };
-  while (minimiser.visit(x, loss, gradient, finite)) {
-    const double careful = std::min(1.0, 1 / gradient.lpNorm<1>());
-    bool moved = move_along(direction_of(pairs, gradient), pairs.empty() ? careful : 1.0);
-    if (!moved && !pairs.empty()) {
-      pairs.clear();
-      moved = move_along(-gradient, careful);
+  LbfgsState state;
+  state.x = std::move(x);
+  bounds.project(state.x);
+  const bool finite = minimiser.start(state.x, state.loss, state.gradient);
+  while (minimiser.visit(state.x, state.loss, state.gradient, finite)) {
+    if (move(method, minimiser, state)) {
+      ++minimiser.result.iterations;
+      continue;
     }
-    if (!moved) {
-      minimiser.stop(StopReason::no_progress);
-      break;
-    }
+    minimiser.stop(StopReason::no_progress);
+    break;
   }
   return std::move(minimiser.result);
 }

@@ -79,6 +79,8 @@ bool Rollout::Impl::plan_marks() {
 
 /// Steps n, n + 1, ... or their adjoints, from the states before the first one.
 void Rollout::Impl::run_block(Wavefront& block, int n, const StateBuffer& from, std::span<void* const> results) {
+  const bool is_adjoint = backward && backward->block && &block == &*backward->block;
+  const Stopwatch watch_of_block(setup.seconds == nullptr ? nullptr : is_adjoint ? &setup.seconds->adjoints.all : &setup.seconds->steps.all);
   for (size_t p = 0; p < block.passes().size(); ++p) {
     const WavefrontPass& pass = block.passes()[p];
     BoundProgram& program = pass.program == 0 ? forward->program : backward->program;

@@ -160,6 +160,7 @@ struct Rollout::Impl {
   void plan_memory();
   template <class Visit>
   void for_each_program(const Visit& visit);
+  void set_clocks(GradientSeconds& seconds);
   std::string tuning();
   void set_tuning(std::string_view text);
 

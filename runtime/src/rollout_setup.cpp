@@ -79,6 +79,16 @@ Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
     program.executor.update_uniforms();
   });
   set_tuning(setup.tuning);
+  if (setup.seconds != nullptr) set_clocks(*setup.seconds);
+}
+
+void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
+  forward->program.executor.set_clock(&seconds.steps);
+  if (backward) backward->program.executor.set_clock(&seconds.adjoints);
+  for (BoundTerm& term : terms) {
+    term.loss.program.executor.set_clock(&seconds.losses);
+    if (term.adjoint) term.adjoint->program.executor.set_clock(&seconds.losses);
+  }
 }
 
 void Rollout::Impl::bind_params(BoundProgram& bound) {

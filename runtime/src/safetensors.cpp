@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -128,6 +129,20 @@ NamedArray array_of(const HeaderReader& reader, const std::string& name, const E
   return {name, entry.shape, bytes == 8 ? numbers<double>(data) : numbers<float>(data)};
 }
 
+/// As the format wants it: every byte belongs to one entry.
+void check_bytes_are_used_once(const HeaderReader& reader, const std::vector<std::pair<std::string, Entry>>& entries, std::size_t bytes) {
+  std::vector<std::pair<std::vector<int64_t>, std::string>> parts;
+  for (const auto& [name, entry] : entries) parts.emplace_back(entry.offsets, name);
+  std::ranges::sort(parts);
+  int64_t end = 0;
+  for (const auto& [offsets, name] : parts) {
+    if (offsets[0] < end) reader.fail(fmt::format("{} begins at byte {}, inside the entry before it", name, offsets[0]));
+    if (offsets[0] > end) reader.fail(fmt::format("its bytes {} to {} belong to no entry", end, offsets[0]));
+    end = offsets[1];
+  }
+  if (static_cast<std::size_t>(end) < bytes) reader.fail(fmt::format("{} bytes stand behind its last entry", bytes - static_cast<std::size_t>(end)));
+}
+
 std::string quoted(const std::string& name) {
   std::string text = "\"";
   for (const char c : name) {
@@ -148,7 +163,9 @@ std::vector<NamedArray> parse_safetensors(std::string_view bytes, const std::str
   HeaderReader reader(bytes.substr(length_bytes, length), name);
   const std::string_view data = bytes.substr(length_bytes + length);
   std::vector<NamedArray> arrays;
-  for (const auto& [key, entry] : reader.read()) arrays.push_back(array_of(reader, key, entry, data));
+  const auto entries = reader.read();
+  for (const auto& [key, entry] : entries) arrays.push_back(array_of(reader, key, entry, data));
+  check_bytes_are_used_once(reader, entries, data.size());
   return arrays;
 }
 

@@ -115,6 +115,8 @@ void Simulation::Impl::update_control_fields() {
 }
 
 void Simulation::Impl::update_initial() {
+  // Windows of trajectories begin anew again and again, each with states of the data: their formulas may cost as much as many steps.
+  if (scene.start == nullptr && std::ranges::all_of(initial_states, &InitialState::is_given)) return;
   std::vector<double> values(size);
   const auto take = [&](int32_t start) {
     for (size_t s = 0; s < initial_states.size(); ++s) {

@@ -238,6 +238,7 @@ Rollout& Simulation::Impl::objective() {
     full.adjoint = scene.adjoint;
     for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i], *scene.losses[i].loss));
     full.cut = options.cut;
+    full.seconds = options.seconds;
     full.sought.assign(scene.sought, scene.sought + scene.sought_count);
     losses.emplace(std::move(full));
     give_controls(*losses);

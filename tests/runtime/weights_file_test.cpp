@@ -90,6 +90,16 @@ TEST(WeightsFile, SafetensorsThatAreNone) {
   EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[4611686018427387904,4],"data_offsets":[0,0])", ""), file).find("the shape of a is too large"), std::string::npos);
   EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[-1],"data_offsets":[0,0])", ""), file).find("a list that is none of sizes"), std::string::npos);
   EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[1])", ""), file).find("no data_offsets"), std::string::npos);
+  const auto two = [](int first, int second, int count) {
+    const auto one = [](const std::string& name, int begin) { return "\"" + name + R"(":{"dtype":"F32","shape":[1],"data_offsets":[)" + std::to_string(begin) + "," + std::to_string(begin + 4) + "]}"; };
+    return safetensors("{" + one("a", first) + "," + one("b", second) + "}", std::string(static_cast<std::size_t>(count), '\0'));
+  };
+  EXPECT_EQ(message_of(two(0, 4, 8), file), "");
+  EXPECT_EQ(message_of(two(4, 0, 8), file), "");
+  EXPECT_NE(message_of(two(0, 0, 4), file).find("b begins at byte 0, inside the entry before it"), std::string::npos);
+  EXPECT_NE(message_of(two(0, 2, 6), file).find("b begins at byte 2, inside the entry before it"), std::string::npos);
+  EXPECT_NE(message_of(two(0, 8, 12), file).find("its bytes 4 to 8 belong to no entry"), std::string::npos);
+  EXPECT_NE(message_of(two(0, 4, 9), file).find("1 bytes stand behind its last entry"), std::string::npos);
 }
 
 TEST(WeightsFile, ReadsNpzAsNumpyWritesIt) {

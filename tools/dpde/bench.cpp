@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process.
+// dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process; of a task that learns, where
+// the time of its updates goes.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <set>
 
 #include "command.h"
 #include "driver/cost.h"
 #include "driver/session.h"
+#include "driver/trainer.h"
+#include "driver/window_controls.h"
 #include "interrupt.h"
+#include "train.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -115,12 +120,69 @@ std::function<void()> resetter(driver::Session& session) {
   };
 }
 
+/// How an update of a task that learns spends its time.
+void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<const driver::Compiled>& compiled, Json& result) {
+  const auto scene = driver::TrainingScene::open(job.source(), compiled, job.sink());
+  driver::BatchOptions batch{thread_count(options), 0, std::numeric_limits<std::int64_t>::max(), &interrupt_flag()};
+  batch.is_timed = true;
+  const auto trainer = scene ? driver::Trainer::open(*scene, 0, batch, job.sink()) : nullptr;
+  if (!trainer) return;
+  const driver::UpdateSeconds found = trainer->time_updates(options.repeats);
+  if (interrupt_flag().load()) return;
+  const GradientSeconds& of = found.batch.gradients;
+  const auto share = [&](double seconds) { return 100 * seconds / found.all; };
+  const int windows = scene->training().batch;
+  result["update"] = {{"windows", windows}, {"steps", scene->steps()}, {"thread_seconds", found.all},
+                      {"solver_forward", of.steps.rest()}, {"solver_backward", of.adjoints.rest()},
+                      {"networks_forward", of.steps.networks}, {"networks_backward", of.adjoints.networks},
+                      {"losses", of.losses.all}, {"waiting", found.batch.waiting}, {"overhead", found.overhead()}, {"overhead_fraction", found.overhead() / found.all}};
+  job.say(fmt::format("an update with {} windows of {} steps takes {} of the time of {} threads: solver {:.1f} % (forward {:.1f}, back {:.1f}), networks {:.1f} % (forward {:.1f}, back {:.1f}), "
+                      "overhead {:.1f} % (losses {:.1f}, threads that wait {:.1f}, all else {:.1f})\n",
+                      windows, scene->steps(), human_seconds(found.all), thread_count(options), share(found.solver()), share(of.steps.rest()), share(of.adjoints.rest()),
+                      share(found.networks()), share(of.steps.networks), share(of.adjoints.networks), share(found.overhead()), share(of.losses.all), share(found.batch.waiting),
+                      share(found.overhead() - of.losses.all - found.batch.waiting)));
+}
+
+/// Speed of the step and of its adjoint.
+void bench_step(Job& job, const BenchOptions& options, driver::Session& session, const driver::Compiled& compiled, Json& result) {
+  const std::string step = compiled.step_name();
+  const driver::Cost cost = driver::cost_of(compiled.loop, step);
+  const double cells = double(session.workspace().cell_count());
+  const std::function<void()> reset = resetter(session);
+  const double step_s = seconds_per_step(session, *compiled.program(step), options, reset);
+  const dpde_program* adjoint = compiled.adjoint_of(step);
+  const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(session, *adjoint, options, reset);
+  const double copy_rate = driver::measure_copy(cost.bytes * cells, thread_count(options));
+  if (interrupt_flag().load()) {
+    job.sink().report("run-failed", {}, {"stopped before the measurement was complete"});
+    return;
+  }
+  const double rate = cells / step_s, bandwidth = rate * cost.bytes;
+  result["scene"] = session.problem().scene;
+  result["points_per_s"] = json_number(rate);
+  result["bytes_per_point"] = cost.bytes;
+  result["achieved_bytes_per_s"] = json_number(bandwidth);
+  result["stream_bytes_per_s"] = json_number(copy_rate);
+  result["roofline_fraction"] = json_number(bandwidth / copy_rate);
+  result["step_s"] = step_s;
+  result["adjoint_step_s"] = adjoint == nullptr ? Json(nullptr) : Json(adjoint_s);
+  result["adjoint_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_s / step_s);
+  result["compile_s"] = compiled.seconds;
+  result["threads"] = thread_count(options);
+  job.say(fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of the same size, {}/s)\n",
+                      session.problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
+                      100 * bandwidth / copy_rate, human_bytes(copy_rate)));
+  if (adjoint != nullptr) job.say(fmt::format("its adjoint takes {}, {:.2f} times as long\n", human_seconds(adjoint_s), adjoint_s / step_s));
+  job.say(fmt::format("compiled in {}\n", human_seconds(compiled.seconds)));
+}
+
 Json bench(Job& job, const BenchOptions& options) {
   Json result = Json::object();
   if (!job.load_source()) return result;
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!compile_options) return result;
   compile_options->adjoint = true;
+  compile_options->selection.keeps_params = learns_from_trajectories(job);  // as its training does
   compile_options->cache.reset();  // compile_s is measured
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
@@ -135,35 +197,9 @@ Json bench(Job& job, const BenchOptions& options) {
   session_options.slots = 1;  // the gradient's own memory is not needed here
   const auto session = driver::Session::open(job.source(), shared, session_options, job.sink());
   if (!session) return result;
-  const std::string step = shared->step_name();
-  const driver::Cost cost = driver::cost_of(shared->loop, step);
-  const double cells = double(session->workspace().cell_count());
-  const std::function<void()> reset = resetter(*session);
-  const double step_s = seconds_per_step(*session, *shared->program(step), options, reset);
-  const dpde_program* adjoint = shared->adjoint_of(step);
-  const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(*session, *adjoint, options, reset);
-  const double copy_rate = driver::measure_copy(cost.bytes * cells, thread_count(options));
-  if (interrupt_flag().load()) {
-    job.sink().report("run-failed", {}, {"stopped before the measurement was complete"});
-    return result;
-  }
-  const double rate = cells / step_s, bandwidth = rate * cost.bytes;
-  result["scene"] = session->problem().scene;
-  result["points_per_s"] = json_number(rate);
-  result["bytes_per_point"] = cost.bytes;
-  result["achieved_bytes_per_s"] = json_number(bandwidth);
-  result["stream_bytes_per_s"] = json_number(copy_rate);
-  result["roofline_fraction"] = json_number(bandwidth / copy_rate);
-  result["step_s"] = step_s;
-  result["adjoint_step_s"] = adjoint == nullptr ? Json(nullptr) : Json(adjoint_s);
-  result["adjoint_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_s / step_s);
-  result["compile_s"] = shared->seconds;
-  result["threads"] = thread_count(options);
-  job.say(fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of the same size, {}/s)\n",
-                      session->problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
-                      100 * bandwidth / copy_rate, human_bytes(copy_rate)));
-  if (adjoint != nullptr) job.say(fmt::format("its adjoint takes {}, {:.2f} times as long\n", human_seconds(adjoint_s), adjoint_s / step_s));
-  job.say(fmt::format("compiled in {}\n", human_seconds(shared->seconds)));
+  bench_step(job, options, *session, *shared, result);
+  const model::Problem& problem = *shared->problem;
+  if (!job.failed() && problem.task && problem.task->training && !driver::seeks_controls(problem)) time_training(job, options, shared, result);
   return result;
 }
 

@@ -160,8 +160,8 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   }
   if (!job.load_source() || !prepare_out(job)) return json;
   const bool learns = learns_from_trajectories(job);
-  if (learns ? options.iterations > 0 : options.epochs > 0) {
-    job.sink().report("bad-option", {}, {learns ? "--iterations is for tasks that do not learn from trajectories: --epochs" : "--epochs is for tasks that learn from trajectories: --iterations"});
+  if (!learns && options.epochs > 0) {
+    job.sink().report("bad-option", {}, {"--epochs is for tasks that learn from trajectories: --iterations"});
     return json;
   }
   if (learns) return train(job, options);

@@ -9,6 +9,7 @@
 
 #include "driver/files.h"
 #include "interrupt.h"
+#include "find_controls.h"
 #include "progress.h"
 #include "run_checkpoint.h"
 #include "support/evaluate.h"
@@ -77,7 +78,8 @@ bool is_shown(int epoch, int epochs) { return epoch <= 5 || epoch == epochs || e
 std::string line_of(int number, const driver::Epoch& epoch) {
   std::string text = fmt::format("epoch {:>5}  loss {:<14.8g}", number, shown(epoch.loss));
   if (!std::isnan(epoch.validation)) text += fmt::format(" validation {:<14.8g}", shown(epoch.validation));
-  return text + fmt::format(" rate {:<10.4g} {} steps\n", epoch.rate, epoch.unroll);
+  if (epoch.rate > 0) text += fmt::format(" rate {:<10.4g}", epoch.rate);
+  return text + fmt::format(" {} steps\n", epoch.unroll);
 }
 
 /// What a trial has to say since it was looked at last.
@@ -255,10 +257,15 @@ Json train(Job& job, const OptimizeOptions& options) {
   if (!compile_options || !bytes || !interval) return json;
   compile_options->selection.keeps_params = true;  // each run of the data may have its own
   if (!compile_task(job, options, *compile_options, run)) return json;
+  if (options.iterations > 0 && !driver::seeks_controls(*run.compiled->problem)) {
+    job.sink().report("bad-option", {}, {"--iterations is for tasks that do not learn from trajectories: --epochs"});
+    return json;
+  }
   const std::unique_ptr<driver::TrainingScene> scene = driver::TrainingScene::open(job.source(), run.compiled, job.sink());
   const std::unique_ptr<driver::TestScenes> tests = scene ? driver::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
   if (!tests) return json;
   const driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
+  if (driver::seeks_controls(*run.compiled->problem)) return find_controls(job, options, run, *scene, batch);
   const std::unique_ptr<driver::Trials> trials = driver::Trials::open(*scene, options.epochs, batch, job.sink());
   if (!trials) return json;
   TrainingCheckpoint checkpoint(job, *trials, *interval);

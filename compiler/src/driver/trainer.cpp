@@ -51,6 +51,12 @@ Bounds bounds_of(const std::vector<UnknownPart>& parts, Eigen::Index size) {
   return bounds;
 }
 
+/// They store no states: the byte budget is that of the gradients.
+BatchOptions only_losses(BatchOptions options) {
+  options.stores_states = false;
+  return options;
+}
+
 std::size_t batch_count(std::size_t windows, int batch) { return (windows + static_cast<std::size_t>(batch) - 1) / static_cast<std::size_t>(batch); }
 
 }  // namespace
@@ -59,6 +65,7 @@ std::string describe(TrainingEnd end) {
   switch (end) {
     case TrainingEnd::epochs: return "all epochs made";
     case TrainingEnd::patience: return "no better for as many epochs as patience allows";
+    case TrainingEnd::no_progress: return "no step lowers the loss any more";
     case TrainingEnd::not_finite: return "the loss or its gradient is not a finite number";
     case TrainingEnd::stopped: return "stopped";
   }
@@ -71,10 +78,14 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
   trainer->options_.cut = training.cut;
   trainer->rule_ = rule_of(*scene.task().optimiser, training);
   trainer->epochs_ = epochs > 0 ? epochs : training.epochs;
+  if (training.unroll.size() > static_cast<std::size_t>(trainer->epochs_)) {
+    sink.report("bad-option", {}, {fmt::format("--epochs {} is fewer than the {} lengths of unroll: the last ones would have none", trainer->epochs_, training.unroll.size())});
+    return nullptr;
+  }
   if (!trainer->split_runs(sink)) return nullptr;
   for (int e = 0; e < trainer->epochs_; ++e) {
     const std::size_t count = trainer->windows_of(trainer->unroll_of(e)).size();
-    trainer->updates_in_all_ += static_cast<std::int64_t>(batch_count(count, training.batch));
+    trainer->updates_in_all_ += trainer->is_lbfgs() ? 1 : static_cast<std::int64_t>(batch_count(count, training.batch));
     if (count > 0) continue;
     sink.report("bad-array-file", {}, {scene.trajectories.path, fmt::format("without what is kept for validation nothing is left to learn from in windows of {} steps", trainer->unroll_of(e))});
     return nullptr;
@@ -164,12 +175,13 @@ const std::vector<Window>& Trainer::order_of(int epoch) {
 WindowBatches& Trainer::batches(int unroll) {
   if (!batches_ || batches_->steps() != unroll) {
     batches_.reset();  // before the new one takes its memory
-    batches_ = std::make_unique<WindowBatches>(scene_, unroll, scene_.training().batch, options_);
+    batches_ = std::make_unique<WindowBatches>(scene_, unroll, largest_batch(), options_);
   }
   return *batches_;
 }
 
 void Trainer::diverge(std::span<const Window> batch, std::size_t bad, const Eigen::VectorXd& x) {
+  end_ = TrainingEnd::not_finite;
   divergence_ = Divergence{static_cast<int>(state_.updates.made), state_.epoch, batch[bad], batches(unroll_of(state_.epoch)).why_not_finite(x, batch[bad])};
 }
 
@@ -180,7 +192,7 @@ bool Trainer::make_update(std::span<const Window> batch, std::size_t first) {
   Eigen::VectorXd gradient(start_.size());
   const WindowBatches::Result result = batches(unroll_of(state_.epoch)).gradient(state_.updates.x, batch, noise, gradient);
   if (is_stopping()) {
-    was_stopped_ = true;
+    end_ = TrainingEnd::stopped;
     return false;
   }
   if (result.bad) {
@@ -203,12 +215,12 @@ bool Trainer::end_epoch() {
     // After --resume at the end of an epoch they may be those of another length.
     WindowBatches* full = batches_ && batches_->steps() == scene_.steps() ? batches_.get() : nullptr;
     if (full == nullptr) {
-      if (!full_) full_ = std::make_unique<WindowBatches>(scene_, scene_.steps(), scene_.training().batch, options_);
+      if (!full_) full_ = std::make_unique<WindowBatches>(scene_, scene_.steps(), largest_batch(), only_losses(options_));
       full = full_.get();
     }
     const WindowBatches::Result result = full->loss(state_.updates.x, validation_);
     if (is_stopping()) {
-      was_stopped_ = true;
+      end_ = TrainingEnd::stopped;
       return false;
     }
     judged = epoch.validation = result.loss;  // not finite: no better than any other
@@ -230,15 +242,57 @@ bool Trainer::end_epoch() {
   return true;
 }
 
-TrainingEnd Trainer::run(const Watch& watch) {
+/// An iteration over all windows, in the order of the file: the loss is then a function, which a line search can follow.
+bool Trainer::iterate_over_all() {
+  const std::vector<Window> all = windows_of(unroll_of(state_.epoch));
+  std::size_t bad = 0;
+  const Objective loss_of_all = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    if (is_stopping()) return std::nan("");
+    const WindowBatches::Result result = batches(unroll_of(state_.epoch)).gradient(x, all, {}, gradient);
+    bad = result.bad.value_or(0);
+    return result.bad ? std::nan("") : result.loss;
+  };
+  LbfgsState next = state_.lbfgs;
+  if (next.x.size() == 0) {
+    next.x = state_.updates.x;
+    next.gradient.resize(next.x.size());
+    next.loss = loss_of_all(next.x, next.gradient);
+  }
+  const double before = next.loss;
+  const bool is_lower = std::isfinite(before) && iterate(Lbfgs{}, next, loss_of_all, bounds_);
+  if (is_stopping()) {
+    end_ = TrainingEnd::stopped;
+    return false;
+  }
+  if (!std::isfinite(before)) {
+    diverge(all, bad, state_.updates.x);
+    return false;
+  }
+  end_ = TrainingEnd::no_progress;
+  if (!is_lower) return false;
+  state_.losses.push_back(before);
+  state_.lbfgs = std::move(next);
+  state_.updates.x = state_.lbfgs.x;
+  ++state_.updates.made;
+  state_.epoch_loss = state_.lbfgs.loss;
+  state_.batch = 1;
+  return true;
+}
+
+/// And ends the epoch where it was its last. False when the training ends here.
+bool Trainer::make_next_update() {
+  if (is_lbfgs()) return (state_.batch > 0 || iterate_over_all()) && end_epoch();
   const auto size = static_cast<std::size_t>(scene_.training().batch);
-  const auto end = [&] { return was_stopped_ ? TrainingEnd::stopped : TrainingEnd::not_finite; };
+  const std::span<const Window> order = order_of(state_.epoch);
+  const std::size_t first = static_cast<std::size_t>(state_.batch) * size;
+  if (first < order.size() && !make_update(order.subspan(first, std::min(size, order.size() - first)), first)) return false;
+  return first + size < order.size() || end_epoch();
+}
+
+TrainingEnd Trainer::run(const Watch& watch) {
   while (state_.epoch < epochs_) {
     if (is_out_of_patience()) return TrainingEnd::patience;
-    const std::span<const Window> order = order_of(state_.epoch);
-    const std::size_t first = static_cast<std::size_t>(state_.batch) * size;
-    if (first < order.size() && !make_update(order.subspan(first, std::min(size, order.size() - first)), first)) return end();
-    if (first + size >= order.size() && !end_epoch()) return end();
+    if (!make_next_update()) return end_;
     if (!watch(*this)) return TrainingEnd::stopped;
   }
   return TrainingEnd::epochs;
@@ -247,6 +301,29 @@ TrainingEnd Trainer::run(const Watch& watch) {
 void Trainer::free_memory() {
   batches_.reset();
   full_.reset();
+}
+
+UpdateSeconds Trainer::time_updates(int repeats) {
+  const std::vector<Window> all = windows_of(scene_.steps());
+  constexpr int most = 64;
+  const std::size_t size = std::min(all.size(), static_cast<std::size_t>(is_lbfgs() ? most : largest_batch()));
+  WindowBatches& those = batches(scene_.steps());
+  UpdateState state = state_.updates;
+  Eigen::VectorXd gradient(start_.size());
+  std::vector<UpdateSeconds> samples;
+  for (int r = 0; r <= repeats && !is_stopping(); ++r) {  // the first one still touches new memory
+    UpdateSeconds seconds;
+    {
+      const Stopwatch whole(&seconds.all);
+      those.gradient(state.x, std::span(all).subspan(static_cast<std::size_t>(r) * size % (all.size() - size + 1), size), {}, gradient);
+      update(rule_, state, gradient, updates_in_all_, bounds_);
+    }
+    seconds.all *= static_cast<double>(those.threads());
+    seconds.batch = those.take_seconds();
+    if (r > 0) samples.push_back(seconds);
+  }
+  const auto fastest = std::ranges::min_element(samples, {}, &UpdateSeconds::all);
+  return fastest == samples.end() ? UpdateSeconds{} : *fastest;
 }
 
 /// Where windows grow longer, all lengths come to their turn.

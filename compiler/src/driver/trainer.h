@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Learns the unknowns of a task from trajectories: epochs over all windows in random order, one update a batch. Deterministic: what was
-// stopped and is taken up again gives the same numbers to the last bit, for any number of threads.
+// Learns the unknowns of a task from trajectories: epochs over all windows in random order, one update a batch; or iterations of L-BFGS,
+// each an epoch with one update by all windows. Deterministic: what was stopped and is taken up again gives the same numbers to the last
+// bit, for any number of threads.
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <limits>
 
+#include "dpde/runtime/optimise.h"
 #include "dpde/runtime/update_rule.h"
 #include "driver/restart_file.h"
 #include "driver/window_batches.h"
@@ -16,15 +18,16 @@ namespace dpde::driver {
 /// One pass over all windows.
 struct Epoch {
   int unroll = 1;         // steps of its windows
-  double loss = 0;        // mean over its batches, each at the values it was computed with
+  double loss = 0;        // mean over its batches, each at the values it was computed with; of L-BFGS at the values after it
   double validation = 0;  // at the values after it; not a number without validation
-  double rate = 0;        // of its last update
+  double rate = 0;        // of its last update; 0: it has none
   std::int64_t updates = 0;  // made by its end
 };
 
 /// Everything that goes into a checkpoint: from it a training goes on as if it had not stopped.
 struct TrainingState {
   UpdateState updates;
+  LbfgsState lbfgs;                // of L-BFGS once it has begun
   int epoch = 0, batch = 0;        // the next one
   double epoch_loss = 0;           // sum over the batches of this epoch so far
   Eigen::VectorXd best;            // values with the lowest loss of all epochs of the same windows
@@ -34,7 +37,16 @@ struct TrainingState {
   std::vector<Epoch> epochs;       // that are over
 };
 
-enum class TrainingEnd { epochs, patience, not_finite, stopped };
+/// Where the time of an update goes: seconds of all threads together.
+struct UpdateSeconds {
+  BatchSeconds batch;
+  double all = 0;
+  double networks() const { return batch.gradients.steps.networks + batch.gradients.adjoints.networks; }
+  double solver() const { return batch.gradients.steps.rest() + batch.gradients.adjoints.rest(); }
+  double overhead() const { return all - networks() - solver(); }
+};
+
+enum class TrainingEnd { epochs, patience, no_progress, not_finite, stopped };
 std::string describe(TrainingEnd end);
 
 /// Where a training that diverged did so.
@@ -54,6 +66,10 @@ class Trainer {
   TrainingEnd run(const Watch& watch);
   /// What only run() needs.
   void free_memory();
+
+  /// Makes updates with windows of the losses' own length and leaves the state as it is: the fastest one, which others on the
+  /// machine disturbed least. options.is_timed.
+  UpdateSeconds time_updates(int repeats);
 
   const TrainingState& state() const { return state_; }
   const TrainingScene& scene() const { return scene_; }
@@ -77,13 +93,17 @@ class Trainer {
   Trainer(const TrainingScene& scene, const BatchOptions& options, int trial)
       : scene_(scene), options_(options), trial_(static_cast<std::uint64_t>(trial)), seed_(scene.training().seed + trial_) {}
   void begin_networks_anew();
+  int largest_batch() const { return is_lbfgs() ? std::numeric_limits<int>::max() : scene_.training().batch; }
   bool split_runs(DiagnosticSink& sink);
   int unroll_of(int epoch) const;
   std::vector<Window> windows_of(int unroll) const;
   const std::vector<Window>& order_of(int epoch);
   bool is_out_of_patience() const;
   WindowBatches& batches(int unroll);
+  bool is_lbfgs() const { return scene_.task().optimiser->kind == model::Optimiser::Kind::lbfgs; }
   bool make_update(std::span<const Window> batch, std::size_t first);
+  bool make_next_update();
+  bool iterate_over_all();
   bool end_epoch();
   void diverge(std::span<const Window> batch, std::size_t bad, const Eigen::VectorXd& x);
   bool is_stopping() const { return options_.stop != nullptr && options_.stop->load(); }
@@ -106,7 +126,7 @@ class Trainer {
   int order_epoch_ = -1;  // that order_ is of
   TrainingState state_;
   std::optional<Divergence> divergence_;
-  bool was_stopped_ = false;
+  TrainingEnd end_ = TrainingEnd::epochs;  // why it could not go on
 };
 
 }  // namespace dpde::driver

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a training: "dpdetrn1", what it is of, everything it goes on from, then a checksum of all before it.
+// Checkpoints of a training: "dpdetrn2", what it is of, everything it goes on from, then a checksum of all before it.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -14,7 +16,8 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view magic = "dpdetrn1";
+constexpr std::string_view magic = "dpdetrn2";
+constexpr std::array<std::string_view, 14> names_of_options{"task", "length of windows", "optimiser", "rate", "momentum", "decay", "clip", "batch", "seed", "unroll", "cut", "noise", "validate", "number of epochs"};
 
 std::vector<double> numbers_in(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
 
@@ -30,9 +33,37 @@ void write(ByteWriter& out, const TrainingState& state) {
   out.values({state.epoch_loss, state.best_loss});
   for (const Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best}) out.values(numbers_in(*x));
   out.values(state.losses);
+  out.number(static_cast<std::int64_t>(state.lbfgs.pairs.size()));
+  out.values({state.lbfgs.loss});
+  out.values(numbers_in(state.lbfgs.x));
+  out.values(numbers_in(state.lbfgs.gradient));
+  for (const LbfgsState::Pair& pair : state.lbfgs.pairs) {
+    out.values(numbers_in(pair.step));
+    out.values(numbers_in(pair.change));
+    out.values({pair.rho});
+  }
   std::vector<double> epochs;
   for (const Epoch& epoch : state.epochs) epochs.insert(epochs.end(), {static_cast<double>(epoch.unroll), epoch.loss, epoch.validation, epoch.rate, static_cast<double>(epoch.updates)});
   out.values(epochs);
+}
+
+/// False when what is there is none of so many unknowns.
+bool read(ByteReader& in, LbfgsState& state, Eigen::Index size) {
+  const std::int64_t pairs = in.number();
+  const std::vector<double> loss = in.values();
+  if (loss.size() != 1 || pairs < 0 || pairs > Lbfgs{}.memory) return false;
+  state.loss = loss[0];
+  state.x = vector_of(in.values());
+  state.gradient = vector_of(in.values());
+  for (std::int64_t p = 0; p < pairs; ++p) {
+    LbfgsState::Pair& pair = state.pairs.emplace_back();
+    pair.step = vector_of(in.values());
+    pair.change = vector_of(in.values());
+    const std::vector<double> rho = in.values();
+    if (rho.size() != 1 || pair.step.size() != size || pair.change.size() != size) return false;
+    pair.rho = rho[0];
+  }
+  return state.x.size() == state.gradient.size() && (state.x.size() == size || (state.x.size() == 0 && pairs == 0));
 }
 
 /// False when what is there is no state of so many unknowns.
@@ -48,6 +79,7 @@ bool read(ByteReader& in, TrainingState& state) {
   state.best_loss = both[1];
   for (Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best}) *x = vector_of(in.values());
   state.losses = in.values();
+  if (!read(in, state.lbfgs, size)) return false;
   const std::vector<double> epochs = in.values();
   if (!in.is_done() || epochs.size() % 5 != 0) return false;
   for (std::size_t i = 0; i < epochs.size(); i += 5) {
@@ -60,24 +92,40 @@ bool read(ByteReader& in, TrainingState& state) {
 
 }  // namespace
 
+namespace {
+
+/// What people write, not a hash or a long list.
+bool is_for_eyes(std::string_view name) { return std::ranges::find(names_of_options, name) != names_of_options.end(); }
+
+}  // namespace
+
 /// More epochs may be wanted later, unless they change what the first ones are.
 RunIdentity Trainer::identity() const {
   const model::Training& training = scene_.training();
   const std::string text = print(scene_.compiled->stencil);
   const std::vector<double> start = numbers_in(start_);
-  std::string method = fmt::format("{} {} {} {} {}, schedule {} {}, batch {}, seed {}, unroll {}, cut {}, noise {}, validate {}", static_cast<int>(rule_.kind), rule_.rate, rule_.momentum,
-                                   rule_.decay, rule_.clip, static_cast<int>(rule_.schedule.kind), rule_.schedule.every, training.batch, seed_,
-                                   fmt::join(training.unroll, " "), training.cut, training.noise, training.validate);
-  if (rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1) method += fmt::format(", epochs {}", epochs_);
   std::string params;
   for (const model::Parameter& param : scene_.compiled->problem->params) params += fmt::format("{} = {}, ", param.name, param.value);
+  const bool counts_epochs = rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1;
   return {{"task", scene_.task().name},
           {"model", fmt::format("hash {:016x}", hash_bytes(text.data(), text.size()))},
           {"set of trajectories", fmt::format("hash {:016x}", scene_.trajectories.hash)},
           {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
           {"set of parameters", params},
           {"length of windows", fmt::format("{}", scene_.steps())},
-          {"way to learn", method},
+          {"optimiser", is_lbfgs() ? "lbfgs" : rule_.kind == UpdateRule::Kind::adam ? "adam" : "gradient_descent"},
+          {"rate", fmt::format("{}", rule_.rate)},
+          {"momentum", fmt::format("{}", rule_.momentum)},
+          {"decay", fmt::format("{}", rule_.decay)},
+          {"clip", fmt::format("{}", rule_.clip)},
+          {"schedule", fmt::format("{} {}", static_cast<int>(rule_.schedule.kind), rule_.schedule.every)},
+          {"batch", fmt::format("{}", training.batch)},
+          {"seed", fmt::format("{}", seed_)},
+          {"unroll", fmt::format("{}", fmt::join(training.unroll, " "))},
+          {"cut", fmt::format("{}", training.cut)},
+          {"noise", fmt::format("{}", training.noise)},
+          {"validate", fmt::format("{}", training.validate)},
+          {"number of epochs", counts_epochs ? fmt::format("{}", epochs_) : ""},
           {"start", fmt::format("hash {:016x}", hash_bytes(start.data(), start.size() * sizeof(double)))}};
 }
 
@@ -112,7 +160,8 @@ bool Trainer::restore(std::string_view bytes, const std::string& file, Diagnosti
     const std::string its_name = in.text(), its_value = in.text();
     if (its_name != name) return damaged();
     if (its_value == value) continue;
-    sink.report("restart-differs", {}, {file, name}, "without --resume the training starts at its beginning");
+    const std::string values = is_for_eyes(name) ? fmt::format("it has {}, the task {}; ", its_value.empty() ? "none" : its_value, value.empty() ? "none" : value) : "";
+    sink.report("restart-differs", {}, {file, name}, values + "without --resume the training starts at its beginning");
     return false;
   }
   TrainingState state;

@@ -21,7 +21,7 @@ Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::
 
 /// The scene's table with another number of steps: everything else in it holds for runs of any length.
 WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_batch, const BatchOptions& options)
-    : from_(scene), steps_(steps), scale_(1), scene_(scene.table->scene()) {
+    : from_(scene), steps_(steps), scale_(1), scene_(scene.table->scene()), is_timed_(options.is_timed) {
   const int every = scene.trajectories.every;
   for (int k = every; k <= steps; k += every) at_.push_back(k);
   const auto count = static_cast<std::int32_t>(at_.size());
@@ -36,9 +36,13 @@ WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_
   const int threads = std::clamp(options.threads, 1, std::max(largest_batch, 1));
   SimulationOptions each;
   each.checkpoint_bytes = options.checkpoint_bytes / threads;
+  if (!options.stores_states) each.slots = 1;
   each.cut = options.cut;
   each.stop = options.stop;
+  busy_.resize(static_cast<std::size_t>(threads));
   for (int t = 0; t < threads; ++t) {
+    seconds_.emplace_back();
+    each.seconds = is_timed_ ? &seconds_.back() : nullptr;
     simulations_.emplace_back(scene_, each, scene.table);
     scene.give(simulations_.back());
   }
@@ -78,38 +82,66 @@ void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, cons
   }
 }
 
-WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd* gradient) {
-  const auto count = static_cast<std::int64_t>(windows.size());
-  std::vector<double> losses(windows.size());
+void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, std::size_t first, const Work& work) {
   std::vector<std::exception_ptr> errors(windows.size());
-  if (gradient != nullptr) gradients_.resize(std::max(gradients_.size(), windows.size()));
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(simulations_.size()))
-  for (std::int64_t i = 0; i < count; ++i) {
-    const auto number = static_cast<std::size_t>(i);
-    Simulation& simulation = simulations_[static_cast<std::size_t>(omp_get_thread_num())];
-    try {
-      begin(simulation, x, windows[number], noise, number);
-      losses[number] = gradient != nullptr ? simulation.gradient() : simulation.loss();
-      if (gradient != nullptr) gradients_[number] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
-    } catch (...) {
-      errors[number] = std::current_exception();
+  {
+    const Stopwatch whole(is_timed_ ? &region_ : nullptr);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(simulations_.size()))
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(windows.size()); ++i) {
+      const auto number = static_cast<std::size_t>(i), thread = static_cast<std::size_t>(omp_get_thread_num());
+      const Stopwatch busy(is_timed_ ? &busy_[thread] : nullptr);
+      try {
+        begin(simulations_[thread], x, windows[number], noise, first + number);
+        work(simulations_[thread], number);
+      } catch (...) {
+        errors[number] = std::current_exception();
+      }
     }
   }
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }
+}
+
+/// Many windows go some at a time, so that not all their gradients are there at once.
+WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd* gradient) {
+  constexpr std::size_t at_once = 64;
+  const std::size_t most = std::min(windows.size(), at_once);
+  std::vector<double> losses(most);
   Result result;
   if (gradient != nullptr) gradient->setZero(x.size());
-  for (std::size_t i = 0; i < windows.size(); ++i) {
-    result.loss += losses[i];
-    if (gradient != nullptr) *gradient += gradients_[i];
-    const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || gradients_[i].allFinite());
-    if (!fine && !result.bad) result.bad = i;
+  if (gradient != nullptr) gradients_.resize(std::max(gradients_.size(), most));
+  for (std::size_t first = 0; first < windows.size(); first += at_once) {
+    const std::size_t count = std::min(windows.size() - first, at_once);
+    for_each(x, windows.subspan(first, count), noise, first, [&](Simulation& simulation, std::size_t i) {
+      losses[i] = gradient != nullptr ? simulation.gradient() : simulation.loss();
+      if (gradient != nullptr) gradients_[i] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      result.loss += losses[i];
+      if (gradient != nullptr) *gradient += gradients_[i];
+      const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || gradients_[i].allFinite());
+      if (!fine && !result.bad) result.bad = first + i;
+    }
+    if (result.bad) break;
   }
-  const double factor = scale_ / static_cast<double>(count);
+  const double factor = scale_ / static_cast<double>(windows.size());
   result.loss *= factor;
   if (gradient != nullptr) *gradient *= factor;
   return result;
+}
+
+BatchSeconds WindowBatches::take_seconds() {
+  BatchSeconds all;
+  all.waiting = region_ * static_cast<double>(threads());
+  for (std::size_t t = 0; t < threads(); ++t) {
+    all.gradients += seconds_[t];
+    all.waiting -= busy_[t];
+    seconds_[t] = {};
+    busy_[t] = 0;
+  }
+  region_ = 0;
+  return all;
 }
 
 WindowBatches::Result WindowBatches::gradient(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd& gradient) {

@@ -64,6 +64,14 @@ struct BatchOptions {
   int threads = 1, cut = 0;
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();  // of all simulations together
   const std::atomic<bool>* stop = nullptr;
+  bool stores_states = true;  // false: only losses are asked for
+  bool is_timed = false;  // WindowBatches::seconds()
+};
+
+/// Where the time of gradients went: of all threads together.
+struct BatchSeconds {
+  GradientSeconds gradients;
+  double waiting = 0;  // of threads that were done with their windows
 };
 
 /// An unknown and its part of the vector of all of them.
@@ -94,6 +102,14 @@ class WindowBatches {
   Eigen::VectorXd unknown_values();
   std::vector<UnknownPart> parts();
   int steps() const { return steps_; }
+  std::size_t threads() const { return simulations_.size(); }
+  /// Of losses over fewer states than they are written for, in place of a simulation's own.
+  double scale() const { return scale_; }
+  /// Calls `work` with a simulation that is set to each window, several at once. Noise of window i has the stream noise.stream + first + i.
+  using Work = std::function<void(Simulation& simulation, std::size_t number)>;
+  void for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, std::size_t first, const Work& work);
+  /// Since the last call.
+  BatchSeconds take_seconds();
 
  private:
   void begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window, const StartNoise& noise, std::uint64_t number);
@@ -106,7 +122,11 @@ class WindowBatches {
   std::vector<dpde_loss> losses_;
   std::vector<dpde_datum> data_;
   dpde_scene scene_;
-  std::deque<Simulation> simulations_;  // one a thread
+  bool is_timed_;
+  std::deque<GradientSeconds> seconds_;  // one a thread, as the others
+  std::vector<double> busy_;
+  double region_ = 0;  // of the parallel regions
+  std::deque<Simulation> simulations_;
   std::vector<Eigen::VectorXd> gradients_;
 };
 

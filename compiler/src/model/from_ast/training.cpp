@@ -119,15 +119,49 @@ void check_data(Draft& draft) {
   }
 }
 
+bool is_sought(const Problem& problem, const std::string& name) {
+  return std::ranges::find(problem.task->unknowns, name, &Unknown::name) != problem.task->unknowns.end();
+}
+
+/// Controls that are sought are found for each window by itself.
+bool seeks_controls(const Problem& problem) {
+  const auto is_control = [](const Coefficient& coefficient) { return coefficient.is_control(); };
+  return std::ranges::any_of(problem.controls, [&](const Control& control) { return is_sought(problem, control.name); }) ||
+         std::ranges::any_of(problem.coefficients, [&](const Coefficient& coefficient) { return is_control(coefficient) && is_sought(problem, coefficient.name); });
+}
+
+/// All that is sought is each window's own then, and nothing is learnt from one for another.
+void check_for_controls(Draft& draft, const std::vector<Found<ast::UsingItem>>& lines) {
+  constexpr const char* such_task = "a task that seeks controls for each window of trajectories";
+  const Problem& problem = draft.problem;
+  const auto refuse_here = [&](SourceRange range, const std::string& what, const std::string& hint) { draft.sink.report("not-allowed-here", range, {what, such_task}, hint); };
+  for (const Unknown& unknown : problem.task->unknowns) {
+    const Coefficient* coefficient = problem.find_coefficient(unknown.name);
+    if (unknown.kind == Unknown::Kind::control || (coefficient != nullptr && coefficient->is_control())) continue;
+    refuse_here(unknown.origin.range, fmt::format("unknown {}", unknown.name), "what all windows share is learnt by a task without unknown controls");
+  }
+  for (const auto& [item, range] : lines) {
+    for (const ast::Argument& option : item.options) {
+      if (option.name != "iterations") refuse_here(option.name_range, option.name, "understood here: iterations, of each window");
+    }
+  }
+  const std::optional<Optimiser>& optimiser = problem.task->optimiser;
+  if (optimiser && (optimiser->momentum > 0 || optimiser->decay > 0)) refuse_here(lines[0].range, "momentum or decay", "write using lbfgs(), iterations 50");
+  for (const Test& test : problem.task->tests) refuse_here(test.quantity.origin.range, "a test", "other trajectories have no controls; a task that learns from the file can have tests");
+}
+
 /// What does not begin anew with each window.
 void check_scene(Draft& draft) {
   const Problem& problem = draft.problem;
   for (const Unknown& unknown : problem.task->unknowns) {
     if (unknown.kind == Unknown::Kind::initial) refuse(draft, unknown.origin.range, "an unknown initial state", "each window begins with a state of the data");
   }
-  for (const Control& control : problem.controls) refuse(draft, control.origin.range, fmt::format("control {}", control.name), "it counts steps from the begin of the scene, which windows do not begin with");
+  const std::string hint = "it counts steps from the begin of the scene, which windows do not begin with; one that is sought has its own values in each window";
+  for (const Control& control : problem.controls) {
+    if (!is_sought(problem, control.name)) refuse(draft, control.origin.range, fmt::format("control {}", control.name), hint);
+  }
   for (const Coefficient& coefficient : problem.coefficients) {
-    if (coefficient.is_control()) refuse(draft, coefficient.value.origin.range, fmt::format("control {}", coefficient.name));
+    if (coefficient.is_control() && !is_sought(problem, coefficient.name)) refuse(draft, coefficient.value.origin.range, fmt::format("control {}", coefficient.name), hint);
   }
   for (const Event& event : problem.events) {
     const bool is_each_step = event.after_step || event.every == 1;
@@ -135,10 +169,22 @@ void check_scene(Draft& draft) {
   }
 }
 
-void check_optimiser(Draft& draft, SourceRange range) {
+/// L-BFGS compares losses along a line: they have to be those of one function, and the gradient its own.
+void check_for_lbfgs(Draft& draft, const ast::UsingItem& item, const Training& training) {
+  constexpr std::array<std::string_view, 6> of_batches{"batch", "seed", "noise", "clip", "cut", "schedule"};
+  for (const ast::Argument& option : item.options) {
+    const bool grows = option.name == "unroll" && training.unroll.size() > 1;
+    if (!grows && std::ranges::find(of_batches, option.name) == of_batches.end()) continue;
+    draft.sink.report("not-allowed-here", option.name_range, {grows ? "unroll with several lengths" : option.name, "a task that learns by lbfgs, whose iterations see all windows at once"},
+                      "leave it out, or write using adam(rate = 1e-3), batch 4, epochs 20");
+  }
+}
+
+void check_optimiser(Draft& draft, const ast::UsingItem& item, SourceRange range, const Training& training) {
   const std::optional<Optimiser>& optimiser = draft.problem.task->optimiser;
   if (!optimiser || optimiser->kind == Optimiser::Kind::adam || optimiser->kind == Optimiser::Kind::gradient_descent) return;
-  refuse(draft, range, "an optimiser that compares losses", "write using adam(rate = 1e-3), batch 4, epochs 20");
+  if (optimiser->kind == Optimiser::Kind::lbfgs) return check_for_lbfgs(draft, item, training);
+  refuse(draft, range, "an optimiser with second derivatives", "write using lbfgs(), epochs 20, or adam(rate = 1e-3), batch 4, epochs 20");
 }
 
 /// Each from the same file as the task's own scene, unless it has one of its own.
@@ -157,6 +203,10 @@ void bind_beside(Draft& draft, const ast::TestItem& item, Test& test) {
 }
 
 void check_lengths(Draft& draft, SourceRange range, const Training& training, int length) {
+  if (training.unroll.size() > static_cast<std::size_t>(training.epochs)) {
+    draft.sink.report("bad-optimiser-option", range, {"unroll", "using", fmt::format("has {} lengths for {} epochs: the last ones would have none", training.unroll.size(), training.epochs)},
+                      fmt::format("write epochs {} or more", training.unroll.size()));
+  }
   for (const int each : training.unroll) {
     if (each <= length) continue;
     draft.sink.report("bad-optimiser-option", range, {"unroll", "using", fmt::format("is at most the {} steps of the loss, not {}", length, each)});
@@ -221,19 +271,22 @@ void bind_training(Draft& draft) {
   Task& task = *draft.problem.task;
   Training& training = task.training.emplace();
   const auto lines = items_of<ast::UsingItem>(draft.task->items);
+  const bool by_window = seeks_controls(draft.problem);
   for (const auto& [item, range] : lines) {
     for (const ast::Argument& option : item.options) {
-      if (option.name == "iterations") refuse(draft, option.name_range, "iterations", "write epochs 20");
+      if (option.name == "iterations" && !by_window) refuse(draft, option.name_range, "iterations", "write epochs 20");
       bind_option(draft, option, training);
     }
   }
   const int length = length_of_losses(draft);
   check_data(draft);
   check_scene(draft);
-  if (lines.empty()) {
+  if (by_window) {
+    check_for_controls(draft, lines);
+  } else if (lines.empty()) {
     refuse(draft, draft.task->name.range, "the want of an optimiser", "write using adam(rate = 1e-3), batch 4, epochs 20");
   } else {
-    check_optimiser(draft, lines[0].range);
+    check_optimiser(draft, lines[0].kind, lines[0].range, training);
     check_lengths(draft, lines[0].range, training, length);
   }
   for (Datum& datum : task.data) datum.when = {When::Kind::steps, {}, length};

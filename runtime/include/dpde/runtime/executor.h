@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/clock.h"
 
 namespace dpde {
 
@@ -72,6 +73,9 @@ class Executor {
   /// Takes what an executor of the same program and layout has found; text that does not fit is ignored.
   void set_tuning(std::string_view text);
 
+  /// Adds the time of each run from now on; null: no more. `to` must stay.
+  void set_clock(RunSeconds* to) { clock_ = to; }
+
   /// Sums of the last run, in the order of the program's `sums`.
   std::span<const double> sums() const { return sums_; }
   /// As update_uniforms() left them.
@@ -80,6 +84,8 @@ class Executor {
   const dpde_layout& layout() const { return *layout_; }
 
  private:
+  void run_lines(void* const* frame);
+
   struct Plan;
   const dpde_program* program_;
   std::unique_ptr<dpde_layout> layout_;
@@ -87,6 +93,7 @@ class Executor {
   std::vector<double> params_, uniforms_, sums_;
   std::vector<dpde_weights> weights_;
   std::vector<void*> frame_;
+  RunSeconds* clock_ = nullptr;
   std::unique_ptr<Plan> plan_;
 };
 

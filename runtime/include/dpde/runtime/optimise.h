@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <functional>
 #include <vector>
 
@@ -69,6 +70,19 @@ OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::V
 /// With bounds: on the components that are free, and along the projected path until the loss has fallen enough (Armijo).
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+
+/// All that the next iteration of L-BFGS depends on: what is kept goes on as if it had never stopped.
+struct LbfgsState {
+  struct Pair {
+    Eigen::VectorXd step, change;  // of x and of the gradient
+    double rho = 0;                // 1/(step, change)
+  };
+  Eigen::VectorXd x, gradient;
+  double loss = 0;
+  std::deque<Pair> pairs;
+};
+/// Makes one iteration from a state whose loss and gradient are those at x. False when no step lowers the loss; x is then what it was.
+bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds = {});
 
 /// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The Hessian need not be positive.
 OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,

@@ -113,6 +113,8 @@ struct RolloutSetup {
   int cut = 0;
   /// What tuning() of a rollout of the same programs, layout and threads has said; "": nothing is known.
   std::string tuning;
+  /// Not null: the time of loss() and gradient() is added to it.
+  GradientSeconds* seconds = nullptr;
   /// Looked at before each step; when it becomes true the call returns early with `stopped`.
   const std::atomic<bool>* stop = nullptr;
 };

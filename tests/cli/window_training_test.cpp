@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Learning from all windows at once by L-BFGS, controls found for each window, and where the time of an update goes.
+#include "command_support.h"
+#include "dpde/runtime/netcdf.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dpde::testing {
+namespace {
+
+const std::string burgers = R"(
+model burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
+scheme plain { time = rk2 }
+network corrector(u) { initial he, seed 1; conv 8, 5; tanh; conv out, 5, gain = 0.01 }
+scene truth : burgers with plain {
+  grid x = 0 .. 2*pi, cells 32, periodic
+  nu = 0.05; a = 1; phase = 0
+  initial u = a*sin(x) + 0.3*cos(2*x + phase)
+  time 0 .. 1, step 1/32
+}
+scene coarse : burgers with plain {
+  grid x = 0 .. 2*pi, cells 8, periodic
+  nu = 0.05; a = 1; phase = 0
+  initial u = a*sin(x) + 0.3*cos(2*x + phase)
+  time 0 .. 1, step 1/16
+  after step: u += corrector(u)
+}
+dataset train : truth { runs 4; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; file "train.nc" }
+dataset few : truth { runs 4; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; coarsen 4; file "few.nc" }
+)";
+
+std::string viscosity(const std::string& options, const std::string& unknown = "unknown nu from 0.2 in 0 .. 1") {
+  return burgers + "task learn : truth { data r = trajectories(\"train.nc\", u); " + unknown + "; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
+}
+std::string network(const std::string& options) {
+  return burgers + "task learn : coarse { data r = trajectories(\"few.nc\", u); learn corrector; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
+}
+
+class AllWindows : public Command {
+ protected:
+  void SetUp() override {
+    Command::SetUp();
+    write("data.dpde", burgers);
+    for (const std::string set : {"train", "few"}) ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json").status, 0);
+  }
+  Outcome learn(const std::string& text, const std::string& arguments) const {
+    write("t.dpde", text);
+    return dpde("optimize t.dpde learn --json " + arguments);
+  }
+};
+
+TEST_F(AllWindows, LbfgsFindsTheViscosity) {
+  const Outcome found = learn(viscosity("lbfgs(), epochs 20"), "--out o");
+  ASSERT_EQ(found.status, 0) << found.out << found.err;
+  const Json json = found.json();
+  EXPECT_NEAR(json["unknowns"]["nu"]["value"].get<double>(), 0.05, 1e-9) << "the data are of the scene itself";
+  EXPECT_EQ(json["windows"], 60);
+  for (std::size_t k = 1; k < json["loss"].size(); ++k) EXPECT_LT(json["loss"][k], json["loss"][k - 1]);
+  for (std::size_t k = 1; k < json["loss"].size(); ++k) EXPECT_EQ(json["loss"][k], json["epochs"][k - 1]["loss"]) << "an epoch's loss is the one behind it";
+  const Json at_once = learn(viscosity("adam(rate = 0.01), batch 1000, epochs 1"), "").json();
+  EXPECT_NEAR(json["loss"][0].get<double>(), at_once["loss"][0].get<double>(), 1e-12 * at_once["loss"][0].get<double>()) << "the same windows, in another order";
+  const Json bounded = learn(viscosity("lbfgs(), epochs 20", "unknown nu from 0.2 in 0.1 .. 1"), "").json();
+  EXPECT_EQ(bounded["unknowns"]["nu"]["value"], 0.1);
+}
+
+TEST_F(AllWindows, LbfgsLearnsANetworkTheSameForAnyNumberOfThreads) {
+  const std::string text = network("lbfgs(), epochs 25, validate 0.25");
+  const Outcome one = learn(text, "--threads 1"), two = learn(text, "--threads 2");
+  ASSERT_EQ(one.status, 0) << one.out << one.err;
+  EXPECT_EQ(one.json()["loss"], two.json()["loss"]);
+  EXPECT_EQ(one.json()["epochs"], two.json()["epochs"]);
+  EXPECT_LT(one.json()["loss"].back().get<double>(), 0.2 * one.json()["loss"][0].get<double>());
+  const Json adam = learn(network("adam(rate = 3e-3), batch 45, epochs 25, validate 0.25"), "").json();
+  EXPECT_LT(one.json()["loss"].back(), adam["loss"].back()) << "as many updates";
+}
+
+TEST_F(AllWindows, LbfgsGoesOnToTheSameNumbers) {
+  const std::string text = network("lbfgs(), epochs 16, validate 0.25");
+  const Outcome whole = learn(text, "--out whole");
+  ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
+  ASSERT_EQ(learn(text, "--out parts --epochs 5").status, 0);
+  const Outcome rest = learn(text, "--out parts --resume");
+  ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
+  EXPECT_EQ(rest.json()["resumed_iterations"], 5);
+  EXPECT_EQ(rest.json()["loss"], whole.json()["loss"]);
+  EXPECT_EQ(rest.json()["epochs"], whole.json()["epochs"]);
+  EXPECT_EQ(content(path("parts/corrector.safetensors")), content(path("whole/corrector.safetensors")));
+}
+
+TEST_F(AllWindows, LbfgsStopsWhenAskedAndGoesOn) {
+  write("t.dpde", network("lbfgs(), epochs 100000"));
+  const Outcome stopped = interrupted("optimize t.dpde learn --out o --checkpoint-every 1 --json", "0.05", "o/learn.training");
+  ASSERT_EQ(stopped.codes(), std::vector<std::string>{"E0806"}) << stopped.out << stopped.err;
+  const auto made = stopped.json()["iterations"].get<int>();
+  const std::string more = " --epochs " + std::to_string(made + 3);
+  const Json rest = dpde("optimize t.dpde learn --out o --resume --json" + more).json(), whole = dpde("optimize t.dpde learn --json" + more).json();
+  EXPECT_EQ(rest["resumed_iterations"], made);
+  EXPECT_EQ(rest["loss"], whole["loss"]);
+}
+
+TEST_F(AllWindows, WhatLbfgsCannotBeCombinedWith) {
+  const auto refused = [&](const std::string& options, const std::string& code, const std::string& part) {
+    const Outcome outcome = learn(viscosity(options), "");
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{code}) << options << outcome.out;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << options << "\n" << outcome.err;
+  };
+  for (const std::string option : {"batch 4", "seed 3", "noise 0.1", "clip 1", "cut 1", "schedule cosine", "unroll (2, 4)"}) {
+    refused("lbfgs(), epochs 4, " + option, "E0311", "whose iterations see all windows at once");
+  }
+  refused("newton_cg(), epochs 4", "E0311", "an optimiser with second derivatives");
+  refused("adam(rate = 0.1), epochs 2, unroll (1, 2, 4)", "E0707", "has 3 lengths for 2 epochs");
+  EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2, unroll 2, patience 3"), "").status, 0);
+  EXPECT_EQ(learn(viscosity("adam(rate = 0.1), epochs 3, unroll (1, 2, 4)"), "--epochs 2").codes(), std::vector<std::string>{"E0904"});
+  EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2"), "--iterations 3").codes(), std::vector<std::string>{"E0904"});
+}
+
+TEST_F(AllWindows, AResumeThatIsRefusedSaysWhatDiffers) {
+  ASSERT_EQ(learn(viscosity("adam(rate = 0.02), batch 4, epochs 1"), "--out o").status, 0);
+  const auto refused = [&](const std::string& options, const std::string& part) {
+    const Outcome outcome = learn(viscosity(options), "--out o --resume");
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0914"}) << options;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << options << "\n" << outcome.err;
+  };
+  refused("adam(rate = 0.03), batch 4, epochs 1", "it was made with another rate");
+  refused("adam(rate = 0.03), batch 4, epochs 1", "it has 0.02, the task 0.03");
+  refused("adam(rate = 0.02), batch 5, epochs 1", "it has 4, the task 5");
+  refused("lbfgs(), epochs 1", "another optimiser");
+}
+
+TEST_F(AllWindows, BenchTellsWhereTheTimeOfAnUpdateGoes) {
+  write("t.dpde", network("adam(rate = 0.02), batch 5, epochs 1"));
+  for (const std::string threads : {"1", "2"}) {
+    const Outcome outcome = dpde("bench t.dpde learn --json --repeats 3 --threads " + threads);
+    ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    const Json update = outcome.json()["update"];
+    EXPECT_EQ(update["windows"], 5);
+    EXPECT_EQ(update["steps"], 4);
+    double parts = update["overhead"].get<double>();
+    for (const char* part : {"solver_forward", "solver_backward", "networks_forward", "networks_backward"}) {
+      EXPECT_GT(update[part], 0) << part;
+      parts += update[part].get<double>();
+    }
+    EXPECT_NEAR(parts, update["thread_seconds"].get<double>(), 1e-9);
+    EXPECT_GT(update["overhead"].get<double>(), update["losses"].get<double>() + update["waiting"].get<double>() - 1e-9);
+    EXPECT_GT(update["losses"], 0);
+    EXPECT_GE(update["waiting"].get<double>(), threads == "1" ? 0 : 1e-9);
+  }
+}
+
+// u decays, the scene does not know it: its corrections are what decay takes away.
+const std::string decaying = R"(
+model decay { field u; param k; dt(u) = -k*u }
+model rest { field u; dt(u) = 0 }
+model pairs { field made; dt(made) = 0 }
+model answer { field told; param q; dt(told) = 0 }
+model correction { control field c }
+scheme plain { time = euler }
+scene truth : decay with plain { grid x = 0 .. 1, cells 3, periodic; k = 0.5; initial u = 1 + x; time 0 .. 1, step 1/16 }
+scene corrected : rest, pairs, correction with plain {
+  grid x = 0 .. 1, cells 3, periodic
+  c = 0 every 1/16
+  initial u = 0
+  initial made = 0
+  time 0 .. 1, step 1/16
+  after step: made = c, u += c
+}
+scene fit : rest, pairs, answer with plain {
+  grid x = 0 .. 1, cells 3, periodic
+  q = 0
+  initial u = 0; initial made = 0; initial told = 0
+  time 0 .. 1, step 1/16
+  after step: told = q*(u - made)
+}
+dataset train : truth { runs 2; vary k from 1; frames every 1/16; file "train.nc" }
+task learn : fit { data r = trajectories("o/find.nc", made); unknown q from 0; minimise mean((told - made)^2) over 1 steps; using lbfgs(), epochs 5 }
+)";
+
+std::string finding(const std::string& loss, const std::string& steps, const std::string& more = "") {
+  return decaying + "task find : corrected { data r = trajectories(\"train.nc\", u); unknown c from 0; " + more + "minimise " + loss + " over " + steps + " steps; using lbfgs(), iterations 60 }\n";
+}
+
+class WindowControls : public Command {
+ protected:
+  void SetUp() override {
+    Command::SetUp();
+    write("t.dpde", finding("mean((u - r)^2)", "4"));
+    ASSERT_EQ(dpde("run t.dpde train --out . --json").status, 0);
+  }
+  std::vector<double> read(const std::string& file, const std::string& variable) const {
+    const NetcdfReader reader(content(path(file)), file);
+    return reader.read(*reader.find(variable));
+  }
+};
+
+TEST_F(WindowControls, AreWhatTheSceneLacks) {
+  const Outcome found = dpde("optimize t.dpde find --out o --json");
+  ASSERT_EQ(found.status, 0) << found.out << found.err;
+  EXPECT_EQ(found.json()["windows"], 8);
+  EXPECT_LT(found.json()["loss"].back().get<double>(), 1e-16);
+  const std::vector<double> data = read("train.nc", "u"), u = read("o/find.nc", "u"), made = read("o/find.nc", "made"), t = read("o/find.nc", "time");
+  ASSERT_EQ(u.size(), 2U * 16 * 3);
+  EXPECT_NEAR(t.front(), 1.0 / 16, 1e-12);
+  for (std::size_t run = 0; run < 2; ++run) {
+    for (std::size_t i = 0; i < 48; ++i) {
+      const double before = data[run * 51 + i], behind = data[run * 51 + i + 3];
+      EXPECT_NEAR(u[run * 48 + i], behind, 1e-7);
+      EXPECT_NEAR(made[run * 48 + i], behind - before, 1e-7);
+    }
+  }
+  EXPECT_EQ(read("o/find.nc", "u"), (dpde("optimize t.dpde find --out one --threads 1 --json"), read("one/find.nc", "u"))) << "for any number of threads";
+}
+
+TEST_F(WindowControls, WeighWhatTheyCost) {
+  write("t.dpde", finding("mean((u - r)^2) + 3*mean(made^2)", "1"));
+  ASSERT_EQ(dpde("optimize t.dpde find --out o --json").status, 0);
+  const std::vector<double> data = read("train.nc", "u"), made = read("o/find.nc", "made");
+  ASSERT_EQ(made.size(), 2U * 16 * 3);
+  for (std::size_t i = 0; i < 48; ++i) EXPECT_NEAR(made[i], (data[i + 3] - data[i]) / 4, 1e-9) << "the least of (c - d)^2 + 3*c^2";
+}
+
+TEST_F(WindowControls, AreLearntWithoutTheSolver) {
+  ASSERT_EQ(dpde("optimize t.dpde find --out o --json").status, 0);
+  const Outcome learnt = dpde("optimize t.dpde learn --json");
+  ASSERT_EQ(learnt.status, 0) << learnt.out << learnt.err;
+  // Two runs, k = 1 and 2: what a least-squares fit of one rate to both says.
+  const std::vector<double> data = read("train.nc", "u");
+  double products = 0, squares = 0;
+  for (std::size_t run = 0; run < 2; ++run) {
+    for (std::size_t i = 0; i < 48; ++i) {
+      const double before = data[run * 51 + i];
+      products += before * (data[run * 51 + i + 3] - before);
+      squares += before * before;
+    }
+  }
+  EXPECT_NEAR(learnt.json()["unknowns"]["q"]["value"].get<double>(), products / squares, 1e-5);
+}
+
+TEST_F(WindowControls, WhatSuchATaskCannotSay) {
+  const auto refused = [&](const std::string& text, const std::string& arguments, const std::string& code, const std::string& part) {
+    write("w.dpde", text);
+    const Outcome outcome = dpde("optimize w.dpde find --json " + arguments);
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{code}) << part << outcome.out;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << part << "\n" << outcome.err;
+  };
+  const std::string good = finding("mean((u - r)^2)", "4");
+  const auto with = [&](const std::string& options) {
+    std::string text = good;
+    return text.replace(text.rfind("lbfgs(), iterations 60"), 22, options);
+  };
+  refused(with("lbfgs(), epochs 5"), "--out o", "E0311", "understood here: iterations, of each window");
+  refused(with("adam(rate = 0.1, decay = 0.1), iterations 5"), "--out o", "E0311", "momentum or decay");
+  refused(finding("mean((u - r)^2)", "4", "test e = mean(u^2) on trajectories(\"train.nc\") for 4 steps; "), "--out o", "E0311", "a test");
+  refused(good, "", "E0904", "needs --out DIR");
+  refused(good, "--out o --resume", "E0904", "--resume and --epochs are not for task find");
+}
+
+}  // namespace
+}  // namespace dpde::testing
