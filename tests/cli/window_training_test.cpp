@@ -128,6 +128,17 @@ TEST_F(AllWindows, AResumeThatIsRefusedSaysWhatDiffers) {
   refused("lbfgs(), epochs 1", "another optimiser");
 }
 
+TEST_F(AllWindows, ASeedOfTheCommandIsAddedToThoseOfTheFile) {
+  const auto losses = [&](const std::string& seed, const std::string& weights, const std::string& arguments) {
+    std::string text = network("adam(rate = 0.01), batch 5, epochs 1, seed " + seed);
+    const Outcome outcome = learn(text.replace(text.find("seed 1;"), 7, "seed " + weights + ";"), arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    return outcome.json()["loss"];
+  };
+  EXPECT_EQ(losses("3", "1", "--seed 4"), losses("7", "5", ""));
+  EXPECT_NE(losses("3", "1", "--seed 4"), losses("3", "1", ""));
+}
+
 TEST_F(AllWindows, BenchTellsWhereTheTimeOfAnUpdateGoes) {
   write("t.dpde", network("adam(rate = 0.02), batch 5, epochs 1"));
   for (const std::string threads : {"1", "2"}) {

@@ -264,7 +264,8 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::unique_ptr<driver::TrainingScene> scene = driver::TrainingScene::open(job.source(), run.compiled, job.sink());
   const std::unique_ptr<driver::TestScenes> tests = scene ? driver::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
   if (!tests) return json;
-  const driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
+  driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
+  batch.seed = options.seed;
   if (driver::seeks_controls(*run.compiled->problem)) return find_controls(job, options, run, *scene, batch);
   const std::unique_ptr<driver::Trials> trials = driver::Trials::open(*scene, options.epochs, batch, job.sink());
   if (!trials) return json;

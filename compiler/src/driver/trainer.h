@@ -91,7 +91,7 @@ class Trainer {
 
  private:
   Trainer(const TrainingScene& scene, const BatchOptions& options, int trial)
-      : scene_(scene), options_(options), trial_(static_cast<std::uint64_t>(trial)), seed_(scene.training().seed + trial_) {}
+      : scene_(scene), options_(options), trial_(static_cast<std::uint64_t>(trial) + options.seed), seed_(scene.training().seed + trial_) {}
   void begin_networks_anew();
   int largest_batch() const { return is_lbfgs() ? std::numeric_limits<int>::max() : scene_.training().batch; }
   bool split_runs(DiagnosticSink& sink);

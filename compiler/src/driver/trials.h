@@ -33,7 +33,7 @@ class Trials {
   /// The one that runs, ran or was taken up again last.
   std::size_t running() const { return running_; }
   const Trainer& present() const { return *trials_[running_].trainer; }
-  std::uint64_t seed_of(std::size_t trial) const { return scene_.training().seed + trial; }
+  std::uint64_t seed_of(std::size_t trial) const { return scene_.training().seed + options_.seed + trial; }
   /// By validation, else by the loss of training; never by a test. The first one where none has come to the end of an epoch.
   std::size_t best() const;
   /// Updates of all trials so far, and when no epoch is left out.

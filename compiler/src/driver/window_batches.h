@@ -64,6 +64,7 @@ struct BatchOptions {
   int threads = 1, cut = 0;
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();  // of all simulations together
   const std::atomic<bool>* stop = nullptr;
+  std::uint64_t seed = 0;  // of a training: added to the seeds of the order, of the noise and of first weights
   bool stores_states = true;  // false: only losses are asked for
   bool is_timed = false;  // WindowBatches::seconds()
 };
