@@ -46,10 +46,10 @@ struct SimulationOptions {
   /// > 0: gradient() leaves out what acts through more than so many steps (RolloutSetup::cut); 1: nothing acts through the solver's
   /// steps. It is then not the derivative of loss(). hessian_vector() knows nothing of it.
   int cut = 0;
-  /// Not null: the time of loss() and gradient() is added to it, by what it is spent on.
-  GradientSeconds* seconds = nullptr;
   /// Looked at before each step: when it becomes true, step() and run() return false, loss() and gradient() NaN.
   const std::atomic<bool>* stop = nullptr;
+  /// Not null: the time of loss() and gradient() is added to it, by what it is spent on.
+  GradientSeconds* seconds = nullptr;
 };
 
 /// The Hessian of the loss, or what Gauss and Newton put in its place: without the curvature of the model, never negative.
