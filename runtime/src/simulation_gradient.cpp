@@ -66,8 +66,12 @@ void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rate
     const std::vector<double>& bars = formula_bars.find(network)->second;
     for (size_t i = 0; i < bars.size(); ++i) to[learned->offset + i] += bars[i];
   };
+  constexpr std::string_view bar = "_bar";
+  const auto is_used = [&](const dpde_program& program) {  // where all is given nothing was computed that the adjoint could read
+    return std::any_of(program.fields, program.fields + program.input_count, [&](std::string_view field) { return field.ends_with(bar) && counts(field.substr(0, field.size() - bar.size())); });
+  };
   for (const dpde_program* program : {coefficient_program, initial_program}) {
-    if (program != nullptr) add_through_formula(*this, *program, rollout, counts, add, add_network);
+    if (program != nullptr && is_used(*program)) add_through_formula(*this, *program, rollout, counts, add, add_network);
   }
 }
 
