@@ -147,7 +147,9 @@ void check_for_controls(Draft& draft, const std::vector<Found<ast::UsingItem>>& 
   }
   const std::optional<Optimiser>& optimiser = problem.task->optimiser;
   if (optimiser && (optimiser->momentum > 0 || optimiser->decay > 0)) refuse_here(lines[0].range, "momentum or decay", "write using lbfgs(), iterations 50");
-  for (const Test& test : problem.task->tests) refuse_here(test.quantity.origin.range, "a test", "other trajectories have no controls; a task that learns from the file can have tests");
+  for (const std::vector<Test>* tests : {&problem.task->tests, &problem.task->growths}) {
+    for (const Test& test : *tests) refuse_here(test.quantity.origin.range, "a test", "other trajectories have no controls; a task that learns from the file can have tests");
+  }
 }
 
 /// What does not begin anew with each window.
