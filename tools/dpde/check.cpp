@@ -91,6 +91,18 @@ std::string report_operators(const model::Problem& problem, Json& result) {
   return text;
 }
 
+std::string report_networks(const model::Problem& problem, Json& result) {
+  std::string text;
+  for (const network::Network& network : problem.networks) {
+    const std::int64_t weights = weight_count(network);
+    const double products = multiplications_a_cell(network);
+    result["networks"][network.name] = {{"weights", weights}, {"multiplications_per_point", products}, {"real", name_of(network.real)}};
+    text += fmt::format("network {}: {} weights, ", network.name, weights);
+    text += network.is_host() ? std::string("computed by the host\n") : fmt::format("{:.6g} multiplications a cell in {}\n", products, name_of(network.real));
+  }
+  return text;
+}
+
 Json types_of(const model::Problem& problem) {
   Json types = Json::object();
   for (const model::State& state : problem.states) types[state.name] = "state";
@@ -152,13 +164,7 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
   // Not analysed yet: null says so.
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   result["conserved"] = nullptr;
-  for (const network::Network& network : problem.networks) {
-    const std::int64_t weights = weight_count(network);
-    const double products = multiplications_a_cell(network);
-    result["networks"][network.name] = {{"weights", weights}, {"multiplications_per_point", products}, {"real", name_of(network.real)}};
-    text += fmt::format("network {}: {} weights, ", network.name, weights);
-    text += network.is_host() ? std::string("computed by the host\n") : fmt::format("{:.6g} multiplications a cell in {}\n", products, name_of(network.real));
-  }
+  text += report_networks(problem, result);
   result["cost"] = cost_json(cost, copy_rate);
   text += fmt::format("a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here\n", cost.bytes, cost.flops,
                       human_count(copy_rate / std::max(cost.bytes, 1.0)));
