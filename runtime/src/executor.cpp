@@ -284,10 +284,12 @@ void Executor::prepare() {
   for (size_t i = 0; i < fields_.size(); ++i) {
     if (fields_[i] == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program_->name, program_->fields[i]));
   }
+  if (program_->interpret != nullptr) return;  // it fills halos itself
   for (const HaloFill& fill : plan_->prepare) fill.run(fields_.data(), uniforms_.data());
 }
 
 void Executor::prepare(int field) {
+  if (program_->interpret != nullptr) return;
   for (const HaloFill& fill : plan_->prepare) {
     if (fill.field() == field) fill.run(fields_.data(), uniforms_.data());
   }

@@ -28,7 +28,7 @@ TEST(PlacedPoints, SourcesBringInWhatTheySay) {
       for (const char* cells : {"1", "2", "8"}) {
         if (std::string(cells) == "1" && std::string(field) != "u" && kind != around) continue;  // there is no face between the walls
         std::string text = growth(field, cells + kind, "0");
-        for (const char* place : {"0.003", "0.24", "0.5", "0.97", "1", "0.2 + t/2"}) text.insert(text.find("inject"), "inject(0.1 + 4*" + std::string(place) + ", at = " + place + ") + ");
+        for (const char* place : {"0.003", "0.24", "0.5", "0.97", "1", "0.2 + t/2"}) text.insert(text.find("inject"), "inject(0.1 + 4*(" + std::string(place) + "), at = " + place + ") + ");
         // of 0.2 + t/2 the mean over the four steps is 0.3875
         EXPECT_NEAR(task_gradient(text, "t").loss, 3 + 0.6 + 4 * (0.003 + 0.24 + 0.5 + 0.97 + 1 + 0.3875), 1e-12) << field << " " << kind << " " << cells;
       }

@@ -16,7 +16,7 @@ Block only_block(const std::string& text) {
   return file.declarations.size() == 1 ? std::get<Block>(file.declarations[0].kind) : Block{};
 }
 
-const std::string words_of_networks = "understood here: padding, initial, symmetric, real, repeat, residual, skip, let, a layer such as conv 32, 5";
+const std::string words_of_networks = "understood here: padding, initial, symmetric, real, host, repeat, residual, skip, let, a layer such as conv 32, 5";
 
 TEST(Networks, AsLayers) {
   const std::string text =

@@ -22,6 +22,12 @@ const Fill* fill_of(const Items& items, const std::string& field) {
   return nullptr;
 }
 
+/// Whether points on walls, which are values of the result, are made from those inside: the result has them as the program says.
+bool derives_walls(const Fill& fill) {
+  const auto derives = [](const Side& side) { return side.on_wall && side.kind != SideKind::value; };
+  return std::any_of(fill.axes.begin(), fill.axes.end(), [&](const AxisBoundary& axis) { return derives(axis.low) || derives(axis.high); });
+}
+
 /// Whether all fills of the field are the same.
 bool agrees(const Items& items, const std::string& field, const std::vector<AxisBoundary>& axes) {
   return std::all_of(items.begin(), items.end(), [&](const ScheduleItem& item) {
@@ -72,6 +78,7 @@ bool Scheduler::is_prepared(const std::string& field, std::set<std::string> assu
 
 bool Scheduler::next_can_be_filled(const Swap& swap, const Fill& fill, const std::set<std::string>& assumed) const {
   if (!agrees(items(), swap.next, fill.axes)) return false;
+  if (derives_walls(fill) && !fill_of(items(), swap.next)) return false;
   if (last_modifier(items(), swap.next, items().size())) return true;
   return is_prepared(swap.next, assumed);  // u_prev, u: the next state is an input whose halo is filled already
 }
