@@ -96,9 +96,8 @@ class Hats {
     const Expr x = coordinate(number_of_axis), place = shift(x, std::move(offset));
     if (axis.topology == Topology::bounded) return place;
     const double period = axis.high - axis.low;
-    const Expr is_first = binary(BinaryOp::less, x, place_after(axis, number_of_axis, 1.25));
-    const Expr is_last = binary(BinaryOp::greater, x, place_before(axis, number_of_axis, 0.75));
-    return cells < 0 ? select(is_first, minus(place, period), place) : select(is_last, plus(place, period), place);
+    if (cells < 0) return select(binary(BinaryOp::less, place, x), place, minus(place, period));  // of one cell it is x itself
+    return select(binary(BinaryOp::greater, place, x), place, plus(place, period));
   }
 
   const Problem& problem_;
