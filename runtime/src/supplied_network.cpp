@@ -55,6 +55,10 @@ void SuppliedNetwork::supply(HostNetwork functions) {
 void SuppliedNetwork::value(const double* inputs, const double* weights, double* outputs) const {
   if (!functions_.value) throw Error(ErrorKind::input, fmt::format("network {} is the host's own: supply() its value before anything runs", name_));
   functions_.value({inputs, inputs_}, {weights, weights_}, {outputs, outputs_});
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  const double* const bad = std::find_if_not(outputs, outputs + outputs_, is_finite);
+  if (bad == outputs + outputs_ || !std::all_of(inputs, inputs + inputs_, is_finite)) return;  // what has blown up before is told elsewhere
+  throw Error(ErrorKind::run, fmt::format("network {}, which the host computes, gives {} for finite inputs, first in value {} of its outputs", name_, *bad, bad - outputs));
 }
 
 void SuppliedNetwork::vector_jacobian(const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars) {

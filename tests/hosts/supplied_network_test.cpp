@@ -131,6 +131,11 @@ TEST(SuppliedNetworks, AreComparedWithDifferencesWhenTheyAreUsed) {
                            std::ranges::fill(w_bar, 0.0);
                          }});
   expect_error([&] { sim.gradient(); }, "along a direction of its weights");
+  sim.supply("closure", {[](In x, In w, Out y) {
+                           value(x, w, y);
+                           y[7] = std::nan("");
+                         }, vector_jacobian});
+  expect_error([&] { sim.loss(); }, "gives nan for finite inputs, first in value 7");
   sim.supply("closure", {value, vector_jacobian});
   EXPECT_GT(sim.gradient(), 0);
   expect_error([&] { sim.supply("clsure", {value, {}}); }, "clsure");

@@ -131,14 +131,13 @@ void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<
   if (interrupt_flag().load()) return;
   const GradientSeconds& of = found.batch.gradients;
   const auto share = [&](double seconds) { return 100 * seconds / found.all; };
-  const int windows = scene->training().batch;
-  result["update"] = {{"windows", windows}, {"steps", scene->steps()}, {"thread_seconds", found.all},
+  result["update"] = {{"windows", found.windows}, {"steps", scene->steps()}, {"thread_seconds", found.all},
                       {"solver_forward", of.steps.rest()}, {"solver_backward", of.adjoints.rest()},
                       {"networks_forward", of.steps.networks}, {"networks_backward", of.adjoints.networks},
                       {"losses", of.losses.all}, {"waiting", found.batch.waiting}, {"overhead", found.overhead()}, {"overhead_fraction", found.overhead() / found.all}};
-  job.say(fmt::format("an update with {} windows of {} steps takes {} of the time of {} threads: solver {:.1f} % (forward {:.1f}, back {:.1f}), networks {:.1f} % (forward {:.1f}, back {:.1f}), "
+  job.say(fmt::format("an update of {} windows, {} steps each, takes {} of the time of {} threads: solver {:.1f} % (forward {:.1f}, back {:.1f}), networks {:.1f} % (forward {:.1f}, back {:.1f}), "
                       "overhead {:.1f} % (losses {:.1f}, threads that wait {:.1f}, all else {:.1f})\n",
-                      windows, scene->steps(), human_seconds(found.all), thread_count(options), share(found.solver()), share(of.steps.rest()), share(of.adjoints.rest()),
+                      found.windows, scene->steps(), human_seconds(found.all), thread_count(options), share(found.solver()), share(of.steps.rest()), share(of.adjoints.rest()),
                       share(found.networks()), share(of.steps.networks), share(of.adjoints.networks), share(found.overhead()), share(of.losses.all), share(found.batch.waiting),
                       share(found.overhead() - of.losses.all - found.batch.waiting)));
 }

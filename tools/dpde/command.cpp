@@ -121,7 +121,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
   if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");
-  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers");
+  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(CLI::NonNegativeNumber);
   verb.add_flag("--quiet,-q", options.quiet, "no text but errors");
   if (takes.json) verb.add_flag("--json", options.json, "one JSON object on standard output and nothing else");
 }

@@ -144,6 +144,17 @@ Json json_of(const driver::Equal& equal, const char* key, double own) {
   return {{key, json_number(equal.value)}, {"ratio", json_number(equal.value / own)}, {"between", {equal.from, equal.to}}, {"beyond", equal.kind == driver::Equal::Kind::within_all}};
 }
 
+/// Where the first of the runs is no longer finite.
+void say_blow_up(Job& job, const TrajectoryTest& test) {
+  for (std::size_t run = 0; run < test.runs.size(); ++run) {
+    const auto first = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
+    if (first == test.runs[run].end()) continue;
+    const double t = test.times[static_cast<std::size_t>(first - test.runs[run].begin())];
+    job.say(fmt::format("  warning: {} of scene {} is no longer finite in run {} of {} after t = {:.6g} from its first frame\n", test.name, test.scene, run, test.file, t));
+    return;
+  }
+}
+
 /// The two sentences: what plain schemes cost for the same error, and lose for the same cost.
 void compare(Job& job, const OneTest& test, double error, Json& json) {
   std::vector<driver::CostAndError> plain;
@@ -151,7 +162,7 @@ void compare(Job& job, const OneTest& test, double error, Json& json) {
     const TrajectoryTest& beside = (*test.beside)[s];
     if (!beside.has_network) plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
   }
-  if (plain.empty()) return;
+  if (plain.empty() || !std::isfinite(error)) return;
   using Kind = driver::Equal::Kind;
   const double cost = test.costs[0];
   const driver::Equal at_error = cost_of_equal_error(plain, error), at_cost = error_of_equal_cost(plain, cost);
@@ -180,6 +191,7 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
     table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean, whole.spread, cost);
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
     job.say(fmt::format("  {}: {} on {}, {}\n", each.scene, text_of(whole), each.file, time));
+    if (&each != &found) say_blow_up(job, each);
   };
   json["cost_s"] = json_number(test.costs[0]);
   json["beside"] = Json::object();
@@ -198,6 +210,7 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
 Json report_test(Job& job, const OneTest& test) {
   const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
   job.say(fmt::format("test {} = {} over {} runs of {} ({} at the start)\n", test.found().name, text_of(learnt), test.found().runs.size(), test.found().file, text_of(before)));
+  say_blow_up(job, test.found());
   Json json = numbers_of(test.found());
   json["t"] = json_numbers(test.found().times);
   json["start"] = numbers_of(*test.start);

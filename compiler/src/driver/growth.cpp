@@ -17,7 +17,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // of the first tangent
+constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // of the first tangent; of each run another one, so that the spread over runs shows whether the rate has settled
 
 /// One thread's states and their tangent.
 class Tangent {
@@ -90,7 +90,7 @@ class Tangent {
       }
     }
     for (const int s : rates_) {
-      for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i] = normal(seed, i * rates_.size() + static_cast<std::size_t>(s), stream);
+      for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i] = normal(seed + static_cast<std::uint64_t>(run), i * rates_.size() + static_cast<std::size_t>(s), stream);
       rollout_->initial(s).copy_in(cells_);
     }
   }

@@ -313,6 +313,7 @@ UpdateSeconds Trainer::time_updates(int repeats) {
   std::vector<UpdateSeconds> samples;
   for (int r = 0; r <= repeats && !is_stopping(); ++r) {  // the first one still touches new memory
     UpdateSeconds seconds;
+    seconds.windows = size;
     {
       const Stopwatch whole(&seconds.all);
       those.gradient(state.x, std::span(all).subspan(static_cast<std::size_t>(r) * size % (all.size() - size + 1), size), {}, gradient);

@@ -41,6 +41,7 @@ struct TrainingState {
 struct UpdateSeconds {
   BatchSeconds batch;
   double all = 0;
+  std::size_t windows = 0;  // of the update
   double networks() const { return batch.gradients.steps.networks + batch.gradients.adjoints.networks; }
   double solver() const { return batch.gradients.steps.rest() + batch.gradients.adjoints.rest(); }
   double overhead() const { return all - networks() - solver(); }

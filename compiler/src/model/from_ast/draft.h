@@ -53,6 +53,11 @@ struct DeclaredNetwork {
   bool vector = false;                           // its output; else a number, or
   std::vector<std::string> outputs = {};         // what is called so
   std::vector<bool> relative = {};               // for each input: it enters relative to its mean over the grid; none: none does
+  struct Misfit {
+    SourceRange range;
+    std::string text, hint;
+  };
+  std::vector<Misfit> misfits = {};              // why its symmetries are none of this grid: an error where something calls it
 };
 
 struct Draft {

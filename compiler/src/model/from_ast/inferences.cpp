@@ -79,7 +79,10 @@ bool Expressions::may_infer(const DeclaredNetwork& declared, const ast::Call& e)
 Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range) {
   if (!may_infer(declared, e)) return {};
   const std::string& network = declared.source->name.name;
-  draft_.called_networks.insert(network);
+  const bool is_first_call = draft_.called_networks.insert(network).second;
+  for (std::size_t i = 0; is_first_call && i < declared.misfits.size(); ++i) {
+    draft_.sink.report("bad-network", declared.misfits[i].range, {declared.misfits[i].text}, declared.misfits[i].hint);
+  }
   const auto arguments = channels(declared, e);
   if (!declared.network || !arguments || is_too_large({Typed::Type::vector, *arguments}, range)) return {};
   const auto value = [&](int number, const std::string& name) {

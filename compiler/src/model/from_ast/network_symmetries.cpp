@@ -59,7 +59,7 @@ class SymmetryReader {
   /// Quarter turns, in the plane across the axis that is named or in each.
   void read_rotations(const ast::SymmetryItem::Part& part) {
     if (part.axis && rank() < 3) {
-      return refuse(part.axis->range, fmt::format("rotations about an axis need a scene with three axes; this one has {}", rank()), "write rotations");
+      return misfit(part.axis->range, fmt::format("rotations about an axis need a scene with three axes; this one has {}", rank()), "write rotations");
     }
     if (part.axis && !axis(*part.axis)) return;
     for (int first = 0; first < rank(); ++first) {
@@ -101,7 +101,7 @@ class SymmetryReader {
     if (number < 0) {
       draft_.sink.report("unknown-axis", name.range, {name.name});
     } else {
-      draft_.sink.report("missing-axis", name.range, {name.name});
+      misfit(name.range, fmt::format("the scene has no axis {}", name.name), "leave the symmetry out along this axis");
     }
     return false;
   }
@@ -109,7 +109,7 @@ class SymmetryReader {
   bool is_stretched(int axis, SourceRange range) {
     const Axis& a = axes_[static_cast<std::size_t>(axis)];
     if (!a.stretch) return false;
-    refuse(range, fmt::format("axis {} is stretched, and its mirror image is another grid", a.name), "leave the symmetry out along this axis");
+    misfit(range, fmt::format("axis {} is stretched, and its mirror image is another grid", a.name), "leave the symmetry out along this axis");
     return true;
   }
 
@@ -118,7 +118,7 @@ class SymmetryReader {
     const Axis &a = axes_[static_cast<std::size_t>(first)], &b = axes_[static_cast<std::size_t>(second)];
     if (is_stretched(first, range) || is_stretched(second, range)) return false;
     const auto differ = [&](const std::string& text, const std::string& hint) {
-      refuse(range, fmt::format("a turn exchanges {} and {}, which {}", a.name, b.name, text), hint);
+      misfit(range, fmt::format("a turn exchanges {} and {}, which {}", a.name, b.name, text), hint);
       return false;
     };
     const char* instead = rank() == 3 ? "write rotations about the axis across two that are alike, or flips" : "write flips";
@@ -133,6 +133,8 @@ class SymmetryReader {
 
   static const char* word_of(const Axis& axis) { return axis.topology == Topology::periodic ? "periodic" : "bounded"; }
   void refuse(SourceRange range, const std::string& text, const std::string& hint) { draft_.sink.report("bad-network", range, {text}, hint); }
+  /// Of this grid: other scenes of the file may call the network.
+  void misfit(SourceRange range, const std::string& text, const std::string& hint) { declared_.misfits.push_back({range, text, hint}); }
   int rank() const { return static_cast<int>(axes_.size()); }
 
   Draft& draft_;
@@ -156,7 +158,7 @@ void bind_symmetries(Draft& draft, DeclaredNetwork& declared) {
   network::Symmetry symmetry{SymmetryReader(draft, declared).run(), {}, {}};
   for (const ast::Network::Input& input : declared.source->inputs) symmetry.inputs.push_back(input.vector);
   symmetry.outputs.assign(std::max<std::size_t>(declared.outputs.size(), 1), declared.vector);
-  if (draft.sink.all().size() != before) {
+  if (draft.sink.all().size() != before || !declared.misfits.empty()) {
     declared.network.reset();
     return;
   }
