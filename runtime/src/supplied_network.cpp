@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 
@@ -40,7 +41,7 @@ SuppliedNetwork::SuppliedNetwork(const dpde_network& network, std::size_t cells)
       weights_(static_cast<std::size_t>(network.weight_count)) {
   table_.context = this;
   table_.value = [](void* self, const double* inputs, const double* weights, double* outputs) {
-    static_cast<const SuppliedNetwork*>(self)->value(inputs, weights, outputs);
+    static_cast<SuppliedNetwork*>(self)->value(inputs, weights, outputs);
   };
   table_.vector_jacobian = [](void* self, const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars) {
     static_cast<SuppliedNetwork*>(self)->vector_jacobian(inputs, weights, seeds, input_bars, weight_bars);
@@ -49,12 +50,13 @@ SuppliedNetwork::SuppliedNetwork(const dpde_network& network, std::size_t cells)
 
 void SuppliedNetwork::supply(HostNetwork functions) {
   functions_ = std::move(functions);
-  is_checked_ = false;
+  is_checked_ = is_tried_ = false;
 }
 
-void SuppliedNetwork::value(const double* inputs, const double* weights, double* outputs) const {
+void SuppliedNetwork::value(const double* inputs, const double* weights, double* outputs) {
   if (!functions_.value) throw Error(ErrorKind::input, fmt::format("network {} is the host's own: supply() its value before anything runs", name_));
   functions_.value({inputs, inputs_}, {weights, weights_}, {outputs, outputs_});
+  if (std::exchange(is_tried_, true)) return;  // later ones may be of a search's step that goes too far
   const auto is_finite = [](double value) { return std::isfinite(value); };
   const double* const bad = std::find_if_not(outputs, outputs + outputs_, is_finite);
   if (bad == outputs + outputs_ || !std::all_of(inputs, inputs + inputs_, is_finite)) return;  // what has blown up before is told elsewhere

@@ -23,7 +23,7 @@ class SuppliedNetwork {
 
  private:
   using Values = std::vector<double>;
-  void value(const double* inputs, const double* weights, double* outputs) const;
+  void value(const double* inputs, const double* weights, double* outputs);
   void vector_jacobian(const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars);
   void check(const double* inputs, const double* weights) const;
   void check_along(const Values& inputs, const Values& weights, const Values& input_rates, const Values& weight_rates, const char* what) const;
@@ -31,7 +31,7 @@ class SuppliedNetwork {
   std::string name_;
   std::size_t inputs_, outputs_, weights_;  // values
   HostNetwork functions_;
-  bool is_checked_ = false;
+  bool is_checked_ = false, is_tried_ = false;  // its product, its value: since it was supplied
   dpde_host_network table_{};
 };
 
