@@ -67,13 +67,13 @@ void SuppliedNetwork::vector_jacobian(const double* inputs, const double* weight
   if (!functions_.vector_jacobian) {
     throw Error(ErrorKind::input, fmt::format("network {} has no vector-Jacobian product: a gradient through it needs one (supply)", name_));
   }
-  if (!is_checked_) check(inputs, weights);
-  is_checked_ = true;
+  if (!is_checked_) is_checked_ = check(inputs, weights);
   functions_.vector_jacobian({inputs, inputs_}, {weights, weights_}, {seeds, outputs_}, {input_bars, inputs_}, {weight_bars, weights_});
 }
 
 /// With w = J v by differences, <J' w, v> must be |w|^2: no cancellation, so that a wrong factor or a missing term shows.
-void SuppliedNetwork::check(const double* inputs, const double* weights) const {
+/// False where there was nothing to compare: with weights of 0 many networks do not depend on their inputs.
+bool SuppliedNetwork::check(const double* inputs, const double* weights) const {
   const Values x(inputs, inputs + inputs_), p(weights, weights + weights_);
   std::mt19937_64 random(20261122);
   const auto direction = [&](const Values& of) {
@@ -82,18 +82,19 @@ void SuppliedNetwork::check(const double* inputs, const double* weights) const {
     std::ranges::generate(v, [&] { return normal(random); });
     return v;
   };
-  check_along(x, p, direction(x), Values(p.size()), "inputs");
-  if (!p.empty()) check_along(x, p, Values(x.size()), direction(p), "weights");
+  const bool by_inputs = check_along(x, p, direction(x), Values(p.size()), "inputs");
+  return (p.empty() || check_along(x, p, Values(x.size()), direction(p), "weights")) && by_inputs;
 }
 
-void SuppliedNetwork::check_along(const Values& inputs, const Values& weights, const Values& input_rates, const Values& weight_rates, const char* what) const {
+bool SuppliedNetwork::check_along(const Values& inputs, const Values& weights, const Values& input_rates, const Values& weight_rates, const char* what) const {
   Values w(outputs_), behind(outputs_), input_bars(inputs_), weight_bars(weights_);
   functions_.value(moved(inputs, relative_step, input_rates), moved(weights, relative_step, weight_rates), w);
   functions_.value(moved(inputs, -relative_step, input_rates), moved(weights, -relative_step, weight_rates), behind);
   for (std::size_t i = 0; i < outputs_; ++i) w[i] = (w[i] - behind[i]) / (2 * relative_step);
   functions_.vector_jacobian(inputs, weights, w, input_bars, weight_bars);
   const double expected = product(w, w), got = product(input_bars, input_rates) + product(weight_bars, weight_rates);
-  if (!std::isfinite(expected) || expected == 0 || std::abs(got - expected) <= largest_error * expected) return;
+  if (!std::isfinite(expected) || expected == 0) return false;
+  if (std::abs(got - expected) <= largest_error * expected) return true;
   throw Error(ErrorKind::input, fmt::format("the vector-Jacobian product that the host gave for network {} is not the derivative of its value: along a "
                                             "direction of its {} it has {:.6g}, differences of the value have {:.6g}",
                                             name_, what, got, expected));

@@ -136,6 +136,15 @@ TEST(SuppliedNetworks, AreComparedWithDifferencesWhenTheyAreUsed) {
                            y[7] = std::nan("");
                          }, vector_jacobian});
   expect_error([&] { sim.loss(); }, "gives nan for finite inputs, first in value 7");
+  // With weights of 0 nothing depends on the inputs: what is wrong there shows with others.
+  sim.set_weights("closure", std::vector<double>(26));
+  sim.supply("closure", {value, [](In x, In w, In seeds, Out x_bar, Out w_bar) {
+                           vector_jacobian(x, w, seeds, x_bar, w_bar);
+                           std::ranges::fill(x_bar, 0.0);
+                         }});
+  EXPECT_GT(sim.gradient(), 0);
+  sim.set_weights("closure", random_values(26, 7));
+  expect_error([&] { sim.gradient(); }, "along a direction of its inputs");
   sim.supply("closure", {value, vector_jacobian});
   EXPECT_GT(sim.gradient(), 0);
   expect_error([&] { sim.supply("clsure", {value, {}}); }, "clsure");

@@ -21,7 +21,7 @@ namespace {
 constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
 constexpr double largest_slope_error = 0.05;
-constexpr double largest_quotient_error = 1e-5;
+constexpr double largest_quotient_error = 1e-5, least_slope_with_kinks = 1.2;
 constexpr double largest_asymmetry = 1e-10;
 constexpr double largest_second_slope_error = 0.1;
 
@@ -256,12 +256,16 @@ std::vector<int> affordable_grid(const model::Problem& problem) {
 
 /// |R|/(step*|slope|) of three neighbouring steps at its least: where R falls faster than the step, that gets as small as rounding
 /// lets it. Of three, as the R of a wrong slope may change its sign between large steps and small ones.
-double error_of_quotients(const std::vector<Remainder>& remainders, double slope) {
-  double least = INFINITY;
+std::optional<double> error_of_quotients(const std::vector<Remainder>& remainders, double slope) {
+  std::optional<double> least;
   for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
     double worst = 0;
-    for (std::size_t i = k; i < k + 3; ++i) worst = std::max(worst, remainders[i].value / (remainders[i].step * std::abs(slope)));
-    least = std::min(least, worst);
+    bool is_known = true;
+    for (std::size_t i = k; i < k + 3; ++i) {
+      is_known = is_known && std::isfinite(remainders[i].value);
+      worst = std::max(worst, remainders[i].value / (remainders[i].step * std::abs(slope)));
+    }
+    if (is_known) least = std::min(least.value_or(worst), worst);
   }
   return least;
 }
@@ -350,7 +354,8 @@ double Certificate::worst() const { return largest_error_of(cases); }
 double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 
 bool Certificate::passed() const {
-  const bool converges = quotient_error && *quotient_error <= largest_quotient_error;
+  // A slope of 1 is that of a wrong derivative, however little of the whole is wrong.
+  const bool converges = quotient_error && *quotient_error <= largest_quotient_error && !(slope && *slope < least_slope_with_kinks);
   const bool taylor = only_rounding || converges || (slope && std::abs(*slope - 2) <= largest_slope_error);
   return worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
 }
