@@ -249,7 +249,9 @@ void Simulation::Impl::set_weights(std::string_view network, Values values) {
   if (values.size() != own.size()) throw Error(ErrorKind::input, fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
   std::ranges::copy(values, own.begin());
   stepper->update_weights();
-  formulas_are_stale = true;
+  const auto applies_networks = [](const dpde_program* formulas) { return formulas != nullptr && formulas->network_count > 0; };
+  const bool is_read = applies_networks(scene.coefficient_formulas) || applies_networks(scene.initial) || applies_networks(scene.start);
+  formulas_are_stale = formulas_are_stale || is_read;
 }
 void Simulation::set_weights(std::string_view network, Values values) { impl_->set_weights(network, values); }
 

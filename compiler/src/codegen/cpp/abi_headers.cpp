@@ -16,4 +16,10 @@ bool write_abi_headers(const std::filesystem::path& folder) {
   return true;
 }
 
+std::string abi_header_texts() {
+  std::string texts;
+  for (const HeaderText& header : abi_headers) texts += header.text;
+  return texts;
+}
+
 }  // namespace dpde::codegen

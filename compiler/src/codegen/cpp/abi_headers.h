@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace dpde::codegen {
@@ -16,5 +17,7 @@ extern const HeaderText abi_headers[5];  // abi_texts.cpp.in, filled in by CMake
 
 /// Writes folder/dpde/<name> for each; false when that fails.
 bool write_abi_headers(const std::filesystem::path& folder);
+/// All of them, one after the other: what is compiled with them depends on it.
+std::string abi_header_texts();
 
 }  // namespace dpde::codegen

@@ -99,7 +99,7 @@ struct Build {
   fs::path library() const { return folder / "module.so"; }
   /// All that the library depends on.
   std::string key(const std::string& source) const {
-    return fmt::format("library\n{}\n{}\n{}\n{}", fmt::join(compiler, " "), version, fmt::join(flags, " "), source);
+    return fmt::format("library\n{}\n{}\n{}\n{}\n{}", fmt::join(compiler, " "), version, fmt::join(flags, " "), abi_header_texts(), source);
   }
 };
 
