@@ -53,11 +53,36 @@ kernel begin(u: field, out b: field) { b = u^2 }
 kernel end(a: field halo 2, b: field, out v: field) { v = a[-2]*b + a }
 )";
 
+/// The seed of a sum stands beside what each point adds.
+const std::string energy = R"(
+kernel energy(u: field halo 1, w: field, out s: field, sum e: param, c: param) {
+  s = c*u[-1]*w
+  e += c*w*(u[+1] - u)^2
+  adjoint u_bar = 2*c*(w[-1]*(u - u[-1])*e_bar[-1] - w*(u[+1] - u)*e_bar) + c*w[+1]*s_bar[+1]
+  adjoint w_bar = c*(u[+1] - u)^2*e_bar + c*u[-1]*s_bar
+  adjoint c_bar += w*(u[+1] - u)^2*e_bar + u[-1]*w*s_bar
+}
+kernel after(s: field halo 1, out r: field) { r = s[+1] - s*s[-1] }
+)";
+
+const std::string energy_2 = R"(
+kernel energy(u: field halo 1, sum e, f: param) {
+  e += u[+1, 0]*u[0, -1]
+  f += sin(u)
+  adjoint u_bar = u[-1, -1]*e_bar[-1, 0] + u[+1, +1]*e_bar[0, +1] + cos(u)*f_bar
+}
+)";
+
 const std::vector<ProgramCase>& cases() {
   static const std::vector<ProgramCase> all{
       {"periodic", 1, slope + "program p { fill u periodic; run slope; run step; swap u, v }", {{"u"}, {"c"}}},
       {"value", 1, slope + "program p { fill u x = 0.3; run slope; run step; swap u, v }", {{"u"}, {"c"}}},
       {"mixed", 1, slope + "program p { fill u x.low = zero_gradient, x.high = mixed(1, 2, 0.4); run slope; run step; swap u, v }", {{"u"}, {"c"}}},
+      {"sums", 1, energy + "program p { fill u x.low = 0.3, x.high = mixed(1, 2, 0.4); run energy; keep s }", {{"u", "w"}, {"c"}}},
+      {"sums, periodic", 1, energy + "program p { fill u periodic; run energy; keep s }", {{"u", "w"}, {"c"}}},
+      {"sums, grown", 1, energy + "program p { fill u x = 0.3; fill w x = zero_gradient; run energy grow 1; run after; keep r }", {{"u", "w"}, {"c"}}},
+      {"sums, 2-D", 2, energy_2 + "program p { fill u x periodic, y = 0.1; run energy }", {{"u"}, {}}},
+      {"sums, 2-D walls", 2, energy_2 + "program p { fill u x.low = gradient(0.2), x.high = 1, y = zero_gradient; run energy }", {{"u"}, {}}},
       {"grown", 1, slope + R"(
 kernel twice(s: field halo 1, out r: field) { r = s[+1] - s*s[-1] }
 program p { fill u x = 0.3; run slope grow 1; run twice; keep r }
@@ -200,6 +225,19 @@ TEST(GivenAdjoint, IsRefusedWhereItIsNotTheTranspose) {
   }
 }
 
+/// A sign, a factor, a term that is missing; a seed at another point, which walls tell.
+TEST(GivenAdjoint, OfASumIsRefusedWhereItIsNotTheTranspose) {
+  for (const char* formula : {"2*(u - u[-1])*e_bar[-1] + 2*(u[+1] - u)*e_bar", "(u - u[-1])*e_bar[-1] - 2*(u[+1] - u)*e_bar", "2*(u - u[-1])*e_bar[-1]", "0",
+                              "2*(u - u[-1])*e_bar - 2*(u[+1] - u)*e_bar"}) {
+    const stencil::Module module = parse_module(std::string("kernel k(u: field halo 1, sum e: param) {\n  e += (u[+1] - u)^2\n  adjoint u_bar = ") + formula + "\n}\nprogram p { fill u x = 0.2; run k }");
+    DiagnosticSink sink;
+    adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
+    ASSERT_TRUE(sink.has_errors()) << formula;
+    EXPECT_EQ(sink.all()[0].kind->code, "E0606");
+    EXPECT_EQ(sink.all()[0].hint.find("derived it is"), std::string::npos) << sink.all()[0].hint;
+  }
+}
+
 /// A mistake of one part in a million, and one in a branch that few values take.
 TEST(GivenAdjoint, IsRefusedForSmallMistakes) {
   for (const char* body : {"s = u[+1]^2\n  adjoint u_bar = 2.000001*u*s_bar[-1]", "s = if(u < -10, 2*u, u)\n  adjoint u_bar = s_bar"}) {
@@ -224,10 +262,12 @@ TEST(GivenAdjoint, SaysWhatCanBeNoTranspose) {
       {"adjoint u_bar += s_bar", "is written with +="},
       {"adjoint v_bar = s_bar", "belongs to no input"},
       {"adjoint u_bar = s_bar\n  adjoint u_bar = s_bar", "is there already"},
-      {"e += u\n  adjoint u_bar = s_bar", "belongs to a kernel with sums"}};
+      {"e += u\n  adjoint u_bar = s_bar + e_bar[+1] + c*w[-1]*s_bar[-1]", "has a term with e_bar[+1], but the kernel does not read u[-1]"},
+      {"e += u\n  adjoint u_bar = s_bar + e_bar^2", "is not linear in s_bar, e_bar"},
+      {"interp(a, w) += u\n  adjoint u_bar = s_bar", "belongs to a kernel with interp(...) +="}};
   for (const auto& [formula, words] : wrong) {
-    const bool has_sum = formula[0] == 'e';
-    const std::string parameters = std::string("u: field halo 1, w: field, out s: field, c: param") + (has_sum ? ", sum e: param" : "");
+    const char* more = formula[0] == 'e' ? ", sum e: param" : formula[0] == 'i' ? ", inout a: field" : "";
+    const std::string parameters = std::string("u: field halo 1, w: field, out s: field, c: param") + more;
     const SourceFile source("test.dpde", "kernel k(" + parameters + ") {\n  s = c*u[+1]*w + u\n  " + formula + "\n}\nprogram p { fill u x = 0; run k; keep s }");
     DiagnosticSink sink;
     stencil::from_ast(parse(source, sink), sink);

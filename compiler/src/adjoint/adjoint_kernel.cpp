@@ -258,11 +258,13 @@ Expr masked(const Expr& e, const Offset& k, const RunContext& run) {
 
 /// A formula of a person, with the seeds of this run: where points may be missing around a point, the terms of each of them
 /// are selected by themselves, like those that are derived.
-Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied, const RunContext& run) {
+Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied, const RunContext& run, DerivedNames& names) {
+  const auto is_sum = [&](const std::string& name) { return std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == name; }); };
   const std::function<Expr(const Expr&)> with_seeds = [&](const Expr& e) -> Expr {
     const Access* a = std::get_if<Access>(&e->kind);
     const std::string* stored = a ? seeded_by(kernel, a->field) : nullptr;
     if (!stored) return map_children(e, with_seeds);
+    if (is_sum(*stored)) return param(names.of(*stored));
     const auto seed = varied.fields.contains(*stored) ? run.seed(*stored) : std::nullopt;
     return seed ? shift(*seed, a->offset, [](const std::string& name) { return name; }) : Expr(0.0);
   };
@@ -280,7 +282,7 @@ void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run
   for (const Given& given : kernel.given) {
     const bool is_field = varied.fields.contains(given.input);
     if (!is_field && !varied.params.contains(given.input)) continue;
-    const Expr value = given_value(kernel, given.value, varied, run);
+    const Expr value = given_value(kernel, given.value, varied, run, names);
     if (is_literal(value, 0)) continue;
     if (!is_field) {
       result.gather.sums.push_back({names.of(given.input), value});

@@ -87,13 +87,20 @@ class Comparison {
     State forward = start(tangent_);
     if (is_field) forward.set(tangent_.names.at(input_), direction);
     if (!is_field) params_[tangent_.names.at(input_)] = direction.front();
-    interpret(tangent_.module, *tangent_.module.find_program(tangent_.program), forward, params_);
+    const std::map<std::string, double> rates = interpret(tangent_.module, *tangent_.module.find_program(tangent_.program), forward, params_);
     State back = start(adjoint_);
     for (const std::string& result_field : program_.keeps) {
-      if (!adjoint_.names.contains(result_field) || !tangent_.names.contains(result_field)) continue;
+      if (!tangent_.names.contains(result_field)) continue;
       const std::vector<double> seed = draw({-1, 1}, random);
-      back.set(adjoint_.names.at(result_field), seed);
+      if (adjoint_.names.contains(result_field)) back.set(adjoint_.names.at(result_field), seed);
       add(seed, forward.get(tangent_.names.at(result_field)), result.forward, result.scale);
+    }
+    for (const std::string& sum : interface_.sums) {
+      const auto rate = tangent_.names.contains(sum) ? rates.find(tangent_.names.at(sum)) : rates.end();
+      if (rate == rates.end()) continue;
+      const double seed = draw_one({-1, 1}, random);
+      if (adjoint_.names.contains(sum)) params_[adjoint_.names.at(sum)] = seed;
+      add({seed}, {rate->second}, result.forward, result.scale);
     }
     const auto sums = interpret(adjoint_.module, *adjoint_.module.find_program(adjoint_.program), back, params_);
     if (is_field) {
@@ -193,7 +200,8 @@ std::string derived_formula(Kernel kernel, const std::string& input, Reverse rev
 }
 
 void report(const Kernel& kernel, const Given& given, double error, Reverse reverse, DiagnosticSink& sink) {
-  const std::string formula = derived_formula(kernel, given.input, reverse);
+  // Of a sum's seed the derived text does not say at which point it stands.
+  const std::string formula = kernel.sums.empty() ? derived_formula(kernel, given.input, reverse) : "";
   const bool is_short = !formula.empty() && formula.size() <= longest_hint;
   sink.report("not-the-transpose", given.origin.range, {given.input, kernel.name, fmt::format("{:.1e}", error)},
               is_short ? "derived it is " + formula : "leave the line out: what is not given is derived");

@@ -42,7 +42,7 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Interpolate& i) { return model::interpolate(with_values(i.operand, values)); },
       [&](const model::Sample& s) { return model::sample({s.field, all(s.place), s.along}); },
       [&](const model::Reduce& r) { return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over}); },
-      [&](const model::Apply& a) { return model::apply({a.function, all(a.arguments)}); },
+      [&](const model::Apply& a) { return model::apply({a.function, all(a.arguments), a.component, a.places, a.results}); },
       [&](const model::Infer& i) {  // below the model outputs have no names of their own
         return model::infer({i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
       });

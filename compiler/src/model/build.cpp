@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "support/derivative_names.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -115,6 +116,10 @@ Expr sample(Sample value, Origin origin) {
 
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
   return make(Reduce{reduction, operand}, origin);
+}
+
+std::string seed_of(const Operator& function, std::size_t component) {
+  return bar_of(function.name) + (function.body.size() == 1 ? "" : std::string(".") + "xyz"[component]);
 }
 
 Expr apply(Apply application, Origin origin) { return make(std::move(application), origin); }

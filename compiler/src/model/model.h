@@ -119,24 +119,29 @@ struct Reduce {
 /// An operator of the file whose adjoint is given.
 struct Operator {
   std::string name;
-  std::vector<std::string> parameters;
-  Expr body = 0.0;  // parameters stand in it as fields
+  std::vector<std::string> parameters;  // of a vector each component, u.x
+  std::vector<Expr> body;               // the components of what it gives; parameters stand in it as fields
   struct Adjoint {
     std::string parameter;
     bool of_field = true;  // else what each point adds for an argument that is one parameter of the scene
-    Expr value;  // of parameters and of NAME_bar, the seed, as fields
+    Expr value;  // of parameters and of the seeds, as fields
     Origin origin;
     bool operator==(const Adjoint&) const = default;
   };
   std::vector<Adjoint> adjoints;
   bool operator==(const Operator&) const = default;
 };
-/// What an operator makes of its arguments: a field of its own, stored by a kernel whose adjoint is the given one.
+/// A component of what an operator makes of its arguments: a field of its own, stored by a kernel whose adjoint is the given one.
 struct Apply {
   Operator function;
   std::vector<Expr> arguments;
+  int component = 0;
+  std::vector<std::optional<Placement>> places = {};  // of the arguments; none: known everywhere
+  std::vector<Placement> results = {};                // where the components are unless they are wanted elsewhere
   bool operator==(const Apply&) const = default;
 };
+/// The field that stands for the seed of a component in the formulas of an operator.
+std::string seed_of(const Operator& function, std::size_t component);
 
 /// One output of a network, a field of its own at the cell centres, made of the arguments there.
 struct Infer {

@@ -19,9 +19,16 @@ const T* as(const Expr& e) {
 /// Calls `f` on the children whose values are taken where `e` is.
 template <class F>
 void for_each_part_in_place(const Expr& e, const F& f) {
-  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<Infer>(e)) return;
+  if (as<Interpolate>(e) || as<Sample>(e) || as<Reduce>(e) || as<Infer>(e) || as<Apply>(e)) return;
   if (const Advect* advect = as<Advect>(e)) return f(advect->operand);
   for_each_part(e, f);
+}
+
+/// Where the field is that an operator gives; nullptr for other expressions, and where it is made of what is known everywhere.
+const Placement* result_of(const Expr& e) {
+  const Apply* apply = as<Apply>(e);
+  const bool reads = apply && std::any_of(apply->places.begin(), apply->places.end(), [](const auto& place) { return place.has_value(); });
+  return reads ? &apply->results[static_cast<std::size_t>(apply->component)] : nullptr;
 }
 
 }  // namespace
@@ -62,13 +69,18 @@ Placements::Placements(const Problem& problem) {
   if (!problem.task) return;
   for (const Datum& datum : problem.task->data) {
     add(datum.name, datum.placement);
-    if (datum.series) anywhere_.emplace(datum.name, true);
+    if (datum.series) anywhere_.emplace(datum.name, Anywhere::series);
   }
 }
 
 Placement Placements::of(const std::string& field) const {
   const auto found = staggered_.find(field);
   return found == staggered_.end() ? Placement{} : found->second;
+}
+
+bool Placements::is_series(const Expr& e) const {
+  const Field* field = as<Field>(e);
+  return field && anywhere_.contains(field->name);
 }
 
 void Placements::collect(const Expr& e, Fields& found, Placement& placement) const {
@@ -79,8 +91,9 @@ void Placements::collect(const Expr& e, Fields& found, Placement& placement) con
   }
   const Field* field = as<Field>(e);
   if (field && anywhere_.contains(field->name)) return;
-  if (field || as<Infer>(e)) {
-    const Placement own = field ? of(field->name) : Placement{};
+  const Placement* result = result_of(e);
+  if (field || result || as<Infer>(e)) {
+    const Placement own = field ? of(field->name) : result ? *result : Placement{};
     if (found == Fields::one && own != placement) {
       found = Fields::several;
       return;
@@ -112,6 +125,10 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
       if (const auto mistake = misplaced(argument, {})) return mistake;
     }
     return std::nullopt;
+  }
+  if (const Apply* apply = as<Apply>(e)) {
+    const Placement& own = apply->results[static_cast<std::size_t>(apply->component)];
+    return wanted == own || !find_mistake_inside(*apply, wanted) ? std::nullopt : std::optional(Mistake{e, own, wanted});
   }
   if (const Reduce* reduce = as<Reduce>(e)) {
     return operand_placement(*reduce, wanted) ? std::nullopt : std::optional(Mistake{e, natural(e), wanted});
@@ -149,6 +166,11 @@ void Placements::add_candidates(const Expr& e, std::vector<Placement>& found) co
     return;
   }
   if (as<Infer>(e)) return found.push_back({});
+  if (const Placement* result = result_of(e)) {
+    const Apply& apply = *as<Apply>(e);
+    found.push_back(*result);
+    return inside(apply, *result).add_candidates(apply.function.body[static_cast<std::size_t>(apply.component)], found);
+  }
   const std::size_t before = found.size();
   if (const Reduce* reduce = as<Reduce>(e); reduce && !reduce->is_over_all()) {
     add_candidates(reduce->operand, found);
@@ -181,6 +203,46 @@ std::optional<Placement> Placements::natural(const Expr& e) const {
   return std::nullopt;
 }
 
+/// Only in bodies of operators, where arguments stand as fields.
+bool Placements::holds_number_argument(const Expr& e) const {
+  return any_part(e, [&](const Expr& part) {
+    const Field* field = as<Field>(part);
+    const auto found = field ? anywhere_.find(field->name) : anywhere_.end();
+    return found != anywhere_.end() && found->second == Anywhere::argument;
+  });
+}
+
+Placements Placements::inside(const Apply& apply, const Placement& wanted) const {
+  Placements inner;
+  if (!is_staggered()) return inner;
+  const Operator& function = apply.function;
+  for (std::size_t i = 0; i < function.parameters.size(); ++i) {
+    if (apply.places[i]) inner.staggered_.emplace(function.parameters[i], *apply.places[i]);
+    if (!apply.places[i]) inner.anywhere_.emplace(function.parameters[i], Anywhere::argument);
+  }
+  for (std::size_t c = 0; c < function.body.size(); ++c) {
+    inner.staggered_.emplace(seed_of(function, c), static_cast<int>(c) == apply.component ? wanted : apply.results[c]);
+  }
+  return inner;
+}
+
+std::optional<Placements::Mistake> Placements::find_mistake_inside(const Apply& apply, const Placement& wanted) const {
+  const Placements inner = inside(apply, wanted);
+  const Operator& function = apply.function;
+  for (std::size_t c = 0; c < function.body.size(); ++c) {
+    const Placement& place = static_cast<int>(c) == apply.component ? wanted : apply.results[c];
+    if (const auto mistake = inner.find_mistake(function.body[c], place)) return mistake;
+  }
+  for (const Operator::Adjoint& adjoint : function.adjoints) {
+    const auto parameter = std::find(function.parameters.begin(), function.parameters.end(), adjoint.parameter);
+    const std::optional<Placement>& place = apply.places[static_cast<std::size_t>(parameter - function.parameters.begin())];
+    if (adjoint.of_field != place.has_value()) continue;
+    const auto mistake = adjoint.of_field ? inner.find_mistake(adjoint.value, *place) : inner.find_mistake(adjoint.value);
+    if (mistake) return mistake;
+  }
+  return std::nullopt;
+}
+
 std::optional<Placements::Mistake> Placements::misplaced(const Expr& e) const {
   std::optional<Mistake> first;
   for (const Placement& placement : candidates(e)) {
@@ -199,7 +261,7 @@ std::optional<Placements::Mistake> Placements::bad_interpolation(const Expr& e) 
   const Reduce* reduce = as<Reduce>(e);
   if (!mistake && reduce) return misplaced(reduce->operand);
   const Interpolate* interpolated = as<Interpolate>(e);
-  if (mistake || !interpolated || natural(interpolated->operand)) return mistake;
+  if (mistake || !interpolated || natural(interpolated->operand) || holds_number_argument(interpolated->operand)) return mistake;
   mistake = misplaced(interpolated->operand);
   return mistake ? mistake : Mistake{e, std::nullopt, {}};
 }

@@ -7,7 +7,8 @@
 // along an axis then takes its operand at the other placement along that axis where that can be (the staggered
 // difference), else at the same one (the central difference). What holds fields of a single placement, and is wanted
 // there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is. A reduction is known
-// everywhere along the axes it goes over, and along the others where its operand is.
+// everywhere along the axes it goes over, and along the others where its operand is. What an operator with an adjoint of its
+// own makes is a field where its body fits.
 #pragma once
 
 #include <map>
@@ -27,27 +28,35 @@ std::vector<Axis> axes_at(std::vector<Axis> axes, const Placement& placement);
 
 class Placements {
  public:
+  /// The part of an expression that keeps it from being taken at `wanted`.
+  struct Mistake {
+    Expr part;
+    std::optional<Placement> has;  // nullopt: the part is an interpolation of what has no placement
+    Placement wanted;
+  };
+
   Placements() = default;  // nothing is staggered
   explicit Placements(const Problem& problem);
 
   bool is_staggered() const { return !staggered_.empty(); }
   Placement of(const std::string& field) const;
+  /// Whether `e` is a datum that is one number a state.
+  bool is_series(const Expr& e) const;
   /// The placement of all fields of `e` that are not interpolated; nullopt where there are none or several.
   std::optional<Placement> only(const Expr& e) const;
   bool can_be_at(const Expr& e, const Placement& wanted) const { return !misplaced(e, wanted); }
   /// Where `e` is known without interpolating; nullopt where it has no placement of its own, or its parts do not fit.
   std::optional<Placement> natural(const Expr& e) const;
 
+  /// What the names of an operator mean, parameters and seeds; its component is wanted at `wanted`.
+  Placements inside(const Apply& apply, const Placement& wanted) const;
+  /// The part of an operator's body or formulas that keeps its component from being taken at `wanted`.
+  std::optional<Mistake> find_mistake_inside(const Apply& apply, const Placement& wanted) const;
+
   /// Where the operand of a reduction is taken so that the result is known at `wanted`: along the axes that it goes over that
   /// is wherever the operand fits. nullopt: nowhere.
   std::optional<Placement> operand_placement(const Reduce& reduce, const Placement& wanted) const;
 
-  /// The part of `e` that keeps it from being taken at `wanted`.
-  struct Mistake {
-    Expr part;
-    std::optional<Placement> has;  // nullopt: the part is an interpolation of what has no placement
-    Placement wanted;
-  };
   std::optional<Mistake> find_mistake(const Expr& e, const Placement& wanted) const;
   /// The same for what is wanted nowhere in particular, as what is summed up; nullopt when it has a place.
   std::optional<Mistake> find_mistake(const Expr& e) const;
@@ -61,8 +70,11 @@ class Placements {
   std::optional<Mistake> misplaced(const Expr& e) const;
   std::optional<Mistake> bad_interpolation(const Expr& e) const;
 
-  std::map<std::string, Placement> staggered_;  // those that are not at centres
-  std::map<std::string, bool> anywhere_;        // data that are one number a state
+  bool holds_number_argument(const Expr& e) const;
+
+  std::map<std::string, Placement> staggered_;  // those that are not at centres; in operators all
+  enum class Anywhere { series, argument };     // data that are one number a state; arguments that are the same at all points
+  std::map<std::string, Anywhere> anywhere_;
 };
 
 }  // namespace dpde::model

@@ -117,7 +117,10 @@ Piece piece(const Expr& e) {
       [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
       [](const Sample& s) { return sample_piece(s); },
       [](const Reduce& r) { return reduce_piece(r); },
-      [](const Apply& a) { return Piece{fmt::format("{}({})", a.function.name, list(a.arguments))}; },
+      [](const Apply& a) {
+        const std::string component = a.function.body.size() == 1 ? "" : std::string(".") + "xyz"[a.component];
+        return Piece{fmt::format("{}({}){}", a.function.name, list(a.arguments), component)};
+      },
       [](const Infer& i) { return Piece{fmt::format("{}({}){}{}", i.network, list(i.arguments), i.name.empty() ? "" : ".", i.name)}; });
 }
 
@@ -316,7 +319,10 @@ std::string time_text(TimeScheme time) {
 
 /// An operator whose adjoint is given stands for itself in expressions: here is what it is.
 std::string text_of(const Operator& function) {
-  std::string text = fmt::format("operator {}({}) = {}\n", function.name, fmt::join(function.parameters, ", "), bare(function.body));
+  std::vector<std::string> body;
+  for (const Expr& component : function.body) body.push_back(bare(component));
+  const std::string value = body.size() == 1 ? body.front() : fmt::format("({})", fmt::join(body, ", "));
+  std::string text = fmt::format("operator {}({}) = {}\n", function.name, fmt::join(function.parameters, ", "), value);
   for (const Operator::Adjoint& adjoint : function.adjoints) {
     text += fmt::format("  adjoint {}_bar {} {}\n", adjoint.parameter, adjoint.of_field ? "=" : "+=", bare(adjoint.value));
   }

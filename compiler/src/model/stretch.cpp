@@ -151,7 +151,7 @@ Expr Rewriter::operator()(const Expr& e) {
       [&](const Derivative& d) { return derivative_of(d, origin); }, [&](const Advect& a) { return advection_of(a, origin); },
       [&](const Shift& s) { return shift((*this)(s.operand), s.offset, origin); },
       [&](const Interpolate& i) { return interpolate((*this)(i.operand), origin); }, [&](const Reduce& r) { return weighted(r, origin); },
-      [&](const Apply& a) { return apply({a.function, all(a.arguments)}, origin); },
+      [&](const Apply& a) { return apply({a.function, all(a.arguments), a.component, a.places, a.results}, origin); },
       [&](const Infer& i) { return infer({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin); });
 }
 

@@ -277,10 +277,17 @@ class Verifier {
         },
         [&](const Apply& a) {
           need(allowed.derivatives, "an operator");
-          demand(a.arguments.size() == a.function.parameters.size(), fmt::format("{}: {} has {} arguments", where, a.function.name, a.arguments.size()));
+          check_application(a, where);
         },
         [&](const Infer&) { need(allowed.reductions || allowed.networks, "a network"); });
     check_children(e, where, allowed);
+  }
+
+  void check_application(const Apply& a, const std::string& where) {
+    demand(a.arguments.size() == a.function.parameters.size() && a.places.size() == a.arguments.size(),
+           fmt::format("{}: {} has {} arguments", where, a.function.name, a.arguments.size()));
+    demand(a.component >= 0 && a.component < static_cast<int>(a.function.body.size()) && a.results.size() == a.function.body.size(),
+           fmt::format("{}: component {} of {}", where, a.component, a.function.name));
   }
 
   void check_axes(const Reduce& r, const std::string& where) {

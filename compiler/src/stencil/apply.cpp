@@ -27,10 +27,23 @@ Expr with_lets_replaced(const Expr& e, const std::vector<Let>& lets) {
 }
 
 /// A formula for a kernel that stores the operator at the point displaced by `k`: the seed of a point is `k` behind it.
-Expr with_seeds_behind(const Expr& e, const std::string& seed, const Offset& k) {
+Expr with_seeds_behind(const Expr& e, const Kernel& kernel, const Offset& k) {
   const Access* a = std::get_if<Access>(&e->kind);
-  if (!a) return map_children(e, [&](const Expr& child) { return with_seeds_behind(child, seed, k); });
-  return a->field == seed ? same_place(e, {-k[0], -k[1], -k[2]}) : e;
+  if (!a) return map_children(e, [&](const Expr& child) { return with_seeds_behind(child, kernel, k); });
+  return seeded_by(kernel, a->field) ? same_place(e, {-k[0], -k[1], -k[2]}) : e;
+}
+
+/// The part of a place that is less than a cell.
+model::Placement part_of_cell(const std::array<int, max_rank>& place) {
+  model::Placement part{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) part[axis] = place[axis] % 2 != 0;
+  return part;
+}
+
+Offset whole_cells(const std::array<int, max_rank>& place) {
+  Offset cells{};
+  for (std::size_t axis = 0; axis < place.size(); ++axis) cells[axis] = (place[axis] - (place[axis] % 2 != 0 ? 1 : 0)) / 2;
+  return cells;
 }
 
 bool mentions(const Expr& e, const std::string& name) {
@@ -71,7 +84,9 @@ Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
     if (model::is_uniform(e.arguments[i])) {
       reading.values.emplace(parameter, at(e.arguments[i], place).value());
     } else {
-      reading.fields.emplace(parameter, stored_operand(e.arguments[i], {}));
+      Place there{};
+      for (std::size_t axis = 0; axis < there.size() && e.places[i]; ++axis) there[axis] = (*e.places[i])[axis] ? 1 : 0;
+      reading.fields.emplace(parameter, stored_operand(e.arguments[i], there));
     }
   }
   return reading;
@@ -79,7 +94,10 @@ Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
 
 /// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their formulas
 /// are added up; where some of these are missing, all are derived.
-std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& reading, const std::string& result, const Offset& offset) {
+std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside, const Kernel& kernel,
+                                         const Offset& offset) {
+  Reading with_seeds = reading;
+  for (std::size_t c = 0; c < kernel.stores.size(); ++c) with_seeds.fields[model::seed_of(e.function, c)] = bar_of(kernel.stores[c].field);
   std::vector<Given> given;
   std::map<std::string, int> counts;
   for (const model::Operator::Adjoint& adjoint : e.function.adjoints) {
@@ -87,11 +105,12 @@ std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& r
     const bool is_field = field != reading.fields.end();
     const std::string input = is_field == adjoint.of_field ? (is_field ? field->second : lone_param(reading, adjoint.parameter)) : "";
     if (input.empty()) continue;
-    Reading with_seed = reading;
-    with_seed.fields[bar_of(e.function.name)] = bar_of(result);
-    Discretiser formula(scheme_, names_, rank_, with_seed);
-    const Expr value = with_lets_replaced(formula(adjoint.value), formula.lets());
-    const Expr moved = with_seeds_behind(value, bar_of(result), offset);
+    const auto parameter = std::find(e.function.parameters.begin(), e.function.parameters.end(), adjoint.parameter);
+    const auto& of_input = e.places[static_cast<std::size_t>(parameter - e.function.parameters.begin())];
+    const model::Placement place = of_input ? *of_input : inside.natural(adjoint.value).value_or(model::Placement{});
+    Discretiser formula(scheme_, names_, rank_, with_seeds, inside);
+    const Expr value = with_lets_replaced(formula(adjoint.value, place), formula.lets());
+    const Expr moved = with_seeds_behind(value, kernel, offset);
     const auto known = std::find_if(given.begin(), given.end(), [&](const Given& g) { return g.input == input; });
     if (known == given.end()) {
       given.push_back({input, moved, adjoint.origin});
@@ -104,25 +123,35 @@ std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& r
   return given;
 }
 
+/// All components are stored by one kernel; those that nothing reads are taken out again by a pass.
 Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   const model::Apply& apply = std::get<model::Apply>(e->kind);
   for (const Operand& known : operands_) {
     if (known.place == place && known.value == e) return access(known.field);
   }
   const Reading reading = reading_of(apply, place);
-  Discretiser body(scheme_, names_, rank_, reading);
+  const model::Placements inside = placements_.inside(apply, part_of_cell(place));
+  Discretiser body(scheme_, names_, rank_, reading, inside);
   body.parts_ = parts_;
-  const Expr value = body(apply.function.body);
+  const Offset offset = whole_cells(place);
+  const std::vector<std::string> suffixes = component_suffixes(apply.function.body.size());
+  const std::string stem = names_.fresh_stem(apply.function.name, suffixes);
+  Kernel kernel{apply.function.name, rank_, {}, {}, {}, {}};
+  for (std::size_t c = 0; c < suffixes.size(); ++c) {
+    const bool is_wanted = static_cast<int>(c) == apply.component;
+    const model::Placement part = is_wanted ? part_of_cell(place) : apply.results[c];
+    kernel.stores.push_back({stem + suffixes[c], false, same_place(body(apply.function.body[c], part), offset), e->origin});
+    Place there = place;
+    for (std::size_t axis = 0; axis < there.size(); ++axis) there[axis] = 2 * offset[axis] + (part[axis] ? 1 : 0);
+    model::Apply component = apply;
+    component.component = static_cast<int>(c);
+    operands_.push_back({model::apply(std::move(component), e->origin), there, kernel.stores[c].field});
+  }
   parts_ = body.parts_;
-  const Offset offset{place[0] / 2, place[1] / 2, place[2] / 2};
-  const std::string field = names_.fresh(apply.function.name);
-  Kernel kernel{apply.function.name, rank_, body.lets_, {}, {}, {}};
-  for (Let& let : kernel.lets) let.value = same_place(let.value, offset);
-  kernel.stores.push_back({field, false, same_place(value, offset), e->origin});
-  kernel.given = given_of(apply, reading, field, offset);
+  for (const Let& let : body.lets_) kernel.lets.push_back({let.name, same_place(let.value, offset)});
+  kernel.given = given_of(apply, reading, inside, kernel, offset);
   preparations_.push_back(without_idle_formulas(std::move(kernel)));
-  operands_.push_back({e, place, field});
-  return access(field);
+  return access(stem + suffixes[static_cast<std::size_t>(apply.component)]);
 }
 
 /// The field of the output; all outputs of the network for the same fields are computed at once.

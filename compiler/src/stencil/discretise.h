@@ -12,8 +12,8 @@
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
 //    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell: of a
 //    constant they are 0 exactly.
-//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint; at another
-//    place it is another field, the operator of its arguments displaced;
+//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint, all its
+//    components by one; at another place it is another field, the operator of its arguments displaced;
 //  - the outputs of a network become fields, of its arguments at the cell centres; elsewhere they are read like any field;
 //  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does not go
 //    over, it is the reduction of its operand at that place: walls and half points are then what they are for the operand.
@@ -105,7 +105,7 @@ class Discretiser {
   std::string stored_inference(const model::Infer& e);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
-  std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const std::string& result, const Offset& offset);
+  std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside, const Kernel& kernel, const Offset& offset);
   Quotient interpolated_at(const model::Interpolate& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);

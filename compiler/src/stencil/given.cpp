@@ -129,7 +129,9 @@ std::optional<GivenProblem> problem_of_factors(const Kernel& kernel, const Offse
 
 const std::string* seeded_by(const Kernel& kernel, const std::string& name) {
   const auto found = std::find_if(kernel.stores.begin(), kernel.stores.end(), [&](const Store& s) { return bar_of(s.field) == name; });
-  return found == kernel.stores.end() ? nullptr : &found->field;
+  if (found != kernel.stores.end()) return &found->field;
+  const auto sum = std::find_if(kernel.sums.begin(), kernel.sums.end(), [&](const Sum& s) { return bar_of(s.name) == name; });
+  return sum == kernel.sums.end() ? nullptr : &sum->name;
 }
 
 const Given* find_given(const Kernel& kernel, const std::string& input) {
@@ -153,13 +155,15 @@ std::map<Offset, Expr> terms_by_seed(const Kernel& kernel, const Expr& formula) 
 }
 
 std::optional<GivenProblem> find_problem(const Kernel& kernel, const Given& given) {
-  if (!kernel.sums.empty() || !kernel.scatters.empty()) {
-    return GivenProblem{"belongs to a kernel with sums or interp(...) +=", "give adjoints to kernels that only store fields"};
+  if (!kernel.scatters.empty()) {
+    return GivenProblem{"belongs to a kernel with interp(...) +=",
+                        "move what interp(...) += adds into a kernel of its own, whose adjoint is derived, and give this one to the rest"};
   }
   if (is_literal(given.value, 0)) return std::nullopt;
   if (dependence(given.value, kernel) != Dependence::linear) {
     std::vector<std::string> seeds;
     for (const Store& store : kernel.stores) seeds.push_back(bar_of(store.field));
+    for (const Sum& sum : kernel.sums) seeds.push_back(bar_of(sum.name));
     return GivenProblem{fmt::format("is not linear in {}", fmt::join(seeds, ", ")),
                         "each term is a seed times what has no seed: a transpose is nothing else"};
   }
@@ -182,7 +186,8 @@ Kernel with_stores_only(Kernel kernel, const std::set<std::string>& fields) {
   for (Given& given : kernel.given) {
     given.value = replace_reads(given.value, [&](const Access& a) -> std::optional<Expr> {
       const std::string* stored = seeded_by(kernel, a.field);
-      return stored && !fields.contains(*stored) ? std::optional<Expr>(0.0) : std::nullopt;
+      const bool is_sum = stored && std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == *stored; });
+      return stored && !is_sum && !fields.contains(*stored) ? std::optional<Expr>(0.0) : std::nullopt;
     });
   }
   std::erase_if(kernel.stores, [&](const Store& store) { return !fields.contains(store.field); });

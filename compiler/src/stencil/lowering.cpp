@@ -92,10 +92,13 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
     };
     for (Preparation& preparation : stage.before) {
       if (Kernel* kernel = std::get_if<Kernel>(&preparation)) {
-        for (const Store& store : kernel->stores) names[store.field] = taken.fresh(kernel->name.empty() ? "operand" : kernel->name);
+        const bool is_operator = !kernel->name.empty();
+        const std::vector<std::string> suffixes = component_suffixes(kernel->stores.size());
+        const std::string stem = is_operator ? taken.fresh_stem(kernel->name, suffixes) : "";
+        for (std::size_t i = 0; i < kernel->stores.size(); ++i) names[kernel->stores[i].field] = is_operator ? stem + suffixes[i] : taken.fresh("operand");
         rename(*kernel);
         for (Store& store : kernel->stores) store.field = names[store.field];
-        kernel->name = stage.kernel.name + "_" + kernel->stores[0].field;
+        kernel->name = stage.kernel.name + "_" + (is_operator ? stem : kernel->stores[0].field);
       } else if (Reduce* reduce = std::get_if<Reduce>(&preparation)) {
         reduce->field = renamed(reduce->field);
         reduce->result = names[reduce->result] = taken.fresh(reduce->field + "_" + std::string(name_of(reduce->kind)));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace dpde {
 
@@ -12,6 +13,14 @@ namespace dpde {
 inline std::string without_dots(std::string name) {
   std::ranges::replace(name, '.', '_');
   return name;
+}
+
+/// "" for a number; .x, .y, .z for the components of a vector.
+inline std::vector<std::string> component_suffixes(std::size_t count) {
+  if (count == 1) return {""};
+  std::vector<std::string> suffixes;
+  for (std::size_t i = 0; i < count; ++i) suffixes.push_back(std::string(".") + "xyz"[i]);
+  return suffixes;
 }
 
 class NameSupply {
@@ -24,6 +33,17 @@ class NameSupply {
     std::string name = wish;
     for (int n = 2; !used_.insert(name).second; ++n) name = wish + "_" + std::to_string(n);
     return name;
+  }
+
+  /// Of wish, wish_2, ... the first that is free with all suffixes; reserves it with each of them.
+  std::string fresh_stem(const std::string& wish, const std::vector<std::string>& suffixes) {
+    const auto is_free = [&](const std::string& stem) {
+      return std::ranges::none_of(suffixes, [&](const std::string& suffix) { return is_used(stem + suffix); });
+    };
+    std::string stem = wish;
+    for (int n = 2; !is_free(stem); ++n) stem = wish + "_" + std::to_string(n);
+    for (const std::string& suffix : suffixes) reserve(stem + suffix);
+    return stem;
   }
 
  private:

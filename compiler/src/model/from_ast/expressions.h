@@ -59,7 +59,10 @@ class Expressions {
   // operators.cpp: those whose adjoint is given
   Typed application(const FunctionScope& call, const ast::Call& e, SourceRange range);
   bool can_apply(const FunctionScope& call, const ast::Call& e, SourceRange range);
-  std::optional<Expr> formula_of_parameters(const ast::Function& function, const ast::Expr& e, bool with_seed);
+  bool can_pass(const Typed& argument, SourceRange at, const std::string& what);
+  Typed formula_of_parameters(const FunctionScope& call, const ast::Expr& e, const Typed* seed);
+  bool add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const Typed& seed, Operator& function);
+  bool lay_out(Apply& result, SourceRange range);
   Typed name_in_function(const std::string& name, SourceRange range);
   Typed offsets(const ast::Offsets& e, SourceRange range);
   Typed vector(const std::string& name, SourceRange range);

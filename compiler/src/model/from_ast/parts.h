@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/from_ast/draft.h"
+#include "model/placement.h"
 #include "syntax/ast.h"
 
 namespace dpde::model {
@@ -27,6 +28,8 @@ Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, i
 /// The same for a scene of `axes` axes, without diagnostics.
 std::optional<Placement> placement_named(const std::string& on, int component, int axes);
 void check_placements(Draft& draft);
+/// `where` is where the mistake is shown that has no place in the text.
+void report_misplaced(Draft& draft, const Placements::Mistake& mistake, SourceRange where);
 // program.cpp: the same for a hand-written program, and what its fills say of the boundaries
 void declare_program(Draft& draft);
 void bind_fills(Draft& draft);

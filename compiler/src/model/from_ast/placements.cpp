@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
@@ -17,22 +19,10 @@ constexpr const char* placements_hint = "write on centres, on nodes, on faces.x,
 
 int axis_count(const Draft& draft) { return static_cast<int>(draft.problem.axes.size()); }
 
-void report(Draft& draft, const Placements::Mistake& mistake, SourceRange where) {
-  const SourceRange own = mistake.part->origin.range;
-  const SourceRange range = own.is_known() ? own : where;
-  const std::string text = print(mistake.part);
-  if (!mistake.has) {
-    draft.sink.report("nothing-to-interpolate", range, {}, "numbers and formulas of coordinates are known everywhere: leave interpolate out");
-    return;
-  }
-  draft.sink.report("misplaced", range, {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
-                    fmt::format("write interpolate({})", text));
-}
-
 /// Each reduction has its own placement.
 void check_quantity(Draft& draft, const Placements& placements, const Expr& e, SourceRange where) {
   if (const auto* reduce = std::get_if<Reduce>(&e->kind)) {
-    if (const auto mistake = placements.find_mistake(reduce->operand)) report(draft, *mistake, where);
+    if (const auto mistake = placements.find_mistake(reduce->operand)) report_misplaced(draft, *mistake, where);
     return;
   }
   for_each_part(e, [&](const Expr& part) { check_quantity(draft, placements, part, where); });
@@ -44,6 +34,19 @@ int walled_axis(const Draft& draft, const Placement& placement) {
     if (placement[static_cast<std::size_t>(axis)] && draft.problem.axes[axis].topology == Topology::bounded) return axis;
   }
   return -1;
+}
+
+bool moves(const Expr& e) {
+  return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
+         std::holds_alternative<Shift>(e->kind);
+}
+
+/// Whether the body of an operator takes a parameter elsewhere than at the point itself.
+bool takes_elsewhere(const Expr& e, const std::string& parameter, bool inside) {
+  const auto* field = std::get_if<Field>(&e->kind);
+  bool found = field && inside && field->name == parameter;
+  for_each_part(e, [&](const Expr& part) { found = found || takes_elsewhere(part, parameter, inside || moves(e)); });
+  return found;
 }
 
 /// Coefficients and data have no boundary: what is staggered between walls is known on the high wall, not on the low one.
@@ -58,9 +61,14 @@ void check_no_wall_values(Draft& draft, const Placements& placements, const Expr
   if (const auto* sampled = std::get_if<Sample>(&e->kind)) {
     return check_no_wall_values(draft, placements, field(sampled->field, e->origin), true, where);
   }
-  const bool moves = std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) ||
-                     std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
-  for_each_part(e, [&](const Expr& part) { check_no_wall_values(draft, placements, part, inside || moves, where); });
+  if (const auto* applied = std::get_if<Apply>(&e->kind)) {
+    for (std::size_t i = 0; i < applied->arguments.size(); ++i) {
+      const bool elsewhere = std::ranges::any_of(applied->function.body, [&](const Expr& body) { return takes_elsewhere(body, applied->function.parameters[i], inside); });
+      check_no_wall_values(draft, placements, applied->arguments[i], inside || elsewhere, where);
+    }
+    return;
+  }
+  for_each_part(e, [&](const Expr& part) { check_no_wall_values(draft, placements, part, inside || moves(e), where); });
 }
 
 /// A coefficient that is the field of another model is where that field is.
@@ -86,6 +94,18 @@ void check_coupling(Draft& draft) {
 }
 
 }  // namespace
+
+void report_misplaced(Draft& draft, const Placements::Mistake& mistake, SourceRange where) {
+  const SourceRange own = mistake.part->origin.range;
+  const SourceRange range = own.is_known() ? own : where;
+  const std::string text = print(mistake.part);
+  if (!mistake.has) {
+    draft.sink.report("nothing-to-interpolate", range, {}, "numbers and formulas of coordinates are known everywhere: leave interpolate out");
+    return;
+  }
+  draft.sink.report("misplaced", range, {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
+                    fmt::format("write interpolate({})", text));
+}
 
 std::optional<Placement> placement_named(const std::string& on, int component, int axes) {
   Placement placement{};
@@ -148,16 +168,16 @@ void check_placements(Draft& draft) {
       draft.sink.report("transport-of-staggered", state.origin.range, {state.name}, "take advect = central(2) or upwind(3) in the scheme");
     }
     if (!state.rhs) continue;
-    if (const auto mistake = placements.find_mistake(*state.rhs, state.placement)) report(draft, *mistake, state.origin.range);
+    if (const auto mistake = placements.find_mistake(*state.rhs, state.placement)) report_misplaced(draft, *mistake, state.origin.range);
     check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);
   }
   if (draft.problem.rate) {
-    if (const auto mistake = placements.find_mistake(*draft.problem.rate, Placement{})) report(draft, *mistake, draft.problem.time_origin.range);
+    if (const auto mistake = placements.find_mistake(*draft.problem.rate, Placement{})) report_misplaced(draft, *mistake, draft.problem.time_origin.range);
     check_no_wall_values(draft, placements, *draft.problem.rate, false, draft.problem.time_origin.range);
   }
   for (const Event& event : draft.problem.events) {
     for (const Event::Update& update : event.updates) {
-      if (const auto mistake = placements.find_mistake(update.value, placements.of(update.state))) report(draft, *mistake, event.origin.range);
+      if (const auto mistake = placements.find_mistake(update.value, placements.of(update.state))) report_misplaced(draft, *mistake, event.origin.range);
       check_no_wall_values(draft, placements, update.value, false, event.origin.range);
     }
   }
