@@ -139,7 +139,8 @@ struct WeightBars {
 };
 
 struct Rollout::Impl {
-  explicit Impl(RolloutSetup from);
+  enum class Purpose { run, plan };  // plan: nothing is bound and there is no memory; only plan_storage() has a result
+  explicit Impl(RolloutSetup from, Purpose purpose = Purpose::run);
 
   // Preparation (rollout_setup.cpp)
   BoundProgram bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step);
@@ -157,7 +158,8 @@ struct Rollout::Impl {
   void schedule_losses();
   bool adjoint_reads_states() const;
   int64_t recomputed_steps() const;
-  void plan_memory();
+  void plan_storage();
+  void allocate_states();
   template <class Visit>
   void for_each_program(const Visit& visit);
   void set_clocks(GradientSeconds& seconds);
@@ -237,6 +239,7 @@ struct Rollout::Impl {
   void copy_param_bar(std::string_view param, std::span<double> to) const;
 
   RolloutSetup setup;
+  const Purpose purpose;
   std::vector<std::string> state_names, next_names;
   std::vector<Field> initial;
   std::optional<BoundStep> forward;
@@ -258,6 +261,7 @@ struct Rollout::Impl {
   std::vector<int> control_every;    // steps an interval, for those of param_bar_names that are controls
 
   // Buffers of states: 0 is initial, the others lie in `pool`.
+  int64_t buffer_count = 0;
   FieldPool pool;
   std::vector<StateBuffer> buffers;
   StateBuffer final_states;

@@ -61,25 +61,33 @@ FieldPool::FieldPool(const dpde_layout& layout, int64_t count, const std::string
   memory_ = std::unique_ptr<char, Free>(folder.empty() ? allocate_bytes(bytes) : map_file(folder, bytes), Free(folder.empty() ? 0 : bytes));
 }
 
-Rollout::Impl::Impl(RolloutSetup from) : setup(std::move(from)) {
+Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), purpose(why) {
   check_steps(setup);
   place_sought();
   bind_step();
   if (setup.rate != nullptr) bind_rate();
-  plan_block();
+  if (purpose == Purpose::run) plan_block();
   if (setup.adjoint != nullptr) bind_adjoint();
   for (const LossTerm& term : setup.losses) bind_term(term);
   result.param_bars.assign(param_bar_names.size(), 0.0);
   result.control_bars.resize(param_bar_names.size());
   control_every.assign(param_bar_names.size(), 1);
   schedule_losses();
-  plan_memory();
+  plan_storage();
+  if (purpose == Purpose::plan) return;
+  allocate_states();
   if (backward) make_frames();
   for_each_program([&](BoundProgram& program) {
     program.executor.update_uniforms();
   });
   set_tuning(setup.tuning);
   if (setup.seconds != nullptr) set_clocks(*setup.seconds);
+}
+
+GradientPlan plan_gradient(RolloutSetup setup) {
+  const Rollout::Impl impl(std::move(setup), Rollout::Impl::Purpose::plan);
+  const int block = impl.marks.empty() ? 1 : impl.backward->block->steps();
+  return {impl.keeps_trajectory, block, impl.result.stored_states, impl.result.recomputed_steps, impl.result.checkpoint_bytes};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
@@ -145,8 +153,10 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
 /// own_fields: fields that the caller of this function binds itself (beside the states).
 BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step) {
   BoundProgram bound{.executor = Executor(program, setup.layout, setup.threads)};
-  bind_params(bound);
-  bind_weights(bound);
+  if (purpose == Purpose::run) {
+    bind_params(bound);
+    bind_weights(bound);
+  }
   std::vector<std::string> own = own_fields;
   for (const std::string& name : state_names) {
     const int field = bound.executor.field_index(name);
@@ -155,7 +165,7 @@ BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std:
     if (field >= 0 && !is_filled && bound.executor.prepares(field)) bound.fill_states.push_back(field);
     own.push_back(name);
   }
-  bind_inputs(bound, own);
+  if (purpose == Purpose::run) bind_inputs(bound, own);
   return bound;
 }
 
@@ -165,7 +175,7 @@ void Rollout::Impl::bind_step() {
   for (int s = 0; s < program.swap_count; ++s) {
     state_names.emplace_back(program.fields[program.swaps[s].state]);
     next_names.emplace_back(program.fields[program.swaps[s].next]);
-    initial.emplace_back(setup.layout, s);
+    if (purpose == Purpose::run) initial.emplace_back(setup.layout, s);
   }
   forward.emplace(BoundStep{bind_program(program, next_names, true), {}});
   for (int s = 0; s < program.swap_count; ++s) forward->next.push_back(program.swaps[s].next);
@@ -234,6 +244,7 @@ std::vector<ParamBar> Rollout::Impl::bind_param_bars(const dpde_program& program
 
 std::vector<BoundData> Rollout::Impl::bind_data(const LossTerm& term, BoundProgram& bound) {
   std::vector<BoundData> data;
+  if (purpose == Purpose::plan) return data;
   for (const LossData& from : term.data) {
     if (from.at.size() != 1 && from.at.size() != term.at_steps.size()) {
       throw Error(ErrorKind::run, fmt::format("program {}: field {} is bound for {} of {} steps", term.loss->name, from.name, from.at.size(), term.at_steps.size()));
@@ -300,7 +311,8 @@ int64_t Rollout::Impl::recomputed_steps() const {
   return made - last_loss + (last_loss - legs());
 }
 
-void Rollout::Impl::plan_memory() {
+/// How many states gradient() stores, and when it makes the others again.
+void Rollout::Impl::plan_storage() {
   const auto states = static_cast<int64_t>(state_names.size());
   int slots = 1;
   const bool rate_reads = rate && std::ranges::any_of(rate->program.states, [](int field) { return field >= 0; });
@@ -314,15 +326,19 @@ void Rollout::Impl::plan_memory() {
     result.stored_states = slots - 1;
     result.recomputed_steps = recomputed_steps();
   }
-  const int64_t count = std::max(slots - 1 + 2, 3);
-  result.checkpoint_bytes = planned_bytes = backward ? (count + 1) * state_bytes : 0;
+  buffer_count = std::max(slots - 1 + 2, 3);
+  result.checkpoint_bytes = planned_bytes = backward ? (buffer_count + 1) * state_bytes : 0;
   // What the states between steps leave of the budget is for those between the parts of one; two more are worked in.
   const int64_t left = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0) / state_bytes - 2;
   part_slots = setup.slots > 0 ? setup.slots : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
-  pool = FieldPool(setup.layout, count * states, backward ? setup.checkpoint_folder : "");
+}
+
+void Rollout::Impl::allocate_states() {
+  const auto states = static_cast<int64_t>(state_names.size());
+  pool = FieldPool(setup.layout, buffer_count * states, backward ? setup.checkpoint_folder : "");
   buffers.emplace_back();
   for (Field& field : initial) buffers.front().push_back(field.base());
-  for (int64_t b = 0; b < count; ++b) {
+  for (int64_t b = 0; b < buffer_count; ++b) {
     StateBuffer& buffer = buffers.emplace_back();
     for (int64_t s = 0; s < states; ++s) buffer.push_back(pool.base(b * states + s));
   }

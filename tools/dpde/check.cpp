@@ -10,8 +10,10 @@
 #include "driver/data.h"
 #include "driver/cost.h"
 #include "driver/savings.h"
+#include "driver/storage.h"
 #include "model/build.h"
 #include "stencil/operator_order.h"
+#include "task_run.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -137,7 +139,27 @@ std::string report_savings(const Job& job, const driver::Compiled& compiled, Jso
   return text.empty() ? "" : text + "\n";
 }
 
-void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
+/// The states that a gradient stores, by the plan of the run itself.
+std::string report_gradient(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {
+  const driver::Memory memory = driver::memory_of(compiled);
+  const auto bytes = checkpoint_bytes(job, options);
+  if (!bytes) return "";
+  const std::optional<GradientPlan> plan = driver::plan_of_gradient(compiled, {thread_count(options), *bytes, options.checkpoint_folder});
+  result["gradient_memory_bytes_per_part"] = memory.part;
+  result["gradient_memory_bytes"] = plan ? Json(memory.gradient + static_cast<double>(plan->checkpoint_bytes)) : Json(nullptr);
+  result["checkpoints"] = nullptr;
+  if (!plan) return "";
+  result["checkpoints"] = {{"stored", plan->stored_states}, {"recomputed_steps", plan->recomputed_steps}, {"bytes", plan->checkpoint_bytes}, {"block_steps", plan->block_steps}};
+  std::string stores = "stores none";
+  if (plan->stores_states) stores = plan->recomputed_steps == 0 ? "stores every step" : fmt::format("stores {} state{} and makes {} steps again", plan->stored_states, plan->stored_states == 1 ? "" : "s", plan->recomputed_steps);
+  if (plan->block_steps > 1) stores += fmt::format(" ({} steps at once)", plan->block_steps);
+  std::string text = fmt::format(", and {} for a gradient that {}", human_bytes(memory.gradient + static_cast<double>(plan->checkpoint_bytes)), stores);
+  if (!options.checkpoint_folder.empty()) text += " in a file";
+  if (memory.part > 0) text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
+  return text;
+}
+
+void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
   const driver::Memory memory = driver::memory_of(compiled);
@@ -175,13 +197,7 @@ void check_scene(Job& job, const driver::Compiled& compiled, Json& result) {
     if (adjoint != compiled.derived.end() && adjoint->second.adjoint) {
       result["adjoint_cost"] = cost_json(driver::cost_of(compiled.loop, adjoint->second.adjoint->program), copy_rate);
     }
-    result["gradient_memory_bytes"] = memory.gradient;
-    result["gradient_memory_bytes_per_part"] = memory.part;
-    const bool is_periodic = std::ranges::all_of(problem.axes, [](const model::Axis& axis) { return axis.topology == Topology::periodic; });
-    const char* less = is_periodic && problem.axes.size() > 1 ? " (large ones do several steps at once and store fewer)" : "";
-    text += fmt::format(", and {} for a gradient that {}{}", human_bytes(memory.gradient), memory.stores_states ? "stores every step" : "stores none",
-                        memory.stores_states ? less : "");
-    if (memory.part > 0) text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
+    text += report_gradient(job, options, compiled, result);
   }
   text += "\n";
   result["dropped"] = problem.dropped;
@@ -203,7 +219,7 @@ void check_programs(Job& job, const driver::Compiled& compiled, Json& result) {
   result["programs"] = std::move(programs);
 }
 
-int check(const CommonOptions& options) {
+int check(const TaskOptions& options) {
   Job job(options);
   Json result = {{"diagnostics", Json::array()}};
   guarded(job, [&] {
@@ -217,7 +233,7 @@ int check(const CommonOptions& options) {
     if (!compiled) return;
     if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
     if (compiled->problem) {
-      check_scene(job, *compiled, result);
+      check_scene(job, options, *compiled, result);
     } else {
       check_programs(job, *compiled, result);
     }
@@ -228,10 +244,11 @@ int check(const CommonOptions& options) {
 }  // namespace
 
 void add_check(CLI::App& app, int& status) {
-  const auto options = std::make_shared<CommonOptions>();
+  const auto options = std::make_shared<TaskOptions>();
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
   add_common_options(*verb, *options, {.out = false, .seed = false});
-  verb->footer("Examples:\n  dpde check burgers.dpde\n  dpde check heat.dpde plate --set cells=1024 --json");
+  add_storage_options(*verb, *options);
+  verb->footer("Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde plate --set cells=1024 --json");
   on_call(*verb, status, [options] { return check(*options); });
 }
 

@@ -85,7 +85,8 @@ Json gradient(Job& job, const TaskOptions& options) {
   result["primal_wall_s"] = primal;
   result["ratio"] = json_number(wall / primal);
   result["checkpoints"] = {
-      {"stored", last.stored_states}, {"recomputed_steps", last.recomputed_steps}, {"bytes", last.checkpoint_bytes}};
+      {"stored", last.stored_states}, {"recomputed_steps", last.recomputed_steps}, {"bytes", last.checkpoint_bytes},
+      {"block_steps", run.session->rollout().gradient_block_steps()}};
   result["compile_s"] = run.compiled->seconds;
   result["certificate"] = certificate_json(run);
   result["files"] = job.files();

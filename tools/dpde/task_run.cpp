@@ -8,17 +8,21 @@
 
 namespace dpde::tools {
 
-void add_task_options(CLI::App& verb, TaskOptions& options) {
-  add_common_options(verb, options);
+void add_storage_options(CLI::App& verb, TaskOptions& options) {
   verb.add_option("--memory", options.memory, "bytes for stored states, with K, M or G; the steps between are computed again")
       ->type_name("BYTES");
+  verb.add_option("--checkpoints-in", options.checkpoint_folder, "keep the stored states in a file in this folder, as many as fit --memory")
+      ->type_name("DIR");
+}
+
+void add_task_options(CLI::App& verb, TaskOptions& options) {
+  add_common_options(verb, options);
+  add_storage_options(verb, options);
   const auto flag = [&](const char* name, driver::Certifying how, const char* what) {
     return verb.add_flag_callback(name, [&options, how] { options.certifying = how; }, what);
   };
   CLI::Option* always = flag("--certify", driver::Certifying::always, "check tangent against adjoint on a few cells, whatever it costs");
   flag("--no-certify", driver::Certifying::never, "no such check (else where it takes less than a tenth of the compilation)")->excludes(always);
-  verb.add_option("--checkpoints-in", options.checkpoint_folder, "keep the stored states in a file in this folder, as many as fit --memory")
-      ->type_name("DIR");
 }
 
 bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run) {

@@ -27,6 +27,8 @@ struct TaskRun {
 };
 
 void add_task_options(CLI::App& verb, TaskOptions& options);
+/// Those of them that say where states are stored.
+void add_storage_options(CLI::App& verb, TaskOptions& options);
 
 /// Compiles the task with its adjoints and certifies them; false and diagnostics when anything is wrong.
 bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run);

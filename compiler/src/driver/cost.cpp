@@ -98,20 +98,24 @@ Cost cost_of(const loop::Module& module, const std::string& program) {
   return total;
 }
 
-Memory memory_of(const Compiled& compiled) {
-  const model::Problem& problem = *compiled.problem;
-  std::set<std::string> fields;
+dpde_layout layout_of(const Compiled& compiled) {
   std::array<std::int64_t, 3> halo{};
   for (const loop::Program& program : compiled.loop.programs) {
     for (int a = 0; a < loop::max_rank; ++a) halo[a] = std::max<std::int64_t>(halo[a], program.halo[a]);
-    if (program.name == compiled.step_name()) fields.insert(program.fields.begin(), program.fields.end());
   }
   std::vector<std::int64_t> cells;
-  for (const model::Axis& axis : problem.axes) {
-    cells.push_back(axis.cells);
-    fields.insert(axis.name);
+  for (const model::Axis& axis : compiled.problem->axes) cells.push_back(axis.cells);
+  return make_layout(cells, halo, compiled.real() == Precision::f32 ? DPDE_F32 : DPDE_F64);
+}
+
+Memory memory_of(const Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
+  std::set<std::string> fields;
+  for (const loop::Program& program : compiled.loop.programs) {
+    if (program.name == compiled.step_name()) fields.insert(program.fields.begin(), program.fields.end());
   }
-  const double field = static_cast<double>(field_bytes(make_layout(cells, halo, compiled.real() == Precision::f32 ? DPDE_F32 : DPDE_F64)));
+  for (const model::Axis& axis : problem.axes) fields.insert(axis.name);
+  const double field = static_cast<double>(field_bytes(layout_of(compiled)));
   const double states = static_cast<double>(problem.states.size());
   Memory memory;
   // Beside the fields of the step: the initial states as given and as run, and the last state known to be finite.
@@ -121,9 +125,6 @@ Memory memory_of(const Compiled& compiled) {
     if (c.is_control()) memory.run += field * (problem.intervals(c.every) - 1);
   }
   if (!problem.task) return memory;
-  // The states after each step but the last one, two to work in and the first (runtime/src/rollout_setup.cpp).
-  memory.stores_states = keeps_states(compiled);
-  memory.gradient = field * states * std::max(memory.stores_states ? steps_of_gradient(compiled) + 1 : 0, 4);
   if (problem.rate && reads_states_back(compiled)) memory.part = field * states;
   for (const model::Coefficient& c : problem.coefficients) {
     if (!c.is_control() || !compiled.activity.fields.contains(c.name)) continue;

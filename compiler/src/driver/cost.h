@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "dpde/kernel_abi.h"
 #include "driver/pipeline.h"
 #include "loop/loop.h"
 
@@ -23,12 +24,13 @@ struct Cost {
 };
 Cost cost_of(const loop::Module& module, const std::string& program);
 
-/// Bytes that `run` takes for fields of the scene, and what a gradient adds for states: all that its way back reads, less where it
-/// does several steps at once. `part` comes for each part of the step that a Courant number splits into most; 0 where that stores
-/// nothing.
+/// How fields of the scene lie in memory.
+dpde_layout layout_of(const Compiled& compiled);
+
+/// Bytes that `run` takes for fields of the scene, and what a gradient adds beside the states it stores (driver/storage.h): sums of
+/// control fields. `part` comes for each part of the step that a Courant number splits into most; 0 where that stores nothing.
 struct Memory {
   double run = 0, gradient = 0, part = 0;
-  bool stores_states = false;
 };
 Memory memory_of(const Compiled& compiled);
 

@@ -48,11 +48,6 @@ std::string adjoint_of_step(const Compiled& compiled) {
 
 bool reads_states_back(const Compiled& compiled) { return reads_states(compiled, adjoint_of_step(compiled)); }
 
-int steps_of_gradient(const Compiled& compiled) {
-  const model::Problem& problem = *compiled.problem;
-  return static_cast<int>(std::lround((last_loss(problem) - problem.t_begin) / problem.step));
-}
-
 bool keeps_states(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
   if (reads_states_back(compiled) || reads_states(compiled, problem.scene + "_rate")) return true;

@@ -19,8 +19,6 @@ Traffic traffic_of(const Compiled& compiled);
 bool keeps_states(const Compiled& compiled);
 /// Whether the adjoint of the step reads states.
 bool reads_states_back(const Compiled& compiled);
-/// Steps until the last loss.
-int steps_of_gradient(const Compiled& compiled);
 
 /// With terms of parameters that are 0, coefficients that only those read, and derivatives by every coefficient and parameter
 /// of the scene, sought or not. adjoint and stored are missing where that has no derivative.

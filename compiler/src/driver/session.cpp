@@ -49,11 +49,7 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   session->steps_ = options.steps.value_or(session->problem().steps);
   try {
     if (options.cells.empty() && !fits_in_memory(*session->compiled_, sink)) return nullptr;
-    // A gradient that stores every step may take half of what is left; it recomputes steps rather than fail.
-    if (options.checkpoint_folder.empty()) {
-      session->options_.checkpoint_bytes =
-          std::min(options.checkpoint_bytes, std::max<std::int64_t>(available_memory() / 2, std::int64_t{1} << 26));
-    }
+    session->options_.checkpoint_bytes = budget_of_states({options.threads, options.checkpoint_bytes, options.checkpoint_folder});
     session->workspace_ = std::make_unique<Workspace>(session->problem(), *session->compiled_->code, options.cells, options.threads);
     if (!session->load(source, sink)) return nullptr;
   } catch (const std::exception& error) {
@@ -257,28 +253,6 @@ void* Session::datum_at(const DataStates& datum, double t) {
     if (std::abs(datum.times[k] - t) < 1e-6 * problem().step) return workspace_->field(datum.fields[k]).base();
   }
   return nullptr;
-}
-
-std::vector<int> Session::steps_of(const model::When& when) const {
-  std::vector<int> steps;
-  switch (when.kind) {
-    case model::When::Kind::end: steps.push_back(steps_); break;
-    case model::When::Kind::at:
-      for (const double t : when.times) {
-        const double position = std::round((t - problem().t_begin) / problem().step);
-        steps.push_back(static_cast<int>(std::clamp(position, 0.0, static_cast<double>(steps_))));
-      }
-      std::sort(steps.begin(), steps.end());
-      steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
-      break;
-    case model::When::Kind::over:
-      for (int k = 0; k <= steps_; ++k) steps.push_back(k);
-      break;
-    case model::When::Kind::steps:
-      for (int k = 1; k <= std::min(when.count, steps_); ++k) steps.push_back(k);
-      break;
-  }
-  return steps;
 }
 
 std::vector<double> Session::initial(int state) {

@@ -12,6 +12,7 @@
 
 #include "dpde/runtime/rollout.h"
 #include "driver/pipeline.h"
+#include "driver/storage.h"
 #include "driver/workspace.h"
 
 namespace dpde::driver {
@@ -75,7 +76,7 @@ class Session {
   /// The pointer a datum has at a time; null when it has none.
   void* datum_at(const DataStates& datum, double t);
   /// The states a quantity is evaluated at, as step numbers.
-  std::vector<int> steps_of(const model::When& when) const;
+  std::vector<int> steps_of(const model::When& when) const { return driver::steps_of(when, problem(), steps_); }
   /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
   RolloutSetup setup();
   /// States and rates together, and their adjoint (see SecondOrder); null when the programs for it are not there.

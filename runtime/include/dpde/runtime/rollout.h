@@ -158,6 +158,17 @@ struct GradientResult {
   double forward_seconds = 0, total_seconds = 0;
 };
 
+/// What gradient() will store, as in GradientResult, and what it makes again.
+struct GradientPlan {
+  bool stores_states = false;   // false: the way back reads no state but the last
+  int block_steps = 1;          // whose adjoints are done in one pass
+  int stored_states = 0;
+  int64_t recomputed_steps = 0, checkpoint_bytes = 0;
+};
+/// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be bound, and
+/// nothing of the size of a field is allocated.
+GradientPlan plan_gradient(RolloutSetup setup);
+
 class Rollout {
  public:
   /// @throws Error(input) for steps < 0, losses at steps out of range, a budget that is too small;
@@ -231,6 +242,7 @@ class Rollout {
 
  private:
   struct Impl;
+  friend GradientPlan plan_gradient(RolloutSetup setup);
   std::unique_ptr<Impl> impl_;
 };
 

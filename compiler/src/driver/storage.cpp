@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/storage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "codegen/program_table.h"
+#include "driver/cost.h"
+
+namespace dpde::driver {
+
+namespace {
+
+constexpr std::int64_t least_budget = std::int64_t{1} << 26;
+
+/// nullptr where the program has no adjoint.
+const dpde_program* adjoint_in(const codegen::ProgramTables& tables, const Compiled& compiled, const std::string& program) {
+  const auto derived = compiled.derived.find(program);
+  return derived == compiled.derived.end() || !derived->second.adjoint ? nullptr : tables.find(derived->second.adjoint->program);
+}
+
+bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, RolloutSetup& setup) {
+  const model::Problem& problem = *compiled.problem;
+  for (std::size_t i = 0; i < problem.task->losses.size(); ++i) {
+    const std::string name = fmt::format("{}_loss_{}", problem.task->name, i + 1);
+    LossTerm term;
+    term.loss = tables.find(name);
+    term.adjoint = adjoint_in(tables, compiled, name);
+    term.at_steps = steps_of(problem.task->losses[i].when, problem, problem.steps);
+    if (term.loss == nullptr || term.adjoint == nullptr) return false;
+    setup.losses.push_back(std::move(term));
+  }
+  return true;
+}
+
+}  // namespace
+
+std::int64_t budget_of_states(const StorageOptions& options) {
+  if (!options.checkpoint_folder.empty()) return options.checkpoint_bytes;
+  return std::min(options.checkpoint_bytes, std::max(available_memory() / 2, least_budget));
+}
+
+std::vector<int> steps_of(const model::When& when, const model::Problem& problem, int run_steps) {
+  std::vector<int> steps;
+  switch (when.kind) {
+    case model::When::Kind::end: steps.push_back(run_steps); break;
+    case model::When::Kind::at:
+      for (const double t : when.times) {
+        const double position = std::round((t - problem.t_begin) / problem.step);
+        steps.push_back(static_cast<int>(std::clamp(position, 0.0, static_cast<double>(run_steps))));
+      }
+      std::sort(steps.begin(), steps.end());
+      steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+      break;
+    case model::When::Kind::over:
+      for (int k = 0; k <= run_steps; ++k) steps.push_back(k);
+      break;
+    case model::When::Kind::steps:
+      for (int k = 1; k <= std::min(when.count, run_steps); ++k) steps.push_back(k);
+      break;
+  }
+  return steps;
+}
+
+std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options) {
+  const model::Problem& problem = *compiled.problem;
+  const codegen::ProgramTables tables(compiled.loop, {}, nullptr);
+  RolloutSetup setup;
+  setup.step = tables.find(compiled.step_name());
+  setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
+  setup.rate = tables.find(problem.scene + "_rate");
+  if (setup.rate != nullptr) setup.courant = problem.courant;
+  setup.layout = layout_of(compiled);
+  setup.steps = problem.steps;
+  setup.threads = options.threads;
+  setup.checkpoint_bytes = budget_of_states(options);
+  if (setup.adjoint == nullptr || !add_losses(tables, compiled, setup)) return std::nullopt;
+  for (const model::Coefficient& coefficient : problem.coefficients) {
+    if (coefficient.is_control()) setup.control_fields.push_back({coefficient.name, coefficient.every, std::vector<void*>(static_cast<std::size_t>(problem.intervals(coefficient.every)))});
+    if (compiled.activity.fields.contains(coefficient.name)) setup.sought.push_back(coefficient.name);
+  }
+  return plan_gradient(std::move(setup));
+}
+
+}  // namespace dpde::driver
