@@ -82,6 +82,9 @@ TEST(Elementary, ErrorsInTheLastPlace) {
   expect_errors_below<elementary::Sin>("sin", std::sin, 0.9, 0.9);
   expect_errors_below<elementary::Cos>("cos", std::cos, 0.9, 0.9);
   expect_errors_below<elementary::Tan>("tan", std::tan, 2.2, 2.2);
+  expect_errors_below<elementary::Asin>("asin", std::asin, 2.0, 2.0);
+  expect_errors_below<elementary::Acos>("acos", std::acos, 2.0, 2.0);
+  expect_errors_below<elementary::Atan>("atan", std::atan, 2.0, 2.0);
   expect_errors_below<elementary::Exp>("exp", std::exp, 1.0, 1.0);
   expect_errors_below<elementary::Log>("log", std::log, 0.8, 0.8);
   expect_errors_below<elementary::Tanh>("tanh", std::tanh, 1.4, 1.4);
@@ -137,6 +140,10 @@ TEST(Elementary, WhatIsExactInTheLibraryIsExactHere) {
   EXPECT_EQ(elementary::one<elementary::Tanh>(30.0), 1.0);
   EXPECT_EQ(elementary::one<elementary::Pow>(2.0, 10.0), 1024.0);
   EXPECT_EQ(elementary::one<elementary::Pow>(1.0, 1e300), 1.0);
+  EXPECT_EQ(elementary::one<elementary::Acos>(1.0), 0.0);
+  EXPECT_EQ(elementary::one<elementary::Atan>(std::numeric_limits<double>::infinity()), std::acos(0.0));
+  EXPECT_TRUE(std::signbit(elementary::one<elementary::Atan>(-0.0)));
+  EXPECT_TRUE(std::signbit(elementary::one<elementary::Asin>(-0.0)));
   EXPECT_TRUE(std::signbit(elementary::one<elementary::Sin>(-0.0)));
   EXPECT_TRUE(std::signbit(elementary::one<elementary::Tanh>(-0.0)));
 }

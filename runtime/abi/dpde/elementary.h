@@ -5,7 +5,7 @@
 // Arguments that a formula is not made for are told (`far`): the caller asks the C library for those, and for nothing else.
 // Errors, measured by tests/codegen/elementary_test.cpp, are in compiler/README.md.
 //
-// A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth); fma(a, b, c), size(a);
+// A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth); fma(a, b, c), size(a), root(a);
 // bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits), less(a, b), beyond(a, b): not
 // a <= b; wide(): Lanes of doubles, and widen(a) and narrow(b) between the two.
 #pragma once
@@ -31,6 +31,7 @@ Number polynomial(const Lanes& lanes, const Number& x, double c, Rest... rest) {
 ///   sine    (sin(r)/r - 1)/r^2 of r^2, |r| <= pi/4         cosine     (cos(r) - 1 + r^2/2)/r^4 of r^2, |r| <= pi/4
 ///   rest_of_exp  (exp(r) - 1 - r)/r^2, |r| <= log(2)/2     atanh      (2 atanh(s)/s - 2)/s^2 of s^2, |s| <= 3 - sqrt(8)
 ///   sinh    (sinh(a)/a - 1)/a^2 of a^2, a <= 1             tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2, a <= 5/8 (Cephes)
+///   atan    (atan(q)/q - 1)/q^2 of q^2, |q| <= tan(pi/8)   asin       (asin(s)/s - 1)/s^2 of s^2, s <= 1/2
 template <class Scalar>
 struct Precise;
 
@@ -75,6 +76,18 @@ struct Precise<double> {
                       1.6057240353181863e-10, 7.759311842391483e-13);
   }
   template <class Lanes, class Number>
+  static Number atan(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -0.3333333333333333, 0.19999999999995513, -0.1428571428466482, 0.11111111015117626, -0.09090904572487347,
+                      0.07692183059894114, -0.06664509603255386, 0.05858132894427922, -0.05085365922344248, 0.03922923713835943,
+                      -0.01917392228554793);
+  }
+  template <class Lanes, class Number>
+  static Number asin(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.16666666666666669, 0.07499999999998425, 0.04464285714637338, 0.030381944137085216, 0.022372173002005596,
+                      0.017352391265909227, 0.013971235301124539, 0.011478952690257387, 0.010324318288744113, 0.00545087818772055,
+                      0.017419357964884856, -0.014881409392818066, 0.02877844261259304);
+  }
+  template <class Lanes, class Number>
   static Number tanh_above(const Lanes& lanes, const Number& x) {
     return polynomial(lanes, x, -1614.6876844170845, -99.28772310019185, -0.9643991794250523);
   }
@@ -114,6 +127,15 @@ struct Precise<float> {
   template <class Lanes, class Number>
   static Number sinh(const Lanes& lanes, const Number& x) {
     return polynomial(lanes, x, 0.1666666716337204, 0.008333350531756878, 0.0001983606634894386, 2.817439735736116e-06);
+  }
+  template <class Lanes, class Number>
+  static Number atan(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, -0.3333333134651184, 0.19999539852142334, -0.14263944327831268, 0.10743605345487595, -0.06451509147882462);
+  }
+  template <class Lanes, class Number>
+  static Number asin(const Lanes& lanes, const Number& x) {
+    return polynomial(lanes, x, 0.1666666567325592, 0.07500094920396805, 0.044599320739507675, 0.031101727858185768, 0.017143717035651207,
+                      0.03370072692632675);
   }
   template <class Lanes, class Number>
   static Number tanh_above(const Lanes& lanes, const Number& x) {
@@ -191,6 +213,44 @@ struct Functions {
     const Number ratio = lanes.select(odd, t.cosine, t.sine) / lanes.select(odd, t.sine, t.cosine);
     const Bits sign = ((t.quarters & integer(1)) << (Of::width - 1)) ^ sign_of(x);
     return {flipped(ratio, sign), lanes.beyond(a, number(Of::most_turned))};
+  }
+
+  // ---- asin, acos, atan ---------------------------------------------------------------------------------------------
+
+  /// atan(a) is that of q, |q| <= tan(pi/8): of a itself, of (a - 1)/(a + 1) beside an eighth of a turn, of -1/a beside a quarter.
+  Result atan(const Number& x) const {
+    const Number a = lanes.size(x), none = number(0);
+    const Truth is_small = lanes.less(a, number(0.41421356237309503)), is_large = lanes.less(number(2.414213562373095), a);
+    const Number top = lanes.select(is_small, a, lanes.select(is_large, number(-1), a - number(1)));
+    const Number bottom = lanes.select(is_small, number(1), lanes.select(is_large, a, a + number(1)));
+    const Number q = top / bottom, square = q * q;
+    const Number turn = lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_1), number(0.5 * Of::pi_half_1)));
+    const Number rest = lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_2), number(0.5 * Of::pi_half_2)));
+    return {flipped(turn + (q + lanes.fma(q * square, Of::atan(lanes, square), rest)), sign_of(x)), lanes.no()};
+  }
+  /// asin(s) = s + bent, with s = a up to 1/2, and beyond the root of (1 - a)/2: asin(a) is then pi/2 - 2 asin(s).
+  struct Arc {
+    Truth is_small;
+    Number s, bent;
+  };
+  Arc arc(const Number& a) const {
+    const Truth is_small = lanes.less(a, number(0.5));
+    const Number beyond = lanes.fma(a, number(-0.5), number(0.5));
+    const Number square = lanes.select(is_small, a * a, beyond), s = lanes.select(is_small, a, lanes.root(beyond));
+    return {is_small, s, s * square * Of::asin(lanes, square)};
+  }
+  Result asin(const Number& x) const {
+    const Arc v = arc(lanes.size(x));
+    const Number large = number(Of::pi_half_1) - ((v.s + v.s) + ((v.bent + v.bent) - number(Of::pi_half_2)));
+    return {flipped(lanes.select(v.is_small, v.s + v.bent, large), sign_of(x)), lanes.no()};
+  }
+  Result acos(const Number& x) const {
+    const Arc v = arc(lanes.size(x));
+    const Bits sign = sign_of(x);
+    const Number small = number(Of::pi_half_1) - (flipped(v.s, sign) + (flipped(v.bent, sign) - number(Of::pi_half_2)));
+    const Number twice = v.s + v.s, bent = v.bent + v.bent;
+    const Number below = number(2 * Of::pi_half_1) - (twice + (bent - number(2 * Of::pi_half_2)));
+    return {lanes.select(v.is_small, small, lanes.select(lanes.less(x, number(0)), below, twice + bent)), lanes.no()};
   }
 
   // ---- exp, sinh, cosh, tanh ----------------------------------------------------------------------------------------

@@ -25,6 +25,8 @@ struct Plain {
   static float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
   static double size(double a) { return __builtin_fabs(a); }
   static float size(float a) { return __builtin_fabsf(a); }
+  static double root(double a) { return __builtin_sqrt(a); }
+  static float root(float a) { return __builtin_sqrtf(a); }
   static B bits(T a) {
     B b;
     memcpy(&b, &a, sizeof b);
@@ -124,27 +126,26 @@ struct Pow {
   static double library(double x, double y) { return ::pow(x, y); }
   static float library(float x, float y) { return ::powf(x, y); }
 };
-// The C library's alone.
 struct Asin {
   template <class F>
-  static typename F::Result near(const F&, typename F::Number x) {
-    return {x, 1};
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.asin(x);
   }
   static double library(double x) { return ::asin(x); }
   static float library(float x) { return ::asinf(x); }
 };
 struct Acos {
   template <class F>
-  static typename F::Result near(const F&, typename F::Number x) {
-    return {x, 1};
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.acos(x);
   }
   static double library(double x) { return ::acos(x); }
   static float library(float x) { return ::acosf(x); }
 };
 struct Atan {
   template <class F>
-  static typename F::Result near(const F&, typename F::Number x) {
-    return {x, 1};
+  static typename F::Result near(const F& f, typename F::Number x) {
+    return f.atan(x);
   }
   static double library(double x) { return ::atan(x); }
   static float library(float x) { return ::atanf(x); }

@@ -33,6 +33,9 @@ Formula formula_of(const std::string& name, llvm::IRBuilder<>& builder, unsigned
   if (name == "sin") return formula(functions.sin(x));
   if (name == "cos") return formula(functions.cos(x));
   if (name == "tan") return formula(functions.tan(x));
+  if (name == "asin") return formula(functions.asin(x));
+  if (name == "acos") return formula(functions.acos(x));
+  if (name == "atan") return formula(functions.atan(x));
   if (name == "exp") return formula(functions.exp(x));
   if (name == "log") return formula(functions.log(x));
   if (name == "sinh") return formula(functions.sinh(x));

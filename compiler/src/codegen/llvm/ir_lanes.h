@@ -57,6 +57,7 @@ class IrLanes {
     return made(builder_->CreateIntrinsic(llvm::Intrinsic::fma, {type()}, {a.value, b.value, c.value}));
   }
   IrNumber size(IrNumber a) const { return made(builder_->CreateUnaryIntrinsic(llvm::Intrinsic::fabs, a.value)); }
+  IrNumber root(IrNumber a) const { return made(builder_->CreateUnaryIntrinsic(llvm::Intrinsic::sqrt, a.value)); }
   IrBits bits(IrNumber a) const { return {builder_->CreateBitCast(a.value, bits_type()), builder_}; }
   IrNumber number_of(IrBits b) const { return made(builder_->CreateBitCast(b.value, type())); }
   IrNumber select(IrTruth truth, IrNumber a, IrNumber b) const { return made(builder_->CreateSelect(truth.value, a.value, b.value)); }
