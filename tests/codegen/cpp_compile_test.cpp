@@ -56,6 +56,24 @@ TEST_F(CppCompile, ErrorsOfTheCompilerAreReported) {
   EXPECT_NE(result.error.find("module.cpp:1"), std::string::npos) << result.error;
 }
 
+/// By hand: with what changes sums and hides NaN the file does not compile.
+TEST_F(CppCompile, RefusesFastMath) {
+  const fs::path source = folder_ / "module.cpp", object = folder_ / "module.o", log = folder_ / "log";
+  std::ofstream(source) << emit_cpp(lowered_burgers());
+  const auto compiles = [&](const std::string& flags) {
+    const std::string command = "g++ -std=c++20 -c " + flags + " -I" + DPDE_SOURCE_DIR + "/runtime/abi " + source.string() + " -o " + object.string() + " 2> " + log.string();
+    return std::system(command.c_str()) == 0;
+  };
+  EXPECT_TRUE(compiles("-O2"));
+  for (const char* flags : {"-ffast-math", "-Ofast", "-ffinite-math-only"}) {
+    EXPECT_FALSE(compiles(flags)) << flags;
+    std::ifstream told(log);
+    const std::string text{std::istreambuf_iterator<char>(told), {}};
+    EXPECT_NE(text.find("compile this file without -ffast-math"), std::string::npos) << text;
+  }
+  for (const fs::path& path : {source, object, log}) fs::remove(path);
+}
+
 TEST_F(CppCompile, MissingCompiler) {
   const CompileResult result = compile_cpp(lowered_burgers(), "no-such-compiler");
   EXPECT_EQ(result.module, nullptr);
@@ -100,6 +118,22 @@ stencil::Module samples_to_vectorise() {
   Program wrapped{.name = "wrapped", .axes = {Topology::periodic, Topology::periodic}, .body = {run("places")}};
   module.programs.insert(module.programs.end(), {all, wrapped});
   return module;
+}
+
+/// As the text says: its functions of vectors are called by name only after link-time optimisation.
+TEST_F(CppCompile, LinksIntoWhatIsOptimisedAtLinkTime) {
+  stencil::Module module = burgers();
+  module.kernels.push_back({.name = "waves", .rank = 1, .stores = {{"v", false, call(Fn::sin, {access("u")}), {}}}});
+  module.programs.push_back({.name = "waves", .axes = {Topology::periodic}, .body = {run("waves")}});
+  const std::string text = emit_cpp(loop::from_stencil(module, {"waves"}));
+  ASSERT_NE(text.find("compile this file with -fno-lto"), std::string::npos);
+  const fs::path source = folder_ / "module.cpp", object = folder_ / "module.o", library = folder_ / "module.so", log = folder_ / "log";
+  std::ofstream(source) << text;
+  const std::string flags = std::string("-std=c++20 -O2 -fopenmp-simd -fno-math-errno -fPIC -flto -fno-lto -I") + DPDE_SOURCE_DIR + "/runtime/abi ";
+  const std::string to_log = " > " + log.string() + " 2>&1";
+  EXPECT_EQ(std::system(("g++ " + flags + "-c " + source.string() + " -o " + object.string() + to_log).c_str()), 0);
+  EXPECT_EQ(std::system(("g++ -O2 -flto -shared " + object.string() + " -o " + library.string() + to_log).c_str()), 0);
+  for (const fs::path& path : {source, object, library, log}) fs::remove(path);
 }
 
 /// What the compiler says about vectorised loops: lines "FILE:LINE:...".

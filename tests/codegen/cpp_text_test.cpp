@@ -23,6 +23,9 @@ TEST(CppText, Burgers) {
 #include <stdint.h>
 
 #include "dpde/kernel_abi.h"
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
+#error "compile this file without -ffast-math: it would change results and hide what is not finite"
+#endif
 
 // Values that are the same in all cells.
 extern "C" void dpde_compute_uniforms(const double* params, double* uniforms) {

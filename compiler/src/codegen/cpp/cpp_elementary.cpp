@@ -91,7 +91,8 @@ std::string cpp_elementary(const loop::Module& module) {
     for_others += f.scalar(fmt::format("static inline {} {}", f.real, f.name));
   }
   if (for_gcc.empty()) return "";
-  return "\n// Functions of cells; those with _ZGV are what g++ calls for several cells at once.\n"
+  return "\n// Functions of cells; those with _ZGV are what g++ calls for several cells at once. It decides to after link-time optimisation has\n"
+         "// dropped what nothing calls by name: compile this file with -fno-lto, also where the rest of the program is linked with -flto.\n"
          "#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__ELF__)\n" +
          for_gcc + "#else\n" + for_others + "#endif\n";
 }
