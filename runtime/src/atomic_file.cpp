@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// write, fsync, rename; the temporary file is gone whatever happens.
+// write, fsync, rename. The file has no name until it is complete, where the system knows such files: a process that is killed
+// leaves nothing behind. Elsewhere it has a temporary name, which goes but for a kill.
 #include "dpde/runtime/atomic_file.h"
 
 #include <fcntl.h>
@@ -20,13 +21,17 @@ namespace {
   throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), std::strerror(code)));
 }
 
+constexpr int most_attempts = 100;
+
+std::string temporary_name(const std::filesystem::path& path, int attempt) { return fmt::format("{}.tmp-{}-{}", path.string(), getpid(), attempt); }
+
 /// An open file that closes, and if it has a temporary name removes it, unless it was finished.
 class OutputFile {
  public:
-  OutputFile(const std::filesystem::path& path, bool direct) : path_(path) {
+  OutputFile(const std::filesystem::path& path, bool direct) : path_(path), is_direct_(direct) {
     if (direct) {
       descriptor_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-    } else {
+    } else if (!create_nameless()) {
       create_temporary();
     }
     if (descriptor_ < 0) fail(path_, errno);
@@ -49,22 +54,44 @@ class OutputFile {
   }
 
   void finish() {
-    if (!temporary_.empty()) {
+    if (!is_direct_) {
       keep_permissions();
       if (fsync(descriptor_) != 0) fail(path_, errno);
+      if (temporary_.empty()) give_name();
     }
     const int closed = close(descriptor_);
     descriptor_ = -1;
     if (closed != 0) fail(path_, errno);
-    if (temporary_.empty()) return;
+    if (is_direct_) return;
     if (rename(temporary_.c_str(), path_.c_str()) != 0) fail(path_, errno);
     temporary_.clear();
   }
 
  private:
+  bool create_nameless() {
+    const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
+    descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) return false;
+    std::error_code error;
+    if (std::filesystem::exists(file_of_descriptor(), error)) return true;  // or it could get no name
+    close(descriptor_);
+    return false;
+  }
+  std::string file_of_descriptor() const { return fmt::format("/proc/self/fd/{}", descriptor_); }
+  /// Names are given where there is none: the file takes its place by a rename.
+  void give_name() {
+    for (int attempt = 0; attempt < most_attempts; ++attempt) {
+      const std::string name = temporary_name(path_, attempt);
+      const bool is_named = linkat(AT_FDCWD, file_of_descriptor().c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+      if (is_named) temporary_ = name;
+      if (is_named) return;
+      if (errno != EEXIST) break;
+    }
+    fail(path_, errno);
+  }
   void create_temporary() {
-    for (int attempt = 0; attempt < 100; ++attempt) {
-      const std::string name = fmt::format("{}.tmp-{}-{}", path_.string(), getpid(), attempt);
+    for (int attempt = 0; attempt < most_attempts; ++attempt) {
+      const std::string name = temporary_name(path_, attempt);
       descriptor_ = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor_ >= 0) temporary_ = name;
       if (descriptor_ >= 0 || errno != EEXIST) return;
@@ -77,6 +104,7 @@ class OutputFile {
   }
 
   std::filesystem::path path_;
+  bool is_direct_;
   std::string temporary_;
   int descriptor_ = -1;
 };

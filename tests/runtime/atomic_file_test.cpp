@@ -2,9 +2,12 @@
 // Files are complete or absent, also when the disk is full.
 #include "dpde/runtime/atomic_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
@@ -83,6 +86,36 @@ TEST_F(AtomicFile, AFullDiskLeavesTheOldFileAndNothingElse) {
   EXPECT_EQ(why, "cannot write " + path.string() + ": File too large");
   EXPECT_NE(new_file, "");
   EXPECT_EQ(content(path), "old");
+  EXPECT_EQ(file_count(), 1u);
+}
+
+/// A process that is killed while it writes.
+TEST_F(AtomicFile, AKillLeavesTheOldFileAndNothingElse) {
+  const int probe = open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (probe < 0) GTEST_SKIP() << folder_ << " is on a file system without nameless files: a temporary name may stay";
+  close(probe);
+  const fs::path path = folder_ / "a.txt";
+  write_file_atomically(path, "old");
+  const std::string content(256 << 20, 'x');
+  int told[2];
+  ASSERT_EQ(pipe(told), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    const char begins = 1;
+    if (write(told[1], &begins, 1) != 1) _exit(2);
+    write_file_atomically(path, content);
+    _exit(0);
+  }
+  char begun = 0;
+  ASSERT_EQ(read(told[0], &begun, 1), 1);
+  usleep(20000);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  close(told[0]);
+  close(told[1]);
+  EXPECT_TRUE(WIFSIGNALED(status)) << "it was done before it was killed: nothing was tested";
+  EXPECT_EQ(this->content(path), "old");
   EXPECT_EQ(file_count(), 1u);
 }
 
