@@ -131,6 +131,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0431", "stretch-not-periodic", Severity::error, "the stretched axis {} is periodic, but begins with slope {} and ends with slope {}"},
     {"E0432", "on-stretched-axis", Severity::error, "{} is not possible where axis {} is stretched"},
     {"E0424", "empty-condition", Severity::error, "mixed(0, 0, ...) says nothing about {}"},
+    {"E0433", "condition-too-coarse", Severity::error, "{} has no image beyond this wall: {}"},
     {"E0501", "unknown-scheme-key", Severity::error, "{} is not a key of a scheme"},
     {"E0502", "bad-scheme-value", Severity::error, "{} cannot be {}"},
     {"E0504", "unknown-setting", Severity::error, "there is nothing called {} to set"},
