@@ -38,6 +38,27 @@ scene r : m {
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
 
+/// The value at the wall is then a field that the program computes.
+TEST_F(EmitCommand, ScenesWithCoefficientsAtWallsReadBack) {
+  write("wall.dpde", R"(model m { field u; coefficient g; param k, a; dt(u) = k*lap(u) }
+scene s : m {
+  grid x = 0 .. 1, cells 4
+  grid y = 0 .. 1, cells 5
+  boundary u: x.low = g, x.high = mixed(1, 2, g*g), y.low = gradient(a), y.high = sin(x)
+  initial u = x
+  g = 1 + y
+  k = 0.1
+  a = 0.3
+  time 0 .. 1/16, step 1/64
+})");
+  ASSERT_EQ(dpde("emit wall.dpde s --stage stencil -o step.dpde").status, 0);
+  EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
+  ASSERT_EQ(dpde("run wall.dpde s --quiet --out a").status, 0);
+  const Outcome run = dpde("run step.dpde --quiet --out b");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
+}
+
 TEST_F(EmitCommand, SettingsAreInTheText) {
   write("rod.dpde", rod_text);
   const std::string text = dpde("emit rod.dpde rod --stage stencil --set cells=7 --set k=1").out;

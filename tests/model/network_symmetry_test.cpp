@@ -173,7 +173,19 @@ TEST(NetworkSymmetry, HasACopyForEachImage) {
   EXPECT_EQ(copies(2, "flips, rotations", "conv out, 3"), 8);
   EXPECT_EQ(copies(3, "rotations about x", "conv out, 3"), 4);
   EXPECT_EQ(copies(3, "flips, rotations", "conv out, 3"), 48);
-  EXPECT_EQ(copies(1, "rotations", "conv out, 3"), 1);
+  EXPECT_EQ(copies(1, "flips, rotations", "conv out, 3"), 2);
+}
+
+TEST(NetworkSymmetry, TurnsNeedTwoAxes) {
+  const auto told = [](const std::string& symmetries, const std::string& grid) {
+    const Outcome outcome = outcome_of("model m { field u; dt(u) = n(u) }\nnetwork n(u) { symmetric " + symmetries + "\n conv out, 3 }\nscene s : m { " + grid +
+                                       "; time 0 .. 1, step 0.1; initial u = 0 }");
+    return outcome.diagnostics.empty() ? "" : outcome.code_and_hint();
+  };
+  const std::string line = "grid x = 0 .. 1, cells 4, periodic", plane = line + "; grid y = 0 .. 1, cells 4, periodic";
+  EXPECT_EQ(told("rotations", line), "E0338 write flips for the mirror image, or leave rotations out");
+  EXPECT_EQ(told("flips, rotations", line), "");
+  EXPECT_EQ(told("rotations", plane), "");
 }
 
 /// Numbers in a cell know no direction: nothing is to be done.

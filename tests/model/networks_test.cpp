@@ -356,6 +356,22 @@ TEST(Networks, ComputeInThePrecisionOfTheScheme) {
   EXPECT_EQ(problem_in("scheme c { networks = f16 }"), "E0502 networks cannot be f16 | choose one of: f32, f64");
 }
 
+/// On one axis too, where other numbers are vectors of one component.
+TEST(Networks, OfOneOutputHaveNoComponents) {
+  for (const std::string grid : {"grid x = 0 .. 1, cells 4, periodic", "grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic"}) {
+    const auto told = [&](const std::string& result, const std::string& term) {
+      const Outcome outcome = outcome_of("model m { field u; dt(u) = 0 }\nnetwork n(u) " + result + " { conv out, 3 }\nscene s : m { " + grid +
+                                         "; time 0 .. 1, step 0.1; initial u = 0; after step: u += " + term + " }");
+      return outcome.diagnostics.empty() ? "" : outcome.code_and_hint();
+    };
+    EXPECT_EQ(told("", "n(u).x"), "E0328 write n(...) alone, or network n(...) -> vector");
+    EXPECT_EQ(told("-> scalar", "n(u).x"), "E0328 write n(...) alone, or network n(...) -> vector");
+    EXPECT_EQ(told("-> scalar", "n(u)"), "");
+    EXPECT_EQ(told("-> vector", "n(u).x"), "");
+    EXPECT_EQ(told("-> x", "n(u).x"), "");
+  }
+}
+
 TEST(Components, OfCallsAndParentheses) {
   const auto refusal = [](const std::string& rhs) { return outcome_of(text_with(rhs, 2)).code_and_hint(); };
   EXPECT_EQ(print(*problem_of(text_with("grad(k*u).y + (u, 2*u).x", 2)).states[0].rhs), print(*problem_of(text_with("dy(k*u) + u", 2)).states[0].rhs));

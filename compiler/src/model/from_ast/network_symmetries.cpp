@@ -30,6 +30,7 @@ class SymmetryReader {
       if (!symmetries) continue;
       if (seen) draft_.sink.report("repeated", item.range, {"the symmetries"});
       for (const ast::SymmetryItem::Part& part : symmetries->parts) read(part);
+      check_turns(*symmetries);
       seen = true;
     }
     return std::move(generators_);
@@ -54,6 +55,13 @@ class SymmetryReader {
       flip[static_cast<std::size_t>(a)] = -(a + 1);
       generators_.push_back(flip);
     }
+  }
+
+  /// Beside flips rotations say that all images of the grid are meant, of which one axis has the mirror image alone.
+  void check_turns(const ast::SymmetryItem& symmetries) {
+    const auto turns = std::ranges::find(symmetries.parts, "rotations", [](const ast::SymmetryItem::Part& part) { return part.word.name; });
+    if (rank() > 1 || turns == symmetries.parts.end() || turns->axis || !generators_.empty()) return;
+    misfit(turns->word.range, "rotations turn one axis into another, and this scene has one axis: they would do nothing", "write flips for the mirror image, or leave rotations out");
   }
 
   /// Quarter turns, in the plane across the axis that is named or in each.

@@ -152,6 +152,14 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
   return side.place.name == "all" || side.place.name.substr(0, side.place.name.find('.')) == axis.name;
 }
 
+/// Whether a value is a field that the program computes: the model level knows no such thing, and what it knows of a program's boundaries
+/// is for readers only.
+bool is_computed(const Draft& draft, const ast::Expr& e) {
+  if (const auto* name = std::get_if<ast::Name>(&e->kind)) return !is_word_of_fill(name->name) && !draft.scope.find(name->name);
+  const auto* call = std::get_if<ast::Call>(&e->kind);
+  return call && std::ranges::any_of(call->arguments, [&](const ast::Argument& argument) { return is_computed(draft, argument.value); });
+}
+
 void bind_fill(Draft& draft, const ast::FillItem& fill, State& state) {
   std::vector<std::array<SourceRange, 2>> seen(draft.problem.axes.size());
   SidesOfField into{state.name, state.boundary, seen};
@@ -162,7 +170,7 @@ void bind_fill(Draft& draft, const ast::FillItem& fill, State& state) {
       fine = agrees(draft, fill, side, axis) && fine;
       bounded = bounded || axis.topology == Topology::bounded;
     }
-    if (fine && bounded) bind_side(draft, side, into);
+    if (fine && bounded && !is_computed(draft, side.value)) bind_side(draft, side, into);
   }
 }
 

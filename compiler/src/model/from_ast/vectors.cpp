@@ -100,6 +100,11 @@ Typed Expressions::component(const ast::Component& e, SourceRange range) {
   if (const auto* call = std::get_if<ast::Call>(&e.operand->kind)) {
     const DeclaredNetwork* network = find_network(draft_, call->callee);
     if (network && !network->outputs.empty()) return inference(*network, *call, &e.name, range);
+    if (network && !network->vector) {  // on one axis too, where numbers are vectors: this one would not be one on two
+      draft_.sink.report("no-components", range, {"what network " + call->callee + " makes", "number"},
+                         fmt::format("write {0}(...) alone, or network {0}(...) -> vector", call->callee));
+      return {};
+    }
   }
   const Typed whole = numeric(e.operand);
   if (whole.type == Typed::Type::none) return {};
