@@ -42,8 +42,8 @@ TEST_F(PrecisionCommand, ResumesToTheSameEnd) {
 }
 
 TEST_F(PrecisionCommand, HalvesWhatCheckSaysOfMemory) {
-  const Json doubles = dpde("check rod.dpde find --json --set cells=4096").json();
-  const Json floats = dpde("check rod.dpde find --json --set cells=4096 --set real=f32").json();
+  const Json doubles = dpde("check rod.dpde find --json --set cells=65536").json();
+  const Json floats = dpde("check rod.dpde find --json --set cells=65536 --set real=f32").json();
   EXPECT_EQ(floats["cost"]["bytes_per_point"].get<double>(), doubles["cost"]["bytes_per_point"].get<double>() / 2);
   for (const char* key : {"memory_bytes", "gradient_memory_bytes"}) EXPECT_NEAR(floats[key].get<double>() / doubles[key].get<double>(), 0.5, 0.02);
 }

@@ -8,6 +8,7 @@
 #include "driver/cost.h"
 #include "driver/inverse.h"
 #include "driver/driver_support.h"
+#include "driver/storage.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -144,11 +145,15 @@ TEST(SinglePrecision, HalvesMemory) {
   options.selection.name = "find";
   options.adjoint = true;
   const driver::Memory doubles = driver::memory_of(*compiled(source, options));
+  const auto plan_of_doubles = driver::plan_of_gradient(*compiled(source, options), {});
   const double bytes = driver::cost_of(compiled(source, options)->loop, "plate_step").bytes;
   options.real = Precision::f32;
   const driver::Memory floats = driver::memory_of(*compiled(source, options));
   EXPECT_NEAR(floats.run / doubles.run, 0.5, 0.05);
-  EXPECT_NEAR(floats.gradient / doubles.gradient, 0.5, 0.05);
+  const auto plan_of_floats = driver::plan_of_gradient(*compiled(source, options), {});
+  ASSERT_TRUE(plan_of_doubles && plan_of_floats);
+  EXPECT_EQ(static_cast<double>(plan_of_doubles->checkpoint_bytes), whole);
+  EXPECT_NEAR(static_cast<double>(plan_of_floats->checkpoint_bytes) / whole, 0.5, 0.05);
   EXPECT_EQ(driver::cost_of(compiled(source, options)->loop, "plate_step").bytes, bytes / 2);
 }
 
