@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 
 #include "driver/data_set.h"
+#include "driver/data_set_cost.h"
 #include "driver/evaluation_log.h"
 #include "driver/files.h"
 #include "driver/restart_file.h"
@@ -16,6 +18,7 @@
 #include "netcdf_output.h"
 #include "progress.h"
 #include "scene_output.h"
+#include "support/evaluate.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
 
@@ -39,6 +42,8 @@ class Part {
       out.values(integrals.values);
       out.values({integrals.magnitude});
     }
+    for (const driver::Residual& residual : data.residuals) out.values({residual.rate, residual.relative});
+    out.values({data.cpu_seconds});
     const std::uint64_t sum = driver::hash_bytes(out.bytes().data(), out.bytes().size());
     return driver::write_file(path_, out.bytes() + std::string(reinterpret_cast<const char*>(&sum), sizeof sum), sink);
   }
@@ -65,6 +70,14 @@ class Part {
       integrals.magnitude = magnitude[0];
       data.integrals.push_back(std::move(integrals));
     }
+    for (std::size_t s = 0; s < data.states.size() && in.is_fine(); ++s) {
+      const std::vector<double> residual = in.values();
+      if (residual.size() != 2) return std::nullopt;
+      data.residuals.push_back({residual[0], residual[1]});
+    }
+    const std::vector<double> seconds = in.values();
+    if (seconds.size() != 1) return std::nullopt;
+    data.cpu_seconds = seconds[0];
     return in.is_done() ? std::optional(std::move(data)) : std::nullopt;
   }
   void remove() const {
@@ -109,6 +122,18 @@ void add_integrals(NetcdfContent& content, const std::string& state, std::size_t
   content.variables.insert(content.variables.end(), {std::move(integral), std::move(drift), std::move(relative)});
 }
 
+/// How well the frames satisfy the scene, in each run; nothing where that is not known.
+void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s, const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
+  if (std::ranges::any_of(runs, [s](const driver::DataRun& run) { return std::isnan(run.residuals[s].rate); })) return;
+  NetcdfVariable rate{names.free(state + "_residual"), {"run"}, described("root of the mean square of what the scene's steps from a frame, on the grid of the frames, miss the next one by, in a unit of time"), {}};
+  NetcdfVariable relative{names.free(state + "_relative_residual"), {"run"}, described("the same in parts of the change from frame to frame"), {}};
+  for (const driver::DataRun& run : runs) {
+    rate.values.push_back(run.residuals[s].rate);
+    relative.values.push_back(run.residuals[s].relative);
+  }
+  content.variables.insert(content.variables.end(), {std::move(rate), std::move(relative)});
+}
+
 NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
   NetcdfContent content;
   driver::Session& session = maker.session();
@@ -134,6 +159,7 @@ NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std:
     }
     content.variables.push_back(std::move(variable));
     add_integrals(content, name, static_cast<std::size_t>(s), time, runs, names);
+    add_residuals(content, name, static_cast<std::size_t>(s), runs, names);
   }
   for (std::size_t v = 0; v < set.vary.size(); ++v) {
     NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
@@ -177,6 +203,24 @@ void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driv
     job.say(fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n", name, drift(*most), relative, most - runs.begin()));
   }
   result["conservation"] = std::move(all);
+}
+
+void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Json& result) {
+  Json all = Json::object();
+  for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
+    const std::string& name = maker.session().rollout().state_name(s);
+    const auto residual = [s](const driver::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
+    if (std::ranges::any_of(runs, [&](const driver::DataRun& run) { return std::isnan(residual(run).rate); })) {
+      all[name] = nullptr;
+      job.say(fmt::format("{}: how well the frames satisfy the scene is not known: it does not compile on their grid\n", name));
+      continue;
+    }
+    const auto most = std::ranges::max_element(runs, {}, [&](const driver::DataRun& run) { return residual(run).relative; });
+    const auto [rate, relative] = residual(*most);
+    all[name] = {{"rate", json_number(rate)}, {"relative", json_number(relative)}, {"run", most - runs.begin()}};
+    job.say(fmt::format("{}: the scene's steps from a frame miss the next one by at most {:.2g} of the change between them, {:.2g} in a unit of time (run {})\n", name, shown(relative), shown(rate), most - runs.begin()));
+  }
+  result["residuals"] = std::move(all);
 }
 
 }  // namespace
@@ -231,7 +275,14 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   const std::vector<driver::OrderEstimate> estimates = maker->estimate_order();
   report_estimates(job, estimates, result);
   report_drifts(job, *maker, runs, result);
-  guarded(job, [&] { save_text(job, set.file, compose_netcdf(content_of(job, *maker, runs, estimates))); });
+  report_residuals(job, *maker, runs, result);
+  double cpu_seconds = 0;
+  for (const driver::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
+  guarded(job, [&] {
+    const std::string bytes = compose_netcdf(content_of(job, *maker, runs, estimates));
+    save_text(job, set.file, bytes);
+    save_text(job, driver::cost_file_of(set.file), driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+  });
   if (!job.failed()) {
     for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();
   }
@@ -240,6 +291,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   result["frames"] = maker->times().size();
   result["cells"] = maker->cells();
   result["wall_s"] = seconds;
+  result["cpu_s"] = cpu_seconds;
   result["files"] = job.files();
   return result;
 }

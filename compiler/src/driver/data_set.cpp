@@ -9,6 +9,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "driver/cpu_time.h"
 #include "driver/data.h"
 #include "driver/evaluation_log.h"
 #include "driver/weights.h"
@@ -20,6 +21,7 @@ namespace dpde::driver {
 namespace {
 
 constexpr int fewest_cells = 4;  // along an axis of the coarsest grid of an estimate
+constexpr int most_intervals = 16;  // of a run whose residual is looked at: that costs as much as to make them where nothing is coarsened
 
 double root_of_mean_square(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
@@ -61,7 +63,7 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
 }
 
 /// The scene of a run, with its parameters set as --set would.
-std::unique_ptr<Session> DataSetMaker::open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const {
+std::shared_ptr<const Compiled> DataSetMaker::compile_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const {
   CompileOptions compile_options;
   compile_options.selection = options_.selection;
   compile_options.selection.name = set_.scene;
@@ -72,10 +74,36 @@ std::unique_ptr<Session> DataSetMaker::open_run(int run, const std::map<std::str
   compile_options.backend = options_.backend;
   compile_options.cache = options_.cache;
   std::optional<Compiled> compiled = compile(source_, compile_options, sink);
-  if (!compiled) return nullptr;
+  return compiled ? std::make_shared<const Compiled>(std::move(*compiled)) : nullptr;
+}
+
+std::unique_ptr<Session> DataSetMaker::session_of(std::shared_ptr<const Compiled> compiled, const std::atomic<bool>* stop, DiagnosticSink& sink) const {
   SessionOptions session_options;
-  session_options.stop = options_.stop;
-  return Session::open(source_, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
+  session_options.stop = stop;
+  return compiled ? Session::open(source_, std::move(compiled), session_options, sink) : nullptr;
+}
+
+std::unique_ptr<Session> DataSetMaker::open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const {
+  return session_of(compile_run(run, more, sink), options_.stop, sink);
+}
+
+/// The scene on the grid of the frames; null where it cannot be there, as with files of its own grid.
+std::shared_ptr<const Compiled> DataSetMaker::compile_stored(int run, const std::shared_ptr<const Compiled>& own) const {
+  if (set_.coarsen == 1) return own;
+  std::map<std::string, std::string> more;
+  for (const model::Axis& axis : session_->workspace().axes()) more["cells." + axis.name] = fmt::format("{}", axis.cells / set_.coarsen);
+  DiagnosticSink silent;
+  return compile_run(run, more, silent);
+}
+
+/// Where they are not known they stay so.
+void DataSetMaker::add_residuals(std::shared_ptr<const Compiled> stored, DataRun& data) const {
+  data.residuals.assign(data.states.size(), {});
+  DiagnosticSink silent;
+  std::atomic<bool> stop = false;
+  const std::unique_ptr<Session> session = session_of(std::move(stored), &stop, silent);
+  if (!session || session->rollout().state_count() != static_cast<int>(data.states.size())) return;
+  data.residuals = residuals_of(*session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
 }
 
 bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
@@ -189,16 +217,24 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
 void DataSetMaker::make_run(int run, Making& all) const {
   DiagnosticSink own;
   std::unique_ptr<Session> session;
+  std::shared_ptr<const Compiled> stored;
   bool goes_on = false, done = false;
+  double spent = -thread_cpu_seconds();
   try {
     {
-      const std::lock_guard lock(all.mutex);
+      const std::lock_guard lock(all.mutex);  // one compilation at a time
       goes_on = run < all.first_failed && (options_.stop == nullptr || !options_.stop->load());
-      if (goes_on) session = open_run(run, {}, own);  // one compilation at a time
+      const std::shared_ptr<const Compiled> compiled = goes_on ? compile_run(run, {}, own) : nullptr;
+      session = session_of(compiled, options_.stop, own);
+      spent += thread_cpu_seconds();
+      if (session) stored = compile_stored(run, compiled);
+      spent -= thread_cpu_seconds();
     }
     DataRun data;
     for (std::size_t v = 0; v < set_.vary.size(); ++v) data.params.push_back(set_.value_of(v, run));
     if (session != nullptr && is_like_first(*session, own) && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
+      data.cpu_seconds = spent + thread_cpu_seconds();
+      add_residuals(std::move(stored), data);
       const std::lock_guard lock(all.mutex);
       (*all.take)(run, data);
       done = true;

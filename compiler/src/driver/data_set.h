@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "driver/conservation.h"
+#include "driver/residual.h"
 #include "driver/session.h"
 #include "model/data_set.h"
 
@@ -18,6 +19,8 @@ struct DataRun {
   std::vector<double> params;  // in the order of DataSet::vary
   std::vector<std::vector<double>> states;
   std::vector<Integrals> integrals;  // of the states, on the scene's own grid
+  std::vector<Residual> residuals;   // of the states, on the grid of the frames
+  double cpu_seconds = 0;            // for the frames
 };
 
 /// How far a run is from finer ones: from runs on grids of the scene's, twice and four times its spacing and step.
@@ -61,7 +64,11 @@ class DataSetMaker {
   struct Making;
   void make_run(int run, Making& all) const;
   bool plan_frames(DiagnosticSink& sink);
+  std::shared_ptr<const Compiled> compile_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
+  std::unique_ptr<Session> session_of(std::shared_ptr<const Compiled> compiled, const std::atomic<bool>* stop, DiagnosticSink& sink) const;
   std::unique_ptr<Session> open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
+  std::shared_ptr<const Compiled> compile_stored(int run, const std::shared_ptr<const Compiled>& own) const;
+  void add_residuals(std::shared_ptr<const Compiled> stored, DataRun& data) const;
   bool is_like_first(Session& session, DiagnosticSink& sink) const;
   bool frames_of(Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const;
 

@@ -10,6 +10,7 @@
 
 #include "dpde/runtime/error.h"
 #include "driver/array_file.h"
+#include "driver/data_set_cost.h"
 #include "driver/evaluation_log.h"
 #include "driver/files.h"
 #include "model/placement.h"
@@ -196,6 +197,7 @@ std::optional<Trajectories> load_trajectories(const model::Problem& problem, con
   std::optional<std::string> bytes = read_file(trajectories.path, where, sink);
   if (!bytes) return std::nullopt;
   trajectories.hash = hash_bytes(bytes->data(), bytes->size());
+  trajectories.cost_s = stored_cost(trajectories.path, trajectories.hash);
   try {
     const NetcdfReader reader(std::move(*bytes), trajectories.path);
     Reader file_of_problem(problem, reader, trajectories);

@@ -28,6 +28,7 @@ struct Trajectories {
   };
   std::vector<Run> runs;
   std::uint64_t hash = 0;  // of the file
+  double cost_s = 0;       // seconds that processors worked for it; not a number where that is not known
 
   int frame_count() const { return static_cast<int>(times.size()); }
   /// `count` frames of a variable from `first` on.
