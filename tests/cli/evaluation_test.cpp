@@ -112,8 +112,9 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
   const Outcome whole = learn(text, "--out whole");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
   // Ended within the second trial, by force.
-  shell("$DPDE optimize t.dpde learn --out o --checkpoint-every 2 --json & run=$!; for i in $(seq 6000); do grep -q dpdetrls o/learn.training && break; sleep 0.002; done; kill -9 $run; wait $run");
-  ASSERT_NE(content(path("o/learn.training")).find("dpdetrls"), std::string::npos);
+  shell("$DPDE optimize t.dpde learn --out o --checkpoint-every 2 --json & run=$!; for i in $(seq 6000); do [ $(grep -ao dpdetrn o/learn.training | wc -l) -ge 2 ] && break; sleep 0.002; done; kill -9 $run; wait $run");
+  const std::string half = content(path("o/learn.training"));
+  ASSERT_NE(half.find("dpdetrn", half.find("dpdetrn") + 1), std::string::npos) << "the second trial has begun";
   const Outcome rest = dpde("optimize t.dpde learn --out o --resume --json");
   ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
   EXPECT_GT(rest.json()["resumed_iterations"], whole.json()["iterations"]) << "the first trial was over";

@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+
+#include "driver/cpu_time.h"
 
 namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view magic = "dpdetrls";  // then the checkpoints of the trials, each with its length and its own checksum
+constexpr std::string_view magic = "dpdetrl2";  // then of each trial its seconds, and its checkpoint with its length and its own checksum
+constexpr std::string_view without_seconds = "dpdetrls";
 
 }  // namespace
 
@@ -31,7 +35,11 @@ void Trials::run(const Watch& watch) {
     running_ = k;
     Trial& trial = trials_[k];
     const auto start = std::chrono::steady_clock::now();
-    trial.end = trial.trainer->run([&](const Trainer&) { return watch(*this); });
+    const double before = trial.cpu_seconds - process_cpu_seconds();
+    trial.end = trial.trainer->run([&](const Trainer&) {
+      trial.cpu_seconds = before + process_cpu_seconds();
+      return watch(*this);
+    });
     trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     trial.trainer->free_memory();
     if (trial.end == TrainingEnd::stopped) return;
@@ -50,26 +58,54 @@ std::int64_t Trials::made() const {
 }
 
 std::string Trials::save() const {
-  if (trials_.size() == 1) return trials_[0].trainer->save();
   ByteWriter out;
-  out.number(static_cast<std::int64_t>(trials_.size()));
-  for (const Trial& trial : trials_) out.text(trial.trainer->save());
+  out.number(static_cast<std::int64_t>(trials_.size() + kept_.size()));
+  const auto add = [&](double cpu_seconds, const std::string& checkpoint) {
+    out.values({cpu_seconds});
+    out.text(checkpoint);
+  };
+  for (const Trial& trial : trials_) add(trial.cpu_seconds, trial.trainer->save());
+  for (const Kept& kept : kept_) add(kept.cpu_seconds, kept.checkpoint);
   return std::string(magic) + out.bytes();
 }
 
-bool Trials::restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink) {
-  if (!bytes.starts_with(magic)) return trials_[0].trainer->restore(bytes, file, sink);
+namespace {
+
+/// nullopt when it is damaged. Older files do not know the seconds.
+std::optional<std::vector<std::pair<double, std::string>>> parts_of(std::string_view bytes) {
+  const bool has_seconds = bytes.starts_with(magic);
+  std::vector<std::pair<double, std::string>> parts;
+  if (!has_seconds && !bytes.starts_with(without_seconds)) {
+    parts.emplace_back(std::nan(""), bytes);
+    return parts;
+  }
   ByteReader in(bytes.substr(magic.size()));
-  const std::int64_t there = in.number();
-  std::vector<std::string> parts;
-  for (std::int64_t k = 0; k < there && in.is_fine(); ++k) parts.push_back(in.text());
-  if (!in.is_done() || parts.empty()) {
+  for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
+    const std::vector<double> seconds = has_seconds ? in.values() : std::vector<double>{std::nan("")};
+    if (seconds.size() != 1) return std::nullopt;
+    parts.emplace_back(seconds[0], in.text());
+  }
+  if (!in.is_done() || parts.empty()) return std::nullopt;
+  return parts;
+}
+
+}  // namespace
+
+bool Trials::restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink) {
+  const auto parts = parts_of(bytes);
+  if (!parts) {
     sink.report("bad-array-file", {}, {file, "it is damaged"}, "without --resume the training starts at its beginning");
     return false;
   }
-  for (std::size_t k = 0; k < std::min(parts.size(), static_cast<std::size_t>(count())); ++k) {
+  for (std::size_t k = 0; k < parts->size(); ++k) {
+    const auto& [seconds, checkpoint] = (*parts)[k];
+    if (k >= static_cast<std::size_t>(count())) {
+      kept_.push_back({seconds, checkpoint});
+      continue;
+    }
     if (k == trials_.size() && !begin(sink)) return false;
-    if (!trials_[k].trainer->restore(parts[k], file, sink)) return false;
+    if (!trials_[k].trainer->restore(checkpoint, file, sink)) return false;
+    trials_[k].cpu_seconds = seconds;
     if (k > 0) trials_[k - 1].trainer->free_memory();
     running_ = k;
   }

@@ -15,6 +15,7 @@ struct Trial {
   std::unique_ptr<Trainer> trainer;
   TrainingEnd end = TrainingEnd::stopped;
   double seconds = 0;  // since it was begun or taken up again
+  double cpu_seconds = 0;  // of all threads, since it was begun; not a number when a checkpoint does not tell
 };
 
 class Trials {
@@ -40,8 +41,8 @@ class Trials {
   std::int64_t made() const;
   std::int64_t updates() const { return count() * present().updates(); }
 
-  /// The checkpoint as bytes of a file: of a single trial that of its Trainer. Taken up with more or fewer trials, those that there
-  /// are stay as they are.
+  /// The checkpoint as bytes of a file. Taken up with more or fewer trials, those that there are stay as they are; trials beyond those that
+  /// are wanted stay in the checkpoint.
   std::string save() const;
   bool restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink);
 
@@ -53,6 +54,11 @@ class Trials {
   int epochs_;
   BatchOptions options_;
   std::vector<Trial> trials_;
+  struct Kept {
+    double cpu_seconds = 0;
+    std::string checkpoint;
+  };
+  std::vector<Kept> kept_;  // of trials that are not wanted now
   std::size_t running_ = 0;
 };
 
