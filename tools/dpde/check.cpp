@@ -7,6 +7,7 @@
 #include <set>
 
 #include "command.h"
+#include "driver/beside.h"
 #include "driver/data.h"
 #include "driver/cost.h"
 #include "driver/savings.h"
@@ -232,6 +233,7 @@ int check(const TaskOptions& options) {
     const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
     if (!compiled) return;
     if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
+    driver::check_beside(*compiled, job.source(), job.sink());
     if (compiled->problem) {
       check_scene(job, options, *compiled, result);
     } else {

@@ -53,15 +53,33 @@ std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const
   return all;
 }
 
-std::shared_ptr<const Compiled> BesideScenes::compiled(const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink) {
-  std::shared_ptr<const Compiled>& there = compiled_[beside.scene];
-  if (there) return there;
+std::shared_ptr<const Compiled> compile_beside(const Compiled& own, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink) {
   DiagnosticSink within;  // the same lines are right in the task's own scene
-  std::optional<Compiled> made = compile(source, options_beside(*own_.compiled, beside.scene), within);
+  std::optional<Compiled> made = compile(source, options_beside(own, beside.scene), within);
   for (const Diagnostic& each : within.all()) {
     if (each.kind->severity == Severity::error) sink.report("bad-option", beside.origin.range, {fmt::format("scene {}, beside a test: {}", beside.scene, each.message)}, each.hint);
   }
-  if (made) there = std::make_shared<const Compiled>(std::move(*made));
+  return made ? std::make_shared<const Compiled>(std::move(*made)) : nullptr;
+}
+
+void check_beside(const Compiled& own, const SourceFile& source, DiagnosticSink& sink) {
+  if (!own.problem || !own.problem->task) return;
+  std::map<std::string, std::shared_ptr<const Compiled>> scenes;
+  std::set<std::pair<std::string, std::string>> seen;
+  for (const std::vector<model::Test>& tests : {own.problem->task->tests, own.problem->task->growths}) {
+    for (const model::Test& test : tests) {
+      for (const model::Test::Beside& beside : test.beside) {
+        const auto [scene, is_new] = scenes.try_emplace(beside.scene);
+        if (is_new) scene->second = compile_beside(own, beside, source, sink);
+        if (scene->second && seen.emplace(beside.scene, beside.on).second) load_trajectories(*scene->second->problem, beside.on, source, beside.origin.range, sink);
+      }
+    }
+  }
+}
+
+std::shared_ptr<const Compiled> BesideScenes::compiled(const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink) {
+  std::shared_ptr<const Compiled>& there = compiled_[beside.scene];
+  if (!there) there = compile_beside(*own_.compiled, beside, source, sink);
   return there;
 }
 

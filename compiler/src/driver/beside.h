@@ -30,6 +30,11 @@ class BesideScenes {
   std::map<std::pair<std::string, std::string>, std::unique_ptr<TrainingScene>> scenes_;  // by name and file
 };
 
+/// Mistakes are reported where the test names the scene; null then.
+std::shared_ptr<const Compiled> compile_beside(const Compiled& own, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
+/// Of a task: whether all scenes that its tests name compile, and the files they begin from fit their grids.
+void check_beside(const Compiled& own, const SourceFile& source, DiagnosticSink& sink);
+
 /// The options to compile `scene` with in place of the task's own: without settings that it does not know or that are not its to take.
 CompileOptions options_beside(const Compiled& own, const std::string& scene);
 
