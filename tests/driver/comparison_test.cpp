@@ -45,5 +45,16 @@ TEST(Comparison, SaysWhereItEnds) {
   EXPECT_EQ(error_of_equal_cost(one, 2).value, 3);
 }
 
+TEST(Comparison, BreakEvenIsWhatWasSpentOverWhatARunSaves) {
+  const Equal equal{Equal::Kind::found, 3, "a", "b"}, cheapest{Equal::Kind::within_all, 3, "a", "a"}, none{Equal::Kind::beyond_all, 0, "", ""};
+  const BreakEven even = break_even(equal, 1, 5, 100);
+  EXPECT_EQ(even.kind, BreakEven::Kind::after);
+  EXPECT_EQ(even.runs, 10) << "each run of 5 units saves 10 s";
+  EXPECT_EQ(break_even(cheapest, 1, 5, 100).runs, 10);
+  EXPECT_EQ(break_even(equal, 3, 5, 100).kind, BreakEven::Kind::never);
+  EXPECT_EQ(break_even(equal, 4, 5, 0).kind, BreakEven::Kind::never);
+  EXPECT_EQ(break_even(none, 1, 5, 100).kind, BreakEven::Kind::unknown);
+}
+
 }  // namespace
 }  // namespace dpde::driver

@@ -178,6 +178,9 @@ TEST(Items, OfTasksThatTrain) {
       "  test g = mean(u) on trajectories(\"test.nc\") for 9 steps beside plain, fine on trajectories(\"fine.nc\")\n"
       "  statistic energy = mean(u^2) on trajectories(\"test.nc\") for 9 steps beside plain\n"
       "  growth rate on trajectories(\"test.nc\") for 9 steps\n"
+      "  spectrum s = curl(u) on trajectories(\"test.nc\") for 9 steps beside plain\n"
+      "  correlation c = u on trajectories(\"test.nc\") for 9 steps\n"
+      "  correlation d = u above 0.9 on trajectories(\"test.nc\") for 9 steps\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
   const Task task = only_block<Task>(text);
@@ -199,6 +202,10 @@ TEST(Items, OfTasksThatTrain) {
   EXPECT_EQ(compared.beside[1].scene.name + print(*compared.beside[1].on), "finetrajectories(\"fine.nc\")");
   EXPECT_EQ(std::get<TestItem>(task.items[9].kind).kind, TestItem::Kind::statistic);
   EXPECT_EQ(std::get<TestItem>(task.items[10].kind).kind, TestItem::Kind::growth);
+  EXPECT_EQ(std::get<TestItem>(task.items[11].kind).kind, TestItem::Kind::spectrum);
+  EXPECT_EQ(std::get<TestItem>(task.items[12].kind).kind, TestItem::Kind::correlation);
+  EXPECT_FALSE(std::get<TestItem>(task.items[12].kind).above.has_value());
+  EXPECT_EQ(print(*std::get<TestItem>(task.items[13].kind).above), "0.9");
 }
 
 TEST(Items, OfDataSets) {

@@ -88,7 +88,8 @@ std::string labels_of(const std::string& title, const std::string& x_label, cons
 
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
-  text += panel.log_y ? "set logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
+  text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
+  if (panel.log_x) text += "set logscale x\n";
   text += "set autoscale\n";
   // Room above and below; equal values have none of their own.
   if (panel.range) {

@@ -23,7 +23,7 @@ struct ValueRange {
 };
 struct LinePanel {
   std::string title, x_label, y_label;
-  bool log_y = false;
+  bool log_x = false, log_y = false;
   std::optional<ValueRange> range;  // none: what the values need
   std::vector<Curve> curves;
 };

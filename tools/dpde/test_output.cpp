@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "driver/comparison.h"
-#include "scene_output.h"
+#include "support/assert.h"
 #include "support/evaluate.h"
-#include "train.h"
+#include "test_output.h"
 
 namespace dpde::tools {
 
@@ -17,8 +17,7 @@ namespace {
 using driver::mean_and_spread;
 using driver::MeanAndSpread;
 using driver::TrajectoryTest;
-
-std::string text_of(const MeanAndSpread& value) { return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread)); }
+using Kind = model::Test::Kind;
 
 Json numbers_of(const TrajectoryTest& test) {
   const MeanAndSpread whole = mean_and_spread(test.means());
@@ -35,29 +34,6 @@ std::vector<MeanAndSpread> spreads_of(const std::vector<std::vector<double>>& ru
   }
   return all;
 }
-
-/// What one test says of each trial, of the start and of the scenes beside.
-struct OneTest {
-  std::vector<const TrajectoryTest*> trials;
-  std::size_t best = 0;
-  const TrajectoryTest* start = nullptr;
-  const std::vector<TrajectoryTest>* beside = nullptr;
-  std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
-
-  const TrajectoryTest& found() const { return *trials[best]; }
-  bool has_trials() const { return trials.size() > 1; }
-  /// Of the means over runs and times, over the trials.
-  std::vector<double> means() const {
-    std::vector<double> all;
-    for (const TrajectoryTest* trial : trials) all.push_back(mean_and_spread(trial->means()).mean);
-    return all;
-  }
-  MeanAndSpread at(std::size_t time) const {
-    std::vector<double> all;
-    for (const TrajectoryTest* trial : trials) all.push_back(trial->course()[time]);
-    return mean_and_spread(all);
-  }
-};
 
 /// Columns of numbers with one name each, a row a time.
 class Table {
@@ -101,7 +77,7 @@ std::string table_of(const OneTest& test) {
   std::vector<MeanAndSpread> over;
   for (std::size_t k = 0; k < found.times.size(); ++k) over.push_back(test.at(k));
   if (test.has_trials()) table.add(found.name + "_of_trials", over);
-  if (found.is_statistic) table.add(found.name + "_of_data", spreads_of(found.data));
+  if (found.kind == Kind::statistic) table.add(found.name + "_of_data", spreads_of(found.data));
   for (const TrajectoryTest& beside : *test.beside) table.add(fmt::format("{}_of_{}", found.name, beside.scene), spreads_of(beside.runs));
   return table.text();
 }
@@ -114,14 +90,13 @@ void write_test(Job& job, const OneTest& test) {
   panel.title = fmt::format("{} on {}", found.name, found.file);
   panel.x_label = "t";
   panel.y_label = found.name;
-  if (found.is_statistic) panel.curves.push_back({"data", found.times, TrajectoryTest::course_of(found.data)});
+  if (found.kind == Kind::statistic) panel.curves.push_back({"data", found.times, TrajectoryTest::course_of(found.data)});
   for (std::size_t k = 0; k < test.trials.size(); ++k) {
     panel.curves.push_back({test.has_trials() ? fmt::format("{}, trial {}", found.scene, k + 1) : test.beside->empty() ? "learnt" : found.scene, found.times, test.trials[k]->course()});
   }
   panel.curves.push_back({"at the start", test.start->times, test.start->course()});
   for (const TrajectoryTest& beside : *test.beside) panel.curves.push_back({beside.scene, beside.times, beside.course()});
-  const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); }); };
-  if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, found.name, {panel});
+  save_if_drawn(job, found.name, panel);
 }
 
 /// Over the trials, in words and as JSON.
@@ -155,7 +130,33 @@ void say_blow_up(Job& job, const TrajectoryTest& test) {
   }
 }
 
-/// The two sentences: what plain schemes cost for the same error, and lose for the same cost.
+std::string cost_text(const Investment& spent) {
+  const auto one = [](const char* what, double seconds) { return std::isnan(seconds) ? fmt::format("the cost of the {} is not known and left out", what) : fmt::format("{} of a processor's time for the {}", human_seconds(seconds), what); };
+  return one("data", spent.data_s) + ", " + one("training", spent.training_s);
+}
+
+/// After how many runs as long as the test's data and training are earned.
+void say_break_even(Job& job, const OneTest& test, const driver::Equal& at_error, Json& json) {
+  const Investment& spent = *test.spent;
+  const bool is_known = !std::isnan(spent.data_s) || !std::isnan(spent.training_s);
+  const double length = test.found().times.back(), sum = (std::isnan(spent.data_s) ? 0 : spent.data_s) + (std::isnan(spent.training_s) ? 0 : spent.training_s);
+  using When = driver::BreakEven::Kind;
+  const driver::BreakEven even = break_even(at_error, test.costs[0], length, sum);
+  const bool has_number = is_known && even.kind == When::after;
+  json["break_even"] = {{"runs", has_number ? json_number(std::ceil(even.runs)) : Json(nullptr)}, {"never", even.kind == When::never}, {"length", length},
+                        {"data_s", std::isnan(spent.data_s) ? Json(nullptr) : Json(spent.data_s)}, {"training_s", std::isnan(spent.training_s) ? Json(nullptr) : Json(spent.training_s)}};
+  if (even.kind == When::never) {
+    job.say("  data and training never pay for themselves: plain schemes have this error in no more time\n");
+  } else if (even.kind == When::unknown) {
+    job.say("  whether data and training pay for themselves is not known: none of the plain schemes named has this error\n");
+  } else if (!is_known) {
+    job.say("  after how many runs data and training pay for themselves is not known: neither file tells what they cost\n");
+  } else {
+    job.say(fmt::format("  data and training pay for themselves after {:.4g} runs of {:.4g} units of time ({})\n", std::ceil(even.runs), length, cost_text(spent)));
+  }
+}
+
+/// What plain schemes cost for the same error, and lose for the same cost; and when training is earned.
 void compare(Job& job, const OneTest& test, double error, Json& json) {
   std::vector<driver::CostAndError> plain;
   for (std::size_t s = 0; s < test.beside->size(); ++s) {
@@ -163,22 +164,23 @@ void compare(Job& job, const OneTest& test, double error, Json& json) {
     if (!beside.has_network) plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
   }
   if (plain.empty() || !std::isfinite(error)) return;
-  using Kind = driver::Equal::Kind;
+  using Found = driver::Equal::Kind;
   const double cost = test.costs[0];
   const driver::Equal at_error = cost_of_equal_error(plain, error), at_cost = error_of_equal_cost(plain, cost);
   json["equal_error"] = json_of(at_error, "cost_s", cost);
   json["equal_cost"] = json_of(at_cost, "error", error);
   const std::string own = fmt::format("its {} of {:.4g}", test.found().name, shown(error));
   switch (at_error.kind) {
-    case Kind::found: job.say(fmt::format("  for {} plain schemes take {} a unit of time, {:.3g} times as long ({})\n", own, human_seconds(at_error.value), at_error.value / cost, between_text(at_error))); break;
-    case Kind::beyond_all: job.say(fmt::format("  for {}: none of the plain schemes named reaches it\n", own)); break;
-    case Kind::within_all: job.say(fmt::format("  for {}: the cheapest plain scheme named is better, and takes {} a unit of time, {:.3g} times as long\n", own, human_seconds(at_error.value), at_error.value / cost)); break;
+    case Found::found: job.say(fmt::format("  for {} plain schemes take {} a unit of time, {:.3g} times as long ({})\n", own, human_seconds(at_error.value), at_error.value / cost, between_text(at_error))); break;
+    case Found::beyond_all: job.say(fmt::format("  for {}: none of the plain schemes named reaches it\n", own)); break;
+    case Found::within_all: job.say(fmt::format("  for {}: the cheapest plain scheme named is better, and takes {} a unit of time, {:.3g} times as long\n", own, human_seconds(at_error.value), at_error.value / cost)); break;
   }
   switch (at_cost.kind) {
-    case Kind::found: job.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {:.3g} times as much ({})\n", test.found().name, at_cost.value, at_cost.value / error, between_text(at_cost))); break;
-    case Kind::beyond_all: job.say("  for its time: none of the plain schemes named is as cheap\n"); break;
-    case Kind::within_all: job.say(fmt::format("  for its time: the dearest plain scheme named takes less, with {} = {:.4g}, {:.3g} times as much\n", test.found().name, at_cost.value, at_cost.value / error)); break;
+    case Found::found: job.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {:.3g} times as much ({})\n", test.found().name, at_cost.value, at_cost.value / error, between_text(at_cost))); break;
+    case Found::beyond_all: job.say("  for its time: none of the plain schemes named is as cheap\n"); break;
+    case Found::within_all: job.say(fmt::format("  for its time: the dearest plain scheme named takes less, with {} = {:.4g}, {:.3g} times as much\n", test.found().name, at_cost.value, at_cost.value / error)); break;
   }
+  say_break_even(job, test, at_error, json);
 }
 
 void report_beside(Job& job, const OneTest& test, Json& json) {
@@ -233,16 +235,23 @@ Json json_of(const std::vector<std::vector<double>>& runs) {
           {"course", json_numbers(TrajectoryTest::course_of(runs))}};
 }
 
-double difference(double value, double of_data) { return (value - of_data) / std::abs(of_data); }
+/// In parts of the data's; where that is 0 there are none.
+double difference(double value, double of_data) { return of_data == 0 ? std::nan("") : (value - of_data) / std::abs(of_data); }
+
+std::string difference_text(double value, double of_data) {
+  return of_data == 0 ? fmt::format("{:+.2g} more", shown(value)) : fmt::format("{:+.2g} %", shown(100 * difference(value, of_data)));
+}
+
+Json difference_json(double value, double of_data) { return of_data == 0 ? Json(nullptr) : json_number(difference(value, of_data)); }
 
 /// Of a scene, beside what the data of its own file say.
 Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTest& test) {
   const OverTime own = over_time(test.runs), data = over_time(test.data);
-  const double of_mean = difference(own.mean.mean, data.mean.mean), of_deviation = difference(own.deviation.mean, data.deviation.mean);
-  job.say(fmt::format("  {}: mean {:.5g} ({:+.2g} %), deviation {:.4g} ({:+.2g} %); the data of {}: {:.5g}, {:.4g}\n", title, shown(own.mean.mean), shown(100 * of_mean), shown(own.deviation.mean),
-                      shown(100 * of_deviation), test.file, shown(data.mean.mean), shown(data.deviation.mean)));
+  job.say(fmt::format("  {}: mean {:.5g} ({}), deviation {:.4g} ({}); the data of {}: {:.5g}, {:.4g}\n", title, shown(own.mean.mean), difference_text(own.mean.mean, data.mean.mean), shown(own.deviation.mean),
+                      difference_text(own.deviation.mean, data.deviation.mean), test.file, shown(data.mean.mean), shown(data.deviation.mean)));
   Json json = json_of(test.runs);
-  json.update({{"file", test.file}, {"data", json_of(test.data)}, {"mean_difference", json_number(of_mean)}, {"deviation_difference", json_number(of_deviation)}});
+  json.update({{"file", test.file}, {"data", json_of(test.data)}, {"mean_difference", difference_json(own.mean.mean, data.mean.mean)},
+               {"deviation_difference", difference_json(own.deviation.mean, data.deviation.mean)}});
   return json;
 }
 
@@ -269,20 +278,40 @@ Json json_of(const driver::GrowthTest& growth) {
   return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(growth.rates)}};
 }
 
+Json report(Job& job, const OneTest& test) {
+  switch (test.start->kind) {
+    case Kind::number: return report_test(job, test);
+    case Kind::statistic: return report_statistic(job, test);
+    case Kind::spectrum: return report_spectrum(job, test);
+    case Kind::correlation: return report_correlation(job, test);
+  }
+  unreachable("kind of test");
+}
+
+/// Of --json.
+const char* key_of(Kind kind) {
+  switch (kind) {
+    case Kind::number: return "test";
+    case Kind::statistic: return "statistic";
+    case Kind::spectrum: return "spectrum";
+    case Kind::correlation: return "correlation";
+  }
+  unreachable("kind of test");
+}
+
 }  // namespace
 
 void report_tests(Job& job, const TestResults& results, Json& json) {
   json["test"] = Json::object();
   if (results.costs.size() != results.start.size()) return;  // a file has gone since the training began: reported
   for (std::size_t i = 0; i < results.start.size(); ++i) {
-    OneTest test{{}, results.best, &results.start[i], &results.beside[i], results.costs[i]};
+    OneTest test{{}, results.best, &results.start[i], &results.beside[i], results.costs[i], &results.spent};
     for (const std::vector<TrajectoryTest>& trial : results.trials) {
       if (i < trial.size()) test.trials.push_back(&trial[i]);
     }
     if (test.trials.size() != results.trials.size()) continue;
-    const bool is_statistic = test.start->is_statistic;
-    json[is_statistic ? "statistic" : "test"][test.start->name] = is_statistic ? report_statistic(job, test) : report_test(job, test);
-    write_test(job, test);
+    json[key_of(test.start->kind)][test.start->name] = report(job, test);
+    if (test.start->kind != Kind::spectrum) write_test(job, test);
   }
 }
 

@@ -43,7 +43,10 @@ class TrainingCheckpoint {
     const std::optional<std::string> bytes = driver::read_file(path_, {}, job_.sink());
     if (!bytes || !trials.restore(*bytes, path_.string(), job_.sink())) return false;
     const driver::TrainingState& state = trials.present().state();
-    job_.say(fmt::format("goes on after {} updates, in {}epoch {} of {}\n", trials.made(), trial_text(trials, trials.running()), state.epoch + 1, trials.present().epochs()));
+    const int epochs = trials.present().epochs();
+    const std::string where = state.epoch < epochs ? fmt::format("in {}epoch {} of {}", trial_text(trials, trials.running()), state.epoch + 1, epochs)
+                                                   : fmt::format("with all {} epochs {}made", epochs, trials.count() == 1 ? "" : fmt::format("of trial {} ", trials.running() + 1));
+    job_.say(fmt::format("goes on after {} updates, {}\n", trials.made(), where));
     saved_ = trials.made();
     return true;
   }
@@ -214,6 +217,13 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
   return job.failed() ? std::nullopt : interval;
 }
 
+/// Of one training; not a number where a checkpoint does not tell.
+double mean_cost(const driver::Trials& trials) {
+  double sum = 0;
+  for (const driver::Trial& trial : trials.all()) sum += trial.cpu_seconds;
+  return sum / static_cast<double>(trials.all().size());
+}
+
 /// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
 void test(Job& job, const driver::Trials& trials, const driver::TestScenes& scenes, const driver::BatchOptions& options, Json& json) {
   const auto values = [&](std::size_t trial, bool at_start) {
@@ -227,6 +237,8 @@ void test(Job& job, const driver::Trials& trials, const driver::TestScenes& scen
     growths.trials.push_back(driver::growths_on_trajectories(scenes, values(k, false), options, job.sink()));
   }
   const driver::UnknownValues start = values(trials.best(), true), found = values(trials.best(), false);
+  tests.spent.data_s = scenes.own.trajectories.cost_s;
+  tests.spent.training_s = mean_cost(trials);
   tests.start = driver::tests_on_trajectories(scenes, start, options, job.sink());
   tests.beside = driver::tests_beside(scenes, found, options);
   growths.start = driver::growths_on_trajectories(scenes, start, options, job.sink());

@@ -2,6 +2,8 @@
 // dpde optimize of a task that learns from trajectories.
 #pragma once
 
+#include <limits>
+
 #include "driver/trajectory_test.h"
 #include "driver/trials.h"
 #include "task_run.h"
@@ -20,6 +22,10 @@ bool learns_from_trajectories(Job& job);
 
 Json train(Job& job, const OptimizeOptions& options);
 
+/// Seconds that processors worked; not a number where that is not known.
+struct Investment {
+  double data_s = std::numeric_limits<double>::quiet_NaN(), training_s = std::numeric_limits<double>::quiet_NaN();
+};
 /// The tests of each trial with its best values, with those that the best trial began with, and of the scenes beside.
 struct TestResults {
   std::size_t best = 0;
@@ -27,6 +33,7 @@ struct TestResults {
   std::vector<driver::TrajectoryTest> start = {};
   std::vector<std::vector<driver::TrajectoryTest>> beside = {};
   std::vector<std::vector<double>> costs = {};
+  Investment spent = {};
 };
 struct GrowthResults {
   std::size_t best = 0;

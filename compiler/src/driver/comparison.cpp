@@ -50,4 +50,10 @@ Equal error_of_equal_cost(const std::vector<CostAndError>& schemes, double cost)
   return {Equal::Kind::found, between(cost, left.cost, left.error, right.cost, right.error), left.scene, right.scene};
 }
 
+BreakEven break_even(const Equal& equal_error, double cost, double length, double spent) {
+  if (equal_error.kind == Equal::Kind::beyond_all) return {BreakEven::Kind::unknown, 0};
+  if (!(equal_error.value > cost)) return {BreakEven::Kind::never, 0};
+  return {BreakEven::Kind::after, spent / (length * (equal_error.value - cost))};
+}
+
 }  // namespace dpde::driver

@@ -30,4 +30,13 @@ Equal cost_of_equal_error(const std::vector<CostAndError>& schemes, double error
 /// beyond_all: none is as cheap. within_all: even the dearest one is cheaper, `value` its error.
 Equal error_of_equal_cost(const std::vector<CostAndError>& schemes, double cost);
 
+/// After how many runs what was spent beforehand is earned.
+struct BreakEven {
+  enum class Kind { after, never, unknown } kind = Kind::unknown;
+  double runs = 0;  // not a whole number
+};
+/// Of a network that costs `cost` a unit of time, and had `spent` spent on it, against plain schemes of the same error; runs of so much
+/// time. never: the plain scheme is at most as dear. unknown: none reaches the error.
+BreakEven break_even(const Equal& equal_error, double cost, double length, double spent);
+
 }  // namespace dpde::driver

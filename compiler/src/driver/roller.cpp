@@ -2,11 +2,11 @@
 #include "driver/roller.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "driver/cpu_time.h"
 
 namespace dpde::driver {
 
@@ -17,17 +17,16 @@ UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::Vect
 }
 
 Roller::Roller(const TrainingScene& scene, const Trajectories& on, const UnknownValues& values, const BatchOptions& options)
-    : scene_(scene), on_(on), workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1), values_(values) {
+    : scene_(scene), on_(on), workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1), values_(values), spectrum_(scene.compiled->problem->axes) {
   SimulationOptions each;
   each.stop = options.stop;
   simulation_.emplace(scene.table->scene(), each, scene.table);
   scene.give(*simulation_);
 }
 
-const dpde_program& Roller::program_of(const model::Test& test) const { return *scene_.compiled->program(scene_.task().name + "_test_" + test.quantity.name); }
-
-/// Steps of a test are those of the task's scene; other scenes have frames at the same times.
-int Roller::frames_of(const model::Test& test) const { return static_cast<int>(std::lround(test.when.count * scene_.own_step / (on_.every * scene_.compiled->problem->step))); }
+int frames_of(const model::Test& test, const TrainingScene& scene, const Trajectories& on) {
+  return static_cast<int>(std::lround(test.when.count * scene.own_step / (on.every * scene.compiled->problem->step)));
+}
 
 void Roller::begin(int run) {
   scene_.begin(*simulation_, on_, {run, 0});
@@ -43,30 +42,54 @@ void Roller::begin(int run) {
   simulation_->reset();
 }
 
+namespace {
+
+/// Where the looks go: energies are added up, other values stand one behind the other.
+std::vector<double> room_for(const model::Test& test, const Spectrum& spectrum) {
+  return std::vector<double>(test.kind == model::Test::Kind::spectrum ? spectrum.shell_count() : 0);
+}
+
+void look_at_nothing(const model::Test& test, std::vector<double>& values) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  if (test.kind == model::Test::Kind::spectrum) {
+    std::ranges::fill(values, infinite);
+  } else {
+    values.push_back(test.kind == model::Test::Kind::correlation ? 0 : infinite);
+  }
+}
+
+std::vector<double> over_frames(const model::Test& test, std::vector<double> values, int frames) {
+  if (test.kind != model::Test::Kind::spectrum) return values;
+  for (double& energy : values) energy /= frames;
+  return values;
+}
+
+}  // namespace
+
 std::vector<double> Roller::roll(const model::Test& test, int run) {
   begin(run);
   take_values(run);
-  std::vector<double> values;
+  std::vector<double> values = room_for(test, spectrum_);
   for (int k = 1; k <= frames_of(test); ++k) {
     if (!go_on(on_.every)) {
-      values.push_back(std::numeric_limits<double>::infinity());
+      look_at_nothing(test, values);
       continue;
     }
     for (const std::string& state : simulation_->states()) workspace_.set_dense(state, simulation_->state(state));
-    values.push_back(look(test, run, k));
+    look(test, run, k, values);
   }
-  return values;
+  return over_frames(test, std::move(values), frames_of(test));
 }
 
 std::vector<double> Roller::look_at_data(const model::Test& test, int run) {
   begin(run);
   take_values(run);
-  std::vector<double> values;
+  std::vector<double> values = room_for(test, spectrum_);
   for (int k = 1; k <= frames_of(test); ++k) {
-    for (const std::string& state : on_.states) workspace_.set_dense(state, on_.frames(run, state, k));
-    values.push_back(look(test, run, k));
+    take_data(run, k);
+    look(test, run, k, values);
   }
-  return values;
+  return over_frames(test, std::move(values), frames_of(test));
 }
 
 double Roller::cost(const model::Test& test, double at_least) {
@@ -77,9 +100,9 @@ double Roller::cost(const model::Test& test, double at_least) {
   while (seconds < at_least) {
     begin(0);
     const double from = simulation_->time();
-    const auto start = std::chrono::steady_clock::now();
+    const double start = thread_cpu_seconds();
     if (!go_on(steps)) return std::nan("");
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds += thread_cpu_seconds() - start;
     time += simulation_->time() - from;
   }
   return seconds / time;
@@ -111,13 +134,36 @@ bool Roller::go_on(int steps) {
   }
 }
 
-double Roller::look(const model::Test& test, int run, int frame) {
+void Roller::take_data(int run, int frame) {
+  for (const std::string& state : on_.states) workspace_.set_dense(state, on_.frames(run, state, frame));
+}
+
+/// At the states that are there.
+void Roller::look(const model::Test& test, int run, int frame, std::vector<double>& values) {
   for (const model::Datum& datum : scene_.task().data) {
     if (datum.trajectories) workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
   }
-  const std::map<std::string, double> sums = workspace_.run(program_of(test), on_.times[static_cast<std::size_t>(frame)]);
+  if (!test.has_fields()) return values.push_back(number(test, frame));
+  const Components own = fields(test, frame);
+  if (test.kind == model::Test::Kind::spectrum) {
+    for (const std::vector<double>& component : own) spectrum_.add(component, values);
+  } else {
+    take_data(run, frame);
+    values.push_back(correlation(own, fields(test, frame)));
+  }
+}
+
+double Roller::number(const model::Test& test, int frame) {
+  const std::map<std::string, double> sums = workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
   const auto value = sums.find(test.quantity.name);
   return value == sums.end() ? 0 : value->second;
+}
+
+Components Roller::fields(const model::Test& test, int frame) {
+  workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
+  Components all;
+  for (const std::string& field : scene_.compiled->stencil.find_program(name_of(test))->keeps) all.push_back(workspace_.dense(field));
+  return all;
 }
 
 }  // namespace dpde::driver

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "driver/spectrum.h"
 #include "driver/window_batches.h"
 #include "driver/workspace.h"
 
@@ -17,32 +18,40 @@ namespace dpde::driver {
 using UnknownValues = std::map<std::string, std::vector<double>>;
 UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::VectorXd& x);
 
+/// Steps of a test are those of the task's scene; other scenes have frames at the same times.
+int frames_of(const model::Test& test, const TrainingScene& scene, const Trajectories& on);
+
 class Roller {
  public:
   /// Of `values` a scene takes what it has: the task's own all, another one the weights of networks that it calls too.
   Roller(const TrainingScene& scene, const Trajectories& on, const UnknownValues& values, const BatchOptions& options);
 
-  /// The test's quantity at the frames behind the first, infinite from where the run has blown up.
+  /// The test's quantity at the frames behind the first, infinite from where the run has blown up; of a correlation that with the data, 0
+  /// from there. Of a spectrum the energies of its shells, in the mean over these frames; infinite where it blows up.
   std::vector<double> roll(const model::Test& test, int run);
   /// The same of the states of the data.
   std::vector<double> look_at_data(const model::Test& test, int run);
-  /// Seconds of one thread for a unit of time, over the steps of the test from the first frame of the first run on, again and again until
-  /// `at_least` seconds are measured. Not a number where the run blows up.
+  /// Seconds that a processor works for a unit of time, on one thread, over the steps of the test from the first frame of the first run on,
+  /// again and again until `at_least` seconds are measured. Not a number where the run blows up.
   double cost(const model::Test& test, double at_least);
 
  private:
-  const dpde_program& program_of(const model::Test& test) const;
-  int frames_of(const model::Test& test) const;
+  std::string name_of(const model::Test& test) const { return scene_.task().name + "_test_" + test.quantity.name; }
+  int frames_of(const model::Test& test) const { return driver::frames_of(test, scene_, on_); }
   void begin(int run);
   void take_values(int run);
   bool go_on(int steps);
-  double look(const model::Test& test, int run, int frame);
+  void look(const model::Test& test, int run, int frame, std::vector<double>& values);
+  double number(const model::Test& test, int frame);
+  Components fields(const model::Test& test, int frame);
+  void take_data(int run, int frame);
 
   const TrainingScene& scene_;
   const Trajectories& on_;
   Workspace workspace_;
   std::optional<Simulation> simulation_;
   UnknownValues values_;
+  Spectrum spectrum_;
 };
 
 }  // namespace dpde::driver

@@ -10,6 +10,8 @@
 #include <exception>
 #include <limits>
 
+#include "support/assert.h"
+
 namespace dpde::driver {
 
 namespace {
@@ -46,14 +48,24 @@ bool fits(const model::Test& test, const Trajectories& on, DiagnosticSink& sink)
   return false;
 }
 
-/// A statistic of the data needs all of the scene's fields that it may read there.
+const char* word_for(model::Test::Kind kind) {
+  switch (kind) {
+    case model::Test::Kind::number: return "test";
+    case model::Test::Kind::statistic: return "statistic";
+    case model::Test::Kind::spectrum: return "spectrum";
+    case model::Test::Kind::correlation: return "correlation";
+  }
+  unreachable("kind of test");
+}
+
+/// What is asked of the data needs all of the scene's fields that it may read there.
 bool has_states(const model::Test& test, const TrainingScene& scene, const Trajectories& on, DiagnosticSink& sink) {
-  if (!test.is_statistic) return true;
+  if (test.kind == model::Test::Kind::number) return true;
   const dpde_program& program = *scene.compiled->program(scene.task().name + "_test_" + test.quantity.name);
   for (const model::State& state : scene.compiled->problem->states) {
     const bool is_read = std::ranges::any_of(std::span(program.fields, static_cast<std::size_t>(program.field_count)), [&](const char* field) { return state.name == field; });
     if (!is_read || std::ranges::find(on.states, state.name) != on.states.end()) continue;
-    sink.report("bad-array-file", test.on_origin.range, {on.path, fmt::format("it has no {}, of which statistic {} is to be compared", state.name, test.quantity.name)},
+    sink.report("bad-array-file", test.on_origin.range, {on.path, fmt::format("it has no {}, of which {} {} is to be compared", state.name, word_for(test.kind), test.quantity.name)},
                 fmt::format("it has {}", fmt::join(on.states, ", ")));
     return false;
   }
@@ -67,16 +79,19 @@ std::optional<Trajectories> load_test(const TrainingScene& scene, const model::T
 }
 
 TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, const std::string& file, const Trajectories& on, const UnknownValues& values, const BatchOptions& options) {
-  TrajectoryTest result{test.quantity.name, scene.compiled->problem->scene, file, test.is_statistic, {}, {}, {}, !scene.compiled->problem->networks.empty()};
+  const model::Problem& problem = *scene.compiled->problem;
+  TrajectoryTest result{test.quantity.name, problem.scene, file, test.kind, {}, {}, {}, !problem.networks.empty()};
+  result.threshold = test.threshold;
   result.runs = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.roll(test, run); });
-  if (test.is_statistic) result.data = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
-  for (std::size_t k = 1; k <= result.runs[0].size(); ++k) result.times.push_back(on.times[k] - on.times[0]);
+  const bool has_data = test.kind == model::Test::Kind::statistic || test.kind == model::Test::Kind::spectrum;
+  if (has_data) result.data = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
+  for (int k = 1; k <= frames_of(test, scene, on); ++k) result.times.push_back(on.times[static_cast<std::size_t>(k)] - on.times[0]);
+  if (test.kind != model::Test::Kind::spectrum) return result;
+  const Spectrum spectrum(problem.axes);
+  result.last_resolved = spectrum.last_resolved();
+  result.unit = spectrum.unit();
+  result.noise = noise_of(problem.scheme.real);
   return result;
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 }  // namespace
@@ -117,6 +132,13 @@ MeanAndSpread mean_and_spread(const std::vector<double>& values) {
 }
 
 namespace {
+
+/// Not a number where one is none.
+double least(const std::vector<double>& values) {
+  double least = values.front();
+  for (const double value : values) least = std::isnan(value) || value < least ? value : least;
+  return least;
+}
 
 double interval_of(const TrainingScene& scene, const Trajectories& on) { return on.every * scene.compiled->problem->step; }
 
@@ -189,7 +211,7 @@ std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const 
   std::vector<std::vector<double>> costs;
   for (const model::Test& test : scenes.own.task().tests) {
     std::vector<double>& all = costs.emplace_back();
-    if (test.beside.empty() || test.is_statistic) continue;
+    if (test.beside.empty() || test.kind != model::Test::Kind::number) continue;
     const std::optional<Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
     if (!on) return {};
     std::deque<Roller> rollers;
@@ -202,7 +224,7 @@ std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const 
     for (int r = 0; r < repeats; ++r) {  // in turn: what slows the machine down for a while slows all of them
       for (std::size_t s = 0; s < rollers.size(); ++s) measured[s].push_back(rollers[s].cost(test, at_least));
     }
-    for (const std::vector<double>& each : measured) all.push_back(median(each));
+    for (const std::vector<double>& each : measured) all.push_back(least(each));
   }
   return costs;
 }

@@ -330,11 +330,17 @@ struct Loss {
   Origin origin;
 };
 struct Test {
-  Quantity quantity;
+  /// statistic: the quantity of the states themselves; its mean and deviation over time are compared with those of the data.
+  /// spectrum: of the fields, the mean over time is compared with that of the data. correlation: of the fields with the data's.
+  enum class Kind { number, statistic, spectrum, correlation };
+  Quantity quantity;  // of fields: mean(f^2)/2, summed over them
   When when;        // steps: of the runs of `on`
   std::string on;   // a file of trajectories; "": the scene's own run
   Origin on_origin;
-  bool is_statistic = false;  // of the states themselves: its mean and deviation over time are compared with those of the data
+  Kind kind = Kind::number;
+  std::vector<Expr> fields;  // of spectrum and correlation: the components of what it is of
+  double threshold = 0;      // of a correlation
+  bool has_fields() const { return !fields.empty(); }
   struct Beside {
     std::string scene, on;
     Origin origin;

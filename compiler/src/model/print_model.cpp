@@ -272,6 +272,20 @@ std::string runs_text(const Test& test) {
   return text;
 }
 
+std::string text_of(const Test& test) {
+  const std::string when = test.on.empty() ? text_of(test.when) : runs_text(test);
+  std::vector<std::string> fields;
+  for (const Expr& each : test.fields) fields.push_back(print(each));
+  const std::string what = fields.size() > 1 ? fmt::format("({})", fmt::join(fields, ", ")) : fmt::format("{}", fmt::join(fields, ""));
+  switch (test.kind) {
+    case Test::Kind::number: return fmt::format("test {} = {}{}", test.quantity.name, print(test.quantity.value), when);
+    case Test::Kind::statistic: return fmt::format("statistic {} = {}{}", test.quantity.name, print(test.quantity.value), when);
+    case Test::Kind::spectrum: return fmt::format("spectrum {} = {}{}", test.quantity.name, what, when);
+    case Test::Kind::correlation: return fmt::format("correlation {} = {} above {}{}", test.quantity.name, what, test.threshold, when);
+  }
+  unreachable("kind of test");
+}
+
 std::vector<std::string> task_lines(const Task& task) {
   std::vector<std::string> lines;
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
@@ -286,10 +300,7 @@ std::vector<std::string> task_lines(const Task& task) {
   }
   for (const Loss& loss : task.losses) lines.push_back("minimise " + print(loss.value) + text_of(loss.when));
   if (task.optimiser) lines.push_back(text_of(*task.optimiser, task.training));
-  for (const Test& test : task.tests) {
-    const std::string when = test.on.empty() ? text_of(test.when) : runs_text(test);
-    lines.push_back(fmt::format("{} {} = {}{}", test.is_statistic ? "statistic" : "test", test.quantity.name, print(test.quantity.value), when));
-  }
+  for (const Test& test : task.tests) lines.push_back(text_of(test));
   for (const Test& growth : task.growths) lines.push_back("growth " + growth.quantity.name + runs_text(growth));
   return lines;
 }

@@ -241,7 +241,10 @@ std::vector<Coefficient> Rewriter::metrics() const {
 void rewrite_task(Rewriter& rewriter, Task& task) {
   for (Unknown& unknown : task.unknowns) rewriter.rewrite(unknown.from.formula);
   for (Loss& loss : task.losses) loss.value = rewriter(loss.value);
-  for (Test& test : task.tests) test.quantity.value = rewriter(test.quantity.value);
+  for (Test& test : task.tests) {
+    test.quantity.value = rewriter(test.quantity.value);
+    for (Expr& field : test.fields) field = rewriter(field);
+  }
 }
 
 }  // namespace

@@ -234,13 +234,28 @@ void add_sums(Module& module, const Lowering& lowering, const std::string& name,
   lowering.add_program(module, name, {Lowering::stage(std::move(kernel), at_point)});
 }
 
-void add_task(Module& module, const Lowering& lowering, const model::Task& task) {
+/// What a spectrum or a correlation is of, each component where it lies.
+std::vector<Formula> test_formulas(Lowering& lowering, const model::Test& test) {
+  const model::Placements placements(lowering.problem());
+  std::vector<Formula> formulas;
+  for (const model::Expr& each : test.fields) {
+    formulas.push_back({lowering.fresh_field(test.quantity.name + "_field"), each, test.quantity.origin, placements.natural(each).value_or(model::Placement{})});
+  }
+  return formulas;
+}
+
+void add_task(Module& module, Lowering& lowering, const model::Task& task) {
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     add_sums(module, lowering, task.name + "_loss_" + std::to_string(i + 1), {{"loss", task.losses[i].value}});
   }
   for (const model::Test& test : task.tests) {
     const model::Quantity& quantity = test.quantity;
-    add_sums(module, lowering, task.name + "_test_" + quantity.name, {{quantity.name, quantity.value}});
+    const std::string name = task.name + "_test_" + quantity.name;
+    if (test.has_fields()) {
+      add_formulas(module, lowering, name, test_formulas(lowering, test));
+    } else {
+      add_sums(module, lowering, name, {{quantity.name, quantity.value}});
+    }
   }
 }
 

@@ -234,8 +234,9 @@ struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), itera
 };
 /// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
 /// statistic energy = mean(u^2) on trajectories("test.nc") for 250 steps       growth rate on trajectories("test.nc") for 250 steps
+/// spectrum energy = u on trajectories("test.nc") for 250 steps    correlation vorticity = curl(u) above 0.8 on trajectories("test.nc") for 250 steps
 struct TestItem {  // a number reported after optimising
-  enum class Kind { test, statistic, growth } kind = Kind::test;
+  enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
   struct Beside {  // another scene, from a file of its own where it has one
     Identifier scene;
     std::optional<Expr> on;
@@ -243,6 +244,7 @@ struct TestItem {  // a number reported after optimising
   Identifier name;
   Expr value;  // of growth none
   When when;
+  std::optional<Expr> above;  // of a correlation
   std::optional<Expr> on, steps;
   std::vector<Beside> beside;
 };

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The items of tasks.
+#include <fmt/format.h>
+
 #include <tuple>
 
 #include "syntax/parse_parts.h"
@@ -106,14 +108,20 @@ ItemKind parse_test(Cursor& cursor) {
   return item;
 }
 
-ItemKind parse_statistic(Cursor& cursor) {
+/// What runs are compared with the data in.
+ItemKind parse_compared(Cursor& cursor, TestItem::Kind kind, const char* example) {
   TestItem item;
-  item.kind = TestItem::Kind::statistic;
+  item.kind = kind;
   std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
-  if (!cursor.accept_word("on")) cursor.fail_expected("'on' and a set of trajectories", "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
+  if (kind == TestItem::Kind::correlation && cursor.accept_word("above")) item.above = parse_expression(cursor);
+  if (!cursor.accept_word("on")) cursor.fail_expected("'on' and a set of trajectories", fmt::format("as in: {} on trajectories(\"test.nc\") for 100 steps", example));
   if (!cursor.failed()) parse_runs(cursor, item);
   return item;
 }
+
+ItemKind parse_statistic(Cursor& cursor) { return parse_compared(cursor, TestItem::Kind::statistic, "statistic energy = mean(u^2)"); }
+ItemKind parse_spectrum(Cursor& cursor) { return parse_compared(cursor, TestItem::Kind::spectrum, "spectrum energy = u"); }
+ItemKind parse_correlation(Cursor& cursor) { return parse_compared(cursor, TestItem::Kind::correlation, "correlation vorticity = curl(u) above 0.8"); }
 
 ItemKind parse_growth(Cursor& cursor) {
   TestItem item;
@@ -175,6 +183,8 @@ BlockRule task_rule() {
            {"using", parse_using},
            {"test", parse_test},
            {"statistic", parse_statistic},
+           {"spectrum", parse_spectrum},
+           {"correlation", parse_correlation},
            {"growth", parse_growth}},
           {}};
 }

@@ -104,9 +104,21 @@ std::string print_using(const UsingItem& use) {
   return text;
 }
 
+const char* word_for(TestItem::Kind kind) {
+  switch (kind) {
+    case TestItem::Kind::test: return "test ";
+    case TestItem::Kind::statistic: return "statistic ";
+    case TestItem::Kind::spectrum: return "spectrum ";
+    case TestItem::Kind::correlation: return "correlation ";
+    case TestItem::Kind::growth: return "growth ";
+  }
+  unreachable("kind of test");
+}
+
 std::string print_test(const TestItem& test) {
   const bool is_growth = test.kind == TestItem::Kind::growth;
-  std::string text = is_growth ? "growth " + test.name.name : print_definition(test.kind == TestItem::Kind::test ? "test " : "statistic ", test.name, test.value) + print_when(test.when);
+  std::string text = is_growth ? word_for(test.kind) + test.name.name : print_definition(word_for(test.kind), test.name, test.value) + print_when(test.when);
+  if (test.above) text += " above " + print(*test.above);
   if (test.on) text += " on " + print(*test.on);
   if (test.steps) text += fmt::format(" for {} steps", print(*test.steps));
   const char* separator = " beside ";

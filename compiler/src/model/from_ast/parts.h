@@ -48,6 +48,8 @@ bool is_training_option(const std::string& name);
 /// One datum a component; nullopt where the item is something else, none after a diagnostic.
 std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::DataItem& item);
 void bind_test_on(Draft& draft, const ast::TestItem& item, Test& test);
+// test_fields.cpp: what a spectrum or a correlation is of. False after a diagnostic.
+bool bind_fields(Draft& draft, const ast::TestItem& item, Test& test);
 void bind_training(Draft& draft);
 
 // scheme.cpp

@@ -303,6 +303,16 @@ bool is_asked_here(const Draft& draft, const ast::TestItem& item) {
   return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Beside& beside) { return beside.scene.name == scene; });
 }
 
+/// A number, or the components of a field. False after a diagnostic.
+bool bind_value(Draft& draft, const ast::TestItem& item, Test& test) {
+  if (item.kind == ast::TestItem::Kind::test || item.kind == ast::TestItem::Kind::statistic) {
+    const auto value = quantity_of(draft, item.value, "the test");
+    if (value) test.quantity.value = *value;
+    return value.has_value();
+  }
+  return bind_fields(draft, item, test);
+}
+
 void bind_tests(Draft& draft) {
   std::map<std::string, SourceRange> seen;
   for (const auto& [item, range] : items_of<ast::TestItem>(draft.task->items)) {
@@ -314,12 +324,13 @@ void bind_tests(Draft& draft) {
       if (fine) draft.problem.task->growths.push_back(std::move(growth));
       continue;
     }
-    const auto value = quantity_of(draft, item.value, "the test");
-    const When when = when_of(draft, item.when, true);
-    if (!fine || !value) continue;
-    Test& test = draft.problem.task->tests.emplace_back(Test{{item.name.name, *value, {range}}, when, "", {}});
-    test.is_statistic = item.kind == ast::TestItem::Kind::statistic;
+    Test test{{item.name.name, 0.0, {range}}, when_of(draft, item.when, true), "", {}};
+    if (item.kind == ast::TestItem::Kind::statistic) test.kind = Test::Kind::statistic;
+    if (item.kind == ast::TestItem::Kind::spectrum) test.kind = Test::Kind::spectrum;
+    if (item.kind == ast::TestItem::Kind::correlation) test.kind = Test::Kind::correlation;
+    if (!bind_value(draft, item, test) || !fine) continue;
     bind_test_on(draft, item, test);
+    draft.problem.task->tests.push_back(std::move(test));
   }
 }
 

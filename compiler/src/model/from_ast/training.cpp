@@ -46,11 +46,11 @@ double at_least(Draft& draft, const ast::Expr& e, const std::string& option, dou
   return otherwise;
 }
 
-std::int64_t whole(Draft& draft, const ast::Expr& e, const std::string& option, double least, std::int64_t otherwise) {
+std::int64_t whole(Draft& draft, const ast::Expr& e, const std::string& option, double least, std::int64_t otherwise, const std::string& of = "using") {
   const auto value = evaluate(draft, e, option);
   if (!value) return otherwise;
   if (*value >= least && *value <= most && *value == std::floor(*value)) return static_cast<std::int64_t>(*value);
-  draft.sink.report("bad-optimiser-option", e.range(), {option, "using", fmt::format("is a whole number from {} on, not {}", least, *value)});
+  draft.sink.report("bad-optimiser-option", e.range(), {option, of, fmt::format("is a whole number from {} on, not {}", least, *value)});
   return otherwise;
 }
 
@@ -261,7 +261,7 @@ void bind_test_on(Draft& draft, const ast::TestItem& item, Test& test) {
   test.on_origin = {item.on->range()};
   test.when = {When::Kind::steps, {}, 1};
   if (item.steps) {
-    test.when.count = static_cast<int>(whole(draft, *item.steps, "for", 1, 1));
+    test.when.count = static_cast<int>(whole(draft, *item.steps, "the number of steps", 1, 1, test.quantity.name));
   } else {
     draft.sink.report("bad-data", item.on->range(), {}, "write on trajectories(\"test.nc\") for 100 steps");
   }

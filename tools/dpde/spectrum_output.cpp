@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// What spectra and correlations of a training say, beside those of plain schemes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "driver/spectrum.h"
+#include "support/evaluate.h"
+#include "test_output.h"
+
+namespace dpde::tools {
+
+using driver::mean_and_spread;
+using driver::MeanAndSpread;
+using driver::TrajectoryTest;
+
+std::string text_of(const MeanAndSpread& value) { return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread)); }
+
+Json json_of(const std::vector<double>& values) {
+  const MeanAndSpread all = mean_and_spread(values);
+  return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(values)}};
+}
+
+void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel) {
+  const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); }); };
+  if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, name, {panel});
+}
+
+namespace {
+
+/// One number of each run of a test, and what is said behind them.
+using Figures = std::function<std::vector<double>(const TrajectoryTest&)>;
+using Report = std::function<Json(const std::string& title, const TrajectoryTest&)>;
+
+/// What was found, the start, the trials and the scenes beside, a line each; `table` is a file with a row each.
+Json report_all(Job& job, const OneTest& test, const Figures& figures, const Report& report) {
+  const TrajectoryTest& found = test.found();
+  std::string table = "scene,file,network,mean,spread\n";
+  const auto add_row = [&](const TrajectoryTest& each) {
+    const MeanAndSpread all = mean_and_spread(figures(each));
+    table += fmt::format("{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, all.mean, all.spread);
+  };
+  Json json = report(found.scene, found);
+  add_row(found);
+  json["start"] = report("at the start", *test.start);
+  std::vector<double> means;
+  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) {
+    means.push_back(mean_and_spread(figures(*test.trials[k])).mean);
+    json["trials"]["each"].push_back(json_of(figures(*test.trials[k])));
+  }
+  if (test.has_trials()) {
+    const MeanAndSpread over = mean_and_spread(means);
+    job.say(fmt::format("  over the trials: {}\n", text_of(over)));
+    json["trials"].update({{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}});
+  }
+  json["beside"] = Json::object();
+  for (const TrajectoryTest& beside : *test.beside) {
+    json["beside"][beside.scene] = report(beside.scene, beside);
+    add_row(beside);
+  }
+  if (!job.options().out.empty() && !test.beside->empty()) save_text(job, found.name + "_beside.csv", table);
+  return json;
+}
+
+// ---- spectra ---------------------------------------------------------------------------------------------------------
+
+std::vector<double> distances(const TrajectoryTest& test, std::size_t last) {
+  std::vector<double> all;
+  for (std::size_t run = 0; run < test.runs.size(); ++run) all.push_back(driver::distance(test.runs[run], test.data[run], 1, last, test.noise));
+  return all;
+}
+
+/// What all scenes of the test resolve.
+std::size_t last_shell(const OneTest& test) {
+  std::size_t last = test.start->last_resolved;
+  for (const TrajectoryTest& beside : *test.beside) last = std::min(last, beside.last_resolved);
+  return last;
+}
+
+/// A column of the table and a curve of the picture: energies by shells.
+struct Energies {
+  std::string column, title;
+  std::vector<double> values;
+  std::size_t last_resolved = 0;
+};
+
+/// Data of other files are those of other grids.
+std::vector<Energies> energies_of(const OneTest& test) {
+  const TrajectoryTest& found = test.found();
+  const std::size_t last = found.last_resolved;
+  std::vector<Energies> all{{found.name + "_of_data", "data", TrajectoryTest::course_of(found.data), last}};
+  if (!test.has_trials()) all.push_back({found.name, found.scene, found.course(), last});
+  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) {
+    all.push_back({fmt::format("{}_of_trial_{}", found.name, k + 1), fmt::format("{}, trial {}", found.scene, k + 1), test.trials[k]->course(), last});
+  }
+  all.push_back({found.name + "_at_start", "at the start", test.start->course(), last});
+  for (const TrajectoryTest& beside : *test.beside) {
+    all.push_back({fmt::format("{}_of_{}", found.name, beside.scene), beside.scene, beside.course(), beside.last_resolved});
+    if (beside.file == found.file) continue;
+    all.push_back({fmt::format("{}_of_data_of_{}", found.name, beside.scene), "data of " + beside.file, TrajectoryTest::course_of(beside.data), beside.last_resolved});
+  }
+  return all;
+}
+
+/// What is resolved, and is more than rounding.
+Curve curve_of(const Energies& energies, double noise) {
+  double whole = 0;
+  for (const double energy : energies.values) whole += energy;
+  Curve curve{energies.title, {}, {}};
+  for (std::size_t s = 1; s <= energies.last_resolved; ++s) {
+    curve.x.push_back(static_cast<double>(s));
+    curve.y.push_back(energies.values[s] > noise * whole ? energies.values[s] : std::nan(""));
+  }
+  return curve;
+}
+
+std::string table_of(const std::vector<Energies>& all, double unit) {
+  std::string text = "shell,wave_number";
+  std::size_t shells = 0;
+  for (const Energies& each : all) {
+    text += "," + each.column;
+    shells = std::max(shells, each.values.size());
+  }
+  text += "\n";
+  for (std::size_t s = 0; s < shells; ++s) {
+    text += fmt::format("{},{}", s, static_cast<double>(s) * unit);
+    for (const Energies& each : all) text += s < each.values.size() ? fmt::format(",{}", each.values[s]) : ",";
+    text += "\n";
+  }
+  return text;
+}
+
+void write_spectrum(Job& job, const OneTest& test) {
+  if (job.options().out.empty()) return;
+  const TrajectoryTest& found = test.found();
+  const std::vector<Energies> all = energies_of(test);
+  save_text(job, found.name + ".csv", table_of(all, found.unit));
+  LinePanel panel;
+  panel.title = fmt::format("{} on {}, mean over time and runs", found.name, found.file);
+  panel.x_label = "waves along the longest axis";
+  panel.y_label = found.name + " of the shell";
+  panel.log_x = panel.log_y = true;
+  for (const Energies& each : all) panel.curves.push_back(curve_of(each, found.noise));
+  save_if_drawn(job, found.name, panel);
+}
+
+}  // namespace
+
+Json report_spectrum(Job& job, const OneTest& test) {
+  const TrajectoryTest& found = test.found();
+  const std::size_t last = last_shell(test);
+  job.say(fmt::format("spectrum {} over {} runs to t = {:.4g}: mean of |log10| of the ratio to the data's, over shells 1 to {}\n", found.name, found.runs.size(), found.times.back(), last));
+  const Figures figures = [last](const TrajectoryTest& each) { return distances(each, last); };
+  Json json = report_all(job, test, figures, [&](const std::string& title, const TrajectoryTest& each) {
+    job.say(fmt::format("  {}: {} on {}\n", title, text_of(mean_and_spread(figures(each))), each.file));
+    return Json{{"file", each.file}, {"distance", json_of(figures(each))}, {"energy", json_numbers(each.course())}, {"data", json_numbers(TrajectoryTest::course_of(each.data))}};
+  });
+  json["last_shell"] = last;
+  json["unit"] = json_number(found.unit);
+  write_spectrum(job, test);
+  return json;
+}
+
+// ---- correlation -----------------------------------------------------------------------------------------------------
+
+namespace {
+
+std::vector<driver::Crossing> crossings(const TrajectoryTest& test) {
+  std::vector<driver::Crossing> all;
+  for (const std::vector<double>& run : test.runs) all.push_back(driver::first_below(test.times, run, test.threshold));
+  return all;
+}
+
+std::vector<double> times_of(const TrajectoryTest& test) {
+  std::vector<double> all;
+  for (const driver::Crossing& crossing : crossings(test)) all.push_back(crossing.time);
+  return all;
+}
+
+}  // namespace
+
+Json report_correlation(Job& job, const OneTest& test) {
+  const TrajectoryTest& found = test.found();
+  job.say(fmt::format("correlation {} over {} runs: time until it falls below {:.3g}\n", found.name, found.runs.size(), found.threshold));
+  Json json = report_all(job, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
+    const auto all = crossings(each);
+    const auto staying = std::ranges::count(all, false, &driver::Crossing::reached);
+    const std::string rest = staying == 0 ? "" : fmt::format("; {} of {} runs stay above it to the end, t = {:.4g}, which is taken for their time", staying, all.size(), each.times.back());
+    job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file, rest));
+    return Json{{"file", each.file}, {"time", json_of(times_of(each))}, {"staying", staying}, {"course", json_numbers(each.course())}};
+  });
+  json["threshold"] = found.threshold;
+  json["t"] = json_numbers(found.times);
+  return json;
+}
+
+}  // namespace dpde::tools

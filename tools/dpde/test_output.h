@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the reports of tests share.
+#pragma once
+
+#include "scene_output.h"
+#include "train.h"
+
+namespace dpde::tools {
+
+/// What one test says of each trial, of the start and of the scenes beside.
+struct OneTest {
+  std::vector<const driver::TrajectoryTest*> trials;
+  std::size_t best = 0;
+  const driver::TrajectoryTest* start = nullptr;
+  const std::vector<driver::TrajectoryTest>* beside = nullptr;
+  std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
+  const Investment* spent = nullptr;
+
+  const driver::TrajectoryTest& found() const { return *trials[best]; }
+  bool has_trials() const { return trials.size() > 1; }
+  /// Of the means over runs and times, over the trials.
+  std::vector<double> means() const {
+    std::vector<double> all;
+    for (const driver::TrajectoryTest* trial : trials) all.push_back(driver::mean_and_spread(trial->means()).mean);
+    return all;
+  }
+  driver::MeanAndSpread at(std::size_t time) const {
+    std::vector<double> all;
+    for (const driver::TrajectoryTest* trial : trials) all.push_back(trial->course()[time]);
+    return driver::mean_and_spread(all);
+  }
+};
+
+/// "0.12 +- 0.01"
+std::string text_of(const driver::MeanAndSpread& value);
+/// With its numbers, as JSON.
+Json json_of(const std::vector<double>& values);
+/// Where it has a finite value at all.
+void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel);
+
+Json report_spectrum(Job& job, const OneTest& test);
+Json report_correlation(Job& job, const OneTest& test);
+
+}  // namespace dpde::tools
