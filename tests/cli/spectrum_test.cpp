@@ -44,11 +44,18 @@ double mean_decay(double rate) {
   return sum;
 }
 
-TEST_F(Spectra, AreThoseOfTheWavesOfTheScheme) {
+class SpectraOfWaves : public Spectra, public ::testing::WithParamInterface<const char*> {};
+
+/// Places on faces only turn the waves.
+INSTANTIATE_TEST_SUITE_P(Placements, SpectraOfWaves, ::testing::Values("vector u", "vector u on faces"));
+
+TEST_P(SpectraOfWaves, AreThoseOfTheScheme) {
+  std::string text = three;
+  text.replace(text.find("vector u"), 8, GetParam());
   const std::string data = "dataset fine_truths : finer { runs 2; vary a from 1; frames every 1/4; file \"finer.nc\" }\n";
-  write("d.dpde", three + data);
+  write("d.dpde", text + data);
   ASSERT_EQ(dpde("run d.dpde fine_truths --out . --json").status, 0);
-  const Outcome outcome = made(three + untrained("unknown nu from 0.2", "4", "spectrum energy = u on trajectories(\"truth.nc\") for 16 steps beside finer on trajectories(\"finer.nc\")", "u.x"), "--json --out o");
+  const Outcome outcome = made(text + untrained("unknown nu from 0.2", "4", "spectrum energy = u on trajectories(\"truth.nc\") for 16 steps beside finer on trajectories(\"finer.nc\")", "u.x"), "--json --out o");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const Json energy = outcome.json()["spectrum"]["energy"];
   // cos(x) in shell 1, cos(3y) in shell 3, cos(3x + 4y) in shell 5; a is 1 and 2, in the mean a^2 = 2.5.

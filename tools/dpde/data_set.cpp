@@ -223,6 +223,19 @@ void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<d
   result["residuals"] = std::move(all);
 }
 
+/// The data set, and beside it what it cost: the seconds that are returned.
+double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
+  double cpu_seconds = 0;
+  for (const driver::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
+  const std::string& file = maker.set().file;
+  guarded(job, [&] {
+    const std::string bytes = compose_netcdf(content_of(job, maker, runs, estimates));
+    save_text(job, file, bytes);
+    save_text(job, driver::cost_file_of(file), driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+  });
+  return cpu_seconds;
+}
+
 }  // namespace
 
 bool is_data_set(Job& job) {
@@ -276,13 +289,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   report_estimates(job, estimates, result);
   report_drifts(job, *maker, runs, result);
   report_residuals(job, *maker, runs, result);
-  double cpu_seconds = 0;
-  for (const driver::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
-  guarded(job, [&] {
-    const std::string bytes = compose_netcdf(content_of(job, *maker, runs, estimates));
-    save_text(job, set.file, bytes);
-    save_text(job, driver::cost_file_of(set.file), driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
-  });
+  result["cpu_s"] = write_files(job, *maker, runs, estimates);
   if (!job.failed()) {
     for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();
   }
@@ -291,7 +298,6 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   result["frames"] = maker->times().size();
   result["cells"] = maker->cells();
   result["wall_s"] = seconds;
-  result["cpu_s"] = cpu_seconds;
   result["files"] = job.files();
   return result;
 }
