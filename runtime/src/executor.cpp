@@ -276,7 +276,10 @@ void Executor::update_weights() {
   }
 }
 
-void Executor::update_uniforms() {
+Network* Executor::network(int number) { return plan_->networks.empty() ? nullptr : &plan_->networks[static_cast<size_t>(number)]; }
+
+void Executor::compute_uniforms() {
+  uniforms_are_stale_ = false;
   if (program_->compute_uniforms != nullptr) program_->compute_uniforms(params_.data(), uniforms_.data());
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "inference.h"
 
+#include <algorithm>
+
 namespace dpde {
 
 Inference::Inference(const dpde_inference& source, const dpde_network& network)
@@ -26,6 +28,12 @@ void Inference::run(Network& network, void* const* fields, const dpde_weights& w
     case DPDE_NETWORK_TANGENT: return network.tangent(inputs, rates, weights_ ? weights.rates : nullptr, results);
     default: return network.adjoint(inputs, rates, results, weights_ ? weights.bars : nullptr);
   }
+}
+
+std::int64_t applications(const dpde_program& program, int network, int mode) {
+  return std::count_if(program.operations, program.operations + program.operation_count, [&](const dpde_operation& operation) {
+    return operation.kind == DPDE_NETWORK && operation.inference.network == network && operation.inference.mode == mode;
+  });
 }
 
 }  // namespace dpde

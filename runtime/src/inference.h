@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "dpde/kernel_abi.h"
@@ -31,5 +32,8 @@ class Inference {
   bool weights_ = false;
   List inputs_, rates_, results_;
 };
+
+/// How often a run of the program applies a network in a mode (DPDE_NETWORK_VALUE ...).
+std::int64_t applications(const dpde_program& program, int network, int mode);
 
 }  // namespace dpde

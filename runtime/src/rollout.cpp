@@ -35,11 +35,10 @@ void Rollout::Impl::bind_control_fields(BoundProgram& program, int n) const {
   }
 }
 
-/// Time and controls at step n, or of a loss at state n.
+/// Time and controls at step n, or of a loss at state n, and whatever parameters have been set since.
 void Rollout::Impl::set_step(BoundProgram& program, int n, int part, int parts) const {
   bind_control_fields(program, n);
   const bool sets_dt = rate && program.dt_param >= 0;
-  if (program.t_param < 0 && program.controls.empty() && !sets_dt) return;
   if (program.t_param >= 0) program.executor.set_param(program.t_param, time(n) + part * (setup.dt / parts));
   if (sets_dt) program.executor.set_param(program.dt_param, setup.dt / parts);
   for (const auto& [param, number] : program.controls) {

@@ -32,6 +32,7 @@ const GradientResult& Rollout::Impl::gradient() {
   check_adjoints(backward.has_value(), terms);
   start = std::chrono::steady_clock::now();
   begin();
+  set_step(backward->program, std::max(last_loss - 1, 0));
   backward->program.prepare_inputs();
   std::ranges::fill(result.param_bars, 0.0);
   for (WeightBars& of_network : weight_bars) std::ranges::fill(of_network.values, 0.0);
@@ -43,8 +44,10 @@ const GradientResult& Rollout::Impl::gradient() {
   current = front = 0;
   bar = 0;
   steps_worked = 0;
+  record_tapes(true);
   add_losses(0, buffers.front());
   const bool complete = !step_frames.empty() ? run_frames() : keeps_trajectory ? run_with_checkpoints() : run_without_trajectory();
+  record_tapes(false);
   result.stopped = !complete;
   result.loss = loss_value;
   for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = {&setup.layout, bars[bar][i]};

@@ -11,6 +11,7 @@
 
 #include "dpde/runtime/checkpoint.h"
 #include "dpde/runtime/rollout.h"
+#include "dpde/runtime/tapes.h"
 #include "wavefront.h"
 
 namespace dpde {
@@ -176,6 +177,10 @@ struct Rollout::Impl {
   void run_leg(int leg, const StateBuffer& from, const StateBuffer& to);
   void reverse_leg(int leg, const StateBuffer& state);
 
+  // What networks computed (rollout_tapes.cpp)
+  void plan_tapes(int64_t left);
+  void record_tapes(bool on);
+
   // Running (rollout.cpp)
   double time(int step) const { return setup.t0 + step * setup.dt; }
   void set_step(BoundProgram& program, int n, int part = 0, int parts = 1) const;
@@ -288,6 +293,7 @@ struct Rollout::Impl {
   std::vector<StateBuffer> bars;  // two, and one for seeds to be added
   std::vector<char> is_seeded;    // of each state
   size_t bar = 0;                 // bars[bar] holds the seeds
+  std::vector<std::shared_ptr<Tapes>> tapes;
   GradientCallback watch;
   int watch_every = 1;
   int64_t steps_worked = 0;       // of this gradient, in any direction

@@ -328,8 +328,10 @@ void Rollout::Impl::plan_storage() {
   }
   buffer_count = std::max(slots - 1 + 2, 3);
   result.checkpoint_bytes = planned_bytes = backward ? (buffer_count + 1) * state_bytes : 0;
-  // What the states between steps leave of the budget is for those between the parts of one; two more are worked in.
-  const int64_t left = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0) / state_bytes - 2;
+  // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two more are worked in.
+  const int64_t unused = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0);
+  if (backward && purpose == Purpose::run) plan_tapes(rate ? unused / 2 : unused);
+  const int64_t left = (unused - result.tape_bytes) / state_bytes - 2;
   part_slots = setup.slots > 0 ? setup.slots : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
 }
 
@@ -401,8 +403,7 @@ bool Rollout::set_param(std::string_view name, double value) {
   impl_->for_each_program([&](BoundProgram& program) {
     const int param = program.executor.param_index(name);
     if (param < 0) return;
-    program.executor.set_param(param, value);
-    program.executor.update_uniforms();
+    program.executor.set_param(param, value);  // uniforms, which may cost as much as a step, wait for the next run
     found = true;
   });
   return found;

@@ -2,6 +2,7 @@
 #include "engine.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "aligned_memory.h"
 #include "engine_rows.h"
@@ -30,8 +31,7 @@ void for_each_piece(const Ports& ports, Field* field, const Shape& shape, Real* 
 template <class Real>
 Engine<Real>::Engine(const Plan& plan, int threads) : plan_(plan), threads_(threads), kernels_(kernels<Real>()) {
   const size_t count = plan_.values.size();
-  values_.resize(count);
-  adjoints_.resize(count);
+  places_.resize(count);
   roots_.resize(count);
   margin_read_.resize(count);
   needed_.resize(count);
@@ -45,6 +45,18 @@ Engine<Real>::Engine(const Plan& plan, int threads) : plan_(plan), threads_(thre
   bytes_ = used_;
   memory_.reset(allocate_bytes(bytes_));
   lay_out(true);
+  now_ = memory_.get();
+}
+
+/// Of a forward run.
+template <class Real>
+int64_t Engine<Real>::products() const {
+  int64_t count = 0;
+  for (size_t k = 0; k < plan_.steps.size(); ++k) {
+    const Shape& result = plan_.values[k + 1].shape;
+    if (plan_.steps[k].live) count += static_cast<int64_t>(plan_.steps[k].convolution.forward.offsets.size()) * result.channels * result.rows() * result.cells[0];
+  }
+  return count;
 }
 
 template <class Real>
@@ -58,11 +70,17 @@ Real* Engine<Real>::take(int64_t count, bool place) {
 template <class Real>
 void Engine<Real>::lay_out(bool place) {
   used_ = 0;
+  const auto is_live = [&](size_t v) { return v == 0 || plan_.steps[v - 1].live; };
   for (size_t v = 0; v < plan_.values.size(); ++v) {
     const Value& value = plan_.values[v];
-    const bool live = v == 0 || plan_.steps[v - 1].live;
-    if (!live) continue;
-    if (value.kept) values_[v] = take(value.shape.size, place) + value.shape.origin;
+    if (!is_live(v) || !value.kept) continue;
+    places_[v] = used_ / static_cast<int64_t>(sizeof(Real)) + value.shape.origin;
+    take(value.shape.size, place);
+  }
+  value_bytes_ = used_;
+  for (size_t v = 0; v < plan_.values.size(); ++v) {
+    const Value& value = plan_.values[v];
+    if (!is_live(v)) continue;
     if (value.root == static_cast<int32_t>(v)) roots_[v] = take(std::max(value.shape.size, value.adjoint.size), place);
   }
   int64_t phases = 0;
@@ -97,7 +115,8 @@ View<Real> Engine<Real>::adjoint_view(size_t value) const {
 }
 
 template <class Real>
-void Engine<Real>::set_weights(const double* weights) {
+bool Engine<Real>::set_weights(const double* weights) {
+  if (weights_.empty() || std::memcmp(weights, weights_.data(), weights_.size() * sizeof(double)) == 0) return false;  // at first all are 0
   std::copy_n(weights, weights_.size(), weights_.begin());
   for (size_t k = 0; k < plan_.steps.size(); ++k) {
     const Step& step = plan_.steps[k];
@@ -108,6 +127,7 @@ void Engine<Real>::set_weights(const double* weights) {
                    [](double value) { return static_cast<Real>(value); });
   }
   reverse_packed_ = false;
+  return true;
 }
 
 template <class Real>
@@ -153,9 +173,32 @@ void Engine<Real>::finish(size_t value, const View<Real>& view) {
 
 template <class Real>
 void Engine<Real>::value(const Ports& ports, void* const* inputs, void* const* outputs) {
+  const bool keeps = written_to_ != nullptr && written_to_->is_recording();
+  now_ = keeps ? written_to_->take() : memory_.get();
   load(ports, inputs, value_view(0));
-  run(false);
+  if (!find_tape()) run(keeps);
   store(ports, value_view(plan_.values.size() - 1), outputs);
+}
+
+/// One with the inputs that are loaded is the present run from then on.
+template <class Real>
+bool Engine<Real>::find_tape() {
+  char* const tape = read_from_ == nullptr ? nullptr : read_from_->find([&](const char* run) { return has_input(run); });
+  if (tape != nullptr) now_ = tape;
+  return tape != nullptr;
+}
+
+/// To the last bit. Most that differ do in their first cells.
+template <class Real>
+bool Engine<Real>::has_input(const char* tape) const {
+  const Shape& shape = plan_.values[0].shape;
+  const View<Real> own = value_view(0), other{reinterpret_cast<Real*>(const_cast<char*>(tape)) + places_[0], &shape};
+  for (int64_t channel = 0; channel < shape.channels; ++channel) {
+    for (int64_t row = 0; row < shape.rows(); ++row) {
+      if (std::memcmp(own.row(channel, row), other.row(channel, row), static_cast<size_t>(shape.cells[0]) * sizeof(Real)) != 0) return false;
+    }
+  }
+  return true;
 }
 
 /// `keep`: all that derivatives need.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "convolve.h"
+#include "dpde/runtime/tapes.h"
 #include "plan.h"
 #include "view.h"
 
@@ -23,7 +24,13 @@ class Engine {
  public:
   Engine(const Plan& plan, int threads);
 
-  void set_weights(const double* weights);
+  /// False when they are those that are there.
+  bool set_weights(const double* weights);
+  /// Bytes of the values of a run; `write_tapes`, `read_tapes`: see Network.
+  int64_t tape_bytes() const { return value_bytes_; }
+  int64_t products() const;
+  void write_tapes(Tapes* tapes) { written_to_ = tapes; }
+  void read_tapes(Tapes* tapes) { read_from_ = tapes; }
   void value(const Ports& ports, void* const* inputs, void* const* outputs);
   void tangent(const Ports& ports, void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates);
   void adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
@@ -42,12 +49,14 @@ class Engine {
   // Memory: engine.cpp
   void lay_out(bool place);
   Real* take(int64_t count, bool place);
-  View<Real> value_view(size_t value) const { return {values_[value], &plan_.values[value].shape}; }
+  View<Real> value_view(size_t value) const { return {reinterpret_cast<Real*>(now_) + places_[value], &plan_.values[value].shape}; }
   View<Real> rate_view(size_t value) const;
   View<Real> adjoint_view(size_t value) const;
   bool joins(const Step& step) const { return step.layer.kind == DPDE_ADD || step.layer.kind == DPDE_CONCAT; }
 
   // Forward: engine.cpp
+  bool find_tape();
+  bool has_input(const char* tape) const;
   void load(const Ports& ports, void* const* fields, const View<Real>& view);
   void store(const Ports& ports, const View<Real>& view, void* const* fields);
   void run(bool keep);
@@ -80,8 +89,8 @@ class Engine {
   Plan plan_;
   int threads_;
   const Kernels<Real>& kernels_;
-  std::vector<Real*> values_, adjoints_;  // cells (0, 0, 0)
-  std::vector<Real*> roots_;              // memory that rates and adjoints share
+  std::vector<int64_t> places_;  // of cell (0, 0, 0) of each value behind the first byte of all of them
+  std::vector<Real*> roots_;     // memory that rates and adjoints share
   std::vector<Packed> packed_;            // for each step
   std::vector<char> margin_read_;         // for each value: its margin is read
   std::vector<char> needed_, written_;    // for each value in a reverse run: its adjoint is wanted, holds something
@@ -89,7 +98,9 @@ class Engine {
   bool reverse_packed_ = false;
   Real *phases_ = nullptr, *phases_bar_ = nullptr;
   std::unique_ptr<char, Free> memory_;
-  int64_t bytes_ = 0, used_ = 0;
+  int64_t bytes_ = 0, used_ = 0, value_bytes_ = 0;
+  char* now_ = nullptr;  // values of the present run: at the beginning of memory_, or a tape
+  Tapes *written_to_ = nullptr, *read_from_ = nullptr;
 };
 
 }  // namespace dpde::nn

@@ -11,8 +11,13 @@ namespace dpde::nn {
 
 template <class Real>
 void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) {
+  now_ = memory_.get();
   load(ports, inputs, value_view(0));
-  run(true);
+  if (find_tape()) {
+    read_from_->release(now_);  // its values stay until the next run is kept
+  } else {
+    run(true);
+  }
   if (!reverse_packed_) {
     for (size_t k = 0; k < plan_.steps.size(); ++k) {
       const Convolution& convolution = plan_.steps[k].convolution;

@@ -26,7 +26,10 @@ class HostRunner final : public Runner {
     outputs_.resize(outputs);
   }
 
-  void set_weights(const double* weights) override { std::copy_n(weights, weights_.size(), weights_.begin()); }
+  bool set_weights(const double* weights) override {
+    std::copy_n(weights, weights_.size(), weights_.begin());
+    return true;
+  }
   void set_host(const dpde_host_network* host) override { host_ = host; }
 
   void value(void* const* inputs, void* const* outputs) override {

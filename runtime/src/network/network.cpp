@@ -12,9 +12,12 @@ class Network::Impl {
  public:
   explicit Impl(std::unique_ptr<nn::Runner> runner) : runner_(std::move(runner)) {}
   nn::Runner& runner() { return *runner_; }
+  Tapes* tapes() { return tapes_.get(); }
+  void keep(std::shared_ptr<Tapes> tapes) { tapes_ = std::move(tapes); }
 
  private:
   std::unique_ptr<nn::Runner> runner_;
+  std::shared_ptr<Tapes> tapes_;
 };
 
 Network::Network(const dpde_network& network, const dpde_layout& layout, int threads) {
@@ -28,7 +31,9 @@ Network::~Network() = default;
 Network::Network(Network&&) noexcept = default;
 Network& Network::operator=(Network&&) noexcept = default;
 
-void Network::set_weights(const double* weights) { impl_->runner().set_weights(weights); }
+void Network::set_weights(const double* weights) {
+  if (impl_->runner().set_weights(weights) && impl_->tapes() != nullptr) impl_->tapes()->clear();
+}
 void Network::set_host(const dpde_host_network* host) { impl_->runner().set_host(host); }
 void Network::value(void* const* inputs, void* const* outputs) { impl_->runner().value(inputs, outputs); }
 void Network::tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) {
@@ -38,5 +43,16 @@ void Network::adjoint(void* const* inputs, void* const* seeds, void* const* inpu
   impl_->runner().adjoint(inputs, seeds, input_bars, weight_bars);
 }
 std::int64_t Network::bytes() const { return impl_->runner().bytes(); }
+
+std::int64_t Network::tape_bytes() const { return impl_->runner().tape_bytes(); }
+std::int64_t Network::products() const { return impl_->runner().products(); }
+void Network::write_tapes(std::shared_ptr<Tapes> tapes) {
+  impl_->runner().write_tapes(tapes.get());
+  impl_->keep(std::move(tapes));
+}
+void Network::read_tapes(std::shared_ptr<Tapes> tapes) {
+  impl_->runner().read_tapes(tapes.get());
+  impl_->keep(std::move(tapes));
+}
 
 }  // namespace dpde

@@ -19,7 +19,7 @@ class WholeGrid final : public Runner {
   WholeGrid(const Plan& plan, int threads) : ports_{nullptr, 0, cell_count(plan.layout)}, layout_(plan.layout), engine_(plan, threads) {
     ports_.layout = &layout_;
   }
-  void set_weights(const double* weights) override { engine_.set_weights(weights); }
+  bool set_weights(const double* weights) override { return engine_.set_weights(weights); }
   void value(void* const* inputs, void* const* outputs) override { engine_.value(ports_, inputs, outputs); }
   void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) override {
     engine_.tangent(ports_, inputs, input_rates, weight_rates, output_rates);
@@ -28,6 +28,10 @@ class WholeGrid final : public Runner {
     engine_.adjoint(ports_, inputs, seeds, input_bars, weight_bars);
   }
   int64_t bytes() const override { return engine_.bytes(); }
+  int64_t tape_bytes() const override { return engine_.tape_bytes(); }
+  int64_t products() const override { return engine_.products(); }
+  void write_tapes(Tapes* tapes) override { engine_.write_tapes(tapes); }
+  void read_tapes(Tapes* tapes) override { engine_.read_tapes(tapes); }
 
  private:
   Ports ports_;
@@ -53,8 +57,10 @@ class Blocks final : public Runner {
     bars_.resize(static_cast<size_t>(shares_ * block.network.weight_count));
     weight_count_ = block.network.weight_count;
   }
-  void set_weights(const double* weights) override {
-    for (const auto& engine : engines_) engine->set_weights(weights);
+  bool set_weights(const double* weights) override {
+    bool are_new = false;
+    for (const auto& engine : engines_) are_new = engine->set_weights(weights) || are_new;
+    return are_new;
   }
   void value(void* const* inputs, void* const* outputs) override {
     for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t) { engine.value(ports, inputs, outputs); });

@@ -6,19 +6,26 @@
 
 #include "dpde/network_abi.h"
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/tapes.h"
 
 namespace dpde::nn {
 
 class Runner {
  public:
   virtual ~Runner() = default;
-  virtual void set_weights(const double* weights) = 0;
+  /// False when they are those that are there.
+  virtual bool set_weights(const double* weights) = 0;
   /// Of networks that the host computes.
   virtual void set_host(const dpde_host_network* /*host*/) {}
   virtual void value(void* const* inputs, void* const* outputs) = 0;
   virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) = 0;
   virtual void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) = 0;
   virtual int64_t bytes() const = 0;
+  // See Network.
+  virtual int64_t tape_bytes() const { return 0; }
+  virtual int64_t products() const { return 0; }
+  virtual void write_tapes(Tapes* /*tapes*/) {}
+  virtual void read_tapes(Tapes* /*tapes*/) {}
 };
 
 std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, int threads);

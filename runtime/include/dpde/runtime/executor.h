@@ -13,6 +13,8 @@
 //   step.run();       // as often as wanted; rebind for ping-pong
 #pragma once
 
+#include <bit>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +25,8 @@
 #include "dpde/runtime/clock.h"
 
 namespace dpde {
+
+class Network;
 
 class Executor {
  public:
@@ -46,11 +50,19 @@ class Executor {
   /// change of the values update_weights().
   void bind_weights(int network, const dpde_weights& weights) { weights_[static_cast<size_t>(network)] = weights; }
   void update_weights();
+  /// Null where the program runs it in another way.
+  Network* network(int number);
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
-  void set_param(int param, double value) { params_[static_cast<size_t>(param)] = value; }
+  void set_param(int param, double value) {
+    double& own = params_[static_cast<size_t>(param)];
+    uniforms_are_stale_ = uniforms_are_stale_ || std::bit_cast<std::uint64_t>(own) != std::bit_cast<std::uint64_t>(value);
+    own = value;
+  }
   double param(int param) const { return params_[static_cast<size_t>(param)]; }
-  void update_uniforms();
+  void update_uniforms() {
+    if (uniforms_are_stale_) compute_uniforms();
+  }
 
   /// Fills the halos of the inputs (all, or those of one field) as the program needs them.
   void prepare();
@@ -84,6 +96,7 @@ class Executor {
   const dpde_layout& layout() const { return *layout_; }
 
  private:
+  void compute_uniforms();
   void run_lines(void* const* frame);
 
   struct Plan;
@@ -93,6 +106,7 @@ class Executor {
   std::vector<double> params_, uniforms_, sums_;
   std::vector<dpde_weights> weights_;
   std::vector<void*> frame_;
+  bool uniforms_are_stale_ = true;
   RunSeconds* clock_ = nullptr;
   std::unique_ptr<Plan> plan_;
 };

@@ -11,6 +11,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "dpde/network_abi.h"
+#include "dpde/runtime/tapes.h"
 
 namespace dpde {
 
@@ -29,7 +30,7 @@ class Network {
   Network(Network&&) noexcept;
   Network& operator=(Network&&) noexcept;
 
-  /// Takes a copy in the precision of the network.
+  /// Takes a copy in the precision of the network; costs little where they are those that are there.
   void set_weights(const double* weights);
   /// What a network that the host computes runs from now on; it must stay.
   void set_host(const dpde_host_network* host);
@@ -43,11 +44,20 @@ class Network {
   void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates);
 
   /// Adjoints of the inputs and weights from those of the outputs (`seeds`; null ones are 0). Null `input_bars`, and null ones among
-  /// them, are not wanted; what is there is replaced. `weight_bars`, unless null, are added to. Runs forward by itself.
+  /// them, are not wanted; what is there is replaced. `weight_bars`, unless null, are added to. Runs forward by itself where no tape tells.
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
 
   /// Of memory.
   std::int64_t bytes() const;
+
+  /// What value() computes on the way for the adjoint() of another object of the same network, grid and weights: one keeps it while
+  /// the tapes are recording, the other one looks there before it runs forward. Results are the same to the last bit.
+  void write_tapes(std::shared_ptr<Tapes> tapes);
+  void read_tapes(std::shared_ptr<Tapes> tapes);
+  /// Of one run; 0 where computing it again costs no more than keeping it.
+  std::int64_t tape_bytes() const;
+  /// Of weights and values, that one of these spares.
+  std::int64_t products() const;
 
  private:
   class Impl;

@@ -99,7 +99,8 @@ struct RolloutSetup {
   /// and controls are those of whole steps. The number of parts has no derivative: it is constant but at jumps.
   const dpde_program* rate = nullptr;
   double courant = 1;
-  /// Memory for the states of gradient(), working states included; slots > 0 overrides it.
+  /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its steps as then fit;
+  /// slots > 0 overrides it.
   int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
   int slots = 0;
   /// Not empty: the states of gradient() lie in a file of this folder.
@@ -155,6 +156,8 @@ struct GradientResult {
   int stored_states = 0;                   // checkpoints held beside the initial state
   int64_t recomputed_steps = 0;            // forward steps beyond the first pass
   int64_t checkpoint_bytes = 0;            // of the states allocated for gradient(), working states included
+  int64_t tape_bytes = 0;                  // of what networks computed, kept for their adjoints
+  int64_t tapes_used = 0;                  // runs of networks that their adjoints did not make again
   double forward_seconds = 0, total_seconds = 0;
 };
 
