@@ -66,6 +66,16 @@ void pair_any_rows(const dpde_layout& layout, void* to, const FieldView& from, c
   });
 }
 
+/// At once where nothing is converted.
+template <class From, class To>
+void copy_row(const From* from, int64_t count, To* to) {
+  if constexpr (std::is_same_v<From, To>) {
+    std::copy_n(from, count, to);
+  } else {
+    for (int64_t x = 0; x < count; ++x) to[x] = static_cast<To>(from[x]);
+  }
+}
+
 int64_t physical_bytes() { return int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE); }
 
 int64_t wrapped(int64_t i, int64_t n) { return ((i % n) + n) % n; }
@@ -110,8 +120,8 @@ void copy_in(const dpde_layout& layout, void* base, std::span<const double> dens
     using Real = decltype(real);
     const double* from = dense.data();
     for_each_row(layout, [&](int64_t y, int64_t z) {
-      Real* to = static_cast<Real*>(base) + index_of(layout, 0, y, z);
-      for (int64_t x = 0; x < layout.cells[0]; ++x) to[x] = static_cast<Real>(*from++);
+      copy_row(from, layout.cells[0], static_cast<Real*>(base) + index_of(layout, 0, y, z));
+      from += layout.cells[0];
     });
   });
 }
@@ -138,9 +148,7 @@ void fill_all(const dpde_layout& layout, void* base, double value) {
 }
 
 void copy_interior(const dpde_layout& layout, void* to, const FieldView& from) {
-  pair_any_rows(layout, to, from, []<class To>(To* row, const auto* values, int64_t count) {
-    for (int64_t x = 0; x < count; ++x) row[x] = static_cast<To>(values[x]);
-  });
+  pair_any_rows(layout, to, from, [](auto* row, const auto* values, int64_t count) { copy_row(values, count, row); });
 }
 
 void add_interior(const dpde_layout& layout, void* to, const FieldView& from) {

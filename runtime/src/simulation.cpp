@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "simulation_impl.h"
 
@@ -84,12 +85,18 @@ const Executor& Simulation::Impl::execute(const dpde_program& program, double t)
 void Simulation::Impl::update_formulas() {
   if (!formulas_are_stale) return;
   formulas_are_stale = false;
+  const auto has_formula = [](const dpde_coefficient& coefficient) { return coefficient.formula != nullptr; };
+  const bool has_any = scene.coefficient_formulas != nullptr || std::any_of(scene.coefficients, scene.coefficients + scene.coefficient_count, has_formula);
+  if (!has_any && !needs_initial()) return;
   keeping_given([&] {
     update_control_fields();
     if (scene.coefficient_formulas != nullptr) execute(*scene.coefficient_formulas);
     update_initial();  // and where the task's coefficients start
   });
 }
+
+/// Windows of trajectories begin anew again and again, each with states of the data: their formulas may cost as much as many steps.
+bool Simulation::Impl::needs_initial() const { return scene.start != nullptr || !std::ranges::all_of(initial_states, &InitialState::is_given); }
 
 /// By their formulas, interval by interval; noise is drawn anew in each.
 void Simulation::Impl::update_control_fields() {
@@ -115,8 +122,7 @@ void Simulation::Impl::update_control_fields() {
 }
 
 void Simulation::Impl::update_initial() {
-  // Windows of trajectories begin anew again and again, each with states of the data: their formulas may cost as much as many steps.
-  if (scene.start == nullptr && std::ranges::all_of(initial_states, &InitialState::is_given)) return;
+  if (!needs_initial()) return;
   std::vector<double> values(size);
   const auto take = [&](int32_t start) {
     for (size_t s = 0; s < initial_states.size(); ++s) {
@@ -247,6 +253,7 @@ void Simulation::set_control(std::string_view name, Values values) {
 void Simulation::Impl::set_weights(std::string_view network, Values values) {
   std::vector<double>& own = weights_named(network);
   if (values.size() != own.size()) throw Error(ErrorKind::input, fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
+  if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0) return;  // whoever runs next takes them as they are
   std::ranges::copy(values, own.begin());
   stepper->update_weights();
   const auto applies_networks = [](const dpde_program* formulas) { return formulas != nullptr && formulas->network_count > 0; };

@@ -96,6 +96,7 @@ struct Simulation::Impl {
   void update_control_fields();
   void update_formulas();
   void update_initial();
+  bool needs_initial() const;
   void require_host_fields(bool with_data) const;
   void require_finite(const Field& field, const std::string& name) const;
   double observe(std::string_view name);
