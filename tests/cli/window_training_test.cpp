@@ -263,7 +263,78 @@ TEST_F(WindowControls, WhatSuchATaskCannotSay) {
   refused(with("adam(rate = 0.1, decay = 0.1), iterations 5"), "--out o", "E0311", "momentum or decay");
   refused(finding("mean((u - r)^2)", "4", "test e = mean(u^2) on trajectories(\"train.nc\") for 4 steps; "), "--out o", "E0311", "a test");
   refused(good, "", "E0904", "needs --out DIR");
-  refused(good, "--out o --resume", "E0904", "--resume and --epochs are not for task find");
+  refused(good, "--out o --epochs 3", "E0904", "--epochs is not for task find");
+}
+
+/// A search that takes a while.
+std::string slow() {
+  std::string text = finding("mean((u - r)^2)", "4");
+  return text.replace(text.rfind("lbfgs(), iterations 60"), 22, "adam(rate = 1e-3), iterations 60000");
+}
+
+TEST_F(WindowControls, GoOnAfterCtrlCOrAKill) {
+  write("slow.dpde", slow());
+  ASSERT_EQ(dpde("optimize slow.dpde find --out whole --threads 1 --json").status, 0);
+  const Outcome stopped = interrupted("optimize slow.dpde find --out o --threads 1 --json", "0", "o/find.nc.0.0");
+  ASSERT_EQ(stopped.codes(), std::vector<std::string>{"E0806"}) << "too short to be interrupted" << stopped.out << stopped.err;
+  EXPECT_NE(stopped.err.find("--resume searches the others"), std::string::npos) << stopped.err;
+  EXPECT_FALSE(fs::exists(path("o/find.nc")));
+  shell("$DPDE optimize slow.dpde find --resume --out o --threads 1 --json & run=$!; for i in $(seq 6000); do [ $(ls o | wc -l) -ge 3 ] && break; sleep 0.01; done; kill -9 $run; wait $run");
+  ASSERT_FALSE(fs::exists(path("o/find.nc"))) << "too short to be killed";
+  fs::resize_file(path("o/find.nc.0.4"), 100);
+  const Outcome rest = dpde("optimize slow.dpde find --resume --out o --threads 2 --json");
+  ASSERT_EQ(rest.status, 0) << rest.err;
+  EXPECT_GE(rest.json()["resumed_windows"], 1);
+  EXPECT_LT(rest.json()["resumed_windows"], 8) << "a damaged one is sought again";
+  for (const char* variable : {"u", "made", "time"}) EXPECT_EQ(read("o/find.nc", variable), read("whole/find.nc", variable)) << variable;
+  for (const auto& file : fs::directory_iterator(path("o"))) EXPECT_EQ(file.path().filename(), "find.nc");
+}
+
+TEST_F(WindowControls, OfAnotherSearchAreSoughtAgain) {
+  write("slow.dpde", slow());
+  ASSERT_EQ(interrupted("optimize slow.dpde find --out o --threads 1 --json", "0", "o/find.nc.0.0").status, 1);
+  const Outcome other = dpde("optimize slow.dpde find --resume --iterations 3 --out o --json");
+  ASSERT_EQ(other.status, 0) << other.err;
+  EXPECT_EQ(other.json()["resumed_windows"], 0);
+}
+
+/// Runs of which k is above 1.5 blow up in their second step.
+std::string bursting(const std::string& first) {
+  std::string text = finding("mean((u - r)^2)", "5");
+  const auto replace = [&](const std::string& what, const std::string& with) { text.replace(text.find(what), what.size(), with); };
+  replace("model rest { field u; dt(u) = 0 }", "model rest { field u; param k; dt(u) = if(k > 1.5, 1e300*u^2, 0) }");
+  replace("  c = 0 every 1/16\n", "  c = 0 every 1/16\n  k = 0\n");
+  replace("  q = 0\n", "  q = 0\n  k = 0\n");
+  replace("vary k from 1", "vary k from " + first);
+  return text;
+}
+
+TEST_F(WindowControls, ThatBlowUpDoNotEndTheSearch) {
+  write("b.dpde", bursting("1"));
+  const Outcome found = dpde("optimize b.dpde find --out o --json");
+  ASSERT_EQ(found.status, 0) << found.out << found.err;
+  const Json json = found.json();
+  ASSERT_EQ(json["left_out"].size(), 3U) << json;
+  EXPECT_EQ(json["left_out"][1]["run"], 1);
+  EXPECT_EQ(json["left_out"][1]["frame"], 5);
+  EXPECT_NE(json["left_out"][1]["why"].get<std::string>().find("u is no longer finite after 2 steps"), std::string::npos) << json;
+  EXPECT_NE(found.err.find("the window from frame 5 of run 1"), std::string::npos) << found.err;
+  EXPECT_NE(found.err.find("bounds of the controls"), std::string::npos) << found.err;
+  EXPECT_EQ(json["windows"], 3);
+  EXPECT_EQ(json["frames_left_over"], 1) << "17 frames, three windows of 5 steps behind the first";
+  EXPECT_EQ(read("o/find.nc", "k"), std::vector<double>{1});
+  const std::vector<double> data = read("train.nc", "u"), u = read("o/find.nc", "u");
+  ASSERT_EQ(u.size(), 15U * 3);
+  for (std::size_t i = 0; i < u.size(); ++i) EXPECT_NEAR(u[i], data[i + 3], 1e-7);
+}
+
+TEST_F(WindowControls, ThatAllBlowUpAreAnError) {
+  write("b.dpde", bursting("2"));
+  ASSERT_EQ(dpde("run b.dpde train --out . --json").status, 0);
+  const Outcome none = dpde("optimize b.dpde find --out o --json");
+  EXPECT_EQ(none.status, 1);
+  EXPECT_EQ(none.codes(), std::vector<std::string>{"E0807"}) << none.err;
+  EXPECT_FALSE(fs::exists(path("o/find.nc")));
 }
 
 }  // namespace

@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <functional>
+#include <set>
 
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "progress.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
+#include "window_part.h"
 
 namespace dpde::tools {
 
@@ -20,6 +24,7 @@ namespace {
 /// Windows of a run, in their order.
 using Found = std::vector<driver::FoundControls>;
 
+/// Of runs of which every window was found.
 NetcdfContent content_of(const Job& job, driver::Session& session, const driver::TrainingScene& scene, const std::vector<std::string>& states, const Found& all) {
   NetcdfContent content;
   NetcdfNames names(session);
@@ -29,7 +34,10 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
   const std::string time = names.free("time");
   const std::vector<double>& frame_times = scene.trajectories.times;
   const std::vector<std::string>& params = scene.trajectories.params;
-  const std::vector<driver::Trajectories::Run>& runs = scene.trajectories.runs;
+  std::vector<int> runs;
+  for (const driver::FoundControls& found : all) {
+    if (runs.empty() || runs.back() != found.window.run) runs.push_back(found.window.run);
+  }
   const std::size_t frames = all.size() / runs.size() * static_cast<std::size_t>(scene.steps() / scene.trajectories.every);
   content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())}, {time, static_cast<std::int64_t>(frames)}});
   NetcdfVariable times{time, {time}, described("time"), {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}};
@@ -44,7 +52,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
   }
   for (std::size_t p = 0; p < params.size(); ++p) {
     NetcdfVariable variable{params[p], {"run"}, described("parameter " + params[p]), {}};
-    for (const driver::Trajectories::Run& run : runs) variable.values.push_back(run.params[p]);
+    for (const int run : runs) variable.values.push_back(scene.trajectories.runs[static_cast<std::size_t>(run)].params[p]);
     content.variables.push_back(std::move(variable));
   }
   for (const model::Parameter& param : session.problem().params) {
@@ -65,6 +73,23 @@ std::vector<double> mean_losses(const Found& all) {
   return mean;
 }
 
+/// Searches that came to nothing, always told. What is left has the runs without any; a file has no room for holes.
+Json leave_out(const driver::TrainingScene& scene, Found& all) {
+  Json left_out = Json::array();
+  std::set<int> runs;
+  for (const driver::FoundControls& found : all) {
+    if (found.why.empty()) continue;
+    const auto& [run, frame] = found.window;
+    runs.insert(run);
+    left_out.push_back({{"run", run}, {"frame", frame}, {"why", found.why}});
+    std::fputs(fmt::format("dpde: no controls for the window from frame {} of run {}: {}; run {} is left out of {}.nc\n", frame, run, found.why, run, scene.task().name).c_str(), stderr);
+  }
+  std::erase_if(all, [&](const driver::FoundControls& found) { return runs.contains(found.window.run); });
+  return left_out;
+}
+
+constexpr const char* what_may_help = "bounds of the controls, shorter windows or a smaller step of the scene may help";
+
 void report(Job& job, const std::string& task, const Found& all, double seconds, Json& json) {
   const std::vector<double> losses = mean_losses(all);
   double squares = 0;
@@ -78,42 +103,69 @@ void report(Job& job, const std::string& task, const Found& all, double seconds,
   json["test"] = Json::object();
 }
 
+/// With the windows that were found before. False when stopped or not saved.
+bool search(Job& job, driver::WindowControls& controls, const std::function<WindowPart(const driver::Window&)>& part, bool quiet, Found& all) {
+  const std::vector<driver::Window> windows = controls.windows();
+  std::vector<driver::Window> rest;
+  for (const driver::Window& window : windows) {
+    const bool is_there = std::ranges::any_of(all, [&](const driver::FoundControls& found) { return found.window.run == window.run && found.window.frame == window.frame; });
+    if (!is_there) rest.push_back(window);
+  }
+  const std::size_t before = all.size();
+  Progress progress(false, quiet);
+  const bool complete = controls.find(rest, [&](driver::FoundControls found) {
+    if (!part(found.window).save(found, job.sink())) return false;
+    all.push_back(std::move(found));
+    progress.show(fmt::format("window {} of {}  loss {:.6g}", all.size(), windows.size(), all.back().losses.empty() ? std::nan("") : all.back().losses.back()), static_cast<int>(all.size() - before),
+                  static_cast<int>(rest.size()));
+    return true;
+  });
+  if (complete || job.failed()) return complete;
+  job.sink().report("optimiser-interrupted", {}, {fmt::format("{} (windows)", all.size()), fmt::format("{}", windows.size())}, "the same command with --resume searches the others");
+  return false;
+}
+
 }  // namespace
 
 Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene, const driver::BatchOptions& batch) {
   Json json = Json::object();
   const std::string& task = scene.task().name;
-  if (options.resume || options.epochs > 0 || options.out.empty()) {
+  if (options.epochs > 0 || options.out.empty()) {
     job.sink().report("bad-option", {}, {options.out.empty() ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
-                                                             : fmt::format("--resume and --epochs are not for task {}, which seeks controls for each window", task)});
+                                                             : fmt::format("--epochs is not for task {}, which seeks controls for each window: --iterations", task)});
     return json;
   }
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
   if (!session) return json;
   driver::WindowControls controls(scene, options.iterations, batch);
-  const std::vector<driver::Window> windows = controls.windows();
-  Progress progress(false, options.quiet || options.json);
+  const auto part = [file = std::filesystem::path(options.out) / (task + ".nc"), key = controls.key()](const driver::Window& window) { return WindowPart(file, key, window); };
   Found all;
-  const auto start = std::chrono::steady_clock::now();
-  const bool complete = controls.find(windows, [&](driver::FoundControls found) {
-    all.push_back(std::move(found));
-    progress.show(fmt::format("window {} of {}  loss {:.6g}", all.size(), windows.size(), all.back().losses.back()), static_cast<int>(all.size()), static_cast<int>(windows.size()));
-  });
-  if (!complete) {
-    job.sink().report("optimiser-interrupted", {}, {fmt::format("{} (windows)", all.size()), fmt::format("{}", windows.size())}, "nothing is written: the same command begins anew");
-    return json;
+  for (const driver::Window& window : controls.windows()) {
+    std::optional<driver::FoundControls> found = options.resume ? part(window).load() : std::nullopt;
+    if (found) all.push_back(std::move(*found));
   }
+  json["resumed_windows"] = all.size();
+  if (options.resume) job.say(fmt::format("{} of {} windows were there already\n", all.size(), controls.windows().size()));
+  const auto start = std::chrono::steady_clock::now();
+  if (!search(job, controls, part, options.quiet || options.json, all)) return json;
   std::ranges::sort(all, {}, [](const driver::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
-  for (const driver::FoundControls& found : all) {
-    if (std::isfinite(found.losses.back())) continue;
-    job.sink().report("loss-not-finite", scene.task().losses.front().origin.range, {"not finite", fmt::format("{}", found.losses.size() - 1)},
-                      fmt::format("in the window from frame {} of run {}", found.window.frame, found.window.run));
+  json["left_out"] = leave_out(scene, all);
+  json["frames_left_over"] = controls.frames_left_over();
+  if (controls.frames_left_over() > 0) {
+    job.say(fmt::format("the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n", controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
+  }
+  if (!json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
+  if (all.empty()) {
+    job.sink().report("run-failed", {}, {fmt::format("every run has a window without controls: nothing is written to {}.nc", task)}, what_may_help);
     return json;
   }
   report(job, task, all, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), json);
   json["compile_s"] = run.compiled->seconds;
   json["certificate"] = certificate_json(run);
   save_text(job, task + ".nc", compose_netcdf(content_of(job, *session, scene, controls.states(), all)));
+  if (!job.failed()) {
+    for (const driver::Window& window : controls.windows()) part(window).remove();
+  }
   json["files"] = job.files();
   return json;
 }

@@ -14,6 +14,7 @@ struct FoundControls {
   Window window;
   std::vector<double> losses;                // entry k: before iteration k; the last one with the controls found
   double norm = 0;                           // of the controls
+  std::string why;                           // the search came to nothing: what is not finite, where; "": it did not
   std::vector<std::vector<double>> states;   // of each state of the scene, at the frames behind the first one after the other
 };
 
@@ -24,12 +25,19 @@ class WindowControls {
 
   /// So many of each run as it has frames for.
   std::vector<Window> windows() const;
+  /// Frames at the end of each run that fill no window.
+  int frames_left_over() const;
+  /// Of everything that what is found depends on.
+  std::uint64_t key();
   std::vector<std::string> states() const;
-  /// The given windows, several at once; `take` gets them in any order, one at a time. False when stopped. @throws Error
-  bool find(std::span<const Window> windows, const std::function<void(FoundControls)>& take);
+  /// The given windows, several at once; `take` gets them in any order, one at a time, and may say that it is enough. False when not
+  /// all were searched. @throws Error
+  bool find(std::span<const Window> windows, const std::function<bool(FoundControls)>& take);
 
  private:
   FoundControls find_one(Simulation& simulation, const Window& window) const;
+  void run(Simulation& simulation, FoundControls& found) const;
+  int frames() const { return scene_.steps() / scene_.trajectories.every; }
 
   const TrainingScene& scene_;
   int iterations_;

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "window_part.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "driver/evaluation_log.h"
+#include "driver/files.h"
+#include "driver/restart_file.h"
+
+namespace dpde::tools {
+
+WindowPart::WindowPart(const std::filesystem::path& file, std::uint64_t key, const driver::Window& window)
+    : path_(fmt::format("{}.{}.{}", file.string(), window.run, window.frame)), key_(static_cast<std::int64_t>(key)), window_(window) {}
+
+bool WindowPart::save(const driver::FoundControls& found, DiagnosticSink& sink) const {
+  driver::ByteWriter out;
+  out.number(key_);
+  out.text(found.why);
+  out.values(found.losses);
+  out.values({found.norm});
+  out.number(static_cast<std::int64_t>(found.states.size()));
+  for (const std::vector<double>& state : found.states) out.values(state);
+  const std::uint64_t sum = driver::hash_bytes(out.bytes().data(), out.bytes().size());
+  return driver::write_file(path_, out.bytes() + std::string(reinterpret_cast<const char*>(&sum), sizeof sum), sink);
+}
+
+std::optional<driver::FoundControls> WindowPart::load() const {
+  DiagnosticSink silent;
+  std::error_code error;
+  if (!std::filesystem::exists(path_, error)) return std::nullopt;
+  const std::optional<std::string> bytes = driver::read_file(path_, {}, silent);
+  std::uint64_t sum = 0;
+  if (!bytes || bytes->size() < sizeof sum) return std::nullopt;
+  const std::string_view content = std::string_view(*bytes).substr(0, bytes->size() - sizeof sum);
+  std::memcpy(&sum, bytes->data() + content.size(), sizeof sum);
+  if (sum != driver::hash_bytes(content.data(), content.size())) return std::nullopt;
+  driver::ByteReader in(content);
+  if (in.number() != key_) return std::nullopt;
+  driver::FoundControls found;
+  found.window = window_;
+  found.why = in.text();
+  found.losses = in.values();
+  const std::vector<double> norm = in.values();
+  if (norm.size() != 1) return std::nullopt;
+  found.norm = norm[0];
+  for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) found.states.push_back(in.values());
+  return in.is_done() ? std::optional(std::move(found)) : std::nullopt;
+}
+
+void WindowPart::remove() const {
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+}
+
+}  // namespace dpde::tools
