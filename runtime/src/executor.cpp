@@ -116,12 +116,15 @@ SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
   const bool is_large = field_bytes(layout) >= least_bytes_for_prefetch;
   const int64_t plane_fields = std::max<int64_t>(1, is_large ? static_cast<int64_t>(sweep.leading.size()) : 0);
   const bool has_tiles = sweep.z.count() > 1 && !sweep.ordered;
-  SweepChoice first{0, is_large ? 1 : 0, sweep.y.count()};
+  const auto ahead = std::ranges::find_if(sweep.code, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
+  const bool begins_ahead = is_large && layout.rank > 1 && ahead != sweep.code.end();
+  SweepChoice first{begins_ahead ? ahead - sweep.code.begin() : 0, is_large ? 1 : 0, sweep.y.count()};
   if (has_tiles) first.tile = std::max(least_tile, tile_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields));
   std::vector<SweepTuner::Move> moves;
   if (!is_large || sweep.ordered || layout.rank == 1) return {first, {}};
-  for (size_t v = 1; v < sweep.code.size(); ++v) {
-    if (sweep.code[v].streams == 0 || sweep.first == 0) moves.push_back({&SweepChoice::variant, static_cast<int64_t>(v)});
+  for (size_t v = 0; v < sweep.code.size(); ++v) {
+    const auto number = static_cast<int64_t>(v);
+    if (number != first.variant && (sweep.code[v].streams == 0 || sweep.first == 0)) moves.push_back({&SweepChoice::variant, number});
   }
   moves.push_back({&SweepChoice::prefetches, 0});
   if (has_tiles && first.tile / 2 >= least_tile) moves.push_back({&SweepChoice::tile, first.tile / 2});
@@ -132,7 +135,7 @@ SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
   const dpde_kernel& kernel = program.kernels[operation.kernel];
   Sweep sweep;
-  sweep.code = {{kernel.row, 0}};
+  sweep.code = {{kernel.row, 0, 0}};
   sweep.code.insert(sweep.code.end(), kernel.variants, kernel.variants + kernel.variant_count);
   sweep.own = kernel.own;
   sweep.first = -operation.grow[0];

@@ -59,8 +59,8 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
   layout.stride[1] = cells.size() > 1 ? staggered(row) : row;
   layout.stride[2] = times(layout.stride[1], layout.cells[1] + 2 * layout.halo[1]);
   if (cells.size() > 2) layout.stride[2] = staggered(layout.stride[2]);
-  layout.size = times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]);
-  layout.origin = margin + layout.halo[1] * layout.stride[1] + layout.halo[2] * layout.stride[2];
+  layout.size = times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]) + 2 * lane;  // rows may be read in whole vectors
+  layout.origin = lane + margin + layout.halo[1] * layout.stride[1] + layout.halo[2] * layout.stride[2];
   return layout;
 }
 

@@ -10,7 +10,7 @@
 namespace dpde {
 namespace {
 
-constexpr int runs_of_each = 4;
+constexpr int turns = 4;  // of both choices together
 constexpr double clearly = 0.97;
 
 /// One number and the character behind it taken off the text.
@@ -33,8 +33,8 @@ void SweepTuner::begin_move() {
 
 void SweepTuner::took(double seconds) {
   double& fastest = is_trial() ? trial_seconds_ : best_seconds_;
-  fastest = std::min(fastest, seconds);
-  if (++runs_ < 2 * runs_of_each) return;
+  if (runs_ % runs_of_turn != 0) fastest = std::min(fastest, seconds);
+  if (++runs_ < turns * runs_of_turn) return;
   if (trial_seconds_ < clearly * best_seconds_) best_ = trial_;
   ++next_;
   begin_move();

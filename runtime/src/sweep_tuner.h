@@ -19,7 +19,8 @@ struct SweepChoice {
 };
 
 /// Each move (one value of one member) is tried against the best choice so far, both in turn, and taken when the fastest of its
-/// runs is clearly the faster.
+/// runs is clearly the faster. A turn is several runs, the first of which does not count: its data lie where the other choice
+/// left them, in the caches or past them.
 class SweepTuner {
  public:
   struct Move {
@@ -43,7 +44,8 @@ class SweepTuner {
   bool set(std::string_view text);
 
  private:
-  bool is_trial() const { return runs_ % 2 == 1; }
+  static constexpr int runs_of_turn = 3;
+  bool is_trial() const { return runs_ / runs_of_turn % 2 == 1; }
   void begin_move();
 
   std::vector<Move> moves_;

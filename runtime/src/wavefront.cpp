@@ -19,7 +19,7 @@ using Kind = WavefrontStream::Kind;
 constexpr int64_t line_bytes = 64, page_bytes = 4096;
 /// What the rings of a tile may take, measured on Zen 4 (1 MiB of second-level cache a core, 32 MiB of third): strips do best
 /// in the core's own cache, planes of 3-D grids with many steps in the shared one (256^3: 1.2 times the plain sweep, 0.9 else).
-constexpr int64_t strip_bytes = 1000 * 1024, tile_bytes = 6 * 1024 * 1024;
+constexpr int64_t strip_bytes = 1200 * 1024, tile_bytes = 6 * 1024 * 1024;
 constexpr int64_t least_strip = 128, least_rows = 8;
 
 std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
@@ -108,6 +108,7 @@ void Wavefront::Impl::allocate(Rings& rings) const {
     rings.accesses.emplace_back(level.streams.size());
   }
   rings.regions.resize(plan.levels.size());
+  rings.rows.resize(plan.levels.size());
   rings.pointers.assign(most, nullptr);
   rings.pieces.assign(most, nullptr);
   rings.unused_sums.assign(most_sums, 0.0);
@@ -140,11 +141,12 @@ Tile Wavefront::Impl::region_of(const std::array<int64_t, 3>& below, const std::
   return region;
 }
 
-Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& rings) const {
+/// `first`: place along x of the first cell of the level's rows.
+Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& rings, int64_t first) const {
   const auto index = static_cast<size_t>(stream.index);
   const int64_t slab_offset = stream.offset[last], row_offset = last == 2 ? stream.offset[1] : 0;
   const auto in_ring = [&](size_t ring, int64_t slots) {
-    char* base = rings.base[ring] + (stream.offset[0] - rings.first[0]) * width;
+    char* base = rings.base[ring] + (first + stream.offset[0] - rings.first[0]) * width;
     return Access{base, slots - 1, slot_size * width, extent[0] * width, slab_offset, row_offset - (last == 2 ? rings.first[1] : 0)};
   };
   if (stream.kind == Kind::ring) return in_ring(index, plan.ring_slots[index]);
@@ -153,7 +155,7 @@ Access Wavefront::Impl::access_of(const WavefrontStream& stream, const Rings& ri
     return in_ring(plan.ring_slots.size() + static_cast<size_t>(copy - plan.copies.begin()), copy->slots);
   }
   void* base = stream.kind == Kind::input ? executors[static_cast<size_t>(stream.program)]->bound(stream.index) : results[index];
-  return {moved(base, stream.offset[0], width), -1, layout.stride[last] * width, layout.stride[1] * width, slab_offset, row_offset};
+  return {moved(base, first + stream.offset[0], width), -1, layout.stride[last] * width, layout.stride[1] * width, slab_offset, row_offset};
 }
 
 /// The slab of each stream of a level.
@@ -167,28 +169,27 @@ void Wavefront::Impl::enter_slab(size_t number, Rings& rings, int64_t slab) cons
   }
 }
 
-void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, const Range& x, const Place& place) {
-  const WavefrontLevel& level = plan.levels[number];
+/// Pointers to the row of a plane; in 2-D the slabs are the rows.
+void Wavefront::Impl::enter_row(size_t number, Rings& rings, int64_t y) const {
   const std::vector<Access>& accesses = rings.accesses[number];
   for (size_t s = 0; s < accesses.size(); ++s) {
     const Access& access = accesses[s];
-    int64_t row = last == 2 ? place[1] + access.row_offset : 0;
-    if (access.mask < 0 && last == 2 && plan.periodic[1]) row = wrapped(row, layout.cells[1]);
-    rings.pointers[s] = rings.slabs[s] + row * access.row_stride + x.from * width;
+    int64_t row = y + access.row_offset;
+    if (access.mask < 0 && plan.periodic[1]) row = wrapped(row, layout.cells[1]);
+    rings.pointers[s] = static_cast<char*>(rings.slabs[s]) + row * access.row_stride;
   }
-  dpde_row row{};
-  row.streams = rings.pointers.data();
-  row.uniforms = uniforms[static_cast<size_t>(level.pass)].data();
-  row.own = row.uniforms + level.own;
-  row.count = x.count();
-  row.first = x.from;
+  for (const size_t s : plan.levels[number].leading) {  // the hardware does not foresee the next row of a plane that is new to the cache
+    const char* ahead = static_cast<const char*>(rings.pointers[s]) + accesses[s].row_stride;
+    for (int64_t byte = 0; byte < rings.rows[number].count * width; byte += line_bytes) __builtin_prefetch(ahead + byte);
+  }
+}
+
+void Wavefront::Impl::run_row(size_t number, Rings& rings, const Tile& tile, const Place& place) {
+  const WavefrontLevel& level = plan.levels[number];
+  if (last == 2) enter_row(number, rings, place[1]);
+  dpde_row& row = rings.rows[number];
   row.y = plan.periodic[1] ? wrapped(place[1], layout.cells[1]) : place[1];
   row.z = plan.periodic[2] ? wrapped(place[2], layout.cells[2]) : place[2];
-  row.layout = &layout;
-  for (const size_t s : level.leading) {  // the hardware does not foresee the next row of a plane that is new to the cache
-    const char* ahead = static_cast<const char*>(rings.pointers[s]) + accesses[s].row_stride;
-    for (int64_t byte = 0; byte < x.count() * width; byte += line_bytes) __builtin_prefetch(ahead + byte);
-  }
   if (level.sums.empty()) {
     level.row(&row);
   } else {
@@ -213,11 +214,11 @@ void Wavefront::Impl::run_slab(size_t number, Rings& rings, const Tile& tile, in
   const Tile& region = rings.regions[number];
   enter_slab(number, rings, slab);
   if (last == 1) {
-    run_row(number, rings, tile, region[0], {0, slab, 0});
+    run_row(number, rings, tile, {0, slab, 0});
     end_row(number, rings, region[0], {0, slab, 0});
   } else {  // a row is read when the next one is done: to read what was just stored stalls until all before it is in the cache
     for (int64_t y = region[1].from; y <= region[1].to; ++y) {
-      if (y < region[1].to) run_row(number, rings, tile, region[0], {0, y, slab});
+      if (y < region[1].to) run_row(number, rings, tile, {0, y, slab});
       if (y > region[1].from) end_row(number, rings, region[0], {0, y - 1, slab});
     }
   }
@@ -255,8 +256,15 @@ void Wavefront::Impl::begin_tile(Rings& rings, const Tile& tile) const {
   rings.copies = needs_copies(tile);
   for (size_t number = 0; number < plan.levels.size(); ++number) {
     const WavefrontLevel& level = plan.levels[number];
-    for (size_t s = 0; s < level.streams.size(); ++s) rings.accesses[number][s] = access_of(level.streams[s], rings);
-    rings.regions[number] = region_of(level.below, level.above, tile);
+    const Range x = (rings.regions[number] = region_of(level.below, level.above, tile))[0];
+    for (size_t s = 0; s < level.streams.size(); ++s) rings.accesses[number][s] = access_of(level.streams[s], rings, x.from);
+    dpde_row& row = rings.rows[number];
+    row.streams = last == 2 ? rings.pointers.data() : rings.slabs.data();
+    row.uniforms = uniforms[static_cast<size_t>(level.pass)].data();
+    row.own = row.uniforms + level.own;
+    row.count = x.count();
+    row.first = x.from;
+    row.layout = &layout;
   }
 }
 
@@ -271,12 +279,14 @@ void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) {
   for (const WavefrontCopy& copy : plan.copies) {
     if (rings.copies) from = std::min(from, tile[last].from - copy.below[last] - copy.ahead);  // its lowest row
   }
-  for (int64_t place = from; place < to; ++place) {
-    for (size_t c = 0; rings.copies && c < plan.copies.size(); ++c) copy_slab(plan.copies[c], rings, tile, place + plan.copies[c].ahead);
+  for (int64_t place = from; place < to; place += plan.rows_at_once) {
+    for (size_t c = 0; rings.copies && c < plan.copies.size(); ++c) {
+      for (int64_t k = 0; k < plan.rows_at_once; ++k) copy_slab(plan.copies[c], rings, tile, place + k + plan.copies[c].ahead);
+    }
     for (size_t number = 0; number < plan.levels.size(); ++number) {
       const int64_t slab = place - plan.levels[number].lag;
       const Range& range = regions[number][last];
-      if (slab >= range.from && slab < range.to) run_slab(number, rings, tile, slab);
+      for (int64_t at = std::max(slab, range.from); at < std::min(slab + plan.rows_at_once, range.to); ++at) run_slab(number, rings, tile, at);
     }
   }
 }

@@ -32,7 +32,7 @@ inline int64_t wrapped(int64_t place, int64_t cells) { return place < 0 ? place 
 
 /// Where a level finds the rows of one stream in the tile that runs.
 struct Access {
-  char* base;           // cell x = 0 of the first row (of ring slot 0, or of the field) at the stream's offset along x
+  char* base;           // first cell of the first row (of ring slot 0, or of the field) at the stream's offset along x
   int64_t mask;         // of ring slots; -1: no ring
   int64_t slab_stride, row_stride;  // bytes
   int64_t slab_offset, row_offset;  // the stream's; row_offset counts from the first row of a slot
@@ -45,7 +45,8 @@ struct Rings {
   std::vector<void*> pointers;                // of the streams of a level: at the row
   std::vector<void*> pieces;                  // at a piece of it
   std::vector<double> unused_sums;            // of pieces beyond the tile
-  std::vector<char*> slabs;                   // and of its slab
+  std::vector<void*> slabs;                   // and of its slab
+  std::vector<dpde_row> rows;                 // what a level calls; y, z are those of the last call
   std::vector<std::vector<Access>> accesses;  // of each level's streams
   std::vector<Tile> regions;                  // of each level
   std::array<int64_t, 3> first{};  // place of the first element of a slot
@@ -72,11 +73,12 @@ struct Wavefront::Impl {
   void begin_tile(Rings& rings, const Tile& tile) const;
   void run_tile(Rings& rings, const Tile& tile);
   void run_slab(size_t number, Rings& rings, const Tile& tile, int64_t slab);
-  Access access_of(const WavefrontStream& stream, const Rings& rings) const;
+  Access access_of(const WavefrontStream& stream, const Rings& rings, int64_t first) const;
   void enter_slab(size_t number, Rings& rings, int64_t slab) const;
-  void run_row(size_t number, Rings& rings, const Tile& tile, const Range& x, const Place& place);
+  void enter_row(size_t number, Rings& rings, int64_t y) const;
+  void run_row(size_t number, Rings& rings, const Tile& tile, const Place& place);
   void end_row(size_t number, Rings& rings, const Range& x, const Place& place);
-  void call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row& row, const Tile& tile, const Place& place);
+  void call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row row, const Tile& tile, const Place& place);
   void keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile, const Place& place) const;
   void add_sums();
   void fill_ends(size_t number, size_t output, const Rings& rings, const Range& x, const Place& place) const;

@@ -13,6 +13,9 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
+/// In 2-D; more would need rings of twice the rows.
+constexpr int64_t rows_at_once = 4;
+
 /// Values that vary along a wall come from a field, for which there is no ring; fields on the walls have images of other rows.
 bool is_known_side(const dpde_side& side) {
   return side.kind == DPDE_PERIODIC || (side.field < 0 && side.kind != DPDE_ON_WALL && side.kind != DPDE_MIXED_ON_WALL);
@@ -144,12 +147,20 @@ class Planner {
       }
       level.streams.push_back(outputs[stream.field].stream);
     }
+    if (std::ranges::find(level.streams, Kind::input, &WavefrontStream::kind) != level.streams.end()) level.row = row_for_memory(kernel);
     for (const auto& [field, source] : outputs) {
       level.outputs.push_back({source.stream, field, find_fill(operation, field), find_total(level.pass, field)});
       now[field] = source;
     }
     plan_.levels.push_back(std::move(level));
     return true;
+  }
+
+  /// Inputs come from memory, rings from the core's cache.
+  static dpde_row_fn row_for_memory(const dpde_kernel& kernel) {
+    const std::span variants(kernel.variants, static_cast<size_t>(kernel.variant_count));
+    const auto ahead = std::ranges::find_if(variants, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
+    return ahead == variants.end() ? kernel.row : ahead->row;
   }
 
   /// A result of the same pass that a later level adds to, in its place: nobody may read it in between.
@@ -178,6 +189,7 @@ class Planner {
   }
 
   WavefrontPlan finish() {
+    plan_.rows_at_once = last() == 1 ? rows_at_once : 1;
     find_extents();
     for (const WavefrontLevel& level : plan_.levels) keep_to_tile(level);
     for (WavefrontLevel& level : plan_.levels) find_leading(level);
@@ -289,7 +301,7 @@ class Planner {
     }
   }
 
-  /// A ring holds the rows from the lowest its slowest reader still needs to the one written last, and the images of rows
+  /// A ring holds the rows from the lowest its slowest reader still needs to those written last, and the images of rows
   /// beyond a wall.
   void find_rings() {
     std::vector<int64_t> rows(static_cast<size_t>(rings_), 1), first_lag(rows.size(), std::numeric_limits<int64_t>::max());
@@ -304,10 +316,10 @@ class Planner {
       const int64_t lag = plan_.levels[static_cast<size_t>(read.to)].lag - read.stream.offset[last()];
       if (read.from < 0) {
         WavefrontCopy& copy = *std::ranges::find_if(plan_.copies, [&](const WavefrontCopy& one) { return one.program == read.stream.program && one.field == read.stream.index; });
-        copy.slots = std::max(copy.slots, lag + copy.ahead + 1);
+        copy.slots = std::max(copy.slots, lag + copy.ahead + plan_.rows_at_once);
       } else if (read.stream.kind == Kind::ring) {
         const auto ring = static_cast<size_t>(read.stream.index);
-        rows[ring] = std::max(rows[ring], lag - first_lag[ring] + 1 + halo());
+        rows[ring] = std::max(rows[ring], lag - first_lag[ring] + plan_.rows_at_once + halo());
       }
     }
     const auto round_up = [](int64_t count) { return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(count))); };

@@ -21,16 +21,17 @@ void Wavefront::Impl::make_sums() {
 }
 
 /// Only the cells of the tile itself count, so a row that goes on beyond them is called in pieces.
-void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row& row, const Tile& tile, const Place& place) {
+void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row row, const Tile& tile, const Place& place) {
   const bool is_own = contains(tile[1], place[1]) && contains(tile[2], place[2]);
   const int64_t first = row.first, end = row.first + row.count;
   const int64_t own_from = is_own ? std::max(first, tile[0].from) : end, own_to = is_own ? std::min(end, tile[0].to) : end;
   const size_t count = level.sums.size();
+  void* const* streams = row.streams;
   const int64_t strip = (&tile - tiles.data()) % strips;
   double* own = row_sums.data() + first_row_sum[static_cast<size_t>(&level - plan.levels.data())];
   const auto piece = [&](int64_t from, int64_t to, double* into) {
     if (from >= to) return;
-    for (size_t s = 0; s < level.streams.size(); ++s) rings.pieces[s] = moved(rings.pointers[s], from - first, width);
+    for (size_t s = 0; s < level.streams.size(); ++s) rings.pieces[s] = moved(streams[s], from - first, width);
     row.streams = rings.pieces.data();
     row.first = from;
     row.count = to - from;

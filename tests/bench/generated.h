@@ -15,10 +15,17 @@
 
 namespace dpde::bench {
 
+/// Of a field: sweeps over larger ones find out in their first runs how they are done best.
+constexpr int64_t least_tuned_bytes = 4 << 20;
+constexpr int runs_to_tune = 96;
+
 enum Code { hand, jit, cpp, jit_f32, cpp_f32 };
 inline bool is_single(Code code) { return code == jit_f32 || code == cpp_f32; }
 
-inline std::shared_ptr<const driver::Compiled> compile(const std::string& text, Code code) {
+/// A text for 64 cells an axis, compiled for `cells`: rows of large grids have variants.
+inline std::shared_ptr<const driver::Compiled> compile(std::string text, Code code, int64_t cells = 64) {
+  const std::string written = "cells 64";
+  for (size_t at = text.find(written); at != std::string::npos; at = text.find(written, at + 1)) text.replace(at, written.size(), "cells " + std::to_string(cells));
   const SourceFile source("bench.dpde", text);
   DiagnosticSink sink;
   driver::CompileOptions options;
@@ -52,6 +59,9 @@ class Runner {
     for (int p = 0; p < program.param_count; ++p) executor_.set_param(p, program.params[p][0] == 'h' ? 1.0 : 1e-2);
     executor_.update_uniforms();
     executor_.prepare();
+    if (field_bytes(layout) >= least_tuned_bytes) {
+      for (int n = 0; n < runs_to_tune; ++n) run();
+    }
   }
   void run() {
     executor_.run();
@@ -77,7 +87,7 @@ inline void count(benchmark::State& state, const dpde_layout& layout) {
 }
 
 inline void run_generated(benchmark::State& state, const std::string& text, Code code, bool adjoint, const dpde_layout& layout) {
-  const auto compiled = compile(text, code);
+  const auto compiled = compile(text, code, layout.cells[0]);
   const std::string step = compiled->step_name();
   Runner runner(adjoint ? *compiled->adjoint_of(step) : *compiled->program(step), layout);
   for (auto _ : state) runner.run();

@@ -155,10 +155,11 @@ void set_initial(Rollout& rollout, const dpde_layout& layout) {
 
 /// A run of 32 steps: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses).
 void rollout_32(benchmark::State& state, const std::string& text, int block_steps, int threads) {
-  const auto compiled = compile(text, jit);
+  const auto compiled = compile(text, jit, state.range(0));
   const RolloutSetup setup = steps_32(*compiled, state.range(0), block_steps, threads);
   Rollout rollout(setup);
   set_initial(rollout, setup.layout);
+  for (int n = 0; n < runs_to_tune; n += setup.steps) rollout.run();
   for (auto _ : state) benchmark::DoNotOptimize(rollout.run().steps_done);
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(setup.layout) * setup.steps);
   state.counters["block"] = rollout.block_steps();
@@ -178,7 +179,7 @@ void rk4_separate_32(benchmark::State& state) {
 
 /// The gradient of a loss at the end of 32 steps, beside rollout_32 of the same size.
 void gradient_32(benchmark::State& state, const std::string& text, int block_steps, int threads) {
-  const auto compiled = compile(text, jit);
+  const auto compiled = compile(text, jit, state.range(0));
   RolloutSetup setup = steps_32(*compiled, state.range(0), block_steps, threads);
   setup.adjoint = compiled->adjoint_of(compiled->step_name());
   LossTerm term;
@@ -189,6 +190,7 @@ void gradient_32(benchmark::State& state, const std::string& text, int block_ste
   for (const char* name : {"hx", "hy", "cells"}) setup.params.push_back({name, 1.0});
   Rollout rollout(setup);
   set_initial(rollout, setup.layout);
+  for (int n = 0; n < runs_to_tune; n += setup.steps) rollout.gradient();
   for (auto _ : state) benchmark::DoNotOptimize(rollout.gradient().loss);
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(setup.layout) * setup.steps);
   state.counters["block"] = rollout.gradient_block_steps();

@@ -153,7 +153,7 @@ entry:
 }
 
 ; Function Attrs: alwaysinline nounwind
-define internal void @row_k_cells(i64 %count, ptr noalias nocapture readonly %uniforms, ptr noalias nocapture %sums, ptr noalias nocapture readonly %u_ym1, ptr noalias nocapture readonly %u, ptr noalias nocapture readonly %u_yp1, ptr noalias nocapture writeonly %v) #1 {
+define internal void @row_k_cells(i64 %count, ptr noalias nocapture readonly %uniforms, ptr noalias nocapture %sums, ptr noalias nocapture readonly "dpde-line-start"="1" %u_ym1, ptr noalias nocapture readonly "dpde-line-start"="0" %u, ptr noalias nocapture readonly "dpde-line-start"="-1" %u_yp1, ptr noalias nocapture writeonly %v) #1 {
 entry:
   %0 = icmp sgt i64 %count, 0
   br i1 %0, label %before, label %done

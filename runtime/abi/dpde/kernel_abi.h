@@ -59,6 +59,7 @@ typedef struct dpde_stream {
 typedef struct dpde_variant {
   dpde_row_fn row;
   int32_t streams; /* 1: what it writes goes past the caches and is better not read soon; written streams begin on 64 bytes */
+  int32_t ahead;   /* 1: fetches what it reads before it is used: for fields that lie outside the caches */
 } dpde_variant;
 
 typedef struct dpde_kernel {

@@ -22,6 +22,7 @@ struct RowVariant {
   std::string suffix;    // of its symbol; "": the row itself
   int vector_width = 0;  // bits; 0: that of the module
   bool streams = false;  // stores go past the caches
+  bool ahead = false;    // what is read is fetched early
 };
 /// Attribute of functions whose vector stores do (optimise.cpp).
 inline constexpr const char* streaming_attribute = "dpde-streams";

@@ -3,11 +3,14 @@
 // function of the ABI that takes those pointers out of dpde_row. The loop is written in the form in which the
 // vectoriser wants it: rotated, with a preheader and exit of its own, and no code that depends on the order of
 // neighbours along x.
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
+#include "codegen/llvm/line_loads.h"
 #include "codegen/llvm/emit_expr.h"
 #include "codegen/llvm/emit_module.h"
 #include "dpde/kernel_abi.h"
@@ -52,6 +55,7 @@ class RowEmitter {
   void note_uses(const loop::Expr& expr, std::set<const loop::Node*>& seen);
   std::vector<Argument> arguments() const;
   llvm::Type* type_of(const Argument& argument);
+  bool is_leading(int stream) const;
   void set_attributes(llvm::Argument* target, const Argument& argument);
   llvm::Function* create_function(const std::string& name, llvm::GlobalValue::LinkageTypes linkage,
                                   const std::vector<llvm::Type*>& types);
@@ -160,6 +164,13 @@ llvm::Type* RowEmitter::type_of(const Argument& argument) {
   unreachable("source of an argument");
 }
 
+/// Whether no other line of its field lies further on in memory.
+bool RowEmitter::is_leading(int stream) const {
+  const auto place = [](const loop::Stream& one) { return std::pair(one.offset[2], one.offset[1]); };
+  const loop::Stream& line = row_.streams.at(stream);
+  return std::ranges::none_of(row_.streams, [&](const loop::Stream& other) { return other.field == line.field && place(other) > place(line); });
+}
+
 /// No two pointers of one row reach the same value unless both only read it.
 void RowEmitter::set_attributes(llvm::Argument* target, const Argument& argument) {
   target->setName(argument.name);
@@ -170,6 +181,10 @@ void RowEmitter::set_attributes(llvm::Argument* target, const Argument& argument
   if (argument.source == Source::line) {
     is_read = lines_.at(argument.index).is_read;
     is_written = lines_.at(argument.index).is_written;
+    const int stream = lines_.at(argument.index).stream;
+    const std::string start = std::to_string(row_.streams.at(stream).offset[0]);
+    if (!is_written) target->addAttr(llvm::Attribute::get(out_.getContext(), line_start_attribute, start));
+    if (variant_.ahead && is_read && is_leading(stream)) target->addAttr(llvm::Attribute::get(out_.getContext(), leading_attribute));
   }
   target->addAttr(llvm::Attribute::NoAlias);
   target->addAttr(llvm::Attribute::NoCapture);

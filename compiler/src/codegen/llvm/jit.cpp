@@ -92,7 +92,7 @@ void load(const loop::Module& module, const std::vector<RowVariant>& variants, O
     RowCode code(reinterpret_cast<dpde_row_fn>(find(row_symbol(row))));
     for (const RowVariant& variant : variants) {
       if (!may_vary(*module.find_row(row))) continue;
-      code.variants.push_back({reinterpret_cast<dpde_row_fn>(find(row_symbol(row) + variant.suffix)), variant.streams ? 1 : 0});
+      code.variants.push_back({reinterpret_cast<dpde_row_fn>(find(row_symbol(row) + variant.suffix)), variant.streams ? 1 : 0, variant.ahead ? 1 : 0});
     }
     return code;
   };

@@ -18,6 +18,7 @@
 
 #include <algorithm>
 
+#include "codegen/llvm/line_loads.h"
 #include "codegen/llvm/emit_elementary.h"
 #include "codegen/llvm/emit_module.h"
 
@@ -26,8 +27,6 @@ namespace dpde::codegen {
 namespace {
 
 bool is_number_vector(const llvm::Type* type) { return type->isVectorTy() && type->getScalarType()->isFloatingPointTy(); }
-
-constexpr uint64_t cache_line = 64;  // bytes
 
 /// Stores past the caches, where a variant of a row asks for them: only vector stores that are aligned have such a form, so
 /// the vectoriser would give up where it saw the wish before. Rows begin on cache lines and vectors do not straddle them.
@@ -43,7 +42,7 @@ class StreamStores : public llvm::PassInfoMixin<StreamStores> {
       if (store == nullptr || !is_number_vector(store->getValueOperand()->getType())) continue;
       const auto* line = llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(store->getPointerOperand()));
       if (line == nullptr || !line->hasAttribute(llvm::Attribute::WriteOnly)) continue;
-      store->setAlignment(llvm::Align(std::min(cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
+      store->setAlignment(llvm::Align(std::min<uint64_t>(cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
       store->setMetadata(llvm::LLVMContext::MD_nontemporal, wish);
     }
     return llvm::PreservedAnalyses::all();
@@ -59,6 +58,7 @@ llvm::ModulePassManager pipeline() {
   functions.addPass(llvm::LoopVectorizePass());
   functions.addPass(llvm::InstCombinePass());
   functions.addPass(llvm::SimplifyCFGPass());
+  functions.addPass(LineLoads());
   functions.addPass(StreamStores());
   llvm::ModulePassManager modules;
   modules.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(functions)));

@@ -9,6 +9,8 @@
 
 namespace dpde::codegen {
 
+inline constexpr int cache_line = 64;  // bytes
+
 /// `module` has been bound to `target`.
 void optimise(llvm::Module& module, llvm::TargetMachine& target);
 

@@ -61,8 +61,8 @@ std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
 
 std::vector<RowVariant> variants_for_host(const JitOptions& options) {
   if (!options.variants) return {};
-  std::vector<RowVariant> variants{{".streams", 0, true}};
-  if (options.vector_width == 0 && host().has_512_bits) variants.push_back({".narrow", 256, false});
+  std::vector<RowVariant> variants{{".ahead", 0, false, true}, {".streams", 0, true, true}};
+  if (options.vector_width == 0 && host().has_512_bits) variants.push_back({".narrow", 256});
   return variants;
 }
 
