@@ -29,7 +29,7 @@ TEST_F(GradientCommand, IsTheClosedForm) {
 TEST_F(GradientCommand, IsTheSameWithLittleMemory) {
   write("rod.dpde", rod_text);
   const Json all = dpde("gradient rod.dpde find --json").json();
-  const Outcome run = dpde("gradient rod.dpde find --json --memory 1K");
+  const Outcome run = dpde("gradient rod.dpde find --json --memory 2K");
   ASSERT_EQ(run.status, 0) << run.err;
   const Json few = run.json();
   EXPECT_EQ(few["gradient"], all["gradient"]);
@@ -41,7 +41,7 @@ TEST_F(GradientCommand, IsTheSameWithCheckpointsInAFile) {
   write("rod.dpde", rod_text);
   fs::create_directories(path("disk"));
   const Json in_memory = dpde("gradient rod.dpde find --json").json();
-  for (const std::string memory : {"", " --memory 1K"}) {
+  for (const std::string memory : {"", " --memory 2K"}) {
     const Outcome run = dpde("gradient rod.dpde find --json --checkpoints-in disk" + memory);
     ASSERT_EQ(run.status, 0) << run.err;
     EXPECT_EQ(run.json()["gradient"], in_memory["gradient"]);

@@ -82,7 +82,7 @@ TEST_F(Unknowns, CoefficientAgreesWithAFactorOfIt) {
 
 TEST_F(Unknowns, CoefficientIsTheSameWithLittleMemory) {
   write("heat.dpde", heat_text);
-  const Outcome all = dpde("gradient heat.dpde field --json"), few = dpde("gradient heat.dpde field --json --memory 1K");
+  const Outcome all = dpde("gradient heat.dpde field --json"), few = dpde("gradient heat.dpde field --json --memory 2K");
   ASSERT_EQ(all.status + few.status, 0) << all.err << few.err;
   EXPECT_EQ(few.json()["gradient"], all.json()["gradient"]);
   EXPECT_GT(few.json()["checkpoints"]["recomputed_steps"], 0);

@@ -108,7 +108,32 @@ std::set<std::string> Expansion::carried_fields(const Expr& e) {
     const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
     if (access) fields.insert(access->field);
   }
+  note_mean(e, fields);
   return fields;
+}
+
+/// Fields of a scaled sum of values at the point itself whose coefficients do not cancel: a difference stays as it is.
+void Expansion::note_mean(const Expr& e, std::set<std::string>& fields) {
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (!b) return;
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) {
+    note_mean(b->left, fields);
+    note_mean(b->right, fields);
+    return;
+  }
+  const bool divides = b->op == BinaryOp::divide && is_literal(b->right), multiplies = b->op == BinaryOp::multiply && is_literal(b->left);
+  if (!divides && !multiplies) return;
+  std::set<std::string> found;
+  double total = 0;
+  for (const auto& [monomial, coefficient] : expand(divides ? b->left : b->right, {})) {
+    if (monomial.size() != 1 || monomial.begin()->second != 1 || coefficient.size() != 1 || !coefficient.contains({})) return;
+    const Atom& atom = atoms_[monomial.begin()->first];
+    const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
+    if (!access || access->offset != Offset{}) return;
+    found.insert(access->field);
+    total += coefficient.at({});
+  }
+  if (total != 0) fields.merge(found);
 }
 
 Polynomial Expansion::expand(const Expr& e, const std::set<std::string>& carried) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "stencil/build.h"
@@ -193,14 +195,46 @@ struct Updates {
   std::vector<Polynomial> values;
 };
 
+/// Fields that are updates of one another: a state and those of its stages. Rounding errors of one are no larger than the others'.
+class Families {
+ public:
+  explicit Families(const Module& module) {
+    for (const Kernel& kernel : module.kernels) {
+      Atoms atoms;
+      Expansion expansion(kernel, atoms);
+      for (const Store& store : kernel.stores) join(store.field, expansion.carried_fields(store.value));
+    }
+  }
+  /// With all that are of the family of one of them.
+  std::set<std::string> closure(const std::set<std::string>& fields) const {
+    std::set<std::string> result = fields;
+    for (const std::set<std::string>& family : families_) {
+      if (std::ranges::any_of(family, [&](const std::string& field) { return fields.contains(field); })) result.insert(family.begin(), family.end());
+    }
+    return result;
+  }
+
+ private:
+  void join(const std::string& field, const std::set<std::string>& carried) {
+    if (carried.empty()) return;
+    std::set<std::string> joined = carried;
+    joined.insert(field);
+    joined = closure(joined);
+    std::erase_if(families_, [&](const std::set<std::string>& family) { return joined.contains(*family.begin()); });
+    families_.push_back(std::move(joined));
+  }
+
+  std::vector<std::set<std::string>> families_;  // disjoint, none empty
+};
+
 /// None if a number overflows or there are too many terms.
-std::optional<Updates> updates_of(const Kernel& kernel) {
+std::optional<Updates> updates_of(const Kernel& kernel, const Families& families) {
   Updates updates;
   Expansion expansion(kernel, updates.atoms);
   std::size_t terms = 0;
   for (std::size_t s = 0; s < kernel.stores.size(); ++s) {
     const Expr& value = kernel.stores[s].value;
-    const std::set<std::string> carried = expansion.carried_fields(value);
+    const std::set<std::string> carried = families.closure(expansion.carried_fields(value));
     if (carried.empty()) continue;
     updates.stores.push_back(s);
     updates.values.push_back(expansion.expand(value, carried));
@@ -219,8 +253,8 @@ Kernel regrouped(const Kernel& kernel, Updates updates, First first) {
   return with_lets_inlined(result);
 }
 
-Kernel cheapest(const Kernel& kernel) {
-  const std::optional<Updates> updates = updates_of(kernel);
+Kernel cheapest(const Kernel& kernel, const Families& families) {
+  const std::optional<Updates> updates = updates_of(kernel, families);
   if (!updates || updates->stores.empty()) return kernel;
   Kernel best = kernel;
   for (const First first : {First::shared, First::largest}) {
@@ -233,8 +267,9 @@ Kernel cheapest(const Kernel& kernel) {
 }  // namespace
 
 Module regroup_updates(const Module& module) {
+  const Families families(module);
   Module result = module;
-  for (Kernel& kernel : result.kernels) kernel = cheapest(kernel);
+  for (Kernel& kernel : result.kernels) kernel = cheapest(kernel, families);
   return result;
 }
 
