@@ -64,7 +64,7 @@ struct WavefrontPlan {
   std::vector<int64_t> ring_slots;  // rows (planes) of each ring, powers of two
   std::vector<WavefrontCopy> copies;
   std::array<bool, 3> periodic{true, true, true};
-  /// Rows that a level computes in one go: what it reads of them stays in the first-level cache. One in 3-D, where it is planes.
+  /// Rows (planes in 3-D) that a level computes in one go: what it reads of them stays in the first-level cache.
   int64_t rows_at_once = 1;
   /// Cells beyond a tile's along an axis, of all levels.
   int64_t reach(size_t axis) const;
