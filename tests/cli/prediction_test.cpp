@@ -61,7 +61,7 @@ TEST_F(PredictionCommand, PredictsWhatBlockedGradientsStore) {
                                 {text(512, 512, "", "-u*dx(u) + w*u", 23, end), "--set real=f32", 1},
                                 {text(640, 448, "", "-u*dx(u) + 1e-9*w*lap(u)", 29, at), "--threads 2", 2},
                                 {text(7, 3, "", "-u*dx(u) + w*u", 9, end), "", 1},
-                                {text(1, 1, walls, "-u*dx(u) + w*u", 3, often), "--memory 2K", 1}};
+                                {text(1, 1, walls, "-u*dx(u) + w*u", 3, often), "--memory 3K", 1}};
   for (const Case& c : cases) {
     write("blocks.dpde", c.text);
     const Outcome check = dpde("check blocks.dpde t --json " + c.options), run = dpde("gradient blocks.dpde t --json --no-certify " + c.options);
