@@ -68,7 +68,7 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
     const stencil::Program& program = *module.find_program(name);
     const testing::RunInputs inputs = inputs_of(module, program, c, real);
     const testing::Outcome wanted = testing::run_executed(*code.module->find(name), program, inputs, 1);
-    for (const int v : {0, 1, 2}) {  // fetched early, streamed, narrow: the last does not shift whole lines
+    for (const int v : {0, 1, 2}) {  // streamed, fetched early, narrow: the last does not shift whole lines
       const Changed changed(*code.module->find(name), v);
       count += changed.count;
       const testing::Outcome got = testing::run_executed(changed.program, program, inputs, 1);

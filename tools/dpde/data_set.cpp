@@ -212,7 +212,7 @@ void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<d
     const auto residual = [s](const driver::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
     if (std::ranges::any_of(runs, [&](const driver::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
-      job.say(fmt::format("{}: how well the frames satisfy the scene is not known: it does not compile on their grid\n", name));
+      job.say(fmt::format("{}: how well the frames satisfy the scene is not known: it does not run on their grid\n", name));
       continue;
     }
     const auto most = std::ranges::max_element(runs, {}, [&](const driver::DataRun& run) { return residual(run).relative; });

@@ -142,7 +142,7 @@ void say_break_even(Job& job, const OneTest& test, const driver::Equal& at_error
   const double length = test.found().times.back(), sum = (std::isnan(spent.data_s) ? 0 : spent.data_s) + (std::isnan(spent.training_s) ? 0 : spent.training_s);
   using When = driver::BreakEven::Kind;
   const driver::BreakEven even = break_even(at_error, test.costs[0], length, sum);
-  const bool has_number = is_known && even.kind == When::after;
+  const bool is_whole = !std::isnan(spent.data_s) && !std::isnan(spent.training_s), has_number = is_whole && even.kind == When::after;
   json["break_even"] = {{"runs", has_number ? json_number(std::ceil(even.runs)) : Json(nullptr)}, {"never", even.kind == When::never}, {"length", length},
                         {"data_s", std::isnan(spent.data_s) ? Json(nullptr) : Json(spent.data_s)}, {"training_s", std::isnan(spent.training_s) ? Json(nullptr) : Json(spent.training_s)}};
   if (even.kind == When::never) {

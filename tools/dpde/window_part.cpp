@@ -17,6 +17,8 @@ WindowPart::WindowPart(const std::filesystem::path& file, std::uint64_t key, con
 bool WindowPart::save(const driver::FoundControls& found, DiagnosticSink& sink) const {
   driver::ByteWriter out;
   out.number(key_);
+  out.number(window_.run);
+  out.number(window_.frame);
   out.text(found.why);
   out.values(found.losses);
   out.values({found.norm});
@@ -37,7 +39,7 @@ std::optional<driver::FoundControls> WindowPart::load() const {
   std::memcpy(&sum, bytes->data() + content.size(), sizeof sum);
   if (sum != driver::hash_bytes(content.data(), content.size())) return std::nullopt;
   driver::ByteReader in(content);
-  if (in.number() != key_) return std::nullopt;
+  if (in.number() != key_ || in.number() != window_.run || in.number() != window_.frame) return std::nullopt;
   driver::FoundControls found;
   found.window = window_;
   found.why = in.text();

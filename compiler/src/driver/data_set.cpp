@@ -9,6 +9,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "dpde/runtime/error.h"
 #include "driver/cpu_time.h"
 #include "driver/data.h"
 #include "driver/evaluation_log.h"
@@ -96,14 +97,18 @@ std::shared_ptr<const Compiled> DataSetMaker::compile_stored(int run, const std:
   return compile_run(run, more, silent);
 }
 
-/// Where they are not known they stay so.
+/// Where they are not known they stay so: a scene may be unstable on the coarser grid, whose frames are none the worse.
 void DataSetMaker::add_residuals(std::shared_ptr<const Compiled> stored, DataRun& data) const {
   data.residuals.assign(data.states.size(), {});
   DiagnosticSink silent;
   std::atomic<bool> stop = false;
-  const std::unique_ptr<Session> session = session_of(std::move(stored), &stop, silent);
-  if (!session || session->rollout().state_count() != static_cast<int>(data.states.size())) return;
-  data.residuals = residuals_of(*session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
+  try {
+    const std::unique_ptr<Session> session = session_of(std::move(stored), &stop, silent);
+    if (!session || session->rollout().state_count() != static_cast<int>(data.states.size())) return;
+    data.residuals = residuals_of(*session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
+  } catch (const Error&) {
+    data.residuals.assign(data.states.size(), {});
+  }
 }
 
 bool DataSetMaker::plan_frames(DiagnosticSink& sink) {

@@ -10,6 +10,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/random.h"
+#include "driver/storage.h"
 
 namespace dpde::driver {
 
@@ -35,7 +36,7 @@ WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_
   scene_.data = data_.data();
   const int threads = std::clamp(options.threads, 1, std::max(largest_batch, 1));
   SimulationOptions each;
-  each.checkpoint_bytes = options.checkpoint_bytes / threads;
+  each.checkpoint_bytes = budget_of_states({threads, options.checkpoint_bytes, ""}) / threads;
   if (!options.stores_states) each.slots = 1;
   each.cut = options.cut;
   each.stop = options.stop;

@@ -43,6 +43,8 @@ std::uint64_t WindowControls::key() {
   text += fmt::format("{} {} {} {} {}\n", static_cast<int>(optimiser.kind), optimiser.rate, optimiser.gauss_newton, iterations_ > 0 ? iterations_ : optimiser.iterations,
                       compiled.options.backend ? static_cast<int>(*compiled.options.backend) : -1);
   for (const model::Parameter& param : compiled.problem->params) text += fmt::format("{} = {}\n", param.name, param.value);
+  text += fmt::format("{} {} {} {}\n", compiled.problem->step, compiled.problem->t_begin, scene_.trajectories.every, frames());
+  for (const model::Coefficient& coefficient : compiled.problem->coefficients) text += fmt::format("{} {}\n", coefficient.name, coefficient.every);
   for (const UnknownPart& part : batches_.parts()) text += fmt::format("{} {} {}\n", part.name, part.low, part.high);
   const Eigen::VectorXd start = batches_.unknown_values();
   return hash_bytes(start.data(), static_cast<std::size_t>(start.size()) * sizeof(double), hash_bytes(text.data(), text.size()));

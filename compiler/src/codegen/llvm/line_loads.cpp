@@ -9,6 +9,7 @@
 #include <llvm/IR/IRBuilder.h>
 #include <llvm/IR/Instructions.h>
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -72,7 +73,8 @@ class Carried {
   /// Where fewer vectors are loaded a round than before.
   bool pays() const {
     const auto is_loaded = [&](int64_t place) { return !needed_.contains(place + step_); };
-    return step_ % cache_line == 0 && std::ranges::count_if(needed_, is_loaded) < std::ssize(loads_);
+    const auto is_alike = [&](const LineLoad& one) { return one.load->getType() == type_ && one.step == step_; };
+    return step_ % cache_line == 0 && std::ranges::all_of(loads_, is_alike) && std::ranges::count_if(needed_, is_loaded) < std::ssize(loads_);
   }
 
   void replace() {

@@ -61,8 +61,11 @@ std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
 
 std::vector<RowVariant> variants_for_host(const JitOptions& options) {
   if (!options.variants) return {};
-  std::vector<RowVariant> variants{{".ahead", 0, false, true}, {".streams", 0, true, true}};
-  if (options.vector_width == 0 && host().has_512_bits) variants.push_back({".narrow", 256});
+  const bool has_lines = options.vector_width == 0 && host().has_512_bits;  // vectors of a cache line: only then lines are fetched early
+  std::vector<RowVariant> variants{{".streams", 0, true, has_lines}};
+  if (!has_lines) return variants;
+  variants.push_back({".ahead", 0, false, true});
+  variants.push_back({".narrow", 256});
   return variants;
 }
 

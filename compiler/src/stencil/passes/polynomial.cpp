@@ -108,32 +108,32 @@ std::set<std::string> Expansion::carried_fields(const Expr& e) {
     const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
     if (access) fields.insert(access->field);
   }
-  note_mean(e, fields);
   return fields;
 }
 
-/// Fields of a scaled sum of values at the point itself whose coefficients do not cancel: a difference stays as it is.
-void Expansion::note_mean(const Expr& e, std::set<std::string>& fields) {
+std::map<std::string, double> Expansion::weights(const Expr& e) {
+  std::map<std::string, double> weights;
+  add_weights(e, 1, weights);
+  return weights;
+}
+
+/// Terms that are no numbers times values at the point itself are left out.
+void Expansion::add_weights(const Expr& e, double scale, std::map<std::string, double>& weights) {
+  if (const Access* access = std::get_if<Access>(&e->kind)) {
+    if (access->offset == Offset{}) weights[access->field] += scale;
+    return;
+  }
+  if (const Neg* n = std::get_if<Neg>(&e->kind)) return add_weights(n->operand, -scale, weights);
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (!b) return;
   if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) {
-    note_mean(b->left, fields);
-    note_mean(b->right, fields);
-    return;
+    add_weights(b->left, scale, weights);
+    add_weights(b->right, b->op == BinaryOp::add ? scale : -scale, weights);
+  } else if (const Literal* divisor = std::get_if<Literal>(&b->right->kind); divisor && b->op == BinaryOp::divide) {
+    add_weights(b->left, scale / divisor->value, weights);
+  } else if (const Literal* factor = std::get_if<Literal>(&b->left->kind); factor && b->op == BinaryOp::multiply) {
+    add_weights(b->right, scale * factor->value, weights);
   }
-  const bool divides = b->op == BinaryOp::divide && is_literal(b->right), multiplies = b->op == BinaryOp::multiply && is_literal(b->left);
-  if (!divides && !multiplies) return;
-  std::set<std::string> found;
-  double total = 0;
-  for (const auto& [monomial, coefficient] : expand(divides ? b->left : b->right, {})) {
-    if (monomial.size() != 1 || monomial.begin()->second != 1 || coefficient.size() != 1 || !coefficient.contains({})) return;
-    const Atom& atom = atoms_[monomial.begin()->first];
-    const Access* access = atom.definition ? nullptr : std::get_if<Access>(&atom.value->kind);
-    if (!access || access->offset != Offset{}) return;
-    found.insert(access->field);
-    total += coefficient.at({});
-  }
-  if (total != 0) fields.merge(found);
 }
 
 Polynomial Expansion::expand(const Expr& e, const std::set<std::string>& carried) {

@@ -55,12 +55,14 @@ class Expansion {
 
   Polynomial expand(const Expr& e, const std::set<std::string>& carried);
   /// Fields u with a term u[k] * (number + ...) in `e`: an update u + dt*(...) has rounding errors of the size of u's, so
-  /// that c*u[k] may be added to it in any order while |c| is at most about 1. A mean of states, (u + 2*v)/3 + ..., carries both.
+  /// that c*u[k] may be added to it in any order while |c| is at most about 1.
   std::set<std::string> carried_fields(const Expr& e);
+  /// Of an update of fields at the point itself, u + dt*(...) or (u + 2*v)/3 + dt*(...): their weights, numbers.
+  std::map<std::string, double> weights(const Expr& e);
 
  private:
   Polynomial expand_binary(const Expr& e, const Binary& b, const std::set<std::string>& carried);
-  void note_mean(const Expr& e, std::set<std::string>& fields);
+  void add_weights(const Expr& e, double scale, std::map<std::string, double>& weights);
   Polynomial closed(const Polynomial& p, const std::set<std::string>& carried);
   bool is_open(const Monomial& monomial, const std::set<std::string>& carried) const;
   Polynomial atom(const Expr& e) { return {{{{atoms_.of(e, false), 1}}, {{{}, 1.0}}}}; }

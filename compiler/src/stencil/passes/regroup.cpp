@@ -195,46 +195,62 @@ struct Updates {
   std::vector<Polynomial> values;
 };
 
-/// Fields that are updates of one another: a state and those of its stages. Rounding errors of one are no larger than the others'.
-class Families {
+/// Which fields are stages of which one: u_1 = u + dt*(...), u_2 = (3*u + u_1)/4 + dt*(...). They are of its size, and so are the
+/// rounding errors of c*u_1[k] in an update of u. What is a mean of several, or a difference, is a stage of none.
+class Stages {
  public:
-  explicit Families(const Module& module) {
+  explicit Stages(const Module& module) {
     for (const Kernel& kernel : module.kernels) {
       Atoms atoms;
       Expansion expansion(kernel, atoms);
-      for (const Store& store : kernel.stores) join(store.field, expansion.carried_fields(store.value));
+      for (const Store& store : kernel.stores) note(store, root_of(expansion.weights(store.value)));
     }
   }
-  /// With all that are of the family of one of them.
-  std::set<std::string> closure(const std::set<std::string>& fields) const {
-    std::set<std::string> result = fields;
-    for (const std::set<std::string>& family : families_) {
-      if (std::ranges::any_of(family, [&](const std::string& field) { return fields.contains(field); })) result.insert(family.begin(), family.end());
+
+  /// Fields that an update reads and is made of, or that are stages of the same field as those.
+  std::set<std::string> carried(const Kernel& kernel, const Expr& value, Expansion& expansion) const {
+    std::set<std::string> fields = expansion.carried_fields(value);
+    const std::optional<std::string> root = root_of(expansion.weights(value));
+    if (!root) return fields;
+    for (const Signature::Read& read : signature(kernel).reads) {
+      if (root_of(read.field) == *root) fields.insert(read.field);
     }
-    return result;
+    return fields;
   }
 
  private:
-  void join(const std::string& field, const std::set<std::string>& carried) {
-    if (carried.empty()) return;
-    std::set<std::string> joined = carried;
-    joined.insert(field);
-    joined = closure(joined);
-    std::erase_if(families_, [&](const std::set<std::string>& family) { return joined.contains(*family.begin()); });
-    families_.push_back(std::move(joined));
+  std::string root_of(const std::string& field) const {
+    const auto found = roots_.find(field);
+    return found == roots_.end() ? field : found->second;
+  }
+  /// That of all the fields, if their weights add up to 1.
+  std::optional<std::string> root_of(const std::map<std::string, double>& weights) const {
+    double total = 0;
+    for (const auto& [field, weight] : weights) {
+      if (root_of(field) != root_of(weights.begin()->first)) return std::nullopt;
+      total += weight;
+    }
+    if (std::abs(total - 1) > 1e-12) return std::nullopt;
+    return root_of(weights.begin()->first);
+  }
+  /// A field that is stored differently in several places is its own root.
+  void note(const Store& store, const std::optional<std::string>& root) {
+    const std::string found = root && !store.accumulate ? *root : store.field;
+    const auto [entry, is_new] = roots_.emplace(store.field, found);
+    if (!is_new && entry->second != found) entry->second = store.field;
   }
 
-  std::vector<std::set<std::string>> families_;  // disjoint, none empty
+  std::map<std::string, std::string> roots_;
 };
 
 /// None if a number overflows or there are too many terms.
-std::optional<Updates> updates_of(const Kernel& kernel, const Families& families) {
+std::optional<Updates> updates_of(const Kernel& kernel, const Stages& stages) {
   Updates updates;
   Expansion expansion(kernel, updates.atoms);
   std::size_t terms = 0;
   for (std::size_t s = 0; s < kernel.stores.size(); ++s) {
     const Expr& value = kernel.stores[s].value;
-    const std::set<std::string> carried = families.closure(expansion.carried_fields(value));
+    const std::set<std::string> carried = stages.carried(kernel, value, expansion);
     if (carried.empty()) continue;
     updates.stores.push_back(s);
     updates.values.push_back(expansion.expand(value, carried));
@@ -253,8 +269,8 @@ Kernel regrouped(const Kernel& kernel, Updates updates, First first) {
   return with_lets_inlined(result);
 }
 
-Kernel cheapest(const Kernel& kernel, const Families& families) {
-  const std::optional<Updates> updates = updates_of(kernel, families);
+Kernel cheapest(const Kernel& kernel, const Stages& stages) {
+  const std::optional<Updates> updates = updates_of(kernel, stages);
   if (!updates || updates->stores.empty()) return kernel;
   Kernel best = kernel;
   for (const First first : {First::shared, First::largest}) {
@@ -267,9 +283,9 @@ Kernel cheapest(const Kernel& kernel, const Families& families) {
 }  // namespace
 
 Module regroup_updates(const Module& module) {
-  const Families families(module);
+  const Stages stages(module);
   Module result = module;
-  for (Kernel& kernel : result.kernels) kernel = cheapest(kernel, families);
+  for (Kernel& kernel : result.kernels) kernel = cheapest(kernel, stages);
   return result;
 }
 
