@@ -152,7 +152,9 @@ TEST(Correlation, IsThatOfWhatVaries) {
   EXPECT_NEAR(correlation(a, b), 22 / std::sqrt(14 * 38), 1e-15);
   EXPECT_NEAR(correlation(a, a), 1, 1e-15);
   EXPECT_NEAR(correlation({{1, 2}, {5, 3}}, {{2, 1}, {1, 5}}), -1 * (0.5 + 4) / std::sqrt((0.5 + 2) * (0.5 + 8)), 1e-15) << "two components";
-  EXPECT_EQ(correlation({{2, 2}}, {{3, 3}}), 1);
+  EXPECT_TRUE(std::isnan(correlation({{2, 2}}, {{3, 3}}))) << "data that do not vary";
+  EXPECT_TRUE(std::isnan(correlation({{2, 4}}, {{3, 3}})));
+  EXPECT_TRUE(std::isnan(first_below({1, 2}, {1, std::nan("")}, 0.8).time));
   EXPECT_EQ(correlation({{2, 2}}, {{3, 4}}), 0);
   EXPECT_EQ(correlation({{2, std::nan("")}}, {{3, 4}}), 0);
 }

@@ -155,6 +155,7 @@ Json report_spectrum(Job& job, const OneTest& test) {
   const Figures figures = [last](const TrajectoryTest& each) { return distances(each, last); };
   Json json = report_all(job, test, figures, [&](const std::string& title, const TrajectoryTest& each) {
     job.say(fmt::format("  {}: {} on {}\n", title, text_of(mean_and_spread(figures(each))), each.file));
+    if (std::ranges::any_of(figures(each), [](double figure) { return std::isnan(figure); })) job.say("    the data have nothing in these shells: there is nothing to compare\n");
     return Json{{"file", each.file}, {"distance", json_of(figures(each))}, {"energy", json_numbers(each.course())}, {"data", json_numbers(TrajectoryTest::course_of(each.data))}};
   });
   json["last_shell"] = last;
@@ -189,6 +190,7 @@ Json report_correlation(Job& job, const OneTest& test) {
     const auto staying = std::ranges::count(all, false, &driver::Crossing::reached);
     const std::string rest = staying == 0 ? "" : fmt::format("; {} of {} runs stay above it to the end, t = {:.4g}, which is taken for their time", staying, all.size(), each.times.back());
     job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file, rest));
+    if (std::ranges::any_of(all, [](const driver::Crossing& one) { return std::isnan(one.time); })) job.say("    the data do not vary at some frames: nothing correlates with them\n");
     return Json{{"file", each.file}, {"time", json_of(times_of(each))}, {"staying", staying}, {"course", json_numbers(each.course())}};
   });
   json["threshold"] = found.threshold;

@@ -108,25 +108,26 @@ double noise_of(Precision real) {
   return 64 * rounding * rounding;
 }
 
-double correlation(const Components& a, const Components& b) {
-  double product = 0, of_a = 0, of_b = 0;
-  for (std::size_t c = 0; c < a.size(); ++c) {
-    const double mean_a = mean_of(a[c]), mean_b = mean_of(b[c]);
-    for (std::size_t i = 0; i < a[c].size(); ++i) {
-      const double x = a[c][i] - mean_a, y = b[c][i] - mean_b;
+double correlation(const Components& own, const Components& data) {
+  double product = 0, of_own = 0, of_data = 0;
+  for (std::size_t c = 0; c < own.size(); ++c) {
+    const double mean_own = mean_of(own[c]), mean_data = mean_of(data[c]);
+    for (std::size_t i = 0; i < own[c].size(); ++i) {
+      const double x = own[c][i] - mean_own, y = data[c][i] - mean_data;
       product += x * y;
-      of_a += x * x;
-      of_b += y * y;
+      of_own += x * x;
+      of_data += y * y;
     }
   }
-  if (!std::isfinite(of_a) || !std::isfinite(of_b)) return 0;
-  if (of_a == 0 || of_b == 0) return of_a == of_b ? 1 : 0;
-  return product / (std::sqrt(of_a) * std::sqrt(of_b));
+  if (of_data == 0) return std::numeric_limits<double>::quiet_NaN();
+  if (of_own == 0 || !std::isfinite(of_own) || !std::isfinite(of_data)) return 0;
+  return product / (std::sqrt(of_own) * std::sqrt(of_data));
 }
 
 Crossing first_below(const std::vector<double>& times, const std::vector<double>& course, double threshold) {
   double time = 0, value = 1;
   for (std::size_t k = 0; k < times.size(); ++k) {
+    if (std::isnan(course[k])) return {course[k], true};
     if (!(course[k] >= threshold)) {
       const double share = value > course[k] ? (value - threshold) / (value - course[k]) : 0;
       return {time + share * (times[k] - time), true};

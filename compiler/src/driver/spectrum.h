@@ -38,15 +38,15 @@ double distance(const std::vector<double>& energies, const std::vector<double>& 
 /// Energy that rounding of values alone may leave in a shell, in parts of the whole.
 double noise_of(Precision real);
 
-/// Of fields with one or several components: sum of a.b over the norms, each component without its mean. Where one of them has no
-/// norm: 1 when both have none, else 0. 0 too of what is not finite.
+/// Of fields with one or several components: sum of a.b over the norms, each component without its mean. NaN where the data do not
+/// vary, 0 where only `own` does not, and of what is not finite.
 using Components = std::vector<std::vector<double>>;
-double correlation(const Components& a, const Components& b);
+double correlation(const Components& own, const Components& data);
 
 /// The time at which a course that begins with 1 at time 0 first falls below `threshold`, linear between its values; its last time where
 /// it never does, `reached` then false.
 struct Crossing {
-  double time = 0;
+  double time = 0;  // NaN where the course is
   bool reached = false;
 };
 Crossing first_below(const std::vector<double>& times, const std::vector<double>& course, double threshold);
