@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 
 #include "driver/data_set.h"
 #include "driver/data_set_cost.h"
@@ -44,8 +43,7 @@ class Part {
     }
     for (const driver::Residual& residual : data.residuals) out.values({residual.rate, residual.relative});
     out.values({data.cpu_seconds});
-    const std::uint64_t sum = driver::hash_bytes(out.bytes().data(), out.bytes().size());
-    return driver::write_file(path_, out.bytes() + std::string(reinterpret_cast<const char*>(&sum), sizeof sum), sink);
+    return driver::write_file(path_, driver::sealed(out.bytes()), sink);
   }
   /// nullopt where it is not there, damaged or of another data set.
   std::optional<driver::DataRun> load() const {
@@ -53,12 +51,9 @@ class Part {
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) return std::nullopt;
     const std::optional<std::string> bytes = driver::read_file(path_, {}, silent);
-    std::uint64_t sum = 0;
-    if (!bytes || bytes->size() < sizeof sum) return std::nullopt;
-    const std::string_view content = std::string_view(*bytes).substr(0, bytes->size() - sizeof sum);
-    std::memcpy(&sum, bytes->data() + content.size(), sizeof sum);
-    if (sum != driver::hash_bytes(content.data(), content.size())) return std::nullopt;
-    driver::ByteReader in(content);
+    const std::optional<std::string_view> content = bytes ? driver::unsealed(*bytes) : std::nullopt;
+    if (!content) return std::nullopt;
+    driver::ByteReader in(*content);
     if (in.number() != key_) return std::nullopt;
     driver::DataRun data;
     data.params = in.values();

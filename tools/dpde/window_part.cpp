@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstring>
-
-#include "driver/evaluation_log.h"
 #include "driver/files.h"
 #include "driver/restart_file.h"
 
@@ -24,8 +21,7 @@ bool WindowPart::save(const driver::FoundControls& found, DiagnosticSink& sink) 
   out.values({found.norm});
   out.number(static_cast<std::int64_t>(found.states.size()));
   for (const std::vector<double>& state : found.states) out.values(state);
-  const std::uint64_t sum = driver::hash_bytes(out.bytes().data(), out.bytes().size());
-  return driver::write_file(path_, out.bytes() + std::string(reinterpret_cast<const char*>(&sum), sizeof sum), sink);
+  return driver::write_file(path_, driver::sealed(out.bytes()), sink);
 }
 
 std::optional<driver::FoundControls> WindowPart::load() const {
@@ -33,12 +29,9 @@ std::optional<driver::FoundControls> WindowPart::load() const {
   std::error_code error;
   if (!std::filesystem::exists(path_, error)) return std::nullopt;
   const std::optional<std::string> bytes = driver::read_file(path_, {}, silent);
-  std::uint64_t sum = 0;
-  if (!bytes || bytes->size() < sizeof sum) return std::nullopt;
-  const std::string_view content = std::string_view(*bytes).substr(0, bytes->size() - sizeof sum);
-  std::memcpy(&sum, bytes->data() + content.size(), sizeof sum);
-  if (sum != driver::hash_bytes(content.data(), content.size())) return std::nullopt;
-  driver::ByteReader in(content);
+  const std::optional<std::string_view> content = bytes ? driver::unsealed(*bytes) : std::nullopt;
+  if (!content) return std::nullopt;
+  driver::ByteReader in(*content);
   if (in.number() != key_ || in.number() != window_.run || in.number() != window_.frame) return std::nullopt;
   driver::FoundControls found;
   found.window = window_;

@@ -126,6 +126,19 @@ std::vector<double> ByteReader::values() {
   return values;
 }
 
+std::string sealed(std::string content) {
+  const std::uint64_t checksum = hash_of(content);
+  return std::move(content.append(reinterpret_cast<const char*>(&checksum), sizeof checksum));
+}
+
+std::optional<std::string_view> unsealed(std::string_view bytes) {
+  std::uint64_t checksum = 0;
+  if (bytes.size() < sizeof checksum) return std::nullopt;
+  std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof checksum, sizeof checksum);
+  bytes.remove_suffix(sizeof checksum);
+  return hash_of(bytes) == checksum ? std::optional(bytes) : std::nullopt;
+}
+
 bool save_restart(const std::filesystem::path& path, const Restart& restart, DiagnosticSink& sink) {
   ByteWriter out;
   out.number(static_cast<std::int64_t>(restart.identity.size()));
@@ -137,9 +150,7 @@ bool save_restart(const std::filesystem::path& path, const Restart& restart, Dia
   out.number(static_cast<std::int64_t>(restart.states.size()));
   for (const std::vector<double>& state : restart.states) out.values(state);
   out.text(restart.record);
-  const std::string content = std::string(magic) + out.bytes();
-  const std::uint64_t checksum = hash_of(content);
-  return write_file(path, content + std::string(reinterpret_cast<const char*>(&checksum), sizeof checksum), sink);
+  return write_file(path, sealed(std::string(magic) + out.bytes()), sink);
 }
 
 std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity, DiagnosticSink& sink) {
@@ -149,12 +160,9 @@ std::optional<Restart> load_restart(const std::filesystem::path& path, const Run
     sink.report("bad-array-file", {}, {path.string(), "it is no checkpoint of a run, or damaged"});
     return std::nullopt;
   };
-  std::uint64_t checksum = 0;
-  if (bytes->size() < magic.size() + sizeof checksum) return damaged();
-  const std::string_view content = std::string_view(*bytes).substr(0, bytes->size() - sizeof checksum);
-  std::memcpy(&checksum, bytes->data() + content.size(), sizeof checksum);
-  if (!content.starts_with(magic) || hash_of(content) != checksum) return damaged();
-  ByteReader in(content.substr(magic.size()));
+  const std::optional<std::string_view> content = unsealed(*bytes);
+  if (!content || !content->starts_with(magic)) return damaged();
+  ByteReader in(content->substr(magic.size()));
   Restart restart;
   for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
     const std::string name = in.text();

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "driver/evaluation_log.h"
 #include "driver/trainer.h"
@@ -138,22 +137,17 @@ std::string Trainer::save() const {
     out.text(value);
   }
   write(out, state_);
-  const std::string bytes = std::string(magic) + out.bytes();
-  const std::uint64_t sum = hash_bytes(bytes.data(), bytes.size());
-  return bytes + std::string(reinterpret_cast<const char*>(&sum), sizeof sum);
+  return sealed(std::string(magic) + out.bytes());
 }
 
 bool Trainer::restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink) {
-  std::uint64_t sum = 0;
   const auto damaged = [&] {
     sink.report("bad-array-file", {}, {file, "it is damaged"}, "without --resume the training starts at its beginning");
     return false;
   };
-  if (bytes.size() < magic.size() + sizeof sum || !bytes.starts_with(magic)) return damaged();
-  std::memcpy(&sum, bytes.data() + bytes.size() - sizeof sum, sizeof sum);
-  bytes.remove_suffix(sizeof sum);
-  if (sum != hash_bytes(bytes.data(), bytes.size())) return damaged();
-  ByteReader in(bytes.substr(magic.size()));
+  const std::optional<std::string_view> content = unsealed(bytes);
+  if (!content || !content->starts_with(magic)) return damaged();
+  ByteReader in(content->substr(magic.size()));
   const RunIdentity wanted = identity();
   if (in.number() != static_cast<std::int64_t>(wanted.size())) return damaged();
   for (const auto& [name, value] : wanted) {

@@ -16,7 +16,7 @@ inline constexpr const char* leading_attribute = "dpde-leading";
 
 /// Changes loops of one block whose vectors fill cache lines; all values stay the same. Leading lines are fetched early: with few
 /// loads in a round many rounds are under way at once, and the processor's own prefetching, which ends with every page, falls behind
-/// (2-D Burgers, 1024^2, Zen 5: without it 1.05 times as long as with all the loads, with it 0.85 times).
+/// (2-D Burgers, 1024^2, Zen 5: without it 1.07 times as long as with all the loads, with it 0.89 times).
 class LineLoads : public llvm::PassInfoMixin<LineLoads> {
  public:
   llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager& analyses);
