@@ -488,10 +488,10 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
 
 }  // namespace
 
-Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
+Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink, const Surroundings& surroundings) {
   const Program* program = module.find_program(name);
   require(program != nullptr, "adjoint of a program that is not in the module");
-  if (!check_given(module, *program, find_varied(module, *program, wrt), reverse, sink)) return {};
+  if (!check_given(module, *program, find_varied(module, *program, wrt), reverse, surroundings, sink)) return {};
   return reverse(module, name, wrt, sink);
 }
 

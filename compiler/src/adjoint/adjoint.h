@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "source/diagnostic.h"
 #include "stencil/stencil.h"
@@ -18,6 +19,16 @@ namespace dpde::adjoint {
 struct Activity {
   std::set<std::string> fields;
   std::set<std::string> params;
+};
+
+/// Where a program runs, as far as that is known: adjoints that a person gives are checked there.
+struct Surroundings {
+  struct Axis {
+    int cells = 1;
+    double low = 0, spacing = 1;
+  };
+  std::vector<Axis> axes;  // none: nothing is known
+  std::map<std::string, double> params;
 };
 
 struct Derivative {
@@ -40,7 +51,8 @@ Derivative tangent(const stencil::Module& module, const std::string& program, co
 /// Kernels with formulas of their own (Kernel::given) are reversed by these, after they have been checked against the tangent.
 /// Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the kernel runs on
 /// the region grown by the stencil, terms of points outside are masked, and `fold` transposes the halo fill.
-Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink);
+Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink,
+                   const Surroundings& surroundings = {});
 
 /// NAME_squares, for a program whose sums are sums of squares c*r^2 (c of what does not vary): the tangent of NAME, but with
 /// s_dot = the sum of c*r_dot^2. The gradient of s_dot by the directions is the Gauss-Newton Hessian of s times them.

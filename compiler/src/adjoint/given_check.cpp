@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <random>
 
+#include "adjoint/given_places.h"
 #include "stencil/build.h"
 #include "stencil/given.h"
 #include "stencil/interpret.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr double largest_error = 1e-11;
 constexpr int most_cells = 4000;
+constexpr int most_in_boxes = 100000;  // cells of all of them, each range for itself
 constexpr std::size_t longest_hint = 200;
 
 /// Where inputs are drawn from: functions may have no value for some, and other branches for others.
@@ -27,13 +30,20 @@ constexpr std::array<std::array<double, 2>, 4> input_ranges{{{0.5, 1.5}, {-1.5, 
 
 bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
 
+/// Walls that leave nothing to chance: what lies beyond is neither the cell's value nor minus that, but a third or a fifth of it.
+AxisBoundary walls(int axis, Topology topology) {
+  const Expr spacing = param(std::string("h") + "xyz"[axis]);
+  return {topology, {SideKind::mixed, 0.4, 1.0 / spacing, 1.0}, {SideKind::mixed, 0.7, 3.0 / spacing, 1.0}};
+}
+
 /// One run of a kernel between fills, as a program of its own.
-Module lone_program(const Kernel& kernel, Topology topology) {
-  Program program{"p", std::vector<Topology>(static_cast<std::size_t>(kernel.rank), topology), {}, {}, {}};
+Module lone_program(const Kernel& kernel, const std::vector<Topology>& axes) {
+  Program program{"p", axes, {}, {}, {}};
   const Signature s = signature(kernel);
   for (const Signature::Read& read : s.reads) {
-    const AxisBoundary boundary{topology, {SideKind::zero_gradient}, {SideKind::value, 0.7}};
-    if (!is_coordinate(read.field)) program.body.push_back(Fill{read.field, std::vector(program.axes.size(), boundary)});
+    std::vector<AxisBoundary> boundary;
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) boundary.push_back(walls(static_cast<int>(axis), axes[axis]));
+    if (!is_coordinate(read.field)) program.body.push_back(Fill{read.field, boundary});
   }
   Module module{{kernel}, {}, {}};
   Kernel begin{kernel.name + "_begin", kernel.rank, {}, {}, {}, {}};  // of what is added to
@@ -60,27 +70,31 @@ Grid grid_for(const Kernel& kernel) {
   return grid;
 }
 
+int cells_of(const Grid& grid) { return grid.cells[0] * grid.cells[1] * grid.cells[2]; }
+
 /// Both numbers that must agree, and the sizes of their terms.
 struct Products {
   double forward = 0, reverse = 0, scale = 0;
   double error() const { return std::abs(forward - reverse) / std::max({std::abs(forward), std::abs(reverse), scale, 1e-300}); }
 };
 
-constexpr double spacing = 0.3;  // of the cells
+constexpr double spacing = 0.3;  // of the cells, where nobody says more
 
 /// A program with its derivatives by one input.
 class Comparison {
  public:
-  Comparison(const Module& module, const Derivative& tangent, const Derivative& adjoint, const Grid& grid, std::string input)
-      : program_(module.programs.front()), interface_(interface_of(module, program_)), tangent_(tangent), adjoint_(adjoint), grid_(grid),
+  Comparison(const Module& module, const Derivative& tangent, const Derivative& adjoint, std::string input)
+      : program_(module.programs.front()), interface_(interface_of(module, program_)), tangent_(tangent), adjoint_(adjoint),
         input_(std::move(input)) {}
 
-  Products products(const std::array<double, 2>& range, std::mt19937_64& random) {
+  /// On the cells of a box, with values drawn from `range`; parameters that are `known` have their values.
+  Products products(const Box& box, const std::array<double, 2>& range, const Params& known, std::mt19937_64& random) {
+    box_ = box;
     inputs_.clear();
     for (const std::string& field : interface_.inputs) {
       if (!is_coordinate(field)) inputs_[field] = draw(range, random);
     }
-    draw_params(range, random);
+    draw_params(range, known, random);
     Products result;
     const bool is_field = inputs_.contains(input_);
     const std::vector<double> direction = draw({-1, 1}, random);
@@ -117,19 +131,21 @@ class Comparison {
     return std::uniform_real_distribution<double>(range[0], range[1])(random);
   }
   /// Of the program and of what is given, which may know spacing and time where the program does not; those of the grid are true.
-  void draw_params(const std::array<double, 2>& range, std::mt19937_64& random) {
-    params_.clear();
+  void draw_params(const std::array<double, 2>& range, const Params& known, std::mt19937_64& random) {
+    params_ = known;
     std::vector<std::string> names = interface_.params;
     const Interface given = interface_of(adjoint_.module, *adjoint_.module.find_program(adjoint_.program));
     names.insert(names.end(), given.params.begin(), given.params.end());
     for (const std::string& name : names) {
       if (!params_.contains(name)) params_[name] = draw_one(range, random);
     }
-    for (const char* spacing_of : {"hx", "hy", "hz"}) params_[spacing_of] = spacing;
-    params_["cells"] = static_cast<double>(grid_.cells[0]) * grid_.cells[1] * grid_.cells[2];
+    params_["hx"] = box_.spacing[0];
+    params_["hy"] = box_.spacing[1];
+    params_["hz"] = box_.spacing[2];
+    params_["cells"] = static_cast<double>(cells_of(box_.grid));
   }
   std::vector<double> draw(const std::array<double, 2>& range, std::mt19937_64& random) {
-    std::vector<double> values(static_cast<std::size_t>(grid_.cells[0]) * grid_.cells[1] * grid_.cells[2]);
+    std::vector<double> values(static_cast<std::size_t>(cells_of(box_.grid)));
     for (double& value : values) value = draw_one(range, random);
     return values;
   }
@@ -138,9 +154,9 @@ class Comparison {
     const Program& program = *derivative.module.find_program(derivative.program);
     int halo = 1;
     for (const auto& [field, widths] : required_halo(derivative.module, program)) halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
-    State state(grid_, halo);
+    State state(box_.grid, halo);
     for (const auto& [field, values] : inputs_) state.set(field, values);
-    for (int axis = 0; axis < grid_.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, spacing);
+    for (int axis = 0; axis < box_.grid.rank; ++axis) state.set_coordinate(axis, program.axes[axis], box_.low[axis], box_.spacing[axis]);
     return state;
   }
 
@@ -154,8 +170,8 @@ class Comparison {
   const Program& program_;
   const Interface interface_;
   const Derivative &tangent_, &adjoint_;
-  const Grid grid_;
   const std::string input_;
+  Box box_;
   std::map<std::string, std::vector<double>> inputs_;
   Params params_;
 };
@@ -165,32 +181,70 @@ Activity by_input(const Kernel& kernel, const std::string& input) {
   return is_field ? Activity{{input}, {}} : Activity{{}, {input}};
 }
 
-/// The largest error; NaN where no draw gave finite numbers. 0 where there is nothing to compare.
-double largest_error_of(const Kernel& kernel, const std::string& input, Reverse reverse) {
-  double worst = NAN;
-  std::mt19937_64 random(20240229);
-  for (const Topology topology : {Topology::periodic, Topology::bounded}) {
-    const Module module = lone_program(kernel, topology);
-    DiagnosticSink silent;
-    const Derivative tangent = adjoint::tangent(module, "p", by_input(kernel, input), silent);
-    const Derivative adjoint = reverse(module, "p", by_input(kernel, input), silent);
-    if (silent.has_errors()) return 0;  // reported where the program is differentiated
-    Comparison comparison(module, tangent, adjoint, grid_for(kernel), input);
-    for (const std::array<double, 2>& range : input_ranges) {
-      const Products products = comparison.products(range, random);
-      if (!std::isfinite(products.forward)) continue;
-      if (!std::isfinite(products.reverse)) return INFINITY;
-      worst = std::isnan(worst) ? products.error() : std::max(worst, products.error());
-    }
+/// The largest error, and in which box; NaN where no draw gave finite numbers. 0 where there is nothing to compare.
+struct Found {
+  double error = NAN;
+  Box box;
+  void note(const Products& products, const Box& at) {
+    if (!std::isfinite(products.forward)) return;
+    const double found = std::isfinite(products.reverse) ? products.error() : INFINITY;
+    if (!(found <= error)) *this = {found, at};
   }
-  return worst;
+};
+
+/// Compares the kernel with its derivatives along such axes; false if it has none, which is reported where the program is differentiated.
+bool compare(const Kernel& kernel, const std::string& input, Reverse reverse, const std::vector<Topology>& axes, const std::function<void(Comparison&)>& on) {
+  const Module module = lone_program(kernel, axes);
+  DiagnosticSink silent;
+  const Derivative tangent = adjoint::tangent(module, "p", by_input(kernel, input), silent);
+  const Derivative adjoint = reverse(module, "p", by_input(kernel, input), silent);
+  if (silent.has_errors()) return false;
+  Comparison comparison(module, tangent, adjoint, input);
+  on(comparison);
+  return true;
+}
+
+/// Anywhere: on one small grid, along periodic axes and with walls.
+Found found_anywhere(const Kernel& kernel, const std::string& input, Reverse reverse) {
+  Found found;
+  std::mt19937_64 random(20240229);
+  const Box box{grid_for(kernel), {}, {spacing, spacing, spacing}};
+  for (const Topology topology : {Topology::periodic, Topology::bounded}) {
+    const bool has_derivatives = compare(kernel, input, reverse, std::vector(static_cast<std::size_t>(kernel.rank), topology), [&](Comparison& comparison) {
+      for (const std::array<double, 2>& range : input_ranges) found.note(comparison.products(box, range, {}, random), box);
+    });
+    if (!has_derivatives) return {0, {}};
+  }
+  return found;
+}
+
+/// At the places of the scene. Half of the draws have its parameters.
+Found found_at_places(const Kernel& kernel, const std::string& input, Reverse reverse, const std::vector<Topology>& axes, const Surroundings& surroundings) {
+  Found found;
+  std::mt19937_64 random(20240229);
+  const std::vector<Box> boxes = boxes_of(kernel, surroundings, grid_for(kernel).cells, random);
+  int cells = 1;
+  for (const Box& box : boxes) cells += cells_of(box.grid);
+  const int ranges = static_cast<int>(input_ranges.size()), wanted = std::clamp(most_in_boxes / cells, 1, ranges);
+  int draw = 0;
+  const bool has_derivatives = compare(kernel, input, reverse, axes, [&](Comparison& comparison) {
+    for (const Box& box : boxes) {
+      for (int tried = 0, done = 0; tried < 2 * ranges && done < wanted; ++tried, ++draw) {
+        const Params known = draw % 2 == 0 ? surroundings.params : Params{};
+        const Products products = comparison.products(box, input_ranges[draw / 2 % ranges], known, random);
+        found.note(products, box);
+        if (std::isfinite(products.forward)) ++done;
+      }
+    }
+  });
+  return has_derivatives ? found : Found{0, {}};
 }
 
 /// What adjoint() would have written.
 std::string derived_formula(Kernel kernel, const std::string& input, Reverse reverse) {
   kernel.given.clear();
   DiagnosticSink silent;
-  const Derivative derived = reverse(lone_program(kernel, Topology::periodic), "p", by_input(kernel, input), silent);
+  const Derivative derived = reverse(lone_program(kernel, std::vector(static_cast<std::size_t>(kernel.rank), Topology::periodic)), "p", by_input(kernel, input), silent);
   for (const Kernel& found : derived.module.kernels) {
     if (!found.lets.empty() || derived.module.kernels.size() != 1) break;
     if (!found.stores.empty()) return fmt::format("adjoint {} = {}", bar_of(input), print(found.stores[0].value, kernel.rank));
@@ -199,17 +253,28 @@ std::string derived_formula(Kernel kernel, const std::string& input, Reverse rev
   return "";
 }
 
-void report(const Kernel& kernel, const Given& given, double error, Reverse reverse, DiagnosticSink& sink) {
+/// "x = 0.98 .. 1, y = 0 .. 0.1": of the cells' centres.
+std::string place_of(const Box& box) {
+  std::string place;
+  for (int axis = 0; axis < box.grid.rank; ++axis) {
+    const double first = box.low[axis] + 0.5 * box.spacing[axis], last = first + (box.grid.cells[axis] - 1) * box.spacing[axis];
+    place += fmt::format("{}{} = {:.4g} .. {:.4g}", axis == 0 ? "" : ", ", "xyz"[axis], first, last);
+  }
+  return place;
+}
+
+void report(const Kernel& kernel, const Given& given, const Found& found, bool at_places, Reverse reverse, DiagnosticSink& sink) {
   // Of a sum's seed the derived text does not say at which point it stands.
   const std::string formula = kernel.sums.empty() ? derived_formula(kernel, given.input, reverse) : "";
   const bool is_short = !formula.empty() && formula.size() <= longest_hint;
-  sink.report("not-the-transpose", given.origin.range, {given.input, kernel.name, fmt::format("{:.1e}", error)},
-              is_short ? "derived it is " + formula : "leave the line out: what is not given is derived");
+  sink.report("not-the-transpose", given.origin.range, {given.input, kernel.name, fmt::format("{:.1e}", found.error)},
+              (is_short ? "derived it is " + formula : "leave the line out: what is not given is derived") +
+                  (at_places ? "; seen at " + place_of(found.box) : ""));
 }
 
 }  // namespace
 
-bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse, DiagnosticSink& sink) {
+bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse, const Surroundings& surroundings, DiagnosticSink& sink) {
   bool good = true;
   std::set<std::string> checked;
   std::set<int> told;  // where formulas begin: stages and passes have copies of them
@@ -217,12 +282,13 @@ bool check_given(const Module& module, const Program& program, const Varied& var
     const Run* run = std::get_if<Run>(&statement);
     if (!run || !checked.insert(run->kernel).second) continue;
     const Kernel& kernel = *module.find_kernel(run->kernel);
+    const bool at_places = surroundings.axes.size() == program.axes.size() && names_coordinates(kernel);
     for (const Given& given : kernel.given) {
       if (!varied.fields.contains(given.input) && !varied.params.contains(given.input)) continue;
       if (told.contains(given.origin.range.begin)) continue;
-      const double error = largest_error_of(kernel, given.input, reverse);
-      if (error <= largest_error) continue;
-      report(kernel, given, error, reverse, sink);
+      const Found found = at_places ? found_at_places(kernel, given.input, reverse, program.axes, surroundings) : found_anywhere(kernel, given.input, reverse);
+      if (found.error <= largest_error) continue;
+      report(kernel, given, found, at_places, reverse, sink);
       told.insert(given.origin.range.begin);
       good = false;
     }

@@ -198,8 +198,20 @@ void differentiate_twice(Compiled& compiled, const std::string& name, const adjo
   add(*derived.squares_adjoint);
 }
 
+adjoint::Surroundings surroundings_of(const Compiled& compiled) {
+  adjoint::Surroundings result;
+  if (!compiled.problem) return result;
+  const model::Problem& problem = *compiled.problem;
+  for (const model::Axis& axis : problem.axes) result.axes.push_back({axis.cells, axis.low, axis.spacing()});
+  for (const model::Parameter& parameter : problem.params) result.params[parameter.name] = parameter.value;
+  result.params["dt"] = problem.step;
+  result.params["t"] = problem.t_begin + problem.steps / 2 * problem.step;
+  return result;
+}
+
 void differentiate(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   stencil::Module derivatives;
+  const adjoint::Surroundings surroundings = surroundings_of(compiled);
   for (const std::string& name : differentiable_programs(compiled)) {
     const adjoint::Activity wrt = active_inputs(compiled, name);
     if (wrt.fields.empty() && wrt.params.empty()) continue;
@@ -209,7 +221,7 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
       merge(derivatives, with_own_kernels(derived.tangent->module, derivatives));
     }
     if (options.adjoint) {
-      derived.adjoint = adjoint::adjoint(compiled.stencil, name, wrt, sink);
+      derived.adjoint = adjoint::adjoint(compiled.stencil, name, wrt, sink, surroundings);
       merge(derivatives, with_own_kernels(derived.adjoint->module, derivatives));
     }
     if (options.second && !sink.has_errors()) differentiate_twice(compiled, name, wrt, derivatives);
