@@ -81,9 +81,9 @@ kernel s_stage3(u_2: field halo 1, u: field, out u_3: field, hx, dt, nu, t: para
   u_3 = u + dt*(nu*u_xx + (t + dt/2))
 }
 
-kernel s_stage4(u_3: field halo 1, u_1: field, u_2: field, u: field, out u_next: field, hx, dt, nu, t: param) {
+kernel s_stage4(u_3: field halo 1, u_2: field, u_1: field, u: field, out u_next: field, hx, dt, nu, t: param) {
   let u_xx = (u_3[-1] - 2*u_3 + u_3[+1])/hx^2
-  u_next = (u_1 + 2*u_2 + u_3 - u)/3 + dt/6*(nu*u_xx + (t + dt))
+  u_next = u_2 + ((u_1 - u_2 + (u_3 - u))/3 + dt/6*(nu*u_xx + (t + dt)))
 }
 
 program s_step {

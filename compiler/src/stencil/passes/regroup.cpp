@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Algebra of updates: u - dt*(u*(u[+1] - u[-1])/(2*h) - ...) becomes centre*u + west*u[-1] + east*u[+1] with
+// Algebra of updates: u - dt*(u*(u[+1] - u[-1])/(2*h) - ...) becomes u + centre*u + west*u[-1] + east*u[+1] with
 // west = c + a*u, which the stores of all components share. A kernel is rewritten only where it has fewer instructions.
+// What is made of the states at the point itself stays as it is written, u and (u_1 - u)/3: in (1 + centre)*u the rounding of 1 + centre
+// would move u in the same direction in each step, and u_1/3 - u/3 that of 1/3.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,6 +22,7 @@ namespace dpde::stencil {
 
 namespace {
 
+const Coefficient one = {{{}, 1.0}};
 constexpr std::size_t most_terms = 200;  // of a kernel: above that the search takes longer than it saves
 
 /// Writes polynomials as expressions; what atoms stand for becomes a let.
@@ -34,15 +37,19 @@ class Writer {
     for (const Let& let : kernel.lets) names_.reserve(let.name);
   }
 
-  Expr write(const Polynomial& p) {
-    Expr result = 0.0;
+  /// `start` and the terms, one by one.
+  Expr write(const Polynomial& p, Expr start = 0.0) {
+    const bool has_start = !is_literal(start, 0);
+    Expr result = std::move(start);
     for (const auto& [c, monomials] : by_coefficient(p)) {
+      const bool is_plain = has_start && is_sign(c);  // each product is added as it is made
       Expr group = 0.0;
+      Expr& to = is_plain ? result : group;
       for (const auto& [monomial, negative] : monomials) {
         const Expr factors = write(monomial);
-        group = negative ? group - factors : group + factors;
+        to = negative != (is_plain && c != one) ? to - factors : to + factors;
       }
-      result = result + write(c) * group;
+      if (!is_plain) result = result + write(c) * group;
     }
     return result;
   }
@@ -188,10 +195,42 @@ bool is_finite(const Polynomial& p) {
   return true;
 }
 
-/// Stores of a kernel that are updates, as polynomials.
+/// Linear in states at the point itself, with weights that are numbers.
+bool is_of_states(const Expr& e, const std::set<std::string>& states) {
+  if (const Access* access = std::get_if<Access>(&e->kind)) return access->offset == Offset{} && states.contains(access->field);
+  if (const Neg* n = std::get_if<Neg>(&e->kind)) return is_of_states(n->operand, states);
+  const Binary* b = std::get_if<Binary>(&e->kind);
+  if (!b) return false;
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return is_of_states(b->left, states) && is_of_states(b->right, states);
+  if (b->op == BinaryOp::divide) return is_literal(b->right) && is_of_states(b->left, states);
+  return b->op == BinaryOp::multiply && is_literal(b->left) && is_of_states(b->right, states);
+}
+
+/// What an update is made of: a state, sums and differences of states, and the rest.
+struct Parts {
+  Expr state = 0.0, differences = 0.0, rest = 0.0;
+
+  void add(const Expr& e, bool negative, const std::set<std::string>& states) {
+    if (is_of_states(e, states)) {
+      const bool is_state = std::holds_alternative<Access>(e->kind) && !negative && is_literal(state, 0);
+      Expr& part = is_state ? state : differences;
+      part = negative ? part - e : part + e;
+    } else if (const Neg* n = std::get_if<Neg>(&e->kind)) {
+      add(n->operand, !negative, states);
+    } else if (const Binary* b = std::get_if<Binary>(&e->kind); b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
+      add(b->left, negative, states);
+      add(b->right, negative != (b->op == BinaryOp::subtract), states);
+    } else {
+      rest = negative ? rest - e : rest + e;
+    }
+  }
+};
+
+/// Stores of a kernel that are updates; their rests as polynomials.
 struct Updates {
   Atoms atoms;
   std::vector<std::size_t> stores;
+  std::vector<Parts> parts;
   std::vector<Polynomial> values;
 };
 
@@ -253,7 +292,8 @@ std::optional<Updates> updates_of(const Kernel& kernel, const Stages& stages) {
     const std::set<std::string> carried = stages.carried(kernel, value, expansion);
     if (carried.empty()) continue;
     updates.stores.push_back(s);
-    updates.values.push_back(expansion.expand(value, carried));
+    updates.parts.emplace_back().add(value, false, carried);
+    updates.values.push_back(expansion.expand(updates.parts.back().rest, carried));
     terms += updates.values.back().size();
     if (!is_finite(updates.values.back()) || terms > most_terms) return std::nullopt;
   }
@@ -264,7 +304,12 @@ Kernel regrouped(const Kernel& kernel, Updates updates, First first) {
   const Factored factored = factor(updates.values, updates.atoms, first);
   Writer writer(kernel, updates.atoms, factored);
   Kernel result = kernel;
-  for (std::size_t i = 0; i < updates.stores.size(); ++i) result.stores[updates.stores[i]].value = writer.write(factored.sums[i]);
+  for (std::size_t i = 0; i < updates.stores.size(); ++i) {
+    const Parts& parts = updates.parts[i];
+    const bool is_alone = is_literal(parts.differences, 0);
+    Expr& value = result.stores[updates.stores[i]].value;
+    value = is_alone ? writer.write(factored.sums[i], parts.state) : parts.state + writer.write(factored.sums[i], parts.differences);
+  }
   result.lets.insert(result.lets.end(), writer.lets().begin(), writer.lets().end());
   return with_lets_inlined(result);
 }
