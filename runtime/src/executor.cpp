@@ -21,44 +21,12 @@
 #include "inference.h"
 #include "real.h"
 #include "reduce.h"
-#include "sweep_tuner.h"
+#include "sweep.h"
 
 namespace dpde {
 namespace {
 
-constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
-constexpr int64_t least_cells_for_threads = 32 * 1024;
-constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
-constexpr int64_t cache_line = 64;                              // bytes
-constexpr int64_t least_tile = 8;                               // rows
-
-struct Stream {
-  int field;
-  int64_t delta;  // bytes from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)
-  bool is_written;
-};
-
-struct Range {
-  int64_t from = 0, to = 1;
-  int64_t count() const { return to - from; }
-};
-
-struct Sweep {
-  std::vector<dpde_variant> code;  // the row itself, and its variants
-  int own = 0;  // first of its own uniforms
-  std::vector<Stream> streams;
-  std::vector<int> grids;
-  std::vector<int> sums;  // program sums
-  std::vector<HaloFill> then;
-  /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is prefetched.
-  std::vector<size_t> leading;
-  SweepTuner tuner;
-  int64_t first = 0, count = 0;
-  Range y, z;
-  int threads = 1;
-  bool ordered = false;
-  int64_t rows() const { return y.count() * z.count(); }
-};
+constexpr int64_t cache_line = 64;  // bytes
 
 struct Operation {
   int kind = DPDE_SWEEP;
@@ -80,7 +48,7 @@ struct alignas(64) Caller {
 struct Line {
   dpde_row_fn call;
   dpde_row row;  // complete but for streams and grids
-  std::vector<Stream> streams;
+  std::vector<SweepStream> streams;
   std::vector<int> grids;
   std::vector<HaloFill> then;
   size_t frame_size() const { return streams.size() + grids.size() + then.size(); }
@@ -91,72 +59,6 @@ int find_name(const char* const* names, int count, std::string_view name) {
     if (name == names[i]) return i;
   }
   return -1;
-}
-
-std::vector<size_t> leading_streams(const dpde_kernel& kernel) {
-  std::vector<size_t> leading;
-  for (int s = 0; s < kernel.stream_count; ++s) {
-    const dpde_stream& stream = kernel.streams[s];
-    const auto is_ahead_of = [&](const dpde_stream& other) {
-      return std::pair(stream.offset[2], stream.offset[1]) > std::pair(other.offset[2], other.offset[1]);
-    };
-    const auto same_field = [&](size_t other) { return kernel.streams[other].field == stream.field; };
-    const auto found = std::ranges::find_if(leading, same_field);
-    if (found == leading.end()) {
-      if (stream.offset[2] > 0) leading.push_back(static_cast<size_t>(s));
-    } else if (is_ahead_of(kernel.streams[*found])) {
-      *found = static_cast<size_t>(s);
-    }
-  }
-  return leading;
-}
-
-/// Where fields are larger than the core's own cache, it depends on the machine how a sweep is done best.
-SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
-  const bool is_large = field_bytes(layout) >= least_bytes_for_prefetch;
-  const int64_t plane_fields = std::max<int64_t>(1, is_large ? static_cast<int64_t>(sweep.leading.size()) : 0);
-  const bool has_tiles = sweep.z.count() > 1 && !sweep.ordered;
-  const auto ahead = std::ranges::find_if(sweep.code, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
-  const bool begins_ahead = is_large && layout.rank > 1 && ahead != sweep.code.end();
-  SweepChoice first{begins_ahead ? ahead - sweep.code.begin() : 0, is_large ? 1 : 0, sweep.y.count()};
-  if (has_tiles) first.tile = std::max(least_tile, tile_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields));
-  std::vector<SweepTuner::Move> moves;
-  if (!is_large || sweep.ordered || layout.rank == 1) return {first, {}};
-  for (size_t v = 0; v < sweep.code.size(); ++v) {
-    const auto number = static_cast<int64_t>(v);
-    if (number != first.variant && (sweep.code[v].streams == 0 || sweep.first == 0)) moves.push_back({&SweepChoice::variant, number});
-  }
-  moves.push_back({&SweepChoice::prefetches, 0});
-  if (has_tiles && first.tile / 2 >= least_tile) moves.push_back({&SweepChoice::tile, first.tile / 2});
-  if (has_tiles && first.tile < sweep.y.count()) moves.push_back({&SweepChoice::tile, 2 * first.tile});
-  return {first, std::move(moves)};
-}
-
-Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads) {
-  const dpde_kernel& kernel = program.kernels[operation.kernel];
-  Sweep sweep;
-  sweep.code = {{kernel.row, 0, 0}};
-  sweep.code.insert(sweep.code.end(), kernel.variants, kernel.variants + kernel.variant_count);
-  sweep.own = kernel.own;
-  sweep.first = -operation.grow[0];
-  sweep.count = layout.cells[0] + 2 * operation.grow[0];
-  sweep.y = {-operation.grow[1], layout.cells[1] + operation.grow[1]};
-  sweep.z = {-operation.grow[2], layout.cells[2] + operation.grow[2]};
-  for (int s = 0; s < kernel.stream_count; ++s) {
-    const dpde_stream& stream = kernel.streams[s];
-    int64_t delta = sweep.first + stream.offset[0];
-    for (int axis = 1; axis < layout.rank; ++axis) delta += stream.offset[axis] * layout.stride[axis];
-    sweep.streams.push_back({stream.field, delta * real_bytes(layout), stream.is_written != 0});
-  }
-  sweep.grids.assign(kernel.grids, kernel.grids + kernel.grid_count);
-  sweep.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
-  for (int f = 0; f < operation.then_count; ++f) sweep.then.emplace_back(operation.then[f], layout);
-  sweep.ordered = operation.serial != 0;
-  sweep.leading = leading_streams(kernel);
-  sweep.tuner = make_tuner(sweep, layout);
-  const bool worth = sweep.rows() > 1 && sweep.rows() * sweep.count >= least_cells_for_threads;
-  sweep.threads = worth && !sweep.ordered ? threads : 1;
-  return sweep;
 }
 
 bool is_line(const Operation& operation, int rank) {
@@ -204,7 +106,7 @@ struct Executor::Plan {
 
   void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
   void run_all_parts(const Sweep& sweep, const Executor& executor);
-  void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, Range y, int64_t z);
+  void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y, SweepRange z);
   void run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int part, int parts);
   static const dpde_variant& code_of(const Sweep& sweep, const Executor& executor);
   void bind_grids(const Sweep& sweep, const Executor& executor);
@@ -354,7 +256,7 @@ void Executor::set_tuning(std::string_view text) {
 void Executor::make_frame(void** frame) const {
   void* const* fields = fields_.data();
   for (const Line& line : plan_->lines) {
-    for (const Stream& stream : line.streams) *frame++ = moved(fields[stream.field], stream.delta, 1);
+    for (const SweepStream& stream : line.streams) *frame++ = moved(fields[stream.field], stream.delta, 1);
     for (int grid : line.grids) *frame++ = fields[grid];
     for (const HaloFill& fill : line.then) *frame++ = fields[fill.field()];
   }
@@ -396,7 +298,7 @@ void Executor::Plan::run_sweep(Sweep& sweep, const Executor& executor, std::vect
 /// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches want it.
 const dpde_variant& Executor::Plan::code_of(const Sweep& sweep, const Executor& executor) {
   const dpde_variant& chosen = sweep.code[static_cast<size_t>(sweep.tuner.choice().variant)];
-  const auto is_off = [&](const Stream& stream) {
+  const auto is_off = [&](const SweepStream& stream) {
     return stream.is_written && reinterpret_cast<uintptr_t>(moved(executor.bound(stream.field), stream.delta, 1)) % cache_line != 0;
   };
   return chosen.streams != 0 && std::ranges::any_of(sweep.streams, is_off) ? sweep.code.front() : chosen;
@@ -426,19 +328,19 @@ void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor)
 void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int part, int parts) {
   Caller& caller = callers[static_cast<size_t>(part)];
   void** start = caller.starts.data();
-  for (const Stream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
+  for (const SweepStream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
   for (const HaloFill& fill : sweep.then) *start++ = executor.bound(fill.field());
   caller.row.own = caller.row.uniforms + sweep.own;
   caller.row.count = sweep.count;
   caller.row.first = sweep.first;
-  Range y = sweep.y, z = sweep.z;
-  Range& split = z.count() >= parts ? z : y;
-  const Range whole = split;
+  SweepRange y = sweep.y, z = sweep.z;
+  SweepRange& split = z.count() >= parts ? z : y;
+  const SweepRange whole = split;
   split = {whole.from + whole.count() * part / parts, whole.from + whole.count() * (part + 1) / parts};
-  const int64_t rows = sweep.tuner.choice().tile;
+  const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
   for (int64_t from = y.from; from < y.to; from += rows) {
-    const Range tile{from, std::min(from + rows, y.to)};
-    for (int64_t place = z.from; place < z.to; ++place) run_rows(sweep, code, *executor.layout_, caller, tile, place);
+    const SweepRange tile{from, std::min(from + rows, y.to)};
+    for (int64_t place = z.from; place < z.to; place += planes) run_rows(sweep, code, *executor.layout_, caller, tile, {place, std::min(place + planes, z.to)});
   }
   if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
 }
@@ -462,30 +364,36 @@ inline void move_all(void** pointers, size_t count, int64_t bytes) {
   for (size_t i = 0; i < count; ++i) addresses[i] += static_cast<uintptr_t>(bytes);
 }
 
-/// Rows of one plane, one after the other.
-void Executor::Plan::run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, Range y_range, int64_t z) {
+/// The halo of a row that was just written, and where it is an image of another row's.
+inline void fill_row(const Sweep& sweep, void* const* rows, int64_t y, const double* uniforms) {
+  for (const HaloFill& fill : sweep.then) {
+    fill.run_row(*rows, uniforms);
+    if (fill.images_are_direct()) fill.run_images(*rows, y, uniforms);
+    ++rows;
+  }
+}
+
+/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and below them are read
+/// while they are in the first-level cache.
+void Executor::Plan::run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y_range, SweepRange planes) {
   const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
-  const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, place = y_range.from * stride + z * layout.stride[2] * width;
+  const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, plane = layout.stride[2] * width;
   void** pointers = caller.pointers.data();
-  for (size_t i = 0; i < streams + fills; ++i) pointers[i] = moved(caller.starts[i], place, 1);
+  for (size_t i = 0; i < streams + fills; ++i) pointers[i] = moved(caller.starts[i], y_range.from * stride + planes.from * plane, 1);
   dpde_row& row = caller.row;
-  row.z = z;
-  row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y_range.from - sweep.y.from)) * sum_count;
-  const bool fills_plane = fills > 0 && z >= 0 && z < layout.cells[2] && code.streams == 0;
   const bool prefetches = sweep.tuner.choice().prefetches != 0;
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
-    row.y = y;
-    for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
-    if (prefetches) prefetch_next(sweep, pointers, stride, width);
-    code.row(&row);
-    if (fills_plane && y >= 0 && y < layout.cells[1]) {
-      for (size_t f = 0; f < fills; ++f) {
-        sweep.then[f].run_row(pointers[streams + f], row.uniforms);
-        if (sweep.then[f].images_are_direct()) sweep.then[f].run_images(pointers[streams + f], y, row.uniforms);
-      }
+    for (int64_t z = planes.from; z < planes.to; ++z) {
+      row.y = y;
+      row.z = z;
+      row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
+      for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
+      if (prefetches) prefetch_next(sweep, pointers, stride, width);
+      code.row(&row);
+      const bool is_inside = y >= 0 && y < layout.cells[1] && z >= 0 && z < layout.cells[2];
+      if (is_inside && code.streams == 0) fill_row(sweep, pointers + streams, y, row.uniforms);
+      move_all(pointers, streams + fills, z + 1 < planes.to ? plane : stride - (planes.count() - 1) * plane);
     }
-    move_all(pointers, streams + fills, stride);
-    row.sums += sum_count;
   }
 }
 

@@ -15,6 +15,7 @@ struct SweepChoice {
   int64_t variant = 0;     // 0: the row itself, v: dpde_kernel.variants[v - 1]
   int64_t prefetches = 0;  // 1: the next row is fetched while one is computed
   int64_t tile = 1;        // rows along y, 3-D
+  int64_t planes = 1;      // along z that are done together, 3-D
   bool operator==(const SweepChoice&) const = default;
 };
 

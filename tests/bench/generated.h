@@ -17,7 +17,7 @@ namespace dpde::bench {
 
 /// Of a field: sweeps over larger ones find out in their first runs how they are done best.
 constexpr int64_t least_tuned_bytes = 4 << 20;
-constexpr int runs_to_tune = 96;
+constexpr int runs_to_tune = 120;
 
 enum Code { hand, jit, cpp, jit_f32, cpp_f32 };
 inline bool is_single(Code code) { return code == jit_f32 || code == cpp_f32; }

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run finds out about the fastest way to sweep is kept in the cache, used by the next one, and changes no result.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
+#include "dpde/runtime/executor.h"
+#include "dpde/runtime/field.h"
 #include "driver/cache_folder.h"
 #include "driver/session.h"
 #include "driver/tuning.h"
@@ -56,6 +60,52 @@ TEST(Tuning, IsKeptAndChangesNoResult) {
   EXPECT_EQ(without.before, "");
   EXPECT_EQ(second.state, first.state);
   EXPECT_EQ(without.state, first.state);
+}
+
+/// 73 planes of 80 rows of 97 cells (4.9 MB a field), walls along two axes, a sum over all cells.
+const std::string room = R"(
+model heat { field u; param kappa; dt(u) = kappa*lap(u) - mean(u)*dx(u) }
+scheme s { time = euler }
+scene go : heat with s {
+  grid x = 0 .. 1, cells 97
+  grid y = 0 .. 1, cells 80
+  grid z = 0 .. 1, cells 73, periodic
+  boundary u: x = 0.5, y = zero_gradient
+  kappa = 1
+  initial u = sin(9*x)*cos(7*y)*(1 + z)
+  time 0 .. 1, step 1e-7
+})";
+
+/// Bits of the step's results and its sums after one step in the way that `tuning` says.
+std::vector<double> step_once(const Compiled& compiled, int threads, const std::string& tuning) {
+  const dpde_program& program = *compiled.program(compiled.step_name());
+  const dpde_layout layout = make_layout(std::vector<int64_t>{97, 80, 73}, {1, 1, 1}, DPDE_F64);
+  Executor executor(program, layout, threads);
+  std::vector<Field> fields;
+  for (int f = 0; f < program.field_count; ++f) {
+    double* start = fields.emplace_back(layout, f).as<double>();
+    for (int64_t i = 0; i < layout.size; ++i) start[i - layout.origin] = std::sin(0.37 * static_cast<double>(i)) + f;
+    executor.bind(f, start);
+  }
+  for (int p = 0; p < program.param_count; ++p) executor.set_param(p, 0.01 + 0.1 * p);
+  executor.update_uniforms();
+  executor.prepare();
+  executor.set_tuning(tuning);
+  EXPECT_EQ(executor.tuning(), tuning);
+  executor.run();
+  std::vector<double> values(executor.sums().begin(), executor.sums().end());
+  for (const Field& field : fields) values.insert(values.end(), field.as<double>() - layout.origin, field.as<double>() - layout.origin + layout.size);
+  return values;
+}
+
+TEST(Tuning, PlanesDoneTogetherChangeNoResult) {
+  const SourceFile source("room.dpde", room);
+  const auto compiled = testing::compiled(source, {.backend = Backend::jit});
+  const auto ways = [](int tile, int planes) { return fmt::format("0 0 {} {}\n", tile, planes); };
+  const std::vector<double> wanted = step_once(*compiled, 1, ways(80, 1));
+  EXPECT_EQ(step_once(*compiled, 1, ways(80, 2)), wanted);
+  EXPECT_EQ(step_once(*compiled, 2, ways(80, 2)), wanted);
+  EXPECT_EQ(step_once(*compiled, 3, ways(40, 2)), wanted);
 }
 
 }  // namespace

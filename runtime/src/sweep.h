@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// A sweep of one row function over a grid, as the executor keeps it. Inside the runtime only.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+#include "fill.h"
+#include "sweep_tuner.h"
+
+namespace dpde {
+
+struct SweepStream {
+  int field;
+  int64_t delta;  // bytes from cell (0,0,0) of the field to the stream's value at the first cell of row (0,0)
+  bool is_written;
+};
+
+struct SweepRange {
+  int64_t from = 0, to = 1;
+  int64_t count() const { return to - from; }
+};
+
+struct Sweep {
+  std::vector<dpde_variant> code;  // the row itself, and its variants
+  int own = 0;  // first of its own uniforms
+  std::vector<SweepStream> streams;
+  std::vector<int> grids;
+  std::vector<int> sums;  // program sums
+  std::vector<HaloFill> then;
+  /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is prefetched.
+  std::vector<size_t> leading;
+  SweepTuner tuner;
+  int64_t first = 0, count = 0;
+  SweepRange y, z;
+  int threads = 1;
+  bool ordered = false;
+  int64_t rows() const { return y.count() * z.count(); }
+};
+
+/// The sweep of an operation (DPDE_SWEEP) of a program; `threads` where it is large enough to be shared.
+Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads);
+
+}  // namespace dpde
