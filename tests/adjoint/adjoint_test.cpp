@@ -25,7 +25,9 @@ void expect_right(const ProgramCase& c, const stencil::Module& module, const std
     SCOPED_TRACE(c.name + " " + program + " on " + std::to_string(grid.cells[0]) + " x " + std::to_string(grid.cells[1]));
     const auto check = check_derivatives(module, program, wrt, grid, 1234 + grid.cells[0]);
     EXPECT_LT(check.dot_product, 1e-12) << stencil::print(module);
-    if (differences) EXPECT_LT(check.finite_difference, 1e-6);
+    if (differences) {
+      EXPECT_LT(check.finite_difference, 1e-6);
+    }
     magnitude = std::max(magnitude, check.magnitude);
     if (::testing::Test::HasFailure()) return;
   }

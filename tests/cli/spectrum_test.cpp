@@ -195,7 +195,9 @@ TEST_F(Spectra, ATrainingIsEarnedByWhatItsRunsSave) {
   } else {
     const double saved = 2 * (test["equal_error"]["cost_s"].get<double>() - test["cost_s"].get<double>());
     EXPECT_EQ(even["never"], !(saved > 0));
-    if (saved > 0) EXPECT_EQ(even["runs"].get<double>(), std::ceil((even["data_s"].get<double>() + even["training_s"].get<double>()) / saved));
+    if (saved > 0) {
+      EXPECT_EQ(even["runs"].get<double>(), std::ceil((even["data_s"].get<double>() + even["training_s"].get<double>()) / saved));
+    }
   }
   // What it took is kept where it is taken up again, and no file of other data is believed.
   const Json again = dpde("optimize t.dpde t --out o --resume --json").json()["test"]["err"]["break_even"];

@@ -50,7 +50,9 @@ TEST_F(GradientCommand, IsTheSameWithCheckpointsInAFile) {
   const Outcome nowhere = dpde("gradient rod.dpde find --json --checkpoints-in none");
   EXPECT_EQ(nowhere.status, 3);
   EXPECT_NE(nowhere.err.find("the folder none cannot hold checkpoints"), std::string::npos) << nowhere.err;
-  if (fs::exists("/dev/full")) EXPECT_EQ(dpde("gradient rod.dpde find --json --checkpoints-in /dev/full").status, 3);
+  if (fs::exists("/dev/full")) {
+    EXPECT_EQ(dpde("gradient rod.dpde find --json --checkpoints-in /dev/full").status, 3);
+  }
 }
 
 TEST_F(GradientCommand, ReachesAParameterThroughTheInitialState) {

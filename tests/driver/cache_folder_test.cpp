@@ -158,7 +158,9 @@ TEST_F(CacheFolderTest, ManyProcessesAndKills) {
   for (int p = 0; p < 6; ++p) {
     int status = 0;
     waitpid(children[p], &status, 0);
-    if (p < 3) EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << p;
+    if (p < 3) {
+      EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << p;
+    }
     if (p >= 3 && WIFEXITED(status)) ADD_FAILURE() << "process " << p << " found wrong code";
   }
   for (int key = 0; key < 12; ++key) {

@@ -80,7 +80,9 @@ TEST_F(NetworkMemory, DoesNotChangeGradients) {
     const Gradient found = gradient(options);
     EXPECT_EQ(found.loss, none.loss) << what;
     EXPECT_EQ(found.values, none.values) << what;
-    if (options.slots == 0) EXPECT_LE(found.result.checkpoint_bytes + found.result.tape_bytes, options.checkpoint_bytes) << what;
+    if (options.slots == 0) {
+      EXPECT_LE(found.result.checkpoint_bytes + found.result.tape_bytes, options.checkpoint_bytes) << what;
+    }
     return found.result;
   };
   expect_same({}, "all");

@@ -106,7 +106,7 @@ TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
   scene->seconds = 1e3;
   ASSERT_TRUE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
   const std::string good = *kept()[0];
-  for (const std::string bad : {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
+  for (const std::string& bad : {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
                                 std::string("-") + good, good.substr(0, good.size() - 1), good + "x\n"}) {
     *kept()[0] = bad;
     const auto again = driver::certify_quickly(*scene, Certifying::when_cheap, sink);

@@ -195,8 +195,12 @@ TEST(WatchedGradient, CountsWhatIsComputedAgain) {
     EXPECT_EQ(last.done, last.total) << slots;
     EXPECT_EQ(calls, last.total);
     EXPECT_EQ(last.time, 0);
-    if (slots == 1) EXPECT_EQ(last.total, 49*50/2 + 1 + 50) << "step n is reversed behind n steps from the start, the last one is made once more";
-    if (slots == 0) EXPECT_EQ(last.total, 100);
+    if (slots == 1) {
+      EXPECT_EQ(last.total, 49*50/2 + 1 + 50) << "step n is reversed behind n steps from the start, the last one is made once more";
+    }
+    if (slots == 0) {
+      EXPECT_EQ(last.total, 100);
+    }
   }
 }
 

@@ -84,7 +84,9 @@ TEST(RandomPrograms, AgreeEverywhere) {
             << total.back_end << "\n";
   const int all = total.passed + total.refused + total.wrong_adjoints + total.kinks + total.failed;
   EXPECT_LE(total.refused, all / 8);  // what has no derivative is refused, but not everything
-  if (all >= 200) EXPECT_GE(total.wrong_adjoints, all / 400);
+  if (all >= 200) {
+    EXPECT_GE(total.wrong_adjoints, all / 400);
+  }
   EXPECT_LE(total.kinks, all / 100);
 }
 

@@ -176,7 +176,9 @@ TEST(Bounds, EveryMethodEndsAtTheNearestPointWithin) {
       const double nearest = std::min(1.0, std::max(0.0, 0.75 * k - 0.9));
       EXPECT_NEAR(results[m].x[k], nearest, m == 3 ? 1e-4 : 1e-10) << "method " << m << ", component " << k;
     }
-    if (m < 3) EXPECT_EQ(results[m].reason, StopReason::gradient_zero) << m;
+    if (m < 3) {
+      EXPECT_EQ(results[m].reason, StopReason::gradient_zero) << m;
+    }
   }
 }
 

@@ -36,7 +36,9 @@ Outcome outcome_of(const std::string& operators, const std::string& rhs, int axe
   if (problem) from_model(*problem, sink);
   for (const Diagnostic& d : sink.all()) {
     outcome.complaints += fmt::format("{} at {}: {}\n", d.kind->code, d.range.is_known() ? text.substr(d.range.begin, d.range.end - d.range.begin) : "", d.message);
-    if (d.kind->code == "E0557" || d.kind->code == "W0501") EXPECT_FALSE(d.hint.empty());
+    if (d.kind->code == "E0557" || d.kind->code == "W0501") {
+      EXPECT_FALSE(d.hint.empty());
+    }
   }
   if (!problem) return outcome;
   for (const model::StatedOrder& stated : problem->operators) outcome.measured.push_back(measure_order(*problem, stated));

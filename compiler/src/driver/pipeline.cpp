@@ -280,7 +280,7 @@ void add_certifying_task(model::Problem& problem) {
     const model::Expr square = model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, 0.5, u), u);
     const model::Expr value = model::binary(BinaryOp::add, u, square);
     total = model::binary(BinaryOp::add, total, model::binary(BinaryOp::multiply, model::field(probe), value));
-    task.data.push_back({probe, "", "", "", {}, {}});
+    task.data.emplace_back().name = probe;
     task.data.back().placement = state.placement;
     task.unknowns.push_back({model::Unknown::Kind::initial, state.name, state.initial, {}});
   }
