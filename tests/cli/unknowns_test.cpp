@@ -175,5 +175,23 @@ TEST_F(Unknowns, StayWithinTheirBounds) {
   }
 }
 
+/// mixed(a, -1, 0) is no condition from a = 8 on: searches that shorten their steps stay below, others are told why they end.
+TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
+  const std::string text = "model m { field u; param a; dt(u) = 0.01*lap(u) + 0*a }\nscene s : m {\n grid x = 0 .. 1, cells 4\n boundary u: x.low = mixed(a, -1, 0), x.high = 0\n"
+                           " initial u = 1\n time 0 .. 1/4, step 1/64\n}\ntask t : s {\n unknown a from 7\n minimise 100*mean((a/10 - 1)^2) + mean(u^2)\n using OPTIMISER, iterations 20\n}\n";
+  const auto with = [&](const std::string& optimiser) {
+    std::string changed = text;
+    changed.replace(changed.find("OPTIMISER"), 9, optimiser);
+    write("wall.dpde", changed);
+    return dpde("optimize wall.dpde t --json");
+  };
+  const Outcome fixed = with("gradient_descent(rate = 0.4)");
+  EXPECT_EQ(fixed.codes(), std::vector<std::string>{"E0433"}) << fixed.err;
+  EXPECT_NE(fixed.err.find("mixed("), std::string::npos) << fixed.err;
+  EXPECT_NE(fixed.err.find("seek within bounds"), std::string::npos) << fixed.err;
+  const Outcome shortened = with("lbfgs()");
+  EXPECT_LT(shortened.json()["unknowns"]["a"]["value"].get<double>(), 8) << shortened.err;
+}
+
 }  // namespace
 }  // namespace dpde::testing

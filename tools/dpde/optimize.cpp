@@ -125,10 +125,14 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   return outcome;
 }
 
-void report_stop(Job& job, const model::Task& task, const OptimiseResult& result, int iterations) {
+void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int iterations) {
+  const model::Task& task = run.task();
   if (interrupt_flag().load()) {
     job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", result.iterations), fmt::format("{}", iterations)},
                       "with --out, the same command with --resume goes on from here");
+  } else if (result.reason == StopReason::not_finite && run.inverse->misfit()) {
+    const model::WallMisfit& misfit = *run.inverse->misfit();
+    job.sink().report("condition-too-coarse", task.losses.front().origin.range, {fmt::format("{} after {} iterations", misfit.condition, result.iterations), misfit.reason}, "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint);
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
     job.sink().report("loss-not-finite", task.losses.front().origin.range, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)), fmt::format("{}", result.iterations)},
@@ -178,7 +182,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (options.resume) job.say(fmt::format("{} evaluations were there already\n", recorded));
   const Outcome outcome = optimise(job, options, run, method, log.get());
   const OptimiseResult& result = outcome.result;
-  report_stop(job, run.task(), result, method.iterations);
+  report_stop(job, run, result, method.iterations);
   job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name, shown(result.loss),
                       result.iterations, human_seconds(outcome.seconds), describe(result.reason), human_seconds(run.compiled->seconds)));
   json["iterations"] = result.iterations;

@@ -178,12 +178,28 @@ void Inverse::assign(const Eigen::VectorXd& x) {
   }
 }
 
+/// Whether the conditions at walls are ones with these values of the parameters that are sought.
+bool Inverse::has_walls(const Eigen::VectorXd& x) {
+  model::KnownValues values;
+  for (const model::Parameter& parameter : session_.problem().params) values[parameter.name] = parameter.value;
+  for (const Part& part : parts_) {
+    if (part.kind == model::Unknown::Kind::parameter) values[part.name] = x[part.offset];
+  }
+  misfit_ = model::misfit_of_walls(session_.problem(), values);
+  return !misfit_;
+}
+
 double Inverse::value(const Eigen::VectorXd& x) {
+  if (!has_walls(x)) return NAN;
   assign(x);
   return session_.rollout().loss();
 }
 
 double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+  if (!has_walls(x)) {
+    gradient.setConstant(NAN);
+    return NAN;
+  }
   assign(x);
   last_ = &session_.rollout().gradient();
   if (last_->stopped) return NAN;

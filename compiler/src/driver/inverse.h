@@ -6,11 +6,13 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "driver/session.h"
 #include "dpde/runtime/optimise.h"
+#include "driver/session.h"
+#include "model/wall_image.h"
 
 namespace dpde::driver {
 
@@ -47,8 +49,10 @@ class Inverse {
   Eigen::Index size() const { return start_.size(); }
 
   double value(const Eigen::VectorXd& x);
-  /// `gradient` has size(). Not a number when the session's stop flag was raised.
+  /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with these values.
   double value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
+  /// The condition at a wall that was none with the last values, if there was one.
+  const std::optional<model::WallMisfit>& misfit() const { return misfit_; }
   /// Of the last value_and_gradient.
   const GradientResult& last() const { return *last_; }
   /// The task's tests at x, in order; the state's run is repeated once.
@@ -70,6 +74,7 @@ class Inverse {
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
   bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
+  bool has_walls(const Eigen::VectorXd& x);
   Eigen::Index size_of(const model::Unknown& unknown) const;
 
   Session& session_;
@@ -78,6 +83,7 @@ class Inverse {
   Eigen::VectorXd start_;
   std::vector<std::string> formulas_;  // programs of formulas that hold an unknown parameter
   const GradientResult* last_ = nullptr;
+  std::optional<model::WallMisfit> misfit_;
 };
 
 }  // namespace dpde::driver

@@ -36,6 +36,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_outputs(draft);
   bind_events(draft);
   bind_task(draft);
+  check_wall_weights(draft);
   check_settings(draft);
   check_histories(draft);
   check_placements(draft);

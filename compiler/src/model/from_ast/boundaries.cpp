@@ -4,12 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
-#include "support/evaluate.h"
 
 namespace dpde::model {
 
@@ -72,40 +70,6 @@ std::optional<Side> mixed_side(Draft& draft, const ast::Call& call, const std::s
     return std::nullopt;
   }
   return Side{SideKind::mixed, *c, *a, *b};
-}
-
-/// What the scene gives for numbers, parameters and sums, products and the like of them; nullopt where it varies.
-std::optional<double> value_of(const Draft& draft, const Expr& e) {
-  if (const auto* number = std::get_if<Number>(&e->kind)) return number->value;
-  if (const auto* param = std::get_if<Param>(&e->kind)) {
-    const auto found = draft.values.find(param->name);
-    return found == draft.values.end() || draft.controls.contains(param->name) ? std::nullopt : found->second;
-  }
-  if (const auto* neg = std::get_if<Neg>(&e->kind)) {
-    const auto operand = value_of(draft, neg->operand);
-    return operand ? std::optional(-*operand) : std::nullopt;
-  }
-  const auto* b = std::get_if<Binary>(&e->kind);
-  const auto left = b ? value_of(draft, b->left) : std::nullopt, right = b ? value_of(draft, b->right) : std::nullopt;
-  return left && right ? std::optional(evaluate_binary(b->op, *left, *right)) : std::nullopt;
-}
-
-/// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b have opposite signs
-/// and h is not, the factor vanishes or turns round: the image is then anything.
-void check_image(Draft& draft, const ast::BoundarySide& side, const Side& set, const SidesOfField& into, int axis) {
-  const auto a = value_of(draft, set.a), b = value_of(draft, set.b);
-  if (set.kind != SideKind::mixed || !a || !b || *a * *b >= 0) return;
-  const State* state = draft.problem.find_state(into.field);
-  const bool on_wall = state && state->placement[static_cast<std::size_t>(axis)];
-  const Axis& along = draft.problem.axes[static_cast<std::size_t>(axis)];
-  const double h = along.spacing(), limit = on_wall ? 1.5 * std::abs(*b / *a) : 2 * std::abs(*b / *a);
-  if (h < limit * (1 - 1e-9)) return;
-  const auto* call = std::get_if<ast::Call>(&side.value->kind);
-  draft.sink.report("condition-too-coarse", call ? call->callee_range : side.place.range,
-                    {fmt::format("mixed({}, {}, ...) of {}", *a, *b, into.field),
-                     fmt::format("a and b have opposite signs, and the spacing {} along {} is not below {}*|b/a| = {}", h, along.name, on_wall ? 1.5 : 2, limit)},
-                    fmt::format("take more than {:.0f} cells, or check the signs: du/dn is the derivative outwards, so that u decays inwards where a and b have the same sign",
-                                std::floor((along.high - along.low) / limit)));
 }
 
 std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
@@ -234,7 +198,8 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
     const Axis& axis = draft.problem.axes[i];
     if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
     const Side set = value.value_or(Side{});
-    check_image(draft, side, set, into, i);
+    const auto* call = std::get_if<ast::Call>(&side.value->kind);
+    if (set.kind == SideKind::mixed) draft.mixed_sides.push_back({into.field, i, set.a, set.b, call ? call->callee_range : side.place.range});
     const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before
@@ -248,9 +213,18 @@ namespace {
 /// The side with a value that was reported already.
 ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, ast::Expr()}; }
 
-/// The line's side for one component: its part of a tuple; 0 and words such as zero_gradient hold for all components.
-ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size_t index,
-                                         std::size_t count) {
+/// The component of a vector that the side names as a whole; "" where it does not.
+std::string component_of(const Draft& draft, const ast::BoundarySide& side, std::size_t index) {
+  const auto* word = std::get_if<ast::Name>(&side.value->kind);
+  const Meaning* meaning = word ? draft.scope.find(word->name) : nullptr;
+  const std::vector<std::string> names = meaning && meaning->is_vector ? components_of(draft, word->name) : std::vector<std::string>{};
+  return index < names.size() ? names[index] : "";
+}
+
+/// The line's side for one component of a vector: its part of a tuple or of another vector; 0 and words such as zero_gradient hold for all components.
+ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size_t index, std::size_t count) {
+  const std::string component = component_of(draft, side, index);
+  if (!component.empty()) return {side.place, ast::Expr(ast::Node{ast::Name{component}, side.value.range()})};
   const auto* tuple = std::get_if<ast::Tuple>(&side.value->kind);
   if (tuple && tuple->elements.size() == count) return {side.place, tuple->elements[index]};
   const auto* number = std::get_if<ast::Number>(&side.value->kind);
@@ -287,7 +261,8 @@ void bind_boundaries(Draft& draft) {
       for (std::size_t i = 0; i < states.size(); ++i) {
         SidesOfField into{states[i]->name, states[i]->boundary, seen[states[i]->name]};
         const bool failed = draft.sink.all().size() != before;  // said once, not for each component
-        bind_side(draft, failed ? poisoned(side) : part_of(draft, side, i, states.size()), into);
+        const bool is_whole = states[i]->name != item.field.name;
+        bind_side(draft, failed ? poisoned(side) : is_whole ? part_of(draft, side, i, states.size()) : side, into);
       }
     }
   }

@@ -60,6 +60,14 @@ struct DeclaredNetwork {
   std::vector<Misfit> misfits = {};              // why its symmetries are none of this grid: an error where something calls it
 };
 
+/// A condition a*u + b*du/dn = c at a wall across an axis.
+struct MixedSide {
+  std::string field;
+  int axis = 0;
+  Expr a = 0.0, b = 0.0;
+  SourceRange range;
+};
+
 struct Draft {
   Draft(const ast::File& file, const Selection& selection, DiagnosticSink& sink)
       : file(file), selection(selection), sink(sink), settings(selection.overrides) {}
@@ -83,6 +91,7 @@ struct Draft {
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
   std::set<std::string> controls;                       // parameters that vary in time
   std::set<std::string> used;                           // parameters and coefficients that were read anywhere
+  std::vector<MixedSide> mixed_sides;                   // as often as they are written for a field and an axis
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;
 };

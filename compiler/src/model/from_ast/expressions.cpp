@@ -264,9 +264,12 @@ bool Expressions::is_sought(const std::string& name) const {
 
 /// At a wall a coefficient has the value of the cell that touches it.
 bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& name) const {
-  if (purpose_ != Purpose::boundary || meaning.role != Role::coefficient || meaning.is_vector) return false;
-  const Coefficient* coefficient = draft_.problem.find_coefficient(name);
-  return coefficient != nullptr && coefficient->placement == Placement{};
+  if (purpose_ != Purpose::boundary || meaning.role != Role::coefficient) return false;
+  const std::vector<std::string> names = components_of(draft_, name);
+  return std::all_of(names.begin(), names.end(), [&](const std::string& component) {
+    const Coefficient* coefficient = draft_.problem.find_coefficient(component);
+    return coefficient != nullptr && coefficient->placement == Placement{};
+  });
 }
 
 Typed Expressions::parameter(const std::string& name, SourceRange range) {

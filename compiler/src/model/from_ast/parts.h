@@ -119,6 +119,9 @@ void bind_equations(Draft& draft);
 bool is_first(Draft& draft, const std::string& what, const ast::Identifier& name, const std::vector<State*>& states,
               std::map<std::string, SourceRange>& seen);
 
+// wall_weights.cpp: the last part, as it needs what unknowns begin with
+void check_wall_weights(Draft& draft);
+
 // boundaries.cpp
 void bind_boundaries(Draft& draft);
 /// The sides that a boundary line or fill names. `values` has one AxisSides an axis and `seen` the places given before.

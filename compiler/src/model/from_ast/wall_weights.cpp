@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// The weights of conditions at walls, with all the values that they are known to take before the run: those of the scene, and those
+// that unknowns begin with.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "model/build.h"
+#include "model/from_ast/constants.h"
+#include "model/from_ast/parts.h"
+#include "model/wall_image.h"
+
+namespace dpde::model {
+
+namespace {
+
+constexpr int most_times = 20000;
+
+std::optional<double> known_value(const Expr& e, const KnownValues& values) {
+  const bool is_open = any_part(e, [&](const Expr& part) {
+    const Param* param = std::get_if<Param>(&part->kind);
+    const auto found = param ? values.find(param->name) : values.end();
+    return param && (found == values.end() || !found->second);
+  });
+  if (is_open || !is_uniform(e)) return std::nullopt;
+  const Value value = value_of(e, values);
+  return value.mistake.empty() ? std::optional(value.number) : std::nullopt;
+}
+
+bool holds_time(const Expr& e) {
+  return any_part(e, [](const Expr& part) {
+    const Param* param = std::get_if<Param>(&part->kind);
+    return param && param->name == "t";
+  });
+}
+
+/// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b have opposite signs
+/// and h is not, the factor vanishes or turns round: the image is then anything.
+std::optional<WallMisfit> misfit_at(const Problem& problem, const std::string& field, int axis, double a, double b, const std::string& when) {
+  if (!(a * b < 0)) return std::nullopt;
+  const State* state = problem.find_state(field);
+  const bool on_wall = state && state->placement[static_cast<std::size_t>(axis)];
+  const Axis& along = problem.axes[static_cast<std::size_t>(axis)];
+  const double h = along.spacing(), limit = on_wall ? 1.5 * std::abs(b / a) : 2 * std::abs(b / a);
+  if (h < limit * (1 - 1e-9)) return std::nullopt;
+  return WallMisfit{fmt::format("mixed({}, {}, ...) of {}{}", a, b, field, when),
+                    fmt::format("a and b have opposite signs, and the spacing {} along {} is not below {}*|b/a| = {}", h, along.name, on_wall ? 1.5 : 2, limit),
+                    fmt::format("take more than {:.0f} cells, or check the signs: du/dn is the derivative outwards, so that u decays inwards where a and b have the same sign",
+                                std::floor((along.high - along.low) / limit))};
+}
+
+/// The scene's values, with those that the task's parameters begin with.
+KnownValues values_at_start(const Draft& draft) {
+  KnownValues values = draft.values;
+  for (const Unknown& unknown : draft.problem.task->unknowns) {
+    if (unknown.kind != Unknown::Kind::parameter || !unknown.from.formula) continue;
+    if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind)) values[unknown.name] = number->value;
+  }
+  return values;
+}
+
+}  // namespace
+
+/// Times: the beginning of the steps and their middle, where schemes look; of very many some.
+std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const std::string& field, int axis, const Expr& a, const Expr& b, KnownValues values) {
+  const bool varies = holds_time(a) || holds_time(b);
+  const int halves = 2 * problem.steps, count = varies ? std::clamp(halves, 1, most_times) : 0;
+  for (int i = 0; i <= count; ++i) {
+    const double t = problem.t_begin + (count > 0 ? std::round(static_cast<double>(i) * halves / count) * problem.step / 2 : 0);
+    values["t"] = t;
+    const std::optional<double> a_now = known_value(a, values), b_now = known_value(b, values);
+    if (!a_now || !b_now) continue;
+    const auto misfit = misfit_at(problem, field, axis, *a_now, *b_now, varies ? fmt::format(" at t = {:.6g}", t) : "");
+    if (misfit) return misfit;
+  }
+  return std::nullopt;
+}
+
+/// The weights of stretched axes stand in their uniform coordinate here: those were looked at as they were written.
+std::optional<WallMisfit> misfit_of_walls(const Problem& problem, const KnownValues& values) {
+  for (const State& state : problem.states) {
+    for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
+      if (problem.axes[axis].topology == Topology::periodic || problem.axes[axis].stretch) continue;
+      for (const Side* side : {&state.boundary[axis].low, &state.boundary[axis].high}) {
+        if (side->kind != SideKind::mixed) continue;
+        const auto misfit = misfit_of_wall(problem, state.name, static_cast<int>(axis), side->a, side->b, values);
+        if (misfit) return misfit;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+void check_wall_weights(Draft& draft) {
+  std::set<int> told;  // where a line begins: once for all components and axes it is for
+  for (const MixedSide& side : draft.mixed_sides) {
+    if (told.contains(side.range.begin)) continue;
+    std::string when;
+    std::optional<WallMisfit> misfit = misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, draft.values);
+    if (!misfit && draft.problem.task) {
+      when = fmt::format(" where task {} begins", draft.problem.task->name);
+      misfit = misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, values_at_start(draft));
+    }
+    if (!misfit) continue;
+    told.insert(side.range.begin);
+    draft.sink.report("condition-too-coarse", side.range, {misfit->condition + when, misfit->reason}, misfit->hint);
+  }
+}
+
+}  // namespace dpde::model
