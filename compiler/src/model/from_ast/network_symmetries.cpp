@@ -57,11 +57,12 @@ class SymmetryReader {
     }
   }
 
-  /// Beside flips rotations say that all images of the grid are meant, of which one axis has the mirror image alone.
+  /// One axis has no turns, and what is written is done or told.
   void check_turns(const ast::SymmetryItem& symmetries) {
     const auto turns = std::ranges::find(symmetries.parts, "rotations", [](const ast::SymmetryItem::Part& part) { return part.word.name; });
-    if (rank() > 1 || turns == symmetries.parts.end() || turns->axis || !generators_.empty()) return;
-    misfit(turns->word.range, "rotations turn one axis into another, and this scene has one axis: they would do nothing", "write flips for the mirror image, or leave rotations out");
+    if (rank() > 1 || turns == symmetries.parts.end() || turns->axis) return;
+    misfit(turns->word.range, "rotations turn one axis into another, and this scene has one axis: they would do nothing",
+           generators_.empty() ? "write flips for the mirror image, or leave rotations out" : "leave rotations out: flips alone are all that one axis has");
   }
 
   /// Quarter turns, in the plane across the axis that is named or in each.
