@@ -87,7 +87,7 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
 GradientPlan plan_gradient(RolloutSetup setup) {
   const Rollout::Impl impl(std::move(setup), Rollout::Impl::Purpose::plan);
   const int block = impl.marks.empty() ? 1 : impl.backward->block->steps();
-  return {impl.keeps_trajectory, block, impl.result.stored_states, impl.result.recomputed_steps, impl.result.checkpoint_bytes};
+  return {impl.keeps_trajectory, block, impl.result.stored_states, impl.result.recomputed_steps, impl.result.checkpoint_bytes, impl.result.tape_bytes};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
@@ -330,7 +330,7 @@ void Rollout::Impl::plan_storage() {
   result.checkpoint_bytes = planned_bytes = backward ? (buffer_count + 1) * state_bytes : 0;
   // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two more are worked in.
   const int64_t unused = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0);
-  if (backward && purpose == Purpose::run) plan_tapes(rate ? unused / 2 : unused);
+  if (backward) plan_tapes(rate ? unused / 2 : unused);
   const int64_t left = (unused - result.tape_bytes) / state_bytes - 2;
   part_slots = setup.slots > 0 ? setup.slots : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
 }

@@ -47,10 +47,11 @@ void Rollout::Impl::plan_tapes(int64_t left) {
   for (const Pair& pair : pairs) {
     const auto count = static_cast<int64_t>(share * static_cast<double>(pair.runs));
     if (count == 0) continue;
+    result.tape_bytes += pair.bytes * count;
+    if (purpose == Purpose::plan) continue;
     const auto& of_pair = tapes.emplace_back(std::make_shared<Tapes>(pair.bytes, count));
     pair.value->write_tapes(of_pair);
     pair.adjoint->read_tapes(of_pair);
-    result.tape_bytes += of_pair->bytes();
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 
 #include "command_support.h"
 
@@ -75,6 +76,25 @@ TEST_F(PredictionCommand, PredictsWhatBlockedGradientsStore) {
   EXPECT_NE(dpde("check blocks.dpde t").out.find("steps at once"), std::string::npos);
   EXPECT_NE(dpde("check blocks.dpde t --memory 1K --json").status, 0) << "no room for a gradient";
   EXPECT_NE(dpde("check blocks.dpde t --memory much --json").status, 0);
+}
+
+/// What networks compute on the way is kept too, as far as memory goes.
+TEST_F(PredictionCommand, PredictsWhatIsKeptOfNetworks) {
+  write("net.dpde", "network law(u) { conv 8, 3; tanh; conv out, 3 }\nmodel m { field u; param nu; dt(u) = nu*lap(u) + law(u) }\n"
+                    "scene s : m {\n  grid x = 0 .. 1, cells 512, periodic\n  initial u = sin(2*pi*x)\n  nu = 1e-4\n  time 0 .. 1/8, step 1/128\n}\n"
+                    "task t : s { learn law; minimise mean(u^2) }\n");
+  std::set<double> kept;
+  for (const std::string more : {"", "--memory 200K", "--memory 600K", "--threads 2"}) {
+    const Outcome check = dpde("check net.dpde t --json " + more), run = dpde("gradient net.dpde t --json --no-certify " + more);
+    ASSERT_EQ(check.status, 0) << check.err;
+    ASSERT_EQ(run.status, 0) << run.err;
+    const Json said = check.json()["checkpoints"];
+    EXPECT_EQ(said, run.json()["checkpoints"]) << more;
+    EXPECT_EQ(check.json()["gradient_memory_bytes"].get<double>(), said["bytes"].get<double>() + said["tape_bytes"].get<double>()) << more;
+    kept.insert(said["tape_bytes"].get<double>());
+  }
+  EXPECT_GE(kept.size(), 3u) << "of other budgets other amounts";
+  EXPECT_NE(dpde("check net.dpde t").out.find(" of what networks compute"), std::string::npos);
 }
 
 /// 16384 cells, speed 1, steps of 1/2048 at a Courant number of 0.5: 16 parts each.

@@ -3,6 +3,7 @@
 // stored states and threads; memory stays within the budget.
 #include "driver/inverse.h"
 #include "driver/session.h"
+#include "driver/storage.h"
 #include "driver_support.h"
 
 namespace dpde::driver {
@@ -96,6 +97,22 @@ TEST_F(NetworkMemory, DoesNotChangeGradients) {
     for (const int threads : {1, 2, 3}) {
       const GradientResult result = expect_same({.threads = threads, .slots = slots}, std::to_string(slots) + " slots, threads " + std::to_string(threads));
       EXPECT_GT(result.tapes_used, 0) << slots;
+    }
+  }
+}
+
+/// What `dpde check` says beforehand.
+TEST_F(NetworkMemory, IsPredicted) {
+  const Gradient all = gradient({});
+  for (const std::int64_t part : {-1, 0, 1, 2, 3, 4, 8}) {
+    const std::int64_t budget = part < 0 ? std::numeric_limits<std::int64_t>::max() : all.result.checkpoint_bytes + part * all.result.tape_bytes / 4;
+    for (const int threads : {1, 2}) {
+      const std::optional<GradientPlan> plan = plan_of_gradient(*compiled_, {.threads = threads, .checkpoint_bytes = budget});
+      const Gradient found = gradient({.threads = threads, .checkpoint_bytes = budget});
+      ASSERT_TRUE(plan);
+      EXPECT_EQ(plan->tape_bytes, found.result.tape_bytes) << part;
+      EXPECT_EQ(plan->checkpoint_bytes, found.result.checkpoint_bytes) << part;
+      EXPECT_EQ(plan->tape_bytes > 0, part != 0) << part;
     }
   }
 }

@@ -86,7 +86,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   result["ratio"] = json_number(wall / primal);
   result["checkpoints"] = {
       {"stored", last.stored_states}, {"recomputed_steps", last.recomputed_steps}, {"bytes", last.checkpoint_bytes},
-      {"block_steps", run.session->rollout().gradient_block_steps()}};
+      {"block_steps", run.session->rollout().gradient_block_steps()}, {"tape_bytes", last.tape_bytes}};
   result["compile_s"] = run.compiled->seconds;
   result["certificate"] = certificate_json(run);
   result["files"] = job.files();

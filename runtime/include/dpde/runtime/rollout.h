@@ -167,6 +167,7 @@ struct GradientPlan {
   int block_steps = 1;          // whose adjoints are done in one pass
   int stored_states = 0;
   int64_t recomputed_steps = 0, checkpoint_bytes = 0;
+  int64_t tape_bytes = 0;       // of what networks compute, beside that
 };
 /// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be bound, and
 /// nothing of the size of a field is allocated.
