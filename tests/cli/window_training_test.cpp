@@ -288,6 +288,13 @@ TEST_F(WindowControls, GoOnAfterCtrlCOrAKill) {
   EXPECT_LT(rest.json()["resumed_windows"], 8) << "a damaged one is sought again";
   for (const char* variable : {"u", "made", "time"}) EXPECT_EQ(read("o/find.nc", variable), read("whole/find.nc", variable)) << variable;
   for (const auto& file : fs::directory_iterator(path("o"))) EXPECT_EQ(file.path().filename(), "find.nc");
+  const Outcome over = dpde("optimize slow.dpde find --resume --out o --json"), words = dpde("optimize slow.dpde find --resume --out o");
+  ASSERT_EQ(over.status, 0) << over.err;
+  EXPECT_EQ(over.json()["resumed_windows"], rest.json()["windows"]);
+  EXPECT_FALSE(over.json().contains("wall_s")) << "nothing was searched";
+  for (const char* key : {"loss", "windows", "unknowns", "left_out", "iterations"}) EXPECT_EQ(over.json()[key], rest.json()[key]) << key;
+  EXPECT_NE(words.out.find("find: all windows are searched already, find.nc is there\n"), std::string::npos) << words.out;
+  EXPECT_NE(words.out.find("mean loss"), std::string::npos) << words.out;
 }
 
 TEST_F(WindowControls, OfAnotherSearchAreSoughtAgain) {

@@ -178,16 +178,16 @@ std::unique_ptr<driver::DataSetMaker> open(Job& job) {
   return driver::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }
 
-void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estimates, Json& result) {
+void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estimates, Told& told) {
   Json all = Json::object();
   for (const driver::OrderEstimate& each : estimates) {
     all[each.state] = {{"order", json_number(each.order)}, {"difference", json_number(each.difference)}, {"error", json_number(each.error())}};
-    job.say(fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n", each.state, each.order, each.error()));
+    told.say(job, fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n", each.state, each.order, each.error()));
   }
-  result["estimates"] = std::move(all);
+  told.json["estimates"] = std::move(all);
 }
 
-void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Json& result) {
+void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Told& told) {
   Json all = Json::object();
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
@@ -195,36 +195,76 @@ void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driv
     const auto most = std::ranges::max_element(runs, {}, drift);
     const double relative = most->integrals[static_cast<std::size_t>(s)].relative_drift();
     all[name] = {{"drift", json_number(drift(*most))}, {"relative_drift", json_number(relative)}, {"run", most - runs.begin()}};
-    job.say(fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n", name, drift(*most), relative, most - runs.begin()));
+    told.say(job, fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n", name, drift(*most), relative, most - runs.begin()));
   }
-  result["conservation"] = std::move(all);
+  told.json["conservation"] = std::move(all);
 }
 
-void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Json& result) {
+void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Told& told) {
   Json all = Json::object();
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
     const auto residual = [s](const driver::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
     if (std::ranges::any_of(runs, [&](const driver::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
-      job.say(fmt::format("{}: how well the frames satisfy the scene is not known: it does not run on their grid\n", name));
+      told.say(job, fmt::format("{}: how well the frames satisfy the scene is not known: it does not run on their grid\n", name));
       continue;
     }
     const auto most = std::ranges::max_element(runs, {}, [&](const driver::DataRun& run) { return residual(run).relative; });
     const auto [rate, relative] = residual(*most);
     all[name] = {{"rate", json_number(rate)}, {"relative", json_number(relative)}, {"run", most - runs.begin()}};
-    job.say(fmt::format("{}: the scene's steps from a frame miss the next one by at most {:.2g} of the change between them, {:.2g} in a unit of time (run {})\n", name, shown(relative), shown(rate), most - runs.begin()));
+    told.say(job, fmt::format("{}: the scene's steps from a frame miss the next one by at most {:.2g} of the change between them, {:.2g} in a unit of time (run {})\n", name, shown(relative), shown(rate), most - runs.begin()));
   }
-  result["residuals"] = std::move(all);
+  told.json["residuals"] = std::move(all);
+}
+
+/// Of the whole file: what the runs are, and how many.
+std::uint64_t key_of_all(const driver::DataSetMaker& maker) {
+  const std::string text = fmt::format("{:016x} {}", maker.key(), maker.set().runs);
+  return driver::hash_bytes(text.data(), text.size());
+}
+
+/// False where a file of the result could not be written: better told before the runs than behind them.
+bool can_write(Job& job, const driver::DataSetMaker& maker) {
+  for (const std::string& file : {maker.set().file, driver::cost_file_of(maker.set().file)}) {
+    const std::filesystem::path path = std::filesystem::path(job.options().out) / file;
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) job.sink().report("cannot-write", {}, {path.string(), "it is a folder"});
+  }
+  return !job.failed();
+}
+
+Told report(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
+  const model::DataSet& set = maker.set();
+  Told told;
+  told.say(job, fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells\n", set.name, set.runs, set.scene, maker.times().size(), maker.times().front(),
+                            maker.times().back(), fmt::join(maker.cells(), " x ")));
+  told.json = {{"runs", set.runs}, {"frames", maker.times().size()}, {"cells", maker.cells()}};
+  report_estimates(job, estimates, told);
+  report_drifts(job, maker, runs, told);
+  report_residuals(job, maker, runs, told);
+  return told;
+}
+
+/// Of a data set that was finished before.
+Json again(Job& job, const model::DataSet& set, const Told& told) {
+  job.say(fmt::format("{}: all runs are made already, {} is there\n{}", set.name, set.file, told.text));
+  Json result = told.json;
+  result["finished"] = true;
+  result["resumed_runs"] = set.runs;
+  result["files"] = job.files();
+  return result;
 }
 
 /// The data set, and beside it what it cost: the seconds that are returned.
-double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
+double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates, const Told& told) {
   double cpu_seconds = 0;
   for (const driver::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
   const std::string& file = maker.set().file;
   guarded(job, [&] {
-    const std::string bytes = compose_netcdf(content_of(job, maker, runs, estimates));
+    NetcdfContent content = content_of(job, maker, runs, estimates);
+    add_told(content, key_of_all(maker), told);
+    const std::string bytes = compose_netcdf(content);
     save_text(job, file, bytes);
     save_text(job, driver::cost_file_of(file), driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
   });
@@ -249,7 +289,11 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   if (!prepare_out(job)) return result;
   const std::unique_ptr<driver::DataSetMaker> maker = open(job);
   if (!maker) return result;
+  if (!can_write(job, *maker)) return result;
   const model::DataSet& set = maker->set();
+  if (const std::optional<Told> told = resume ? told_of_finished(job, set.file, key_of_all(*maker)) : std::nullopt) {
+    return again(job, set, *told);
+  }
   const auto start = std::chrono::steady_clock::now();
   Progress progress(false, quiet);
   int done = 0, there = 0;
@@ -278,20 +322,17 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
     runs.push_back(std::move(*data));
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  job.say(fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells, in {}\n", set.name, set.runs, set.scene, maker->times().size(), maker->times().front(),
-                      maker->times().back(), fmt::join(maker->cells(), " x "), human_seconds(seconds)));
   const std::vector<driver::OrderEstimate> estimates = maker->estimate_order();
-  report_estimates(job, estimates, result);
-  report_drifts(job, *maker, runs, result);
-  report_residuals(job, *maker, runs, result);
-  result["cpu_s"] = write_files(job, *maker, runs, estimates);
+  Told told = report(job, *maker, runs, estimates);
+  const double cpu_seconds = write_files(job, *maker, runs, estimates, told);
   if (!job.failed()) {
     for (int run = 0; run < set.runs; ++run) Part(job, *maker, run).remove();
   }
-  result["runs"] = set.runs;
+  job.say(fmt::format("made in {}\n", human_seconds(seconds)));
+  result = std::move(told.json);
+  result["cpu_s"] = cpu_seconds;
+  result["finished"] = true;
   result["resumed_runs"] = there;
-  result["frames"] = maker->times().size();
-  result["cells"] = maker->cells();
   result["wall_s"] = seconds;
   result["files"] = job.files();
   return result;

@@ -90,17 +90,25 @@ Json leave_out(const driver::TrainingScene& scene, Found& all) {
 
 constexpr const char* what_may_help = "bounds of the controls, shorter windows or a smaller step of the scene may help";
 
-void report(Job& job, const std::string& task, const Found& all, double seconds, Json& json) {
+void report(Job& job, const std::string& task, const Found& all, Told& told) {
   const std::vector<double> losses = mean_losses(all);
   double squares = 0;
   for (const driver::FoundControls& found : all) squares += found.norm * found.norm;
-  job.say(fmt::format("{}: controls of {} windows in {}; mean loss {:.8g}, {:.8g} without\n", task, all.size(), human_seconds(seconds), shown(losses.back()), shown(losses.front())));
-  json["iterations"] = losses.size() - 1;
-  json["loss"] = json_numbers(losses);
-  json["windows"] = all.size();
-  json["wall_s"] = seconds;
-  json["unknowns"] = {{"controls", {{"norm", json_number(std::sqrt(squares))}}}};
-  json["test"] = Json::object();
+  told.say(job, fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(), shown(losses.back()), shown(losses.front())));
+  told.json["iterations"] = losses.size() - 1;
+  told.json["loss"] = json_numbers(losses);
+  told.json["windows"] = all.size();
+  told.json["unknowns"] = {{"controls", {{"norm", json_number(std::sqrt(squares))}}}};
+  told.json["test"] = Json::object();
+}
+
+/// Of a search that was finished before.
+Json again(Job& job, const std::string& task, const Told& told) {
+  job.say(fmt::format("{0}: all windows are searched already, {0}.nc is there\n{1}", task, told.text));
+  Json json = told.json;
+  json["finished"] = true;
+  json["files"] = job.files();
+  return json;
 }
 
 /// With the windows that were found before. False when stopped or not saved.
@@ -138,7 +146,14 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
   if (!session) return json;
   driver::WindowControls controls(scene, options.iterations, batch);
-  const auto part = [file = std::filesystem::path(options.out) / (task + ".nc"), key = controls.key()](const driver::Window& window) { return WindowPart(file, key, window); };
+  const std::uint64_t key = controls.key();
+  const std::string result_file = task + ".nc";
+  const auto part = [file = std::filesystem::path(options.out) / result_file, key](const driver::Window& window) { return WindowPart(file, key, window); };
+  if (const std::optional<Told> told = options.resume ? told_of_finished(job, result_file, key) : std::nullopt) {
+    json = again(job, task, *told);
+    json["resumed_windows"] = controls.windows().size();
+    return json;
+  }
   Found all;
   for (const driver::Window& window : controls.windows()) {
     std::optional<driver::FoundControls> found = options.resume ? part(window).load() : std::nullopt;
@@ -149,20 +164,29 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   const auto start = std::chrono::steady_clock::now();
   if (!search(job, controls, part, options.quiet || options.json, all)) return json;
   std::ranges::sort(all, {}, [](const driver::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
-  json["left_out"] = leave_out(scene, all);
-  json["frames_left_over"] = controls.frames_left_over();
+  Told told;
+  told.json["left_out"] = leave_out(scene, all);
+  told.json["frames_left_over"] = controls.frames_left_over();
   if (controls.frames_left_over() > 0) {
-    job.say(fmt::format("the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n", controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
+    told.say(job, fmt::format("the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n", controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
   }
-  if (!json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
+  if (!told.json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
+  json.update(told.json);
   if (all.empty()) {
     job.sink().report("run-failed", {}, {fmt::format("every run has a window without controls: nothing is written to {}.nc", task)}, what_may_help);
     return json;
   }
-  report(job, task, all, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), json);
+  report(job, task, all, told);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  job.say(fmt::format("found in {}\n", human_seconds(seconds)));
+  NetcdfContent content = content_of(job, *session, scene, controls.states(), all);
+  add_told(content, key, told);
+  save_text(job, result_file, compose_netcdf(content));
+  json.update(told.json);
+  json["finished"] = true;
+  json["wall_s"] = seconds;
   json["compile_s"] = run.compiled->seconds;
   json["certificate"] = certificate_json(run);
-  save_text(job, task + ".nc", compose_netcdf(content_of(job, *session, scene, controls.states(), all)));
   if (!job.failed()) {
     for (const driver::Window& window : controls.windows()) part(window).remove();
   }

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
+#include "dpde/runtime/error.h"
 #include "dpde/runtime/netcdf.h"
+#include "driver/files.h"
 #include "driver/imports.h"
 #include "model/placement.h"
 #include "model/print_model.h"
@@ -106,6 +109,28 @@ void add_origin(NetcdfContent& content, const Job& job, const driver::Session& s
                         {"dpde_text", driver::text_without_imports(job.source())},
                         {"dpde_step", problem.step},
                         {"dpde_seed", static_cast<double>(options.seed)}};
+}
+
+void add_told(NetcdfContent& content, std::uint64_t key, const Told& told) {
+  content.attributes.insert(content.attributes.end(), {{"dpde_key", fmt::format("{:016x}", key)}, {"dpde_told", told.text}, {"dpde_result", told.json.dump()}});
+}
+
+std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key) {
+  const std::filesystem::path path = std::filesystem::path(job.options().out) / file;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
+  DiagnosticSink silent;
+  std::optional<std::string> bytes = driver::read_file(path, {}, silent);
+  if (!bytes) return std::nullopt;
+  try {
+    const NetcdfReader reader(std::move(*bytes), path.string());
+    if (reader.text("", "dpde_key") != fmt::format("{:016x}", key)) return std::nullopt;
+    const Json json = Json::parse(reader.text("", "dpde_result").value_or(""), nullptr, false);
+    if (!json.is_object()) return std::nullopt;
+    return Told{reader.text("", "dpde_told").value_or(""), json};
+  } catch (const Error&) {
+    return std::nullopt;  // damaged, or no such file: it is made again
+  }
 }
 
 void save_netcdf(Job& job, driver::Session& session, const Record& record) {

@@ -3,7 +3,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <set>
+#include <string>
 
 #include "command.h"
 #include "dpde/runtime/netcdf.h"
@@ -30,6 +33,19 @@ using AxisNames = std::vector<std::array<std::string, 2>>;
 AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes, NetcdfNames& names);
 /// Text, settings and numbers that make the scene again.
 void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session);
+
+/// What is told of a job that has its result in one file: in words, and as JSON. Nothing that is another number the next time.
+struct Told {
+  std::string text;
+  Json json = Json::object();
+  void say(Job& job, const std::string& words) {
+    text += words;
+    job.say(words);
+  }
+};
+/// Marks the content as the result of the job with this key; and what was told of it, where the file in the folder of --out has such a mark.
+void add_told(NetcdfContent& content, std::uint64_t key, const Told& told);
+std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key);
 
 /// SCENE.nc in the folder of --out.
 void save_netcdf(Job& job, driver::Session& session, const Record& record);

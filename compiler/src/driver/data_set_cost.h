@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <string>
 
+#include "source/diagnostic.h"
+
 namespace dpde::driver {
 
 std::string cost_file_of(const std::string& data_set);
 /// Its text: seconds that processors worked for the data set whose bytes have this hash.
 std::string cost_text(std::uint64_t hash, double seconds);
-/// Not a number where there is no such file, or it is of other data.
-double stored_cost(const std::string& data_set, std::uint64_t hash);
+/// Not a number where there is no such file, or it is of other data. Reports bad-array-file where it is no such text.
+double stored_cost(const std::string& data_set, std::uint64_t hash, SourceRange where, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

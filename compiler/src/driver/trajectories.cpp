@@ -197,7 +197,8 @@ std::optional<Trajectories> load_trajectories(const model::Problem& problem, con
   std::optional<std::string> bytes = read_file(trajectories.path, where, sink);
   if (!bytes) return std::nullopt;
   trajectories.hash = hash_bytes(bytes->data(), bytes->size());
-  trajectories.cost_s = stored_cost(trajectories.path, trajectories.hash);
+  trajectories.cost_s = stored_cost(trajectories.path, trajectories.hash, where, sink);
+  if (sink.has_errors()) return std::nullopt;
   try {
     const NetcdfReader reader(std::move(*bytes), trajectories.path);
     Reader file_of_problem(problem, reader, trajectories);
