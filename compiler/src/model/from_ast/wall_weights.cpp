@@ -51,6 +51,15 @@ std::optional<WallMisfit> misfit_at(const Problem& problem, const std::string& f
                                 std::floor((along.high - along.low) / limit))};
 }
 
+/// Whether it holds a parameter that is sought.
+bool may_change(const Problem& problem, const Expr& e) {
+  return any_part(e, [&](const Expr& part) {
+    const Param* param = std::get_if<Param>(&part->kind);
+    const Parameter* parameter = param ? problem.find_param(param->name) : nullptr;
+    return parameter && parameter->unknown;
+  });
+}
+
 /// The scene's values, with those that the task's parameters begin with.
 KnownValues values_at_start(const Draft& draft) {
   KnownValues values = draft.values;
@@ -84,7 +93,7 @@ std::optional<WallMisfit> misfit_of_walls(const Problem& problem, const KnownVal
     for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
       if (problem.axes[axis].topology == Topology::periodic || problem.axes[axis].stretch) continue;
       for (const Side* side : {&state.boundary[axis].low, &state.boundary[axis].high}) {
-        if (side->kind != SideKind::mixed) continue;
+        if (side->kind != SideKind::mixed || !(may_change(problem, side->a) || may_change(problem, side->b))) continue;
         const auto misfit = misfit_of_wall(problem, state.name, static_cast<int>(axis), side->a, side->b, values);
         if (misfit) return misfit;
       }
