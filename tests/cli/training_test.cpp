@@ -372,10 +372,13 @@ TEST_F(Training, GradientAndVerify) {
   EXPECT_EQ(dpde("check t.dpde learn --json").status, 0);
 }
 
-TEST_F(Training, DataSetsAreMadeAgainAndGoOn) {
+TEST_F(Training, DataSetsAreMadeAgainOnceTheyAreNotThere) {
   const std::string first = content(path("train.nc"));
   EXPECT_EQ(dpde("run data.dpde train --out again --threads 1 --json").status, 0);
   EXPECT_EQ(content(path("again/train.nc")), first) << "the same bytes for any number of threads";
+  const Json there = dpde("run data.dpde train --out again --resume --json").json();
+  EXPECT_EQ(there["resumed_runs"], there["runs"]) << "it is complete";
+  fs::remove(path("again/train.nc"));
   const Json made = dpde("run data.dpde train --out again --resume --json").json();
   EXPECT_EQ(made["resumed_runs"], 0) << "parts of complete sets are gone";
   EXPECT_EQ(made["frames"], 17);
