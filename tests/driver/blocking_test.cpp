@@ -115,5 +115,22 @@ TEST(Blocking, StatesAreThoseOfSingleStepsInSinglePrecision) {
   for (const Case& example : cases()) expect_states_of_single_steps(example, Precision::f32);
 }
 
+/// How many steps a run does at once by itself.
+int chosen_steps(const std::string& text) {
+  const SourceFile source("block.dpde", text);
+  DiagnosticSink sink;
+  const auto session = Session::open(source, testing::compiled(source, {.backend = Backend::jit}), {}, sink);
+  EXPECT_TRUE(session) << testing::all_messages(source, sink);
+  return session->rollout().block_steps();
+}
+
+TEST(Blocking, IsChosenWhereItPays) {
+  const std::string axes = grid("x", 64, true) + grid("y", 96, true) + grid("z", 96, true);
+  EXPECT_GE(chosen_steps(heat(axes, "", "time = euler")), 4);
+  EXPECT_EQ(chosen_steps(heat(axes, "", "time = euler; lap = central(4)")), 1) << "planes two away are read from the shared cache";
+  EXPECT_GE(chosen_steps(heat(grid("x", 512, true) + grid("y", 512, true), "", "time = euler; lap = central(4)")), 4);
+  EXPECT_EQ(chosen_steps(heat(grid("x", 64, true) + grid("y", 64, true), "", "time = euler")), 1) << "it fits the core's cache";
+}
+
 }  // namespace
 }  // namespace dpde::driver
