@@ -243,6 +243,10 @@ std::string Executor::tuning() const {
   return text;
 }
 
+bool Executor::is_tuning() const {
+  return std::ranges::any_of(plan_->operations, [](const Operation& operation) { return !operation.sweep.tuner.is_done(); });
+}
+
 void Executor::set_tuning(std::string_view text) {
   for (Operation& operation : plan_->operations) {
     SweepTuner& tuner = operation.sweep.tuner;

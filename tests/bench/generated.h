@@ -15,8 +15,7 @@
 
 namespace dpde::bench {
 
-/// Of a field: sweeps over larger ones find out in their first runs how they are done best.
-constexpr int64_t least_tuned_bytes = 4 << 20;
+/// Steps in which the sweeps of a large grid surely find out how they are done best.
 constexpr int runs_to_tune = 120;
 
 enum Code { hand, jit, cpp, jit_f32, cpp_f32 };
@@ -59,9 +58,7 @@ class Runner {
     for (int p = 0; p < program.param_count; ++p) executor_.set_param(p, program.params[p][0] == 'h' ? 1.0 : 1e-2);
     executor_.update_uniforms();
     executor_.prepare();
-    if (field_bytes(layout) >= least_tuned_bytes) {
-      for (int n = 0; n < runs_to_tune; ++n) run();
-    }
+    while (executor_.is_tuning()) run();
   }
   void run() {
     executor_.run();

@@ -190,6 +190,14 @@ TEST_F(BenchCommand, HasTheKeysOfTheContract) {
                           "adjoint_ratio", "compile_s"}) {
     EXPECT_GT(json[key], 0) << key;
   }
+  EXPECT_EQ(json["bytes_per_point"], 16);
+}
+
+TEST_F(BenchCommand, SaysWhatBytesPredictOfTheAdjoint) {
+  write("b.dpde", "model m { field u; dt(u) = -u*dx(u) }\nscheme s { time = euler }\nscene b : m with s {\n  grid x = 0 .. 1, cells 32, periodic\n  initial u = 1\n  time 0 .. 1, step 1/64\n}\n");
+  const Outcome bench = dpde("bench b.dpde --repeats 1 --threads 1");
+  ASSERT_EQ(bench.status, 0) << bench.err;
+  EXPECT_NE(bench.out.find("(1.50 times the bytes)"), std::string::npos) << bench.out;  // u, u_next_bar and u_bar over u and u_next
 }
 
 }  // namespace

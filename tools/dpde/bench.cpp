@@ -35,19 +35,25 @@ double median(std::vector<double> samples) {
 class Stepper {
  public:
   Stepper(driver::Session& session, const dpde_program& program, int threads)
-      : executor_(program, session.workspace().layout(), threads), program_(program) {
-    driver::Workspace& workspace = session.workspace();
-    for (int f = 0; f < program.field_count; ++f) {
-      executor_.bind(f, workspace.field(program.fields[f]).base());
-    }
+      : executor_(program, session.workspace().layout(), threads), workspace_(session.workspace()), program_(program) {
     for (int p = 0; p < program.param_count; ++p) {
-      const auto value = workspace.params().find(program.params[p]);
+      const auto value = workspace_.params().find(program.params[p]);
       const double other = std::string_view(program.params[p]) == "t" ? session.problem().t_begin : 0;
-      executor_.set_param(p, value == workspace.params().end() ? other : value->second);
+      executor_.set_param(p, value == workspace_.params().end() ? other : value->second);
     }
     executor_.update_uniforms();
+    restart();
+  }
+
+  /// From what the fields of the workspace hold now.
+  void restart() {
+    for (int f = 0; f < program_.field_count; ++f) executor_.bind(f, workspace_.field(program_.fields[f]).base());
     executor_.prepare();
   }
+
+  /// Goes on with what another one of the same program has found out.
+  void take_tuning(const Stepper& other) { executor_.set_tuning(other.executor_.tuning()); }
+  bool is_tuning() const { return executor_.is_tuning(); }
 
   void run(int steps) {
     for (int k = 0; k < steps; ++k) {
@@ -63,8 +69,11 @@ class Stepper {
 
  private:
   Executor executor_;
+  driver::Workspace& workspace_;
   const dpde_program& program_;
 };
+
+constexpr double longest_tuning = 10;  // seconds
 
 double seconds_of(const std::function<void()>& body) {
   const auto start = std::chrono::steady_clock::now();
@@ -78,6 +87,18 @@ int steps_per_sample(Stepper& stepper, int limit) {
   return std::clamp(int(0.02 / once), 1, std::max(limit, 1));
 }
 
+/// As runs do, sweeps over large fields first find out how they are done best; at most `longest_tuning` seconds long.
+void tune(Stepper& stepper, int limit, const std::function<void()>& reset) {
+  double seconds = 0;
+  for (int step = 0; stepper.is_tuning() && seconds < longest_tuning && !interrupt_flag().load(); ++step) {
+    if (step % std::max(limit, 1) == 0) {
+      reset();
+      stepper.restart();
+    }
+    seconds += seconds_of([&] { stepper.run(1); });
+  }
+}
+
 /// Median seconds of one run of the program; the start is put back before each sample.
 double seconds_per_step(driver::Session& session, const dpde_program& program, const BenchOptions& options,
                         const std::function<void()>& reset) {
@@ -85,16 +106,19 @@ double seconds_per_step(driver::Session& session, const dpde_program& program, c
   reset();
   Stepper probe(session, program, threads);
   const int steps = steps_per_sample(probe, session.steps());
+  tune(probe, session.steps(), reset);
   std::vector<double> samples;
   for (int r = 0; r < options.repeats && !interrupt_flag().load(); ++r) {
     reset();
     Stepper stepper(session, program, threads);
+    stepper.take_tuning(probe);
     // Short scenes are run several times so that each sample takes long enough for the clock.
     const int rounds = std::max(1, int(2e-4 / std::max(1e-9, seconds_of([&] { stepper.run(steps); }))));
     double total = 0;
     for (int round = 0; round < rounds; ++round) {
       reset();
       Stepper fresh(session, program, threads);
+      fresh.take_tuning(probe);
       total += seconds_of([&] { fresh.run(steps); });
     }
     samples.push_back(total / rounds / steps);
@@ -150,6 +174,7 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   const std::function<void()> reset = resetter(session);
   const double step_s = seconds_per_step(session, *compiled.program(step), options, reset);
   const dpde_program* adjoint = compiled.adjoint_of(step);
+  const double adjoint_bytes = adjoint == nullptr ? 0 : driver::cost_of(compiled.loop, compiled.derived.at(step).adjoint->program).bytes;
   const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(session, *adjoint, options, reset);
   const double copy_rate = driver::measure_copy(cost.bytes * cells, thread_count(options));
   if (interrupt_flag().load()) {
@@ -166,12 +191,15 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   result["step_s"] = step_s;
   result["adjoint_step_s"] = adjoint == nullptr ? Json(nullptr) : Json(adjoint_s);
   result["adjoint_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_s / step_s);
+  result["adjoint_byte_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_bytes / cost.bytes);
   result["compile_s"] = compiled.seconds;
   result["threads"] = thread_count(options);
   job.say(fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of the same size, {}/s)\n",
                       session.problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
                       100 * bandwidth / copy_rate, human_bytes(copy_rate)));
-  if (adjoint != nullptr) job.say(fmt::format("its adjoint takes {}, {:.2f} times as long\n", human_seconds(adjoint_s), adjoint_s / step_s));
+  if (adjoint != nullptr) {
+    job.say(fmt::format("its adjoint takes {}, {:.2f} times as long ({:.2f} times the bytes)\n", human_seconds(adjoint_s), adjoint_s / step_s, adjoint_bytes / cost.bytes));
+  }
   job.say(fmt::format("compiled in {}\n", human_seconds(compiled.seconds)));
 }
 

@@ -82,6 +82,8 @@ class Executor {
   /// Sweeps over large fields find out while they are used which of several equal ways is fastest on this machine. What they
   /// found, a line a sweep: "" until all of them know, and where there is nothing to choose.
   std::string tuning() const;
+  /// True while a sweep still tries ways.
+  bool is_tuning() const;
   /// Takes what an executor of the same program and layout has found; text that does not fit is ignored.
   void set_tuning(std::string_view text);
 
