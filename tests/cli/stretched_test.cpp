@@ -99,5 +99,29 @@ TEST_F(Stretched, DerivativesAreCertified) {
   }
 }
 
+/// The adjoint of the loss reads the metric beside the periodic axis, where the loss itself does not: it must leave beyond the walls what the
+/// adjoint of the step reads there.
+TEST_F(Stretched, LossesLeaveTheMetricBeyondWallsAsItIs) {
+  write("m.dpde",
+        "model m { field p; coefficient g; dt(p) = 0.02*lap(p) + g }\n"
+        "scene s : m {\n"
+        "  grid x = 0 .. 1, cells 5, periodic\n"
+        "  grid y = 0 .. 1, cells 4, stretched (exp(y) - 1)/(exp(1) - 1)\n"
+        "  g = x\n  initial p = cos(2*pi*x)*y\n  boundary p: y = 0\n  time 0 .. 0.2, step 0.02\n}\n"
+        "task state : s { unknown initial p; minimise mean(dx(p)^2); using lbfgs() }\n"
+        "task source : s { unknown g; minimise mean((p - 1)^2) + mean(dx(g)^2); using lbfgs() }\n");
+  for (const std::string task : {"state", "source"}) {
+    for (const std::string backend : {"jit", "cpp"}) {
+      const Outcome proven = dpde("verify m.dpde " + task + " --json --backend " + backend);
+      EXPECT_EQ(proven.status, 0) << task << " " << backend << "\n" << proven.out << proven.err;
+    }
+    const Json compiled = dpde("gradient m.dpde " + task + " --json").json(), interpreted = dpde("gradient m.dpde " + task + " --json --backend interpreter").json();
+    const std::string unknown = task == "state" ? "p" : "g";
+    const double norm = compiled["gradient"][unknown]["norm"];
+    EXPECT_GT(norm, 0);
+    EXPECT_NEAR(norm, interpreted["gradient"][unknown]["norm"], 1e-12 * norm) << task;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

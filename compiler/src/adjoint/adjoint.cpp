@@ -304,7 +304,7 @@ class Reversal {
   void run(Kernel kernel, int grow) {
     for (const auto& read : signature(kernel).reads) {
       if (!needed.contains(read.field) || is_coordinate(read.field) || !reads_around(kernel, read.field, program_.axes)) continue;
-      if (filled_.insert(read.field).second) body.push_back(Fill{read.field, seed_boundary()});
+      if (filled_.insert(read.field).second) body.push_back(Fill{read.field, primal_boundary(read.field)});
     }
     for (auto& [field, bar] : bars_) {
       if (bar.is_around || !reads_around(kernel, names_.of(field), program_.axes)) continue;
@@ -313,6 +313,18 @@ class Reversal {
     }
     body.push_back(Run{kernel.name, grow});
     kernels_.kernels.push_back(std::move(kernel));
+  }
+
+  /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here, but the halo of a coefficient
+  /// is filled once for all programs: it must get what the others read there. (States are filled anew.)
+  std::vector<AxisBoundary> primal_boundary(const std::string& field) const {
+    for (const Program& other : module_.programs) {
+      for (const Statement& statement : other.body) {
+        const Fill* fill = std::get_if<Fill>(&statement);
+        if (fill != nullptr && fill->field == field && wall_fields(fill->axes).empty()) return fill->axes;
+      }
+    }
+    return seed_boundary();
   }
 
   /// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
