@@ -320,5 +320,32 @@ TEST_F(DerivativeCommand, AVanishingDerivativeIsCertified) {
   EXPECT_EQ(dpde("verify zero.dpde r --json").status, 0);
 }
 
+TEST_F(DerivativeCommand, AStartWithoutADerivativeIsNotCertified) {
+  write("n.dpde",
+        "model m { field u; dt(u) = sqrt(u) }\n"
+        "scene s : m { grid x = -1 .. 1, cells 3, periodic\n  initial u = if(abs(x) < 0.1, 0, 0.3)\n  time 0 .. 1, step 0.5 }\n"
+        "task q : s { unknown initial u; minimise mean(u^2); using lbfgs() }\n");
+  const Outcome refused = dpde("verify n.dpde q --json");
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_EQ(refused.json()["start_is_finite"], false);
+  EXPECT_NE(refused.err.find("at the start itself"), std::string::npos) << refused.err;
+  write("p.dpde", "model m { field u; dt(u) = sqrt(u) }\nscene s : m { grid x = -1 .. 1, cells 3, periodic\n  initial u = 0.3\n  time 0 .. 1, step 0.5 }\n"
+                  "task q : s { unknown initial u; minimise mean(u^2); using lbfgs() }\n");
+  EXPECT_EQ(dpde("verify p.dpde q").status, 0);
+}
+
+TEST_F(DerivativeCommand, AnUnknownWithoutADerivativeIsAnErrorOfVerifyToo) {
+  write("w.dpde",
+        "kernel step(w: field halo 1, out v: field, dt, hx: param) {\n  v = w + 0.3*dt/hx^2*(w[-1] - 2*w + w[+1])\n}\n"
+        "program two {\n  fill w x.low = a, x.high = 0\n  run step\n  swap w, v\n}\n"
+        "scene s : two {\n  grid x = 0 .. 1, cells 7\n  a = 0.7\n  initial w = sin(pi*x)\n  time 0 .. 0.5, step 0.01\n}\n"
+        "task q : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n");
+  for (const std::string verb : {"verify", "gradient", "optimize"}) {
+    const Outcome refused = dpde(verb + " w.dpde q");
+    EXPECT_EQ(refused.status, 2) << verb;
+    EXPECT_NE(refused.err.find("E0604"), std::string::npos) << refused.err;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

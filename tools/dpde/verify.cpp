@@ -23,6 +23,7 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
 
 std::string reason_of(const driver::Certificate& certificate) {
   std::string reason = fmt::format("largest dot-product error {:.2e}", certificate.worst());
+  if (!certificate.start_is_finite) reason = "at the start itself the loss or its gradient is not finite; " + reason;
   if (certificate.second && !certificate.second->passed()) {
     const std::optional<double>& slope = certificate.second->slope;
     reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(), slope ? fmt::format("{:.3f}", *slope) : "missing");
@@ -93,6 +94,7 @@ Json to_json(const driver::Certificate& certificate) {
             {"quotient_error", certificate.quotient_error ? json_number(*certificate.quotient_error) : Json(nullptr)},
             {"remainders", remainders},
             {"note", certificate.note}}},
+          {"start_is_finite", certificate.start_is_finite},
           {"passed", certificate.passed()}};
 }
 

@@ -57,6 +57,9 @@ bool is_sought(const model::Problem& problem, const model::Coefficient& coeffici
          (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
 }
 
+/// The task that verify makes for a scene without one: every parameter is an unknown.
+bool is_for_certificate(const model::Problem& problem) { return problem.task && problem.task->name == problem.scene + "_certificate"; }
+
 }  // namespace
 
 adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& options) {
@@ -85,10 +88,11 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   }
   for (const model::Parameter& param : compiled.problem->params) {
     if (!param.unknown && !options.by_everything) continue;
-    if (options.certify || options.by_everything) {
-      add_param(param.name);
-    } else {
+    // What a task seeks is no input to leave out: where there is no derivative by it, that is an error.
+    if (param.unknown && !is_for_certificate(*compiled.problem)) {
       wrt.params.insert(param.name);
+    } else {
+      add_param(param.name);
     }
   }
   return wrt;

@@ -278,6 +278,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   if (!inverse) return false;
   const Point point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
+  certificate.start_is_finite = std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction);
   const auto hessian = SecondOrder::open(*session, *inverse, Curvature::full);
@@ -357,7 +358,7 @@ bool Certificate::passed() const {
   // A slope of 1 is that of a wrong derivative, however little of the whole is wrong.
   const bool converges = quotient_error && *quotient_error <= largest_quotient_error && !(slope && *slope < least_slope_with_kinks);
   const bool taylor = only_rounding || converges || (slope && std::abs(*slope - 2) <= largest_slope_error);
-  return worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
+  return start_is_finite && worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const {

@@ -56,7 +56,8 @@ struct Certificate {
   std::optional<double> quotient_error;
   std::optional<SecondOrderCheck> second;  // absent: there are no second derivatives
   std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
-  /// Every case at most 1e-11, and a slope within 0.05 of 2, a remainder of rounding only, or with kinks quotients that agree to 1e-5.
+  bool start_is_finite = true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
+  /// Finite at the start, every case at most 1e-11, and a slope within 0.05 of 2, a remainder of rounding only, or with kinks quotients that agree to 1e-5.
   bool passed() const;
   bool only_rounding = false;
 };
