@@ -347,5 +347,25 @@ TEST_F(DerivativeCommand, AnUnknownWithoutADerivativeIsAnErrorOfVerifyToo) {
   }
 }
 
+/// Data that are a state of another run have that state's values beyond walls: against a twin of the scene itself differences and
+/// samples vanish. So they do where the walls hold unknowns, the derivatives by which are exact.
+TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
+  write("twin.dpde",
+        "model d { field u; param k, a; dt(u) = k*lap(u) }\n"
+        "scene p : d {\n  grid x = 0 .. 1, cells 8\n  grid y = 0 .. 1, cells 6, periodic\n  k = 0.01\n  a = 0.8\n"
+        "  initial u = sin(3*x)*(1 + 0.3*sin(2*pi*y))\n"
+        "  boundary u: x.low = a*(1 + 0.2*cos(2*pi*y)), x.high = mixed(1, 0.2, exp(-t))\n  time 0 .. 1, step 1/16\n}\n"
+        "task twin : p {\n  data r = u from scene p over time\n  unknown k from 0.01\n  unknown a from 0.8\n"
+        "  minimise mean(dx(u - r)^2) + mean((lap(u) - lap(r))^2) over time\n"
+        "  minimise (sample(u, at = (0.01, 0.3)) - sample(r, at = (0.01, 0.3)))^2 over time\n  using newton_cg()\n}\n"
+        "task off : p {\n  data r = u from scene p over time\n  unknown k from 0.02\n  unknown a from 0.5\n"
+        "  minimise mean((dx(u) - dx(r))^2) + 0.1*mean(dx(u)*lap(r)) over time\n  using newton_cg()\n}\n");
+  const Outcome twin = dpde("gradient twin.dpde twin --json");
+  ASSERT_EQ(twin.status, 0) << twin.err;
+  EXPECT_LT(std::abs(double(twin.json()["loss"])), 1e-24);
+  const Outcome proven = dpde("verify twin.dpde off --json");
+  EXPECT_EQ(proven.status, 0) << proven.out << proven.err;
+}
+
 }  // namespace
 }  // namespace dpde::testing

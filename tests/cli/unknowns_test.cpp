@@ -193,5 +193,15 @@ TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
   EXPECT_LT(shortened.json()["unknowns"]["a"]["value"].get<double>(), 8) << shortened.err;
 }
 
+/// A setting stands above what the file says, the start of an unknown too.
+TEST_F(Unknowns, StartWhereTheyAreSet) {
+  write("k.dpde", "model m { field u; param k; dt(u) = -k*u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 0.1\n  initial u = 1\n  time 0 .. 1, step 0.1\n}\n"
+                  "task q : s { unknown k from 0.2 in 0 .. 6; minimise mean(u^2); using lbfgs() }\n");
+  const auto loss = [&](const std::string& set) { return double(dpde("gradient k.dpde q --json --set time=rk4 " + set).json()["loss"]); };
+  EXPECT_NEAR(loss(""), std::exp(-0.4), 1e-6);
+  EXPECT_NEAR(loss("--set k=0.7"), std::exp(-1.4), 1e-6);
+  EXPECT_EQ(dpde("gradient k.dpde q --set k=7").status, 2) << "beyond its bounds";
+}
+
 }  // namespace
 }  // namespace dpde::testing

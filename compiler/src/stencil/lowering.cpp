@@ -190,6 +190,15 @@ std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const 
   return boundary;
 }
 
+/// The state whose boundary holds for `field`: also for data that are the same field of another scene's run.
+const model::State* Lowering::state_beyond_walls(const std::string& field) const {
+  const auto found = state_of_.find(field);
+  if (found != state_of_.end()) return problem_.find_state(found->second);
+  if (!problem_.task) return nullptr;
+  const auto datum = std::ranges::find(problem_.task->data, field, &model::Datum::name);
+  return datum == problem_.task->data.end() || datum->series ? nullptr : problem_.find_state(datum->field);
+}
+
 /// The state that `field` stands for, when its values lie on walls; what time schemes remember is read nowhere else.
 const model::State* Lowering::state_on_walls(const std::string& field) const {
   const auto found = state_of_.find(field);
@@ -236,9 +245,9 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     for (Signature::Read read : reads) {
       if (grow > 0) read.halo[0] += grow;
       if (grown.contains(read.field) || !needs_fill(read) || !filled.insert(read.field).second) continue;
-      const auto state = state_of_.find(read.field);
+      const model::State* const state = state_beyond_walls(read.field);
       std::vector<AxisBoundary> boundary = boundary_of(read.field);
-      if (state != state_of_.end()) boundary = walls.boundary(*problem_.find_state(state->second), time, module, program);
+      if (state != nullptr) boundary = walls.boundary(*state, time, module, program);
       program.body.push_back(Fill{read.field, std::move(boundary)});
     }
   };

@@ -55,6 +55,7 @@ class Lowering {
   std::vector<AxisBoundary> plain_boundary() const;
   bool needs_fill(const Signature::Read& read) const;
   std::vector<AxisBoundary> boundary_of(const std::string& field) const;
+  const model::State* state_beyond_walls(const std::string& field) const;
 
   const model::Problem& problem_;
   model::Placements placements_;

@@ -205,7 +205,8 @@ void bind_unknown_values(Draft& draft, const ast::UnknownItem& item, Unknown unk
   }
   for (Parameter& parameter : draft.problem.params) {
     if (parameter.name != item.name.name) continue;
-    const auto start = item.from ? evaluate(draft, *item.from, "the start of an unknown") : parameter.value;
+    const bool is_set = draft.selection.overrides.contains(parameter.name);  // settings stand above everything
+    const auto start = item.from && !is_set ? evaluate(draft, *item.from, "the start of an unknown") : parameter.value;
     unknown.from.formula = model::number(start.value_or(0), {item.from ? item.from->range() : item.name.range});
     unknown.from.origin = (*unknown.from.formula)->origin;
     if (!draft.values.contains(parameter.name)) parameter.value = start.value_or(0);
