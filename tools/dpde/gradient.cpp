@@ -66,8 +66,12 @@ Json gradient(Job& job, const TaskOptions& options) {
     return result;
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
-    job.sink().report("loss-not-finite", run.task().losses.front().origin.range, {fmt::format("{}", std::isfinite(loss) ? NAN : shown(loss)), "0"},
-                      "dpde run shows where the scene blows up");
+    const bool has_loss = std::isfinite(loss);
+    job.sink().report("loss-not-finite", run.task().losses.front().origin.range, {has_loss ? "finite but its gradient is not" : fmt::format("{}", shown(loss)), "0"},
+                      has_loss ? "a formula has no derivative where the task begins, as sqrt(u) at 0: begin elsewhere (unknown ... from ...), or write one that has"
+                               : "dpde run shows where the scene blows up");
+    result["loss"] = json_number(loss);
+    return result;
   }
   Eigen::VectorXd again(inverse.size());
   const double wall = median_seconds([&] { inverse.value_and_gradient(inverse.start(), again); });

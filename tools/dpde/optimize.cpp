@@ -136,7 +136,8 @@ void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
     job.sink().report("loss-not-finite", task.losses.front().origin.range, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)), fmt::format("{}", result.iterations)},
-                      "a smaller rate may help, or lbfgs, which shortens its steps");
+                      result.iterations == 0 ? "begin elsewhere: unknown ... from ...; dpde gradient says more"
+                                             : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
   }
 }
 

@@ -137,6 +137,7 @@ void add_plot(CLI::App& app, int& status) {
   const auto options = std::make_shared<PlotOptions>();
   CLI::App* verb = app.add_subcommand("plot", "a picture (SVG and PNG) of an array file");
   add_common_options(*verb, *options, {.name = false, .compile = false, .seed = false});
+  verb->get_option("file")->description("the .nc or .npy file");
   verb->add_option("--field", options->field, "of a .nc file: this field only")->type_name("NAME");
   verb->add_flag("--video", options->video, "of a .nc file: a PNG for each stored state");
   verb->footer("Examples:\n  dpde plot results/wave.nc --field u --out pictures\n  dpde plot results/wave.nc --video\n"
