@@ -229,5 +229,18 @@ TEST_F(CheckCommand, TellsOrdersOfOperatorsAsStatedAndAsMeasured) {
   EXPECT_EQ(modest.codes(), std::vector<std::string>{"W0501"});
 }
 
+/// As measured: equations that act on one another with steps of their own are of order 1 (slow ones see the fast where the step begins).
+TEST_F(CheckCommand, OrderInTimeCountsStepsOfTheirOwn) {
+  const auto order = [&](const std::string& rate_of_a, const std::string& rate_of_b, const std::string& parts) {
+    write("two.dpde", "model m { field a, b; dt(a) = " + rate_of_a + "; dt(b) = " + rate_of_b + " }\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 4, periodic\n"
+                      "  initial a = 1\n  initial b = 1\n  time 0 .. 1, step 0.1\n  " + parts + "\n}\n");
+    return int(dpde("check two.dpde --json").json()["order"]["time"]);
+  };
+  EXPECT_EQ(order("-b", "a", ""), 4);
+  EXPECT_EQ(order("-a", "a - b", "subcycle b in 3"), 2);
+  EXPECT_EQ(order("-b", "-b", "subcycle b in 3"), 1);
+  EXPECT_EQ(order("-b", "a", "subcycle b in 3"), 1);
+}
+
 }  // namespace
 }  // namespace dpde::testing

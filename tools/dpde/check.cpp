@@ -30,6 +30,24 @@ bool is_transport_alone(const model::Expr& rate) {
   return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
 }
 
+/// What is left of the order in time by equations with steps of their own: 1 where a slow one reads a faster one, which it sees where the
+/// step begins, else 2: the faster ones see the slow on straight lines.
+int order_with_parts(const model::Problem& problem, int order) {
+  const auto parts_of = [&](const std::string& name) {
+    const model::State* read = problem.find_state(name);
+    return read == nullptr ? 1 : read->parts;
+  };
+  const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& state) { return state.parts > 1; });
+  for (const model::State& state : problem.states) {
+    const bool reads_faster = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
+      const model::Field* field = std::get_if<model::Field>(&e->kind);
+      return field != nullptr && parts_of(field->name) > state.parts;
+    });
+    if (reads_faster) return 1;
+  }
+  return has_parts ? std::min(order, 2) : order;
+}
+
 /// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is stated.
 Order order_of(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
@@ -63,6 +81,7 @@ Order order_of(const model::Problem& problem) {
     case model::TimeScheme::rk4: order.time = 4; break;
     case model::TimeScheme::ssp_rk3: order.time = 3; break;
   }
+  order.time = order_with_parts(problem, order.time);
   if (!model::follows_flow(scheme.advect) || !transports) return order;
   order.time = split || scheme.advect == model::Advection::semi_lagrangian ? 1 : 2;
   return order;
