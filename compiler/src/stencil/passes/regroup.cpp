@@ -16,6 +16,7 @@
 #include "stencil/build.h"
 #include "stencil/passes/factor.h"
 #include "stencil/passes/passes.h"
+#include "stencil/passes/work.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -127,64 +128,6 @@ class Writer {
   std::map<int, std::string> locals_;
   int last_ = 0;
 };
-
-int instructions(const Expr& e);
-
-bool is_product(const Expr& e) {
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return is_product(n->operand);
-  const Binary* b = std::get_if<Binary>(&e->kind);
-  return b && (b->op == BinaryOp::multiply || b->op == BinaryOp::divide) && !is_uniform(e);
-}
-
-/// A product at a point: all its uniform factors are one.
-struct Product {
-  int factors = 0;  // that vary
-  bool scaled = false;
-  int inside = 0;  // instructions that make the factors
-  int multiplications() const { return factors - (scaled ? 0 : 1); }
-
-  void add(const Expr& e) {
-    if (is_uniform(e)) {
-      scaled = true;
-    } else if (const Neg* n = std::get_if<Neg>(&e->kind)) {
-      add(n->operand);
-    } else if (is_product(e)) {
-      add(std::get<Binary>(e->kind).left);
-      add(std::get<Binary>(e->kind).right);
-    } else {
-      ++factors;
-      inside += instructions(e);
-    }
-  }
-};
-
-Product product_of(const Expr& e) {
-  Product product;
-  product.add(e);
-  return product;
-}
-
-/// Instructions of an expression at each point; an addition next to a multiplication costs nothing (FMA).
-int instructions(const Expr& e) {
-  if (is_uniform(e)) return 0;
-  if (is_product(e)) return product_of(e).inside + product_of(e).multiplications();
-  int total = 0;
-  for_each_child(e, [&](const Expr& child) { total += instructions(child); });
-  const Binary* b = std::get_if<Binary>(&e->kind);
-  if (!b) return total + (std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind) ? 1 : 0);
-  const bool adds = b->op == BinaryOp::add || b->op == BinaryOp::subtract;
-  const auto multiplies = [](const Expr& x) { return is_product(x) && product_of(x).multiplications() > 0; };
-  return total + (adds && (multiplies(b->left) || multiplies(b->right)) ? 0 : 1);
-}
-
-int instructions(const Kernel& kernel) {
-  int total = 0;
-  map_kernel(kernel, [&](const Expr& e) {
-    total += instructions(e);
-    return e;
-  });
-  return total;
-}
 
 bool is_finite(const Polynomial& p) {
   for (const auto& [monomial, c] : p) {
