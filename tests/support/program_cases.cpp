@@ -46,6 +46,31 @@ kernel s2(w: field halo 1, q: field halo 1, out v: field, c: param) {
 }
 )";
 
+/// Their adjoints store what many terms have in common: one value, one with the rates of params and sums beside it, two of two fields.
+const std::string shared_kernels = R"(
+kernel k(u: field halo 3, a: field, b: field, d: field, out v: field, out r: field, c: param) {
+  v = u + 0.1*c*a*b*d*exp(-a)*sqrt(d)*sin(b)*(u[-3] - 2*u[-2] + 3*u[-1] - 4*u + 2*u[+1] + u[+2] - u[+3])
+  r = b*u
+}
+kernel l(r: field halo 3, a: field halo 1, b: field, d: field, out w: field, sum e: param, c: param) {
+  w = r + 0.06*c*(r[-3] + r[-2] - 2*r[-1] - r + r[+1] + 2*r[+2] - r[+3])*(a[+1] + a)*if(a > 1, b*exp(a), sqrt(b))*d*sin(d)
+  e += c*r*a
+}
+kernel both(u: field halo 3, v: field halo 3, a: field, b: field, out p: field, inout q: field) {
+  let sv = v[-3] - v[-2] + 2*v[-1] - v - v[+1] - v[+2] + v[+3]
+  p = u - 0.1*a*a*b*exp(a)*(u[-3] + u[-2] - 2*u[-1] + u + u[+1] - 2*u[+2] + u[+3]) + 0.2*a*b*b*sqrt(b)*sv
+  q += v + 0.3*a*b*b*sqrt(b)*b*sv
+}
+kernel zero(u: field, out q: field) { q = u }
+)";
+
+const std::string shared_2d_kernels = R"(
+kernel k(u: field halo 2, a: field, b: field, d: field, out v: field, c: param) {
+  v = u + 0.1*c*a*b*d*exp(-a)*sqrt(d)*sin(b)*log(a)*(u[-2, 0] + 3*u[-1, 0] - 4*u + u[+1, 0] - u[+2, 0] + 2*u[0, -2] + u[0, -1] - u[0, +1] + u[0, +2])
+}
+kernel use(v: field halo 1, out r: field) { r = v[+1, 0]*v + v[0, -1] }
+)";
+
 /// A step along the flow, one back, and half of the difference between the corners of the cell that was read.
 const std::string maccormack_kernels = R"(
 kernel ahead(u: field halo 1, w: field, out a: field, c: param) { a = interp(u, -c*w) }
@@ -403,6 +428,14 @@ std::vector<ProgramCase> program_cases() {
            "program p { repeat 2 { fill u x periodic, y = zero_gradient; run slow; repeat 3 { fill w x periodic, y = 0.5; run fast; swap w, q }; "
            "reduce m = mean w over x; run both; swap u, v } }",
        {{"u"}, {"c"}}},
+      {"shared values periodic", 1, shared_kernels + "program p { fill u periodic; run k; swap u, v; keep r }", {{"u", "a", "b"}, {"c"}}},
+      {"shared values bounded", 1, shared_kernels + "program p { fill u x.low = 0.3, x.high = gradient(0.2); run k; swap u, v; keep r }", {{"u", "a", "b"}, {"c"}}},
+      {"shared values in two kernels", 1, shared_kernels +
+           "program p { fill u periodic; run k; fill a periodic; fill r periodic; run l; keep v, w }", {{"u", "a", "d"}, {"c"}}},
+      {"shared values of two fields", 1, shared_kernels +
+           "program p { fill u x = zero_gradient; fill v x.low = 0.2, x.high = gradient(0.1); run zero; run both; swap u, p; keep q }", {{"v", "a", "b"}, {}}},
+      {"shared values, one axis periodic", 2, shared_2d_kernels + "program p { fill u x periodic, y = 0.3; run k; swap u, v }", {{"u", "a", "b"}, {"c"}}},
+      {"shared values beyond walls", 2, shared_2d_kernels + "program p { fill u x = 0.2, y = zero_gradient; fill a x = 0.9, y = 1.1; fill b x = zero_gradient, y = 1; fill d x = 1.2, y = zero_gradient; run k grow 1; run use; keep r }", {{"u", "b"}, {"c"}}},
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };

@@ -8,6 +8,7 @@
 #include "adjoint/extremes.h"
 #include "adjoint/given_check.h"
 #include "adjoint/plan.h"
+#include "adjoint/recomputation.h"
 #include "adjoint/regions.h"
 #include "adjoint/weights.h"
 #include "support/assert.h"
@@ -247,12 +248,17 @@ class Reversal {
         [&](const std::string& field) { return seed(field, primal.grow); },
         [&](const std::string& field) { return bars_.contains(field); }};
     KernelAdjoint derived = adjoint_of(kernel, varied_, context, names_);
-    note_needs(derived.gather, index);
+    note_needs(derived.shared, index);
+    note_needs(derived.gather, index, derived.stored);
     note_needs(derived.scatter, index);
     for (const Store& store : kernel.stores) {
       if (!store.accumulate) consumed_.push_back(store.field);
     }
-    check_halos(kernel, derived.gather, primal.grow);
+    for (const Kernel* part : {&derived.shared, &derived.gather}) check_halos(kernel, *part, primal.grow);
+    if (!derived.shared.stores.empty()) run(std::move(derived.shared), derived.shared_grow);
+    for (const std::string& field : derived.stored) {
+      if (reads_around(derived.gather, field, program_.axes)) body.push_back(Fill{field, seed_boundary()});
+    }
     if (!derived.gather.stores.empty() || !derived.gather.sums.empty()) run(std::move(derived.gather), context.target_grow);
     if (!derived.scatter.scatters.empty()) run(std::move(derived.scatter), primal.grow);
     for (const std::string& field : derived.contributed) contribute(kernel, field, primal.grow, context.target_grow);
@@ -336,8 +342,9 @@ class Reversal {
     return axes;
   }
 
-  void note_needs(const Kernel& kernel, int index) {
-    std::set<std::string> bars;
+  /// `own`: fields that one part of a kernel's adjoint leaves to the next.
+  void note_needs(const Kernel& kernel, int index, const std::vector<std::string>& own = {}) {
+    std::set<std::string> bars(own.begin(), own.end());
     for (const auto& [primal, derived] : names_.all()) bars.insert(derived);
     for (const auto& read : signature(kernel).reads) {
       if (!bars.contains(read.field)) needed[read.field] = index;  // statements come last first
@@ -356,95 +363,6 @@ class Reversal {
   std::map<std::string, std::string> seed_names_;  // of the fields that copy_seeds_read_inside renamed
   std::vector<std::string> consumed_;
 };
-
-/// The statements that compute what the reverse part reads.
-std::vector<Statement> recomputation(const Module& module, const Program& program, std::set<std::string> needed,
-                                     Module& kernels) {
-  std::vector<Statement> kept;
-  for (auto statement = program.body.rbegin(); statement != program.body.rend(); ++statement) {
-    const bool keep = match(
-        *statement,
-        [&](const Fill& fill) {
-          if (!needed.contains(fill.field)) return false;
-          needed.merge(wall_fields(fill.axes));
-          return true;
-        },
-        [&](const Fold& fold) {
-          const std::set<std::string> walls = wall_fields(fold.axes);
-          const bool into_needed =
-              std::any_of(walls.begin(), walls.end(), [&](const std::string& wall) { return needed.contains(wall); });
-          if (into_needed) needed.insert(fold.field);
-          return needed.contains(fold.field);
-        },
-        [&](const Reduce& reduce) {
-          if (!needed.contains(reduce.result)) return false;
-          needed.insert(reduce.field);
-          return true;
-        },
-        [&](const Infer& infer) {
-          const std::vector<std::string> written = fields_written(infer);
-          if (std::none_of(written.begin(), written.end(), [&](const std::string& field) { return needed.contains(field); })) return false;
-          for (const std::string& field : fields_read(infer)) needed.insert(field);
-          return true;
-        },
-        [&](const Run& run) {
-          const Kernel& kernel = *module.find_kernel(run.kernel);
-          const Signature s = signature(kernel);
-          const auto is_needed = [&](const std::string& field) { return needed.contains(field); };
-          if (std::none_of(s.writes.begin(), s.writes.end(), is_needed) &&
-              std::none_of(s.updates.begin(), s.updates.end(), is_needed)) {
-            return false;
-          }
-          for (const auto& read : s.reads) needed.insert(read.field);
-          if (!kernels.find_kernel(kernel.name)) kernels.kernels.push_back(kernel);
-          return true;
-        });
-    if (keep) kept.push_back(*statement);
-  }
-  std::reverse(kept.begin(), kept.end());
-  return kept;
-}
-
-/// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
-bool refills(const Program& program, size_t index) {
-  const Fill& fill = std::get<Fill>(program.body[index]);
-  for (size_t i = index; i-- > 0;) {
-    const Fill* before = std::get_if<Fill>(&program.body[i]);
-    if (before && before->field == fill.field) return *before != fill || !wall_fields(fill.axes).empty();
-  }
-  return false;
-}
-
-/// `is_grown`: the field was computed beyond the interior, where its first fill changes it too.
-bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
-  return match(
-      program.body[index],
-      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
-      [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
-      [](const Reduce&) { return false; }, [](const Infer&) { return false; },
-      [&](const Run& run) {
-        const Signature s = signature(*module.find_kernel(run.kernel));
-        return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();
-      });
-}
-
-/// Values are recomputed to their final state: a field that is read and changed later would be read wrongly.
-bool check_overwritten(const Module& module, const Program& program, const std::map<std::string, int>& needed,
-                       DiagnosticSink& sink) {
-  bool good = true;
-  const std::set<std::string> grown = grown_fields(module, program);
-  for (const auto& [field, first] : needed) {
-    for (size_t i = first; i < program.body.size(); ++i) {
-      if (!changes(module, program, i, field, grown.contains(field))) continue;
-      const Run* run = std::get_if<Run>(&program.body[first]);
-      sink.report("overwritten-value", {}, {run ? run->kernel : program.name, field},
-                  "store the changed value in a field of its own");
-      good = false;
-      break;
-    }
-  }
-  return good;
-}
 
 void add_results(const Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names, Program& derived) {
   std::set<std::string> swapped;

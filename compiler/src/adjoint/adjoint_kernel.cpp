@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
+#include <set>
 
+#include "adjoint/shared_values.h"
 #include "stencil/given.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
+#include "stencil/passes/work.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -15,6 +19,10 @@ namespace dpde::adjoint {
 using namespace stencil;
 
 namespace {
+
+/// Of one more field that passes through memory, in loads and instructions that cost as much. Measured: what saves 17 of them for each
+/// such field is faster on all grids (waves of order 4 in 3-D), what saves 10 in the caches only (order 2 there, order 4 in 2-D).
+constexpr int stream_cost = 12;
 
 /// A condition under which a value is used: its derivative is selected, never multiplied by 0, so that a branch not
 /// taken may hold NaN.
@@ -66,26 +74,18 @@ std::string shift_suffix(const Offset& k, int rank) {
 
 Offset minus(const Offset& k) { return {-k[0], -k[1], -k[2]}; }
 
-/// Contributions of one read field, keyed by offset.
-struct ReadBars {
-  std::string field;
-  std::map<Offset, Expr> by_offset;
-};
-
 /// The backward walk: from seeds of results to one expression (at the same point) for each read, param and interp.
 class Walk {
  public:
   Walk(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names)
       : kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {
-    lets = kernel.lets;
+    terms.lets = kernel.lets;
     for (const Let& let : kernel.lets) values_.emplace(let.name, let.value);
     push_results(run);
     for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) push_let(*let);
   }
 
-  std::vector<Let> lets;  // those of the kernel, then the bars, each before its use
-  std::vector<ReadBars> reads;
-  std::vector<std::pair<std::string, Expr>> params;
+  PointTerms terms;  // their lets are those of the kernel, then the bars
   std::vector<Scatter> scatters;  // target.field is the primal field
 
  private:
@@ -127,7 +127,7 @@ class Walk {
   /// Gives `e` a let of its own.
   Expr named(const Expr& e, const std::string& wish) {
     const std::string name = names_.fresh(wish);
-    lets.push_back({name, e});
+    terms.lets.push_back({name, e});
     return local(name);
   }
 
@@ -176,16 +176,17 @@ class Walk {
   }
 
   void add_param(const std::string& name, const Expr& x) {
-    for (auto& [known, sum] : params) {
+    for (auto& [known, sum] : terms.params) {
       if (known == name) {
         sum = sum + x;
         return;
       }
     }
-    params.emplace_back(name, x);
+    terms.params.emplace_back(name, x);
   }
 
   void add_read(const std::string& field, const Offset& k, const Expr& x) {
+    auto& reads = terms.reads;
     auto bars = std::find_if(reads.begin(), reads.end(), [&](const ReadBars& r) { return r.field == field; });
     if (bars == reads.end()) bars = reads.insert(reads.end(), {field, {}});
     const auto [sum, is_new] = bars->by_offset.emplace(k, x);
@@ -294,9 +295,8 @@ void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run
 }
 
 /// x_bar[i] = sum over k of (contribution of read k) at i - k.
-void add_gathers(const Kernel& kernel, const Walk& walk, const RunContext& run, DerivedNames& names, ShiftedLets& lets, KernelAdjoint& result) {
-  for (const ReadBars& read : walk.reads) {
-    if (find_given(kernel, read.field)) continue;
+void add_gathers(const PointTerms& terms, const RunContext& run, DerivedNames& names, ShiftedLets& lets, KernelAdjoint& result) {
+  for (const ReadBars& read : terms.reads) {
     Expr total = 0.0;
     for (auto term = read.by_offset.rbegin(); term != read.by_offset.rend(); ++term) {
       total = total + masked(lets.at(term->second, minus(term->first)), term->first, run);
@@ -304,8 +304,7 @@ void add_gathers(const Kernel& kernel, const Walk& walk, const RunContext& run, 
     result.gather.stores.push_back({names.of(read.field), run.is_initialised(read.field), total, {}});
     result.contributed.push_back(read.field);
   }
-  for (const auto& [name, value] : walk.params) {
-    if (find_given(kernel, name)) continue;
+  for (const auto& [name, value] : terms.params) {
     result.gather.sums.push_back({names.of(name), masked(lets.at(value, {}), {}, run)});
   }
 }
@@ -325,24 +324,139 @@ void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run,
   }
 }
 
+/// The adjoint of one kernel but for its scatters.
+class Gathering {
+ public:
+  Gathering(const Kernel& kernel, PointTerms terms, const Varied& varied, const RunContext& run) : kernel_(kernel), terms_(std::move(terms)), varied_(varied), run_(run) {
+    std::erase_if(terms_.reads, [&](const ReadBars& read) { return find_given(kernel, read.field); });
+    std::erase_if(terms_.params, [&](const auto& term) { return find_given(kernel, term.first); });
+  }
+
+  /// One kernel, or two where it pays that the first one stores what many terms of the other need.
+  KernelAdjoint cheapest(DerivedNames& names) const {
+    DerivedNames trial = names;
+    KernelAdjoint best = in_one_kernel(names);
+    if (!fills_keep_what_is_stored()) return best;
+    PointTerms terms = terms_;
+    std::vector<Let> stored;
+    while (true) {
+      DerivedNames own = trial;
+      for (Let& let : stored) let.name = own.fresh(let.name);
+      const std::string field = own.fresh("shared_bar");
+      const auto shared = most_shared(terms, stored, field, 2 * stream_cost);
+      if (!shared) return best;
+      terms = shared->terms;
+      stored.push_back({field, shared->value});
+      KernelAdjoint candidate = in_two_kernels(terms, stored, own);
+      if (cost(candidate) >= cost(best)) return best;
+      best = std::move(candidate);
+      names = own;
+    }
+  }
+
+ private:
+  /// A fill around a periodic axis leaves nothing of what a field holds beyond bounded ones.
+  bool fills_keep_what_is_stored() const {
+    if (run_.grow == 0 || std::ranges::count(run_.axes, Topology::bounded) == 0) return true;
+    return std::ranges::all_of(terms_.reads, [&](const ReadBars& read) {
+      return std::ranges::all_of(read.by_offset, [&](const auto& term) {
+        for (size_t axis = 0; axis < run_.axes.size(); ++axis) {
+          if (run_.axes[axis] == Topology::periodic && term.first[axis] != 0) return false;
+        }
+        return true;
+      });
+    });
+  }
+
+  /// With all lets.
+  KernelAdjoint gathered(const PointTerms& terms, DerivedNames& names) const {
+    KernelAdjoint result;
+    result.gather.name = names.fresh_kernel(kernel_.name + "_adjoint");
+    result.gather.rank = result.shared.rank = result.scatter.rank = kernel_.rank;
+    ShiftedLets lets(terms.lets, kernel_.rank, names);
+    add_given(kernel_, varied_, run_, names, result);
+    add_gathers(terms, run_, names, lets, result);
+    result.gather.lets = lets.definitions();
+    return result;
+  }
+
+  KernelAdjoint in_one_kernel(DerivedNames& names) const {
+    KernelAdjoint result = gathered(terms_, names);
+    result.gather = with_lets_inlined(result.gather);
+    return result;
+  }
+
+  /// The first kernel stores the values of `stored`. Where it runs as far out as the other, it takes over whatever reads none of them;
+  /// what is filled is not known farther out than where the primal ran.
+  KernelAdjoint in_two_kernels(const PointTerms& terms, const std::vector<Let>& stored, DerivedNames& names) const {
+    KernelAdjoint result = gathered(terms, names);
+    Kernel& first = result.shared;
+    first.name = names.fresh_kernel(kernel_.name + "_adjoint_shared");
+    first.lets = terms_.lets;
+    result.shared_grow = std::ranges::count(run_.axes, Topology::periodic) > 0 ? run_.grow : run_.target_grow;
+    for (const Let& let : stored) {
+      first.stores.push_back({let.name, false, result.shared_grow == run_.grow ? let.value : masked(let.value, {}, run_), {}});
+      result.stored.push_back(let.name);
+    }
+    if (result.shared_grow == run_.target_grow) move_what_reads_none(names_of(stored), result.gather, first);
+    first = with_lets_inlined(first);
+    result.gather = with_lets_inlined(result.gather);
+    return result;
+  }
+
+  /// Stores and sums of `from` that read none of these fields become those of `to`.
+  static void move_what_reads_none(std::set<std::string> names, Kernel& from, Kernel& to) {
+    for (const Let& let : from.lets) {
+      if (std::ranges::find(to.lets, let.name, &Let::name) == to.lets.end()) to.lets.push_back(let);
+      if (reads(let.value, names)) names.insert(let.name);
+    }
+    const auto reads_none = [&](const auto& statement) { return !reads(statement.value, names); };
+    std::ranges::copy_if(from.stores, std::back_inserter(to.stores), reads_none);
+    std::ranges::copy_if(from.sums, std::back_inserter(to.sums), reads_none);
+    std::erase_if(from.stores, reads_none);
+    std::erase_if(from.sums, reads_none);
+  }
+
+  static std::set<std::string> names_of(const std::vector<Let>& lets) {
+    std::set<std::string> names;
+    for (const Let& let : lets) names.insert(let.name);
+    return names;
+  }
+
+  /// True if `e` reads one of these fields or locals.
+  static bool reads(const Expr& e, const std::set<std::string>& names) {
+    bool found = false;
+    visit(e, [&](const Expr& part) {
+      const Access* a = std::get_if<Access>(&part->kind);
+      const Local* l = std::get_if<Local>(&part->kind);
+      found = found || (a && names.contains(a->field)) || (l && names.contains(l->name));
+    });
+    return found;
+  }
+
+  static int cost(const KernelAdjoint& adjoint) {
+    int total = 0;
+    for (const Kernel& kernel : eliminate_common_subexpressions(simplify({{adjoint.shared, adjoint.gather}, {}, {}})).kernels) {
+      total += loads(kernel) + instructions(kernel) + stream_cost * streams(kernel);
+    }
+    return total;
+  }
+
+  const Kernel& kernel_;
+  PointTerms terms_;
+  const Varied& varied_;
+  const RunContext& run_;
+};
+
 }  // namespace
 
 KernelAdjoint adjoint_of(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names) {
   const Walk walk(kernel, varied, run, names);
-  KernelAdjoint result;
-  result.gather.name = names.fresh_kernel(kernel.name + "_adjoint");
-  result.gather.rank = kernel.rank;
-  ShiftedLets lets(walk.lets, kernel.rank, names);
-  add_given(kernel, varied, run, names, result);
-  add_gathers(kernel, walk, run, names, lets, result);
-  result.gather.lets = lets.definitions();
-  result.gather = with_lets_inlined(result.gather);
-
-  result.scatter.rank = kernel.rank;
+  KernelAdjoint result = Gathering(kernel, walk.terms, varied, run).cheapest(names);
   add_scatters(kernel, walk, run, names, result);
   if (!result.scatter.scatters.empty()) {
     result.scatter.name = names.fresh_kernel(kernel.name + "_adjoint_scatter");
-    result.scatter.lets = walk.lets;
+    result.scatter.lets = walk.terms.lets;
     result.scatter = with_lets_inlined(result.scatter);
   }
   return result;

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "adjoint/recomputation.h"
+
+#include <algorithm>
+
+#include "adjoint/regions.h"
+#include "stencil/build.h"
+#include "support/match.h"
+
+namespace dpde::adjoint {
+
+using namespace stencil;
+
+namespace {
+
+/// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
+bool refills(const Program& program, size_t index) {
+  const Fill& fill = std::get<Fill>(program.body[index]);
+  for (size_t i = index; i-- > 0;) {
+    const Fill* before = std::get_if<Fill>(&program.body[i]);
+    if (before && before->field == fill.field) return *before != fill || !wall_fields(fill.axes).empty();
+  }
+  return false;
+}
+
+/// `is_grown`: the field was computed beyond the interior, where its first fill changes it too.
+bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
+  return match(
+      program.body[index],
+      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
+      [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
+      [](const Reduce&) { return false; }, [](const Infer&) { return false; },
+      [&](const Run& run) {
+        const Signature s = signature(*module.find_kernel(run.kernel));
+        return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();
+      });
+}
+
+}  // namespace
+
+std::vector<Statement> recomputation(const Module& module, const Program& program, std::set<std::string> needed,
+                                     Module& kernels) {
+  std::vector<Statement> kept;
+  for (auto statement = program.body.rbegin(); statement != program.body.rend(); ++statement) {
+    const bool keep = match(
+        *statement,
+        [&](const Fill& fill) {
+          if (!needed.contains(fill.field)) return false;
+          needed.merge(wall_fields(fill.axes));
+          return true;
+        },
+        [&](const Fold& fold) {
+          const std::set<std::string> walls = wall_fields(fold.axes);
+          const bool into_needed =
+              std::any_of(walls.begin(), walls.end(), [&](const std::string& wall) { return needed.contains(wall); });
+          if (into_needed) needed.insert(fold.field);
+          return needed.contains(fold.field);
+        },
+        [&](const Reduce& reduce) {
+          if (!needed.contains(reduce.result)) return false;
+          needed.insert(reduce.field);
+          return true;
+        },
+        [&](const Infer& infer) {
+          const std::vector<std::string> written = fields_written(infer);
+          if (std::none_of(written.begin(), written.end(), [&](const std::string& field) { return needed.contains(field); })) return false;
+          for (const std::string& field : fields_read(infer)) needed.insert(field);
+          return true;
+        },
+        [&](const Run& run) {
+          const Kernel& kernel = *module.find_kernel(run.kernel);
+          const Signature s = signature(kernel);
+          const auto is_needed = [&](const std::string& field) { return needed.contains(field); };
+          if (std::none_of(s.writes.begin(), s.writes.end(), is_needed) &&
+              std::none_of(s.updates.begin(), s.updates.end(), is_needed)) {
+            return false;
+          }
+          for (const auto& read : s.reads) needed.insert(read.field);
+          if (!kernels.find_kernel(kernel.name)) kernels.kernels.push_back(kernel);
+          return true;
+        });
+    if (keep) kept.push_back(*statement);
+  }
+  std::reverse(kept.begin(), kept.end());
+  return kept;
+}
+
+bool check_overwritten(const Module& module, const Program& program, const std::map<std::string, int>& needed,
+                       DiagnosticSink& sink) {
+  bool good = true;
+  const std::set<std::string> grown = grown_fields(module, program);
+  for (const auto& [field, first] : needed) {
+    for (size_t i = first; i < program.body.size(); ++i) {
+      if (!changes(module, program, i, field, grown.contains(field))) continue;
+      const Run* run = std::get_if<Run>(&program.body[first]);
+      sink.report("overwritten-value", {}, {run ? run->kernel : program.name, field},
+                  "store the changed value in a field of its own");
+      good = false;
+      break;
+    }
+  }
+  return good;
+}
+
+}  // namespace dpde::adjoint
