@@ -203,5 +203,22 @@ TEST_F(Unknowns, StartWhereTheyAreSet) {
   EXPECT_EQ(dpde("gradient k.dpde q --set k=7").status, 2) << "beyond its bounds";
 }
 
+/// Places that leave the grid with time, or are outside where a task begins, are told before the run.
+TEST_F(Unknowns, PlacesAreOnTheGridAtAllTimesThatAreKnown) {
+  const auto check = [&](const std::string& place, const std::string& grid, const std::string& task) {
+    write("p.dpde", "model m { field u; param xs; dt(u) = inject(1, at = " + place + ") - 0.1*u }\nscene s : m {\n  grid x = 0 .. 1, cells 8" + grid +
+                        "\n  xs = 0.3\n  initial u = 0\n" + (grid.empty() ? "  boundary u: x = zero_gradient\n" : "") + "  time 0 .. 1, step 0.125\n}\n"
+                        "task q : s { unknown xs" + task + "; minimise mean(u^2); using lbfgs() }\n");
+    const Outcome outcome = dpde("check p.dpde q");
+    return outcome.status == 0 ? "" : outcome.err;
+  };
+  EXPECT_EQ(check("xs + 0.7*t", "", ""), "");
+  EXPECT_NE(check("xs + t", "", "").find("x = 1.05 at t = 0.75"), std::string::npos);
+  EXPECT_EQ(check("xs + t", ", periodic", ""), "");
+  EXPECT_EQ(check("min(xs + t, 1)", "", ""), "");
+  EXPECT_NE(check("xs", "", " from 2").find("x = 2 where task q begins"), std::string::npos);
+  EXPECT_EQ(check("xs", "", " from 0.9"), "");
+}
+
 }  // namespace
 }  // namespace dpde::testing

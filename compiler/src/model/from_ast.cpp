@@ -37,6 +37,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_events(draft);
   bind_task(draft);
   check_wall_weights(draft);
+  check_open_places(draft);
   check_settings(draft);
   check_histories(draft);
   check_placements(draft);

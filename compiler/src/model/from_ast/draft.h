@@ -60,6 +60,13 @@ struct DeclaredNetwork {
   std::vector<Misfit> misfits = {};              // why its symmetries are none of this grid: an error where something calls it
 };
 
+/// The place of an inject or a sample that is not the same in every run.
+struct OpenPlace {
+  std::string callee;
+  std::vector<Expr> position;
+  SourceRange range;
+};
+
 /// A condition a*u + b*du/dn = c at a wall across an axis.
 struct MixedSide {
   std::string field;
@@ -91,6 +98,7 @@ struct Draft {
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
   std::set<std::string> controls;                       // parameters that vary in time
   std::set<std::string> used;                           // parameters and coefficients that were read anywhere
+  std::vector<OpenPlace> open_places;                   // of all formulas
   std::vector<MixedSide> mixed_sides;                   // as often as they are written for a field and an axis
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;

@@ -122,6 +122,9 @@ bool is_first(Draft& draft, const std::string& what, const ast::Identifier& name
 // wall_weights.cpp: the last part, as it needs what unknowns begin with
 void check_wall_weights(Draft& draft);
 
+// open_places.cpp: likewise
+void check_open_places(Draft& draft);
+
 // boundaries.cpp
 void bind_boundaries(Draft& draft);
 /// The sides that a boundary line or fill names. `values` has one AxisSides an axis and `seen` the places given before.

@@ -5,6 +5,8 @@
 // is one around each face, where values on faces are wanted.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model/build.h"
 #include "model/formula.h"
 #include "model/from_ast/constants.h"
@@ -162,6 +164,7 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
                        fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
     return std::nullopt;
   }
+  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_fixed(draft_, along); })) draft_.open_places.push_back({e.callee, *position, place.range()});
   return position;
 }
 

@@ -9,32 +9,13 @@
 
 #include "model/build.h"
 #include "model/from_ast/constants.h"
+#include "model/from_ast/known_values.h"
 #include "model/from_ast/parts.h"
 #include "model/wall_image.h"
 
 namespace dpde::model {
 
 namespace {
-
-constexpr int most_times = 20000;
-
-std::optional<double> known_value(const Expr& e, const KnownValues& values) {
-  const bool is_open = any_part(e, [&](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
-    const auto found = param ? values.find(param->name) : values.end();
-    return param && (found == values.end() || !found->second);
-  });
-  if (is_open || !is_uniform(e)) return std::nullopt;
-  const Value value = value_of(e, values);
-  return value.mistake.empty() ? std::optional(value.number) : std::nullopt;
-}
-
-bool holds_time(const Expr& e) {
-  return any_part(e, [](const Expr& part) {
-    const Param* param = std::get_if<Param>(&part->kind);
-    return param && param->name == "t";
-  });
-}
 
 /// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b have opposite signs
 /// and h is not, the factor vanishes or turns round: the image is then anything.
@@ -60,24 +41,11 @@ bool may_change(const Problem& problem, const Expr& e) {
   });
 }
 
-/// The scene's values, with those that the task's parameters begin with.
-KnownValues values_at_start(const Draft& draft) {
-  KnownValues values = draft.values;
-  for (const Unknown& unknown : draft.problem.task->unknowns) {
-    if (unknown.kind != Unknown::Kind::parameter || !unknown.from.formula) continue;
-    if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind)) values[unknown.name] = number->value;
-  }
-  return values;
-}
-
 }  // namespace
 
-/// Times: the beginning of the steps and their middle, where schemes look; of very many some.
 std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const std::string& field, int axis, const Expr& a, const Expr& b, KnownValues values) {
   const bool varies = holds_time(a) || holds_time(b);
-  const int halves = 2 * problem.steps, count = varies ? std::clamp(halves, 1, most_times) : 0;
-  for (int i = 0; i <= count; ++i) {
-    const double t = problem.t_begin + (count > 0 ? std::round(static_cast<double>(i) * halves / count) * problem.step / 2 : 0);
+  for (const double t : varies ? times_of_run(problem) : std::vector{problem.t_begin}) {
     values["t"] = t;
     const std::optional<double> a_now = known_value(a, values), b_now = known_value(b, values);
     if (!a_now || !b_now) continue;
