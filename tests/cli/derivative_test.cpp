@@ -339,12 +339,16 @@ TEST_F(DerivativeCommand, AnUnknownWithoutADerivativeIsAnErrorOfVerifyToo) {
         "kernel step(w: field halo 1, out v: field, dt, hx: param) {\n  v = w + 0.3*dt/hx^2*(w[-1] - 2*w + w[+1])\n}\n"
         "program two {\n  fill w x.low = a, x.high = 0\n  run step\n  swap w, v\n}\n"
         "scene s : two {\n  grid x = 0 .. 1, cells 7\n  a = 0.7\n  initial w = sin(pi*x)\n  time 0 .. 0.5, step 0.01\n}\n"
-        "task q : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n");
-  for (const std::string verb : {"verify", "gradient", "optimize"}) {
-    const Outcome refused = dpde(verb + " w.dpde q");
-    EXPECT_EQ(refused.status, 2) << verb;
-    EXPECT_NE(refused.err.find("E0604"), std::string::npos) << refused.err;
+        "task q : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n"
+        "task s_certificate : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n");
+  for (const std::string task : {"q", "s_certificate"}) {
+    for (const std::string verb : {"verify", "gradient", "optimize"}) {
+      const Outcome refused = dpde(verb + " w.dpde " + task);
+      EXPECT_EQ(refused.status, 2) << verb << task;
+      EXPECT_NE(refused.err.find("E0604"), std::string::npos) << refused.err;
+    }
   }
+  EXPECT_EQ(dpde("verify w.dpde s").status, 0) << "of a scene: by what has a derivative";
 }
 
 /// Data that are a state of another run have that state's values beyond walls: against a twin of the scene itself differences and

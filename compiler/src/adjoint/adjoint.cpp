@@ -322,8 +322,10 @@ class Reversal {
   }
 
   /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here, but the halo of a coefficient
-  /// is filled once for all programs: it must get what the others read there. (States are filled anew.)
+  /// is filled once for all programs: it must get what the others read there. States are filled anew for each.
   std::vector<AxisBoundary> primal_boundary(const std::string& field) const {
+    const auto changes_it = [&](const Program& other) { return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; }); };
+    if (std::ranges::any_of(module_.programs, changes_it)) return seed_boundary();
     for (const Program& other : module_.programs) {
       for (const Statement& statement : other.body) {
         const Fill* fill = std::get_if<Fill>(&statement);

@@ -21,7 +21,8 @@ struct Box {
 bool names_coordinates(const stencil::Kernel& kernel);
 
 /// Boxes of the kernel's `surroundings`. Along each axis they cover all cells, where these are not too many, and both ends and both sides of every place where a
-/// condition on coordinates changes (`x < 0.1`) in any case. The shortest have `least` cells along an axis, where it has so many.
+/// condition on one coordinate changes (`x < 0.1`), up to 32 an axis, in any case; of conditions that mix coordinates on large grids only samples are
+/// seen. The shortest have `least` cells along an axis, where it has so many.
 std::vector<Box> boxes_of(const stencil::Kernel& kernel, const Surroundings& surroundings, const std::array<int, stencil::max_rank>& least,
                           std::mt19937_64& random);
 

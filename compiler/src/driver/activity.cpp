@@ -57,8 +57,10 @@ bool is_sought(const model::Problem& problem, const model::Coefficient& coeffici
          (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
 }
 
-/// The task that verify makes for a scene without one: every parameter is an unknown.
-bool is_for_certificate(const model::Problem& problem) { return problem.task && problem.task->name == problem.scene + "_certificate"; }
+/// The task that verify makes for a scene without one, in which every parameter is an unknown: its data have no source.
+bool is_for_certificate(const model::Problem& problem) {
+  return problem.task && std::ranges::any_of(problem.task->data, [](const model::Datum& datum) { return datum.file.empty() && datum.scene.empty(); });
+}
 
 }  // namespace
 
