@@ -371,5 +371,21 @@ TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
   EXPECT_EQ(proven.status, 0) << proven.out << proven.err;
 }
 
+/// A program fills the halo of a coefficient with values, the loss mirrors it: each finds its own, forward and backward.
+TEST_F(DerivativeCommand, ProgramsThatFillACoefficientDifferentlyDoNotSpoilOneAnother) {
+  write("c.dpde",
+        "kernel k(w: field halo 1, c: field halo 1, out v: field, dt: param) { v = w + dt*(c[+1]*(w[+1] - w) - c[-1]*(w - w[-1])) }\n"
+        "program p { fill w x = 1; fill c x = 2; run k; swap w, v }\n"
+        "scene s : p {\n  grid x = 0 .. 1, cells 6\n  initial w = sin(2*pi*x)\n  c = 1 + x\n  time 0 .. 1, step 1/20\n}\n"
+        "task end : s { unknown c from 1; minimise mean(w^2) + 0.5*mean(dx(c)^2); using lbfgs() }\n"
+        "task over : s { unknown c from 1; minimise mean(w^2) + 0.5*mean(dx(c)^2) over time; using lbfgs() }\n");
+  for (const std::string task : {"end", "over"}) {
+    const Json compiled = dpde("gradient c.dpde " + task + " --json").json(), interpreted = dpde("gradient c.dpde " + task + " --json --backend interpreter").json();
+    EXPECT_NEAR(double(compiled["loss"]), double(interpreted["loss"]), 1e-14) << task;
+    EXPECT_NEAR(double(compiled["gradient"]["c"]["norm"]), double(interpreted["gradient"]["c"]["norm"]), 1e-14) << task;
+    EXPECT_EQ(dpde("verify c.dpde " + task).status, 0) << task;
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

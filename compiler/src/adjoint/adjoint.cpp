@@ -321,8 +321,8 @@ class Reversal {
     kernels_.kernels.push_back(std::move(kernel));
   }
 
-  /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here, but the halo of a coefficient
-  /// is filled once for all programs: it must get what the others read there. States are filled anew for each.
+  /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as other programs do it, the
+  /// halo of a coefficient stays right for them and is not made anew in each run.
   std::vector<AxisBoundary> primal_boundary(const std::string& field) const {
     const auto changes_it = [&](const Program& other) { return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; }); };
     if (std::ranges::any_of(module_.programs, changes_it)) return seed_boundary();

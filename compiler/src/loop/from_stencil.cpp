@@ -65,10 +65,26 @@ NameSupply taken_names(const stencil::Module& module) {
   return taken;
 }
 
+/// Fields that programs fill differently. Their memory is one, halo included, so what one program leaves there is nothing for the next.
+/// (The halo of a state is filled anew for each.)
+std::set<std::string> contested_fields(const stencil::Module& module) {
+  std::map<std::string, const stencil::Fill*> first;
+  std::set<std::string> fields, states;
+  for (const stencil::Program& program : module.programs) {
+    for (const stencil::Swap& swap : program.swaps) states.insert(swap.state);
+    for (const stencil::Statement& statement : program.body) {
+      const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
+      if (fill != nullptr && first.try_emplace(fill->field, fill).first->second->axes != fill->axes) fields.insert(fill->field);
+    }
+  }
+  for (const std::string& state : states) fields.erase(state);
+  return fields;
+}
+
 class ModuleBuilder {
  public:
   ModuleBuilder(const stencil::Module& source, std::vector<std::string> params)
-      : source_(source), uniforms_(std::move(params), taken_names(source)) {
+      : source_(source), uniforms_(std::move(params), taken_names(source)), contested_(contested_fields(source)) {
     for (const stencil::Kernel& kernel : source.kernels) row_names_.reserve(kernel.name);
   }
 
@@ -87,6 +103,7 @@ class ModuleBuilder {
 
   const stencil::Module& source_;
   UniformTable uniforms_;
+  std::set<std::string> contested_;
   NameSupply row_names_;
   std::map<RowKey, std::vector<std::string>> rows_;
   Module result_;
@@ -253,8 +270,9 @@ void ModuleBuilder::add_program(const stencil::Program& program) {
   for (const stencil::Swap& swap : program.swaps) result.swaps.push_back({swap.state, swap.next});
   result.keeps = program.keeps;
 
-  Schedule scheduled =
-      schedule({items_of(program), known.inputs, result.swaps, program.axes, time_dependent_fields(program)});
+  std::set<std::string> filled_each_run = time_dependent_fields(program);
+  filled_each_run.insert(contested_.begin(), contested_.end());
+  Schedule scheduled = schedule({items_of(program), known.inputs, result.swaps, program.axes, std::move(filled_each_run)});
   result.prepare = std::move(scheduled.prepare);
   result.body = std::move(scheduled.body);
   result_.programs.push_back(std::move(result));

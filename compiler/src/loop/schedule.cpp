@@ -70,7 +70,7 @@ bool Scheduler::is_prepared(const std::string& field, std::set<std::string> assu
   const Fill* fill = fill_of(items(), field);
   const auto& inputs = input_.inputs;
   if (!fill || std::find(inputs.begin(), inputs.end(), field) == inputs.end()) return false;
-  if (!agrees(items(), field, fill->axes) || input_.time_dependent.contains(field)) return false;
+  if (!agrees(items(), field, fill->axes) || input_.filled_each_run.contains(field)) return false;
   if (last_modifier(items(), field, items().size())) return false;
   return std::all_of(input_.swaps.begin(), input_.swaps.end(),
                      [&](const Swap& swap) { return swap.state != field || next_can_be_filled(swap, *fill, assumed); });
