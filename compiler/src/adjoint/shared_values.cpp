@@ -2,7 +2,6 @@
 #include "adjoint/shared_values.h"
 
 #include <algorithm>
-#include <functional>
 #include <set>
 
 #include "stencil/build.h"
