@@ -13,26 +13,21 @@ using namespace stencil;
 
 namespace {
 
-void reserve_values(const Module& module, NameSupply& supply) {
+/// Fields, parameters, sums and networks: what derivatives are told of by name.
+std::set<std::string> values_of(const Module& module) {
+  std::set<std::string> values;
   for (const Kernel& kernel : module.kernels) {
     const Signature s = signature(kernel);
-    for (const auto& read : s.reads) supply.reserve(read.field);
-    for (const auto* names : {&s.writes, &s.updates, &s.params, &s.sums}) {
-      for (const std::string& name : *names) supply.reserve(name);
-    }
-    for (const Let& let : kernel.lets) supply.reserve(let.name);
+    for (const auto& read : s.reads) values.insert(read.field);
+    for (const auto* names : {&s.writes, &s.updates, &s.params, &s.sums}) values.insert(names->begin(), names->end());
   }
-  for (const network::Network& network : module.networks) supply.reserve(network.name);
+  for (const network::Network& network : module.networks) values.insert(network.name);
   for (const Program& program : module.programs) {
     const Interface known = interface_of(module, program);
-    for (const auto* names : {&known.inputs, &known.written, &known.params}) {
-      for (const std::string& name : *names) supply.reserve(name);
-    }
-    for (const Swap& swap : program.swaps) {
-      supply.reserve(swap.state);
-      supply.reserve(swap.next);
-    }
+    for (const auto* names : {&known.inputs, &known.written, &known.params}) values.insert(names->begin(), names->end());
+    for (const Swap& swap : program.swaps) values.insert({swap.state, swap.next});
   }
+  return values;
 }
 
 bool varies(const Infer& infer, const Varied& varied) {
@@ -151,15 +146,21 @@ bool check_network(const Infer& infer, const Varied& varied, DiagnosticSink& sin
 }  // namespace
 
 DerivedNames::DerivedNames(const Module& module, std::string suffix) : suffix_(std::move(suffix)) {
-  reserve_values(module, supply_);
-  for (const Kernel& kernel : module.kernels) kernels_.reserve(kernel.name);
+  const std::set<std::string> values = values_of(module);
+  for (const std::string& value : values) supply_.reserve(value);
+  for (const Kernel& kernel : module.kernels) {
+    for (const Let& let : kernel.lets) supply_.reserve(let.name);
+    kernels_.reserve(kernel.name);
+  }
   for (const Program& program : module.programs) programs_.reserve(program.name);
+  for (const std::string& value : values) kept_.emplace(value, supply_.fresh(value + suffix_));
 }
 
 const std::string& DerivedNames::of(const std::string& name) {
   auto found = derived_.find(name);
-  if (found == derived_.end()) found = derived_.emplace(name, supply_.fresh(name + suffix_)).first;
-  return found->second;
+  if (found != derived_.end()) return found->second;
+  const auto kept = kept_.find(name);
+  return derived_.emplace(name, kept == kept_.end() ? supply_.fresh(name + suffix_) : kept->second).first->second;
 }
 
 Varied find_varied(const Module& module, const Program& program, const Activity& wrt) {

@@ -17,7 +17,8 @@
 
 namespace dpde::adjoint {
 
-/// Makes x_dot or x_bar for each x, once, avoiding every name of the module.
+/// Makes x_dot or x_bar for each x, once, avoiding every name of the module. They are kept free from the beginning: a local
+/// that is called t1 takes nothing from a parameter of that name.
 class DerivedNames {
  public:
   DerivedNames(const stencil::Module& module, std::string suffix);
@@ -34,7 +35,7 @@ class DerivedNames {
  private:
   std::string suffix_;
   NameSupply supply_, kernels_, programs_;  // kernels and programs are name spaces of their own
-  std::map<std::string, std::string> derived_;
+  std::map<std::string, std::string> kept_, derived_;  // for each field, parameter, sum and network; those asked for
 };
 
 /// Fields of `program` that depend on what is active (fixed point over its statements), and the active params.
