@@ -21,14 +21,38 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
   return problem.task->name == problem.scene + "_certificate" ? "scene " + problem.scene : "task " + problem.task->name;
 }
 
+/// A number that is below rounding is not printed as if it had been measured.
+std::string quotients_text(const driver::QuotientEvidence& quotients) {
+  if (!quotients.is_resolved()) return "no difference quotient rises above rounding";
+  const std::string where = quotients.is_elsewhere ? "difference quotients agree on another number, the gradient is off by"
+                                                   : "difference quotients from both sides come to the gradient within";
+  return fmt::format("{} {:.1e} (rounding {:.1e})", where, *quotients.error, quotients.rounding);
+}
+
+/// The error, or what is left of two numbers that are 0 but for rounding.
+std::string error_text(const driver::DotCase& one) {
+  if (!one.is_rounding) return fmt::format("{:.2e}", one.relative_error);
+  return fmt::format("below rounding: they differ by {:.1e} of {:.1e}", one.difference, one.rounding);
+}
+
+Json details_of(const std::vector<driver::DotCase>& cases) {
+  Json details = Json::array();
+  for (const driver::DotCase& one : cases) {
+    details.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", one.is_rounding ? Json(nullptr) : json_number(one.relative_error)},
+                       {"difference", json_number(one.difference)}, {"rounding", json_number(one.rounding)}, {"below_rounding", one.is_rounding}});
+  }
+  return details;
+}
+
 std::string reason_of(const driver::Certificate& certificate) {
-  std::string reason = fmt::format("largest dot-product error {:.2e}", certificate.worst());
+  std::string reason = certificate.is_all_rounding() ? "all derivatives are 0 but for rounding" : fmt::format("largest dot-product error {:.2e}", certificate.worst());
   if (!certificate.start_is_finite) reason = "at the start itself the loss or its gradient is not finite; " + reason;
   if (certificate.second && !certificate.second->passed()) {
     const std::optional<double>& slope = certificate.second->slope;
     reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(), slope ? fmt::format("{:.3f}", *slope) : "missing");
   }
   if (certificate.single && !certificate.single->passed()) reason += fmt::format(", in single precision {:.2e}", certificate.single->worst());
+  if (certificate.quotients) return reason + ", " + quotients_text(*certificate.quotients);
   if (certificate.slope) return reason + fmt::format(", Taylor slope {:.3f}", *certificate.slope);
   return reason + (certificate.note.empty() ? "" : ", " + certificate.note);
 }
@@ -45,7 +69,7 @@ std::string second_order_text(const driver::Certificate& certificate) {
 void show(Job& job, const std::string& target, const driver::Certificate& certificate) {
   std::string text = fmt::format("{}: tangent against adjoint\n", target);
   for (const driver::DotCase& one : certificate.cases) {
-    text += fmt::format("  {:<16} {:<24} {:.2e}\n", one.grid, one.what, one.relative_error);
+    text += fmt::format("  {:<16} {:<24} {}\n", one.grid, one.what, error_text(one));
   }
   for (const std::string& skipped : certificate.skipped) text += fmt::format("  {}\n", skipped);
   text += "Taylor remainder of the gradient\n";
@@ -54,7 +78,7 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   }
   text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
                             : fmt::format("  no slope: {}\n", certificate.note);
-  if (certificate.quotient_error) text += fmt::format("  there are kinks; difference quotients of small steps come within {:.1e} of the derivative\n", *certificate.quotient_error);
+  if (certificate.quotients) text += fmt::format("  {}\n", quotients_text(*certificate.quotients));
   text += second_order_text(certificate);
   if (certificate.single) {
     text += fmt::format("single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at most {:.2e}\n",
@@ -65,33 +89,28 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
 }
 
 Json to_json(const driver::Certificate& certificate) {
-  Json cases = Json::array(), remainders = Json::array();
-  for (const driver::DotCase& one : certificate.cases) {
-    cases.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", json_number(one.relative_error)}});
-  }
+  Json remainders = Json::array();
   for (const driver::Remainder& r : certificate.remainders) remainders.push_back({json_number(r.step), json_number(r.value)});
   const driver::SecondOrderCheck* second = certificate.second ? &*certificate.second : nullptr;
   Json hessian = nullptr;
   if (second != nullptr) {
-    Json details = Json::array();
-    for (const driver::DotCase& one : second->cases) {
-      details.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", json_number(one.relative_error)}});
-    }
-    hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"details", details}, {"has_kinks", second->has_kinks}};
+    hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"details", details_of(second->cases)}, {"has_kinks", second->has_kinks}};
   }
+  const driver::QuotientEvidence* quotients = certificate.quotients ? &*certificate.quotients : nullptr;
   Json single = nullptr;
   if (certificate.single) single = {{"max_relative_error", json_number(certificate.single->worst())}, {"cases", certificate.single->cases.size()}};
   return {{"hessian", hessian},
           {"single_precision", single},
           {"dot_product",
-           {{"max_relative_error", json_number(certificate.worst())},
+           {{"max_relative_error", certificate.is_all_rounding() ? Json(nullptr) : json_number(certificate.worst())},
             {"cases", certificate.cases.size()},
-            {"details", cases},
+            {"details", details_of(certificate.cases)},
             {"skipped", certificate.skipped}}},
           {"taylor",
            {{"slope", certificate.slope ? json_number(*certificate.slope) : Json(nullptr)},
             {"slope_second", second && second->slope ? json_number(*second->slope) : Json(nullptr)},
-            {"quotient_error", certificate.quotient_error ? json_number(*certificate.quotient_error) : Json(nullptr)},
+            {"quotient_error", quotients && quotients->error ? json_number(*quotients->error) : Json(nullptr)},
+            {"quotient_rounding", quotients && quotients->error ? json_number(quotients->rounding) : Json(nullptr)},
             {"remainders", remainders},
             {"note", certificate.note}}},
           {"start_is_finite", certificate.start_is_finite},

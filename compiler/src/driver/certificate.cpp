@@ -9,6 +9,7 @@
 #include <random>
 
 #include "driver/directions.h"
+#include "driver/generic_point.h"
 #include "driver/quick_certificate.h"
 #include "driver/second_order.h"
 #include "network/symmetrise.h"
@@ -20,43 +21,10 @@ namespace {
 
 constexpr double most_cells = 4e5;
 constexpr int steps_on_small_grids = 3;
-constexpr double largest_slope_error = 0.05;
-constexpr double largest_quotient_error = 1e-5, least_slope_with_kinks = 1.2;
 constexpr double largest_asymmetry = 1e-10;
 constexpr double largest_second_slope_error = 0.1;
 
 using Random = std::mt19937_64;
-
-/// A task at a generic point: the scene's state with some noise, so that no departure point sits on a kink.
-struct Point {
-  Eigen::VectorXd x, direction;
-};
-
-double largest(const Eigen::VectorXd& values) { return values.size() == 0 ? 0 : values.cwiseAbs().maxCoeff(); }
-
-Point generic_point(Session& session, const Inverse& inverse, Random& random) {
-  std::normal_distribution<double> normal;
-  Point point{inverse.start(), Eigen::VectorXd::Zero(inverse.size())};
-  for (const Inverse::Part& part : inverse.parts()) {
-    auto x = point.x.segment(part.offset, part.size);
-    auto d = point.direction.segment(part.offset, part.size);
-    if (part.is_field()) {
-      const std::vector<double> own = part.is_initial() ? session.initial(part.index) : session.workspace().dense(part.name);
-      x = Eigen::Map<const Eigen::VectorXd>(own.data(), part.size);
-    }
-    const double magnitude = largest(x);
-    const double scale_of_all = magnitude > 0 ? magnitude : 1;
-    for (Eigen::Index i = 0; i < part.size; ++i) {
-      // Of a network each weight by its own: a last layer that begins small keeps the run stable.
-      const double scale = part.is_network() ? std::abs(x[i]) + 1e-3 * scale_of_all : scale_of_all;
-      x[i] += 0.02 * scale * normal(random);
-      d[i] = scale * normal(random);
-    }
-    // Parameters without a derivative (of boundary values) stay as they are.
-    if (!part.is_field() && !session.compiled().activity.params.contains(part.name)) d.setZero();
-  }
-  return point;
-}
 
 /// Directional derivative of the loss, forward through the tangent programs.
 class Tangent {
@@ -172,9 +140,11 @@ void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance,
       skipped.push_back(one.grid + " cells: " + tolerance.not_finite);
       continue;
     }
-    const bool is_rounding = std::abs(one.forward - one.backward) <= tolerance.rounding * std::max(std::abs(one.loss), usual);
-    const double error = relative_difference(one.forward, one.backward, tolerance.scale_weight * one.scale);
-    cases.push_back({one.grid, one.what, is_rounding ? std::min(error, tolerance.largest_error) : error});
+    DotCase& result = cases.emplace_back(DotCase{one.grid, one.what});
+    result.relative_error = relative_difference(one.forward, one.backward, tolerance.scale_weight * one.scale);
+    result.difference = std::abs(one.forward - one.backward);
+    result.rounding = tolerance.rounding * std::max(std::abs(one.loss), usual);
+    result.is_rounding = result.relative_error > tolerance.largest_error && result.difference <= result.rounding;
   }
 }
 
@@ -254,20 +224,12 @@ std::vector<int> affordable_grid(const model::Problem& problem) {
   return reduced ? cells : std::vector<int>{};
 }
 
-/// |R|/(step*|slope|) of three neighbouring steps at its least: where R falls faster than the step, that gets as small as rounding
-/// lets it. Of three, as the R of a wrong slope may change its sign between large steps and small ones.
-std::optional<double> error_of_quotients(const std::vector<Remainder>& remainders, double slope) {
-  std::optional<double> least;
-  for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
-    double worst = 0;
-    bool is_known = true;
-    for (std::size_t i = k; i < k + 3; ++i) {
-      is_known = is_known && std::isfinite(remainders[i].value);
-      worst = std::max(worst, remainders[i].value / (remainders[i].step * std::abs(slope)));
-    }
-    if (is_known) least = std::min(least.value_or(worst), worst);
-  }
-  return least;
+bool has_slope_of_two(const std::optional<double>& slope) { return slope && std::abs(*slope - 2) <= largest_slope_error; }
+
+QuotientEvidence quotients_along(const Line& f, const Derivative& derivative) {
+  std::vector<double> steps;
+  for (int k = 0; k < 22; ++k) steps.push_back(1e-2 * std::exp2(-k));
+  return judge(quotients_of(f, steps, rounding_of(f, 1e-8, 0x1p-52)), derivative);
 }
 
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
@@ -280,7 +242,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   Eigen::VectorXd gradient(inverse->size());
   certificate.start_is_finite = std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
   const double loss = inverse->value_and_gradient(point.x, gradient);
-  const double slope = gradient.dot(point.direction);
+  const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const auto hessian = SecondOrder::open(*session, *inverse, Curvature::full);
   double bend = 0;
   if (hessian) {
@@ -299,7 +261,6 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
-  if (finite && slope != 0 && has_kinks(*compiled)) certificate.quotient_error = error_of_quotients(certificate.remainders, slope);
   // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
   // in the others: its remainder is of first order.
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
@@ -309,10 +270,14 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
     certificate.second->only_rounding =
         finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(), [&](const Remainder& r) { return r.value <= 100 * rounding; });
   }
+  if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
+    certificate.quotients = quotients_along([&](double step) { return inverse->value(point.x + step * point.direction); },
+                                            {slope, largest_dot_error * scale});
+  }
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
     certificate.only_rounding = false;
-    certificate.quotient_error.reset();
+    certificate.quotients.reset();
     certificate.note = "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
     return true;
   }
@@ -345,7 +310,7 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const Comp
 
 double largest_error_of(const std::vector<DotCase>& cases) {
   double result = cases.empty() ? NAN : 0;
-  for (const DotCase& one : cases) result = std::max(result, one.relative_error);
+  for (const DotCase& one : cases) result = std::max(result, one.is_rounding ? 0 : one.relative_error);
   return result;
 }
 
@@ -354,18 +319,14 @@ double largest_error_of(const std::vector<DotCase>& cases) {
 double Certificate::worst() const { return largest_error_of(cases); }
 double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 
+bool Certificate::is_all_rounding() const { return std::ranges::all_of(cases, &DotCase::is_rounding); }
+
 bool Certificate::passed() const {
-  // A slope of 1 is that of a wrong derivative, however little of the whole is wrong.
-  const bool converges = quotient_error && *quotient_error <= largest_quotient_error && !(slope && *slope < least_slope_with_kinks);
-  const bool taylor = only_rounding || converges || (slope && std::abs(*slope - 2) <= largest_slope_error);
+  const bool taylor = only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
   return start_is_finite && worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
 }
 
-double SecondOrderCheck::worst() const {
-  double result = 0;
-  for (const DotCase& one : cases) result = std::max(result, one.relative_error);
-  return result;
-}
+double SecondOrderCheck::worst() const { return largest_error_of(cases); }
 
 bool SecondOrderCheck::passed() const {
   const bool taylor = has_kinks || only_rounding || (slope && std::abs(*slope - 3) <= largest_second_slope_error);
@@ -383,42 +344,6 @@ std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<ne
 double relative_difference(double a, double b, double scale) {
   const double size = std::max({std::abs(a), std::abs(b), 1e-3 * scale});
   return size > 0 ? std::abs(a - b) / size : 0;
-}
-
-namespace {
-
-/// Of three neighbouring points: their mean slope, and by how much the two differ.
-struct LocalSlope {
-  double mean, spread;
-};
-
-/// Those above `floor`, of larger steps first.
-std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, double floor) {
-  std::vector<LocalSlope> slopes;
-  for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
-    const Remainder &a = remainders[k], &b = remainders[k + 1], &c = remainders[k + 2];
-    if (!(a.value > floor && b.value > floor && c.value > floor) || !std::isfinite(a.value + b.value + c.value)) continue;
-    const double first = std::log(a.value / b.value) / std::log(a.step / b.step);
-    const double second = std::log(b.value / c.value) / std::log(b.step / c.step);
-    slopes.push_back({(first + second) / 2, std::abs(first - second)});
-  }
-  return slopes;
-}
-
-}  // namespace
-
-std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor) {
-  const std::vector<LocalSlope> slopes = local_slopes(remainders, floor);
-  const auto best = std::min_element(slopes.begin(), slopes.end(),
-                                     [](const LocalSlope& a, const LocalSlope& b) { return a.spread < b.spread; });
-  return best == slopes.end() ? std::nullopt : std::optional(best->mean);
-}
-
-std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remainders, double floor) {
-  constexpr double agreement = 0.02;
-  const std::vector<LocalSlope> slopes = local_slopes(remainders, floor);
-  const auto last = std::find_if(slopes.rbegin(), slopes.rend(), [](const LocalSlope& s) { return s.spread < agreement; });
-  return last == slopes.rend() ? remainder_slope(remainders, floor) : std::optional(last->mean);
 }
 
 namespace {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "driver/session.h"
+#include "driver/taylor.h"
 
 namespace dpde::driver {
 
@@ -23,16 +24,15 @@ struct DotCase {
   std::string grid;  // "64 x 32"
   std::string what;  // a number of steps, or a program
   double relative_error = 0;
-};
-struct Remainder {
-  double step, value;
+  double difference = 0, rounding = 0;  // of the two numbers, and what rounding of the loss and of their terms may leave of it
+  bool is_rounding = false;             // both are 0 but for that: the relative error says nothing
 };
 struct SecondOrderCheck {
   std::vector<DotCase> cases;      // v.Hw against w.Hv
   std::optional<double> slope;     // of the remainder with the Hessian; absent when it is all rounding
   bool only_rounding = false;
   bool has_kinks = false;          // abs, max, if, interpolation: the slope may be anything from 2 to 3
-  double worst() const;            // largest relative error
+  double worst() const;            // largest relative error, of what is not rounding
   bool passed() const;
 };
 /// Tangent against adjoint of programs in single precision. Errors are relative to the larger of the two numbers and to a
@@ -47,17 +47,16 @@ struct SinglePrecisionCheck {
 struct Certificate {
   std::vector<DotCase> cases;
   std::vector<std::string> skipped;      // grids on which nothing could be compared, and why
-  double worst() const;                  // largest relative error; not a number without a case
+  double worst() const;                  // largest relative error, of what is not rounding; not a number without a case
+  bool is_all_rounding() const;          // in each case
   std::optional<double> slope;           // of the remainder; absent when it is all rounding
   std::string note;                      // why the slope is absent, or where it was measured
   std::vector<Remainder> remainders;
-  /// Where small steps cross kinks (abs, max, if, interpolation, relu), the slope wanders about 2. Then by how much difference
-  /// quotients of small steps differ from the derivative, relative to it.
-  std::optional<double> quotient_error;
+  std::optional<QuotientEvidence> quotients;  // where the slope does not tell: see taylor.h
   std::optional<SecondOrderCheck> second;  // absent: there are no second derivatives
   std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
   bool start_is_finite = true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
-  /// Finite at the start, every case at most 1e-11, and a slope within 0.05 of 2, a remainder of rounding only, or with kinks quotients that agree to 1e-5.
+  /// Finite at the start, every case at most 1e-11 or rounding, and a derivative by the rule of taylor.h.
   bool passed() const;
   bool only_rounding = false;
 };
@@ -83,10 +82,5 @@ Certificate certify_programs(const Compiled& compiled, const CertifyOptions& opt
 std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks = {});
 /// |a - b| relative to the larger one, and to a thousandth of the sum of magnitudes `scale` where a and b cancel.
 double relative_difference(double a, double b, double scale);
-/// The slope of remainders over halved steps: the mean over the three neighbouring points whose slopes agree best, above
-/// `floor`; nullopt when no three points lie above it.
-std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, double floor);
-/// The same where larger steps may cross kinks and jumps: of the smallest steps whose slopes agree.
-std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remainders, double floor);
 
 }  // namespace dpde::driver

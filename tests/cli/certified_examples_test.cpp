@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// `dpde verify` on every scene and task of every file of dsl-examples, a test for each file. The files are found, not listed.
+#include <algorithm>
+#include <map>
+#include <regex>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+const fs::path examples = fs::path(DPDE_SOURCE_DIR) / "dsl-examples";
+
+std::vector<std::string> files_of_examples() {
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(examples)) {
+    if (entry.path().extension() == ".dpde") files.push_back(fs::relative(entry.path(), examples).string());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+std::vector<std::string> targets_of(const std::string& text) {
+  std::vector<std::string> names;
+  const std::regex target(R"((^|\n)(scene|task) +(\w+))");
+  for (std::sregex_iterator found(text.begin(), text.end(), target), end; found != end; ++found) names.push_back((*found)[3]);
+  return names;
+}
+
+/// What makes them quick; the others are as they are.
+const std::map<std::string, std::string> smaller = {
+    {"burgers_2d sweep", "--set cells=128"},
+    {"fitzhugh_nagumo patient", "--set cells=32"},
+    {"fitzhugh_nagumo scar", "--set cells=32"},
+    {"forced_burgers cubic_64", "--set cells=32"},
+    {"forced_burgers fine", "--set cells=32 --set end=5"},
+    {"forced_burgers plain_64", "--set end=5"},
+    {"forced_burgers third_64", "--set cells=32 --set end=5"},
+    {"gray_scott spots", "--set cells=64 --set end=100"},
+    {"heat block", "--set cells=24"},
+    {"learned_flux fine", "--set cells=128 --set end=5"},
+};
+
+/// These read what other commands write (trained weights) or what is published elsewhere.
+const std::map<std::string, std::string> without_their_files = {
+    {"beforehand_test", "small.safetensors"}, {"curves", "from_equation.safetensors"}, {"judge", "gains.safetensors"},
+    {"look", "law.safetensors"},              {"picture", "potential.safetensors"},    {"published", "pbdl_burgers_t16.npy"},
+    {"unseen", "controller.safetensors"},
+};
+
+class AllTasksAndScenesAreCertified : public Command, public ::testing::WithParamInterface<std::string> {
+ protected:
+  void certify(const std::string& target) const {
+    const std::string file = GetParam(), stem = fs::path(file).stem().string();
+    const auto settings = smaller.find(stem + " " + target);
+    const Outcome outcome = dpde("verify '" + (examples / file).string() + "' " + target + " --json --threads 1 " +
+                                 (settings == smaller.end() ? "" : settings->second));
+    const auto missing = without_their_files.find(target);
+    if (missing != without_their_files.end() && outcome.status == 2) {
+      EXPECT_NE(outcome.err.find("cannot read"), std::string::npos) << outcome.err;
+      EXPECT_NE(outcome.err.find(missing->second), std::string::npos) << outcome.err;
+      return;
+    }
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json result = outcome.json();
+    EXPECT_TRUE(result["passed"].get<bool>());
+    EXPECT_LE(result["dot_product"]["max_relative_error"].get<double>(), 1e-11);
+    EXPECT_GT(result["dot_product"]["cases"].get<int>(), 3);
+    const Json& taylor = result["taylor"];
+    const bool has_slope = taylor["slope"].is_number() && std::abs(taylor["slope"].get<double>() - 2) <= 0.05;
+    EXPECT_TRUE(has_slope || (taylor["quotient_error"].is_number() && taylor["quotient_error"].get<double>() <= 1e-5)) << taylor;
+  }
+};
+
+TEST_P(AllTasksAndScenesAreCertified, Of) {
+  const std::vector<std::string> targets = targets_of(content(examples / GetParam()));
+  ASSERT_FALSE(targets.empty());
+  for (const std::string& target : targets) {
+    SCOPED_TRACE(target);
+    certify(target);
+  }
+}
+
+std::string test_name(const ::testing::TestParamInfo<std::string>& info) { return fs::path(info.param).stem().string(); }
+
+INSTANTIATE_TEST_SUITE_P(Examples, AllTasksAndScenesAreCertified, ::testing::ValuesIn(files_of_examples()), test_name);
+
+/// Nothing above is left from an example that is gone.
+TEST(Examples, WhatIsMadeSmallerOrLacksAFileIsThere) {
+  std::map<std::string, int> seen;
+  for (const std::string& file : files_of_examples()) {
+    for (const std::string& target : targets_of(content(examples / file))) ++seen[target], ++seen[fs::path(file).stem().string() + " " + target];
+  }
+  for (const auto& [target, settings] : smaller) EXPECT_EQ(seen[target], 1) << target;
+  for (const auto& [target, file] : without_their_files) EXPECT_EQ(seen[target], 1) << target;
+  EXPECT_GE(files_of_examples().size(), 23u);
+}
+
+}  // namespace
+}  // namespace dpde::testing
