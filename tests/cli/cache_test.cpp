@@ -82,6 +82,10 @@ TEST_F(Cache, CertificatesOfGradientsAreKeptBesideTheCode) {
   const Json first = certificate("gradient", "--certify"), second = certificate("optimize", "");
   EXPECT_LT(first["dot_product"].get<double>(), 1e-12);
   EXPECT_FALSE(first["from_cache"].get<bool>());
+  EXPECT_EQ(first["run"]["unknown"], "k");
+  EXPECT_LT(first["run"]["quotient_error"].get<double>(), 1e-6);
+  EXPECT_TRUE(first["left_out"].empty()) << first;
+  EXPECT_EQ(second["run"], first["run"]);
   EXPECT_TRUE(second["from_cache"].get<bool>());
   EXPECT_EQ(second["dot_product"], first["dot_product"]);
   for (const fs::path& entry : entries("c")) std::ofstream(entry, std::ios::binary | std::ios::app) << "more";

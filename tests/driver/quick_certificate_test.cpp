@@ -2,12 +2,16 @@
 // Certificates of compiled derivatives: made, kept, made again, refused.
 #include "driver/quick_certificate.h"
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 
 #include "codegen/llvm/jit.h"
 #include "driver_support.h"
 #include "loop/from_stencil.h"
 #include "stencil/build.h"
+#include "stencil/print_stencil.h"
 
 namespace dpde::testing {
 namespace {
@@ -70,7 +74,7 @@ struct QuickCertificates : ::testing::Test {
 };
 
 TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
-  const auto first = driver::certify_quickly(*compile(), Certifying::always, sink);
+  const auto first = driver::certify_quickly(source, compile(), Certifying::always, sink);
   ASSERT_TRUE(first.has_value());
   EXPECT_LT(first->dot_product, 1e-12);
   EXPECT_GT(first->dot_product, 0);
@@ -78,13 +82,13 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   EXPECT_EQ(kept().size(), 1u);
   const auto scene = compile();
   scene->seconds = 0;  // nothing is cheap beside that
-  const auto again = driver::certify_quickly(*scene, Certifying::when_cheap, sink);
+  const auto again = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());
   EXPECT_TRUE(again->from_cache);
   EXPECT_EQ(again->dot_product, first->dot_product);
   EXPECT_EQ(again->program, first->program);
   EXPECT_EQ(again->grid, first->grid);
-  const auto forced = driver::certify_quickly(*scene, Certifying::always, sink);
+  const auto forced = driver::certify_quickly(source, scene, Certifying::always, sink);
   ASSERT_TRUE(forced.has_value());
   EXPECT_FALSE(forced->from_cache);
   EXPECT_FALSE(sink.has_errors());
@@ -92,24 +96,24 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
 
 TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
   const auto scene = compile();
-  EXPECT_FALSE(driver::certify_quickly(*scene, Certifying::never, sink).has_value());
+  EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::never, sink).has_value());
   scene->seconds = 9 * driver::expected_seconds(*scene);
-  EXPECT_FALSE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
+  EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
   EXPECT_TRUE(kept().empty());
   scene->seconds = 11 * driver::expected_seconds(*scene);
-  EXPECT_TRUE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
+  EXPECT_TRUE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
   EXPECT_FALSE(sink.has_errors());
 }
 
 TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
   const auto scene = compile();
   scene->seconds = 1e3;
-  ASSERT_TRUE(driver::certify_quickly(*scene, Certifying::when_cheap, sink).has_value());
+  ASSERT_TRUE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
   const std::string good = *kept()[0];
   for (const std::string& bad : {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
                                 std::string("-") + good, good.substr(0, good.size() - 1), good + "x\n"}) {
     *kept()[0] = bad;
-    const auto again = driver::certify_quickly(*scene, Certifying::when_cheap, sink);
+    const auto again = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
     ASSERT_TRUE(again.has_value());
     EXPECT_FALSE(again->from_cache) << bad;
     EXPECT_EQ(*kept()[0], good);
@@ -118,18 +122,119 @@ TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
 
 TEST_F(QuickCertificates, AreOfTheBoundariesToo) {
   const auto scene = compile();
-  ASSERT_TRUE(driver::certify_quickly(*scene, Certifying::always, sink).has_value());
-  driver::Compiled other = *scene;  // under the key of the same code
-  for (loop::Program& program : other.loop.programs) program.name += "x";
-  other.seconds = 0;
-  EXPECT_FALSE(driver::certify_quickly(other, Certifying::when_cheap, sink).has_value());
+  ASSERT_TRUE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
+  const auto other = std::make_shared<driver::Compiled>(*scene);  // under the key of the same code
+  for (loop::Program& program : other->loop.programs) program.name += "x";
+  other->seconds = 0;
+  EXPECT_FALSE(driver::certify_quickly(source, other, Certifying::when_cheap, sink).has_value());
 }
 
 TEST_F(QuickCertificates, OfSinglePrecisionAllowForItsRounding) {
-  const auto certificate = driver::certify_quickly(*compile("f32"), Certifying::always, sink);
+  const auto certificate = driver::certify_quickly(source, compile("f32"), Certifying::always, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_GT(certificate->dot_product, 1e-11);
   EXPECT_LT(certificate->dot_product, 1e-5);
+}
+
+/// The scene compiled again after `change` to its adjoints.
+std::shared_ptr<driver::Compiled> with_changed(std::shared_ptr<driver::Compiled> scene, const std::function<void(stencil::Module&)>& change) {
+  const stencil::Module before = scene->stencil;
+  change(scene->stencil);
+  EXPECT_NE(print(scene->stencil), print(before));
+  std::vector<std::string> names;
+  for (const stencil::Program& program : scene->stencil.programs) names.push_back(program.name);
+  scene->loop = loop::from_stencil(scene->stencil, names);
+  scene->code = codegen::jit(scene->loop).module;
+  return scene;
+}
+
+stencil::Program& program_of(stencil::Module& module, const std::string& name) {
+  return *std::ranges::find(module.programs, name, &stencil::Program::name);
+}
+
+/// Calls `change` with each kernel that the program runs.
+void change_kernels(stencil::Module& module, const std::string& program, const std::function<void(stencil::Kernel&)>& change) {
+  for (const stencil::Statement& statement : program_of(module, program).body) {
+    const stencil::Run* run = std::get_if<stencil::Run>(&statement);
+    if (run != nullptr) change(*std::ranges::find(module.kernels, run->kernel, &stencil::Kernel::name));
+  }
+}
+
+struct WholeRuns : QuickCertificates {
+  driver::RunCheck check(const std::shared_ptr<driver::Compiled>& scene) const { return driver::check_run(source, scene, INFINITY); }
+  /// Gradient and losses of the whole run disagree, and nothing is certified.
+  void expect_caught(const std::shared_ptr<driver::Compiled>& scene) {
+    EXPECT_NE(check(scene).wrong, "");
+    EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
+    ASSERT_EQ(sink.all().size(), 1u);
+    EXPECT_EQ(sink.all()[0].kind->code, "E0804");
+    EXPECT_TRUE(kept().empty());
+  }
+};
+
+TEST_F(WholeRuns, ProveTheGradientByEachUnknown) {
+  const driver::RunCheck result = check(compile());
+  EXPECT_EQ(result.wrong, "");
+  EXPECT_EQ(result.directions, 2);
+  EXPECT_TRUE(result.left_out.empty()) << result.left_out[0];
+  EXPECT_EQ(result.grid, "6");
+  EXPECT_EQ(result.steps, 3);
+  EXPECT_LT(result.error, 1e-6);
+  EXPECT_GT(result.error, 0);
+  const driver::RunCheck single = check(compile("f32"));
+  EXPECT_EQ(single.wrong, "");
+  EXPECT_EQ(single.directions, 2);
+  EXPECT_GT(single.rounding, 100 * result.rounding);
+}
+
+TEST_F(WholeRuns, FindAParameterThatIsDropped) {
+  expect_caught(with_changed(compile(), [](stencil::Module& module) {
+    change_kernels(module, "wave_step_adjoint", [](stencil::Kernel& kernel) {
+      for (stencil::Sum& sum : kernel.sums) sum.value = stencil::Expr(0.0);
+    });
+  }));
+}
+
+TEST_F(WholeRuns, FindAHaloThatIsSpoiled) {
+  expect_caught(with_changed(compile(), [](stencil::Module& module) {
+    std::erase_if(program_of(module, "wave_step_adjoint").body, [](const stencil::Statement& s) { return std::holds_alternative<stencil::Fold>(s); });
+  }));
+}
+
+TEST_F(WholeRuns, FindALossWithAWrongAdjoint) {
+  expect_caught(with_changed(compile(), [](stencil::Module& module) {
+    change_kernels(module, "find_loss_1_adjoint", [](stencil::Kernel& kernel) {
+      for (stencil::Store& store : kernel.stores) store.value = stencil::Expr(1.001) * store.value;
+    });
+  }));
+}
+
+/// k = 1 + nu*x: each program and its adjoint are right, but that of the formula is not run. No check of programs sees it.
+TEST_F(WholeRuns, FindAFormulaThatIsLeftOut) {
+  const auto scene = compile();
+  ASSERT_EQ(scene->derived.erase("wave_coefficients"), 1u);
+  expect_caught(scene);
+}
+
+/// A program, its tangent and its adjoint that all overlook the same unknown.
+TEST_F(WholeRuns, FindWhatTangentAndAdjointOverlookAlike) {
+  const auto scene = compile();
+  ASSERT_EQ(scene->activity.params.erase("nu"), 1u);
+  adjoint::Derivative& step = *scene->derived.at("wave_step").adjoint;
+  const auto wrong = with_changed(scene, [&](stencil::Module& module) {
+    change_kernels(module, step.program, [](stencil::Kernel& kernel) { for (stencil::Sum& sum : kernel.sums) sum.value = stencil::Expr(0.0); });
+  });
+  wrong->derived.erase("wave_coefficients");
+  step.names.erase("nu");
+  expect_caught(wrong);
+}
+
+TEST_F(WholeRuns, SayWhatThereWasNoTimeFor) {
+  const auto scene = compile();
+  const driver::RunCheck none = driver::check_run(source, scene, 0);
+  EXPECT_EQ(none.directions, 0);
+  EXPECT_TRUE(none.lacked_time);
+  EXPECT_EQ(none.left_out, std::vector<std::string>{"the whole run: no time"});
 }
 
 TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
@@ -142,7 +247,7 @@ TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
   std::vector<std::string> names;
   for (const stencil::Program& program : wrong.programs) names.push_back(program.name);
   scene->code = codegen::jit(loop::from_stencil(wrong, names)).module;
-  EXPECT_FALSE(driver::certify_quickly(*scene, Certifying::always, sink).has_value());
+  EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
   ASSERT_EQ(sink.all().size(), 1u);
   EXPECT_EQ(sink.all()[0].kind->code, "E0804");
   EXPECT_NE(sink.all()[0].message.find("wave_step not certified: tangent and adjoint differ by"), std::string::npos) << sink.all()[0].message;

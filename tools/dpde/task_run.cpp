@@ -35,7 +35,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
     return false;
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
-  run.certificate = driver::certify_quickly(*run.compiled, options.certifying, job.sink());
+  run.certificate = driver::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
   return !job.failed();
 }
 
@@ -69,9 +69,29 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
 
 Json certificate_json(const TaskRun& run) {
   if (!run.certificate) return nullptr;
+  const driver::RunCheck& whole = run.certificate->run;
+  Json checked = nullptr;
+  if (whole.directions > 0) {
+    checked = {{"cells", whole.grid},           {"steps", whole.steps},
+               {"directions", whole.directions}, {"unknown", whole.unknown},
+               {"quotient_error", json_number(whole.error)}, {"rounding", json_number(whole.rounding)}};
+  }
   return {{"dot_product", json_number(run.certificate->dot_product)},
+          {"run", checked},
+          {"left_out", whole.left_out},
           {"from_cache", run.certificate->from_cache},
           {"wall_s", run.certificate->seconds}};
+}
+
+std::string certificate_text(const TaskRun& run) {
+  if (!run.certificate) return "";
+  const driver::RunCheck& whole = run.certificate->run;
+  std::string text = fmt::format("certified: adjoints to {:.1e}", run.certificate->dot_product);
+  if (whole.directions > 0) {
+    text += fmt::format("; the gradient of {} steps on {} cells to {:.1e} (rounding {:.1e})", whole.steps, whole.grid, whole.error, whole.rounding);
+  }
+  for (const std::string& one : whole.left_out) text += "\n  not checked: " + one;
+  return text + "\n";
 }
 
 std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {

@@ -40,6 +40,8 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
 
 /// What --json says about the certificate: null where there is none.
 Json certificate_json(const TaskRun& run);
+/// The same as text; "" where there is none.
+std::string certificate_text(const TaskRun& run);
 
 /// The part of a flat vector that belongs to an unknown.
 std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);

@@ -184,6 +184,14 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
 
 }  // namespace
 
+std::vector<double> made_up_values(std::size_t count) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(0.5, 1.5);
+  std::vector<double> values(count);
+  for (double& value : values) value = uniform(random);
+  return values;
+}
+
 std::vector<double> times_of(const model::Problem& problem, const model::Coefficient& coefficient) {
   std::vector<double> times;
   for (int k = 0; coefficient.is_control() && k < problem.intervals(coefficient.every); ++k) {
@@ -195,6 +203,10 @@ std::vector<double> times_of(const model::Problem& problem, const model::Coeffic
 std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient, const model::Source& from,
                                                     const SourceFile& source, DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
+  if (session.options().made_up) {
+    const std::size_t intervals = coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1;
+    return made_up_values(intervals * session.workspace().cell_count());
+  }
   const std::vector<model::Axis> axes = model::axes_at(problem.axes, coefficient.placement);
   const std::optional<std::vector<double>> loaded =
       coefficient.is_control() ? load_array({from.file, from.variable, times_of(problem, coefficient)}, source, axes, problem.scheme.real, from.origin.range, sink)

@@ -21,6 +21,9 @@ std::vector<double> average_down(const std::vector<double>& fine, const std::vec
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to);
 
+/// Values between 0.5 and 1.5, in place of a file that is not read.
+std::vector<double> made_up_values(std::size_t count);
+
 /// Times of the states of a file that a coefficient is: of a control field where its intervals begin, else none.
 std::vector<double> times_of(const model::Problem& problem, const model::Coefficient& coefficient);
 

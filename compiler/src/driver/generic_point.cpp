@@ -29,8 +29,10 @@ Point generic_point(Session& session, const Inverse& inverse, std::mt19937_64& r
       x[i] += 0.02 * scale * normal(random);
       d[i] = scale * normal(random);
     }
-    // Parameters without a derivative (of boundary values) stay as they are.
-    if (!part.is_field() && !session.compiled().activity.params.contains(part.name)) d.setZero();
+    // Of the parameters of a scene without a task, those without a derivative (of boundary values) stay as they are. What a task
+    // seeks moves, whatever is known of its derivative.
+    const bool is_sought = !session.compiled().options.certify || session.compiled().activity.params.contains(part.name);
+    if (!part.is_field() && !is_sought) d.setZero();
   }
   return point;
 }

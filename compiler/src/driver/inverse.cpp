@@ -57,7 +57,20 @@ bool Inverse::make_parts(DiagnosticSink& sink) {
     }
   }
   start_ = Eigen::VectorXd::Zero(offset);
+  for (const std::string& name : session_.compiled().formula_programs()) {
+    const dpde_program* program = session_.compiled().program(name);
+    formulas_vary_ = formulas_vary_ || (program != nullptr && reads_unknown(*program));
+  }
   return !sink.has_errors();
+}
+
+bool Inverse::reads_unknown(const dpde_program& program) const {
+  return std::ranges::any_of(parts_, [&](const Part& part) {
+    const auto is_it = [&](const char* name) { return part.name == name; };
+    const auto is_network = [&](const dpde_network* network) { return part.name == network->name; };
+    return !part.is_field() && (std::any_of(program.params, program.params + program.param_count, is_it) ||
+                                std::any_of(program.networks, program.networks + program.network_count, is_network));
+  });
 }
 
 const model::Unknown& Inverse::unknown_of(const Part& part) const {
@@ -107,19 +120,19 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
       values = {number != nullptr ? number->value : workspace.params().at(part.name)};
     } else if (from.formula) {
       values = from_formula[part.name];
-    } else if (const model::Coefficient* control = control_field(part); control != nullptr && !from.file.empty()) {
+    } else if (from.file.empty() || session_.options().made_up) {
+      values = own_.at(part.name);
+    } else if (const model::Coefficient* control = control_field(part); control != nullptr) {
       const std::optional<std::vector<double>> loaded = load_coefficient(session_, *control, from, source, sink);
       if (!loaded) return false;
       values = *loaded;
-    } else if (!from.file.empty()) {
+    } else {
       const auto axes = model::axes_at(session_.problem().axes, model::Placements(session_.problem()).of(part.name));
       const std::optional<std::vector<double>> loaded = load_array(from, source, axes, session_.problem().scheme.real, sink);
       if (!loaded) return false;
       values = session_.options().cells.empty() ? *loaded : resample(*loaded, session_.problem().axes, workspace.axes());
-    } else {
-      values = own_.at(part.name);
     }
-    if (!check_bounds(part, values, sink)) return false;
+    if (!session_.options().made_up && !check_bounds(part, values, sink)) return false;
     std::copy(values.begin(), values.end(), start_.data() + part.offset);
   }
   return true;
@@ -168,7 +181,7 @@ void Inverse::assign(const Eigen::VectorXd& x) {
     if (!part.is_field()) set_values(part.name, part, x);
   }
   session_.set_values(session_.rollout());
-  if (!formulas_.empty()) {
+  if (formulas_vary_) {
     session_.reset_coefficients();
     session_.reset_initial();
   }

@@ -75,13 +75,15 @@ class Inverse {
   bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
   bool has_walls(const Eigen::VectorXd& x);
+  bool reads_unknown(const dpde_program& program) const;
   Eigen::Index size_of(const model::Unknown& unknown) const;
 
   Session& session_;
   std::vector<Part> parts_;
   std::map<std::string, std::vector<double>> own_;
   Eigen::VectorXd start_;
-  std::vector<std::string> formulas_;  // programs of formulas that hold an unknown parameter
+  std::vector<std::string> formulas_;  // programs of formulas with a derivative by the unknowns
+  bool formulas_vary_ = false;         // they read an unknown, whether there is a derivative by it or not
   const GradientResult* last_ = nullptr;
   std::optional<model::WallMisfit> misfit_;
 };

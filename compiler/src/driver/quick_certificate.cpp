@@ -10,6 +10,7 @@
 #include <functional>
 #include <numeric>
 #include <random>
+#include <sstream>
 
 #include "driver/interpreter_backend.h"
 #include "driver/program_check.h"
@@ -54,26 +55,44 @@ int size_of(const stencil::Kernel& kernel) {
 }
 
 std::string key_of(const Compiled& compiled) {
-  return compiled.code_key + "\ncertificate\n" + print(compiled.loop);
+  std::string unknowns;
+  if (compiled.problem && compiled.problem->task) {
+    for (const model::Unknown& unknown : compiled.problem->task->unknowns) unknowns += unknown.name + "\n";
+  }
+  return compiled.code_key + "\ncertificate\n" + unknowns + print(compiled.loop);
 }
 
-std::string text_of(const QuickCertificate& certificate) {
-  return fmt::format("{}\n{}\n{}\n", certificate.dot_product, certificate.program, certificate.grid);
+/// One value a line; the last line tells that nothing is missing.
+std::string text_of(const QuickCertificate& c) {
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid, c.run.grid, c.run.steps, c.run.directions,
+                                 c.run.unknown, c.run.error, c.run.rounding);
+  for (const std::string& line : c.run.left_out) text += line + "\n";
+  return text + "end\n";
+}
+
+template <class Number>
+bool read(const std::string& line, Number& number) {
+  const auto [rest, error] = std::from_chars(line.data(), line.data() + line.size(), number);
+  return error == std::errc{} && rest == line.data() + line.size();
 }
 
 /// What text_of() wrote; nullopt for anything else, and for an error that is no certificate.
 std::optional<QuickCertificate> certificate_of(const std::string& text, double most) {
-  QuickCertificate result;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, result.dot_product);
-  if (error != std::errc{} || rest == end || !(result.dot_product >= 0 && result.dot_product <= most)) return std::nullopt;
-  const std::string names(rest + 1, end);
-  const std::size_t line = names.find('\n');
-  if (line == std::string::npos || names.find('\n', line + 1) != names.size() - 1) return std::nullopt;
-  result.program = names.substr(0, line);
-  result.grid = names.substr(line + 1, names.size() - line - 2);
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  constexpr std::size_t numbers = 9;
+  if (lines.size() <= numbers || lines.back() != "end") return std::nullopt;
+  QuickCertificate result{0, lines[1], lines[2]};
+  RunCheck& run = result.run;
+  run.grid = lines[3];
+  run.unknown = lines[6];
+  const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) && read(lines[5], run.directions) &&
+                        read(lines[7], run.error) && read(lines[8], run.rounding);
+  const bool is_one = result.dot_product >= 0 && result.dot_product <= most && run.error >= 0 && run.error < 1;
+  run.left_out.assign(lines.begin() + numbers, lines.end() - 1);
   result.from_cache = true;
-  return text_of(result) == text ? std::optional(result) : std::nullopt;
+  return read_all && is_one && text_of(result) == text ? std::optional(result) : std::nullopt;
 }
 
 model::Problem problem_for(const Compiled& compiled, const stencil::Program& program, const std::vector<int>& cells) {
@@ -138,13 +157,14 @@ double expected_seconds(const Compiled& compiled) {
   return seconds;
 }
 
-std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certifying how, DiagnosticSink& sink) {
+std::optional<QuickCertificate> certify_quickly(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                                                Certifying how, DiagnosticSink& sink) {
   const auto is_host = [](const network::Network& network) { return network.is_host(); };  // checked when the host supplies it
-  if (how == Certifying::never || !compiled.code || std::ranges::any_of(compiled.stencil.networks, is_host)) return std::nullopt;
+  if (how == Certifying::never || !compiled->code || std::ranges::any_of(compiled->stencil.networks, is_host)) return std::nullopt;
   const auto start = std::chrono::steady_clock::now();
-  const double most = compiled.is_single() ? largest_single_error : largest_dot_error;
-  codegen::CodeCache* const cache = compiled.code_key.empty() ? nullptr : compiled.options.cache.get();
-  const std::string key = cache == nullptr ? "" : key_of(compiled);
+  const double most = compiled->is_single() ? largest_single_error : largest_dot_error;
+  codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
+  const std::string key = cache == nullptr ? "" : key_of(*compiled);
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   std::optional<QuickCertificate> result;
   if (cache != nullptr && how == Certifying::when_cheap) {
@@ -153,12 +173,19 @@ std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certif
     if (result) result->seconds = seconds();
     if (result) return result;
   }
-  if (how == Certifying::when_cheap && expected_seconds(compiled) > largest_share * compiled.seconds) return std::nullopt;
-  for (const std::string& name : certified_programs(compiled)) {
-    if (!certify_program(compiled, name, result, sink)) return std::nullopt;
+  const double affordable = how == Certifying::always ? INFINITY : largest_share * compiled->seconds;
+  if (expected_seconds(*compiled) > affordable) return std::nullopt;
+  for (const std::string& name : certified_programs(*compiled)) {
+    if (!certify_program(*compiled, name, result, sink)) return std::nullopt;
   }
   if (!result) return std::nullopt;
-  if (cache != nullptr) cache->store(key, text_of(*result));
+  result->run = check_run(source, compiled, affordable - seconds());
+  if (!result->run.wrong.empty()) {
+    sink.report("verification-failed", {}, {"task " + compiled->problem->task->name, result->run.wrong},
+                "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+    return std::nullopt;
+  }
+  if (cache != nullptr && !result->run.lacked_time) cache->store(key, text_of(*result));
   result->seconds = seconds();
   return result;
 }

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every gradient is checked by before it is used: the compiled adjoint of each program against the program's tangent on
-// a few cells, by a dot product. The tangent is not compiled but interpreted: that costs less than differences would and,
-// unlike these, is exact to rounding and has nothing to fear from kinks.
+// What every gradient is checked by before it is used, on a few cells:
 //
-// A certificate is kept in the cache beside the code, under the code's key and the text of the programs: boundaries are no
-// part of the code.
+//  - the compiled adjoint of each program against the program's tangent, by a dot product. The tangent is not compiled but
+//    interpreted: that costs less than differences would and, unlike these, is exact to rounding and has nothing to fear from
+//    kinks;
+//  - the gradient of a whole short run against difference quotients of its losses (run_check.h), which see what lies between
+//    the programs: formulas, losses, controls, halos that programs share, links, and what tangent and adjoint have wrong alike.
+//
+// Both together take less than a tenth of the compilation, or say what was left out. A certificate is kept in the cache beside
+// the code, under the code's key, the text of the programs and the task's unknowns: boundaries are no part of the code.
 #pragma once
 
 #include <optional>
 #include <string>
 
 #include "driver/pipeline.h"
+#include "driver/run_check.h"
 
 namespace dpde::driver {
 
@@ -23,15 +28,17 @@ enum class Certifying { when_cheap, always, never };
 struct QuickCertificate {
   double dot_product = 0;  // the largest error of all programs and grids
   std::string program, grid;  // where
+  RunCheck run;
   bool from_cache = false;
   double seconds = 0;
 };
 
 /// nullopt: nothing was certified, as it would take more than a tenth of the compilation or no run was finite; or `sink` has
-/// an error, as tangent and adjoint disagree. A failure is never kept.
-std::optional<QuickCertificate> certify_quickly(const Compiled& compiled, Certifying how, DiagnosticSink& sink);
+/// an error, as tangent and adjoint or gradient and losses disagree. Neither a failure is kept nor what time was missing for.
+std::optional<QuickCertificate> certify_quickly(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                                                Certifying how, DiagnosticSink& sink);
 
-/// Seconds it is expected to take.
+/// Seconds that its first part is expected to take.
 double expected_seconds(const Compiled& compiled);
 
 }  // namespace dpde::driver

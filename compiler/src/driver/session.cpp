@@ -83,7 +83,7 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
 }
 
 bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) {
-  const std::optional<NetworkWeights> weights = load_weights(problem(), source, sink);
+  const std::optional<NetworkWeights> weights = options_.made_up ? NetworkWeights{} : load_weights(problem(), source, sink);
   if (!weights) return false;
   for (const auto& [name, values] : *weights) {
     const auto place = workspace_->weights().find(name);
@@ -112,6 +112,10 @@ void Session::reset_coefficients() {
 bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
   for (const model::State& state : problem().states) {
     if (state.initial.file.empty()) continue;
+    if (options_.made_up) {
+      state_files_[state.name] = made_up_values(workspace_->cell_count());
+      continue;
+    }
     const std::vector<model::Axis> axes = model::axes_at(problem().axes, state.placement);
     std::optional<std::vector<double>> values = load_array(state.initial, source, axes, problem().scheme.real, sink);
     if (!values) return false;

@@ -26,6 +26,7 @@ struct SessionOptions {
   /// Another grid of the same shape, one number an axis, for verification: files are resampled, data made up.
   std::vector<int> cells;
   std::optional<int> steps;                 // in place of the scene's
+  bool made_up = false;                     // with `cells`: what files hold is made up too, and no file is read
 };
 
 /// States of one datum: one for all times, or one for each of `times`.

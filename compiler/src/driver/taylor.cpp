@@ -37,7 +37,10 @@ bool agree_elsewhere(const std::vector<Quotient>& quotients, const Derivative& d
   std::vector<double> apart;
   for (auto q = quotients.rbegin(); q != quotients.rend() && apart.size() < 3; ++q) {
     const double difference = q->value - derivative.value;
-    const bool is_apart = std::abs(difference) > sure * q->rounding + derivative.rounding;
+    const double noise = sure * q->rounding + derivative.rounding;
+    const auto [low, high] = std::minmax(q->ahead, q->behind);
+    const bool is_between = derivative.value > low - noise && derivative.value < high + noise;
+    const bool is_apart = std::abs(difference) > noise && !is_between;
     if (is_apart) apart.push_back(difference);
     if (!is_apart && !apart.empty()) return false;  // larger steps come nearer: no number of their own
   }
@@ -80,7 +83,11 @@ double rounding_of(const Line& f, double spacing, double unit) {
 
 std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& steps, double rounding) {
   std::vector<Quotient> quotients;
-  for (const double h : steps) quotients.push_back({h, (f(h) - f(-h)) / (2 * h), rounding / h});
+  const double here = f(0);
+  for (const double h : steps) {
+    const double ahead = f(h), behind = f(-h);
+    quotients.push_back({h, (ahead - behind) / (2 * h), (ahead - here) / h, (here - behind) / h, rounding / h});
+  }
   return quotients;
 }
 

@@ -12,9 +12,10 @@
 //    steps reach fewer kinks. Where g is wrong they agree with one another on another number.
 //
 // The rule, for programs with kinks and without: g is the derivative when the slope is within 0.05 of 2, or R is nothing but
-// rounding, or the quotients of three neighbouring steps come within 1e-5 of g or within their rounding; and never when the
-// quotients of the three smallest steps that rounding lets be seen agree on another number. How large rounding is, is
-// measured: by fourth differences of the loss at eight points close together, which leave nothing of a smooth f.
+// rounding, or else the quotients of three neighbouring steps come within 1e-5 of g or within their rounding, unless those of
+// the three smallest steps at which rounding lets a difference be seen agree on another number, with g outside what the two
+// sides say (inside, the point may lie on a kink itself). How large rounding is, is measured: by fourth differences of the
+// loss at eight points close together, which leave nothing of a smooth f.
 #pragma once
 
 #include <algorithm>
@@ -45,9 +46,9 @@ using Line = std::function<double(double)>;
 /// rounding of f(0), `unit` of it.
 double rounding_of(const Line& f, double spacing, double unit);
 
-/// One quotient from both sides, and what rounding may do to it.
+/// A quotient from both sides, those of each side, and what rounding may do to them.
 struct Quotient {
-  double step, value, rounding;
+  double step, value, ahead, behind, rounding;
 };
 std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& steps, double rounding);
 

@@ -100,9 +100,9 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   std::optional<driver::Compiled> compiled =
       driver::compile_for_hosts(source, {options.name, options.set, options.scheme}, backend_of(options.backend), options.second_order, sink);
   if (!compiled) fail(source, sink);
-  driver::certify_quickly(*compiled, certifying(options), sink);
-  if (sink.has_errors()) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
+  driver::certify_quickly(source, kept, certifying(options), sink);
+  if (sink.has_errors()) fail(source, sink);
   const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, source, sink);
   if (!table) fail(source, sink);
   driver::SessionOptions session_options;
