@@ -183,7 +183,8 @@ TEST_F(WholeRuns, ProveTheGradientByEachUnknown) {
   EXPECT_GT(result.error, 0);
   const driver::RunCheck single = check(compile("f32"));
   EXPECT_EQ(single.wrong, "");
-  EXPECT_EQ(single.directions, 2);
+  EXPECT_GE(single.directions, 1);  // floats may not see what nu does in three steps, and then that is said
+  EXPECT_EQ(static_cast<std::size_t>(single.directions) + single.left_out.size(), 2U);
   EXPECT_GT(single.rounding, 100 * result.rounding);
 }
 

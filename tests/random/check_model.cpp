@@ -13,6 +13,7 @@
 #include "driver/certificate.h"
 #include "driver/inverse.h"
 #include "driver/pipeline.h"
+#include "driver/quick_certificate.h"
 #include "driver/session.h"
 #include "fuzz/targets.h"
 #include "source/render.h"
@@ -132,6 +133,13 @@ class ModelCheck {
     return error <= most * scale || fail(check, fmt::format("differs from the JIT by {:.3e} of {:.3e}", error, scale));
   }
 
+  /// What gradients are checked by before they are used has nothing against this one.
+  bool certify_before_use() {
+    DiagnosticSink sink;
+    driver::certify_quickly(source_, jit_, driver::Certifying::always, sink);
+    return !sink.has_errors() || fail("certificate before use", render_text(source_, sink.all()[0]));
+  }
+
   bool certify() {
     const bool is_single = jit_->real() == Precision::f32;
     const auto code = is_single ? compiled(Backend::jit, Precision::f64) : jit_;
@@ -140,7 +148,7 @@ class ModelCheck {
     std::optional<driver::Certificate> certificate = driver::certify(source_, code, {}, sink);
     if (!certificate || (is_single && !driver::certify_single_precision(source_, jit_, {}, *certificate, sink))) return refuse(sink);
     if (certificate->cases.empty() || certificate->note.find("not stable") != std::string::npos) return unstable(certificate->note);
-    if (certificate->passed()) return true;
+    if (certificate->passed()) return certify_before_use();
     if (!(certificate->worst() <= largest_double_error)) return fail("dot product", fmt::format("{:.3e}", certificate->worst()));
     if (certificate->second && !certificate->second->passed()) {
       return fail("second order", fmt::format("asymmetry {:.3e}, slope {}", certificate->second->worst(), certificate->second->slope.value_or(0)));

@@ -41,15 +41,15 @@ int steps_of_run(const model::Problem& problem) {
 /// How losses along a line are looked at in a precision.
 struct Precisions {
   std::vector<double> steps;
-  double spacing, rounding_of_derivative, largest_error;
+  double spacing, unit, rounding_of_derivative, largest_error;
 };
 
 Precisions precisions_of(const Compiled& compiled) {
-  Precisions result{{}, 1e-8, 1e-11, largest_quotient_error};
+  Precisions result{{}, 1e-8, 0x1p-52, 1e-11, largest_quotient_error};
   for (double h = 1e-2; h > 1e-8; h /= 4) result.steps.push_back(h);
   if (!compiled.is_single()) return result;
-  result = {{}, 1e-4, 1e-4, largest_single_quotient_error};
-  for (double h = 1e-1; h > 1e-4; h /= 2) result.steps.push_back(h);
+  result = {{}, 1e-4, 0x1p-24, 1e-4, largest_single_quotient_error};
+  for (double h = 0.2; h > 1e-3; h /= 2) result.steps.push_back(h);
   return result;
 }
 
@@ -102,8 +102,12 @@ QuotientEvidence RunChecker::evidence_for(const Inverse::Part* part) {
   }
   const Line loss = [&](double step) { return inverse_.value(point_.x + step * direction); };
   const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
-  const double rounding = rounding_of(loss, precisions_.spacing, 0x1p-52);
-  return judge(quotients_of(loss, precisions_.steps, rounding), {gradient_.dot(direction), precisions_.rounding_of_derivative * terms});
+  // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show that.
+  const double size = std::max(std::abs(loss(0)), gradient_.cwiseAbs().dot(point_.x.cwiseAbs()));
+  const double standstill = (1 + result_.steps) * precisions_.unit * size;
+  const double rounding = std::max(rounding_of(loss, precisions_.spacing, precisions_.unit), standstill);
+  const Derivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
+  return judge(quotients_of(loss, precisions_.steps, rounding), derivative);
 }
 
 /// What is wrong has to be so at two points: at one of them a kink may lie nearer than any step.
