@@ -56,6 +56,18 @@ const Case cases[] = {
      "kernel k(v: field, out w: field) { w = v^2 }\n"
      "program p { fill v x = 0.3; run k grow 2; fill w x = zero_gradient; fold w grow 1 x = zero_gradient; keep w }",
      {{"v"}, {}}},
+    {"a scatter onto a wall, read by the adjoint around a periodic axis", 2,
+     "kernel k(out w: field) on 2 axes { w = 1 }\n"
+     "kernel add(inout w: field) { interp(w, 1, 1) += 1 }\n"
+     "kernel use(w: field, u: field halo 1, out r: field) { r = w*u[-1, 0] }\n"
+     "program p { axes x periodic, y bounded; fill u x periodic, y = zero_gradient; run k; fill w x periodic, y = on_wall(1.4)\n"
+     "run add; run use; keep r }",
+     {{"u"}, {}}},
+    {"a fold on walls of what is added to later", 1,
+     "kernel k(v: field, out w: field) { w = v^2 }\n"
+     "kernel add(u: field, inout w: field) { w += u }\n"
+     "program p { axes x bounded; run k; fold w grow 0 x = on_wall(mixed(1, 2, 0)); run add; keep w }",
+     {{"u", "v"}, {}}},
     {"a result that is filled and not read", 1,
      "kernel k(v: field, out w: field) { w = v^2 }\n"
      "kernel l(v: field halo 1, out r: field) { r = v[+1]*v }\n"

@@ -165,6 +165,27 @@ class Reversal {
     };
   }
 
+  /// Whether the reverse part so far reads a field.
+  bool was_read(const std::string& field) const {
+    return std::ranges::any_of(body, [&](const Statement& statement) {
+      const Run* run = std::get_if<Run>(&statement);
+      const Reduce* reduce = std::get_if<Reduce>(&statement);
+      const Infer* infer = std::get_if<Infer>(&statement);
+      if (infer) return std::ranges::find(infer->rates, field) != infer->rates.end();
+      if (reduce) return reduce->field == field;
+      return run && signature(*kernels_.find_kernel(run->kernel)).find_read(field);
+    });
+  }
+
+  /// Under another name, as a field is filled on walls before anything reads it.
+  void copy_bar(const std::string& field) {
+    Kernel copy{names_.fresh_kernel(program_.name + "_adjoint_copy"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    const std::string bar = names_.of(field), copied = names_.fresh(bar);
+    copy.stores.push_back({copied, false, access(bar), {}});
+    run(std::move(copy), bars_.at(field).grow);
+    names_.rebind(field, copied);
+  }
+
   /// The fill that transposes a fold is as wide as the halo.
   void reverse_fold(const Fold& fold) {
     if (fold.grow == 0 && !is_on_walls(fold.axes)) return;
@@ -178,6 +199,7 @@ class Reversal {
     const auto bar = bars_.find(fold.field);
     if (bar == bars_.end()) return;
     if (bar->second.extent > fold.grow) refused.emplace(program_.name, "reading " + fold.field + " past the reach of its fold");
+    if (is_on_walls(fold.axes) && was_read(names_.of(fold.field))) copy_bar(fold.field);
     body.push_back(Fill{names_.of(fold.field), derived_sides(fold.axes, bar_of_wall(fold.grow))});
     bar->second = {fold.grow, true, fold.grow};
   }
@@ -322,14 +344,18 @@ class Reversal {
   }
 
   /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as other programs do it, the
-  /// halo of a coefficient stays right for them and is not made anew in each run.
+  /// halo of a coefficient stays right for them and is not made anew in each run. Not so on walls, where that fill would undo what this program has
+  /// added to the value there since.
   std::vector<AxisBoundary> primal_boundary(const std::string& field) const {
     const auto changes_it = [&](const Program& other) { return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; }); };
     if (std::ranges::any_of(module_.programs, changes_it)) return seed_boundary();
+    const std::vector<std::string> written = interface_of(module_, program_).written;
+    const bool is_changed_here = std::ranges::find(written, field) != written.end();
     for (const Program& other : module_.programs) {
       for (const Statement& statement : other.body) {
         const Fill* fill = std::get_if<Fill>(&statement);
-        if (fill != nullptr && fill->field == field && wall_fields(fill->axes).empty()) return fill->axes;
+        const bool is_this = fill != nullptr && fill->field == field && wall_fields(fill->axes).empty();
+        if (is_this && !(is_changed_here && is_on_walls(fill->axes))) return fill->axes;
       }
     }
     return seed_boundary();
