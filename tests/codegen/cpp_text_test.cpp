@@ -112,7 +112,7 @@ TEST(CppText, Places) {
   const int64_t cells_x = row->layout->cells[0];
 #pragma omp simd
   for (int64_t i = 0; i < count; ++i) {
-    v[i] = dpde_interp_1(u_grid, dpde_slope(dpde_periodic(first + i + 1, a*d[i], cells_x)));
+    v[i] = dpde_interp_1(u_grid, dpde_slope(dpde_periodic(first + i + 1, dpde_product(d[i], a), cells_x)));
   }
 }
 )");
@@ -133,6 +133,9 @@ TEST(CppText, ParenthesesOnlyWhereNeeded) {
   EXPECT_EQ(expression_text(make(BinaryOp::multiply, loop::Expr(-2.0), a)), "-2.0*a");
   EXPECT_EQ(expression_text(loop::make(loop::Neg{make(BinaryOp::multiply, a, b)})), "-a*b");
   EXPECT_EQ(expression_text(loop::make(loop::Neg{sum})), "-(a + b)");
+  const loop::Expr rounded = loop::make(loop::Rounded{make(BinaryOp::multiply, a, b)});
+  EXPECT_EQ(expression_text(make(BinaryOp::add, rounded, a)), "dpde_product(a, b) + a");
+  EXPECT_EQ(expression_text(loop::make(loop::Neg{rounded})), "-dpde_product(a, b)");
   EXPECT_EQ(expression_text(make(BinaryOp::multiply, a, loop::make(loop::Neg{b}))), "a*(-b)");
   EXPECT_EQ(expression_text(loop::make(loop::Neg{loop::Expr(-2.0)})), "-(-2.0)");
   EXPECT_EQ(expression_text(make(BinaryOp::power, a, loop::Expr(2.0))), "a*a");

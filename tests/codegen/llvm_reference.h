@@ -190,6 +190,7 @@ class Reference {
         [&](const loop::Local& l) { return lets_.at(l.index); },
         [&](const loop::Inside& i) { return is_inside(i) ? 1.0 : 0.0; },
         [&](const loop::Interp& i) { return interpolate(i); }, [&](const loop::Neg& n) { return -value(n.operand); },
+        [&](const loop::Rounded& r) { return value(r.operand); },
         [&](const loop::Binary& b) { return binary(b.op, value(b.left), value(b.right)); },
         [&](const loop::Call& c) { return function(c.fn, value(c.arguments[0]), value(c.arguments.back())); },
         [&](const loop::Select& s) { return value(s.condition) != 0 ? value(s.yes) : value(s.no); });

@@ -94,6 +94,12 @@ program heat_step {
 
 const Expr u = access("u"), w = access("w"), a = param("a"), b = param("b"), c = param("c");
 
+/// Not so where a decision hangs on them: as they are written, and rounded one by one.
+TEST(FromStencil, WhatDecidesIsComputedAsItIsWritten) {
+  EXPECT_EQ(row_text(call(Fn::sign, {a * u / b - a * (b * w)})), "u0 = 1/b\nsign(rounded(a*u*u0) - rounded(a*(b*w)))");
+  EXPECT_EQ(row_text(binary(BinaryOp::less, power(u, 2.0) + w, 1.0)), "rounded(u*u) + w < 1");
+}
+
 TEST(FromStencil, UniformFactorsOfProductsMeet) {
   EXPECT_EQ(row_text(a * u / b * 3 / (2 * c)), "u0 = 3*a/(2*b*c)\nu0*u");
   EXPECT_EQ(row_text(u / a), "u0 = 1/a\nu0*u");
@@ -197,7 +203,7 @@ row k {
 row k_scatter {
   in u, g
   grid s
-  let d = a*u
+  let d = rounded(a*u)
   interp(s, d) += g
 }
 

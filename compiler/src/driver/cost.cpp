@@ -35,7 +35,7 @@ double flops(const loop::Expr& e) {
       [](const loop::Inside&) { return 0.0; },
       // Two products and a sum for each axis an interpolation folds, 2^rank - 1 of them.
       [](const loop::Interp& i) { return flops_of_all(i.displacement) + 3.0 * (std::exp2(i.displacement.size()) - 1); },
-      [](const loop::Neg& n) { return flops(n.operand); },
+      [](const loop::Neg& n) { return flops(n.operand); }, [](const loop::Rounded& r) { return flops(r.operand); },
       [](const loop::Binary& b) { return 1 + flops(b.left) + flops(b.right); },
       [](const loop::Call& c) { return 1 + flops_of_all(c.arguments); },
       [](const loop::Select& s) { return 1 + flops(s.condition) + std::max(flops(s.yes), flops(s.no)); });

@@ -89,7 +89,7 @@ void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f) {
       e->kind, [](const Literal&) {}, [](const Uniform&) {}, [](const Param&) {}, [](const Load&) {},
       [](const Local&) {}, [](const Inside&) {},
       [&](const Interp& i) { std::for_each(i.displacement.begin(), i.displacement.end(), f); },
-      [&](const Neg& n) { f(n.operand); },
+      [&](const Neg& n) { f(n.operand); }, [&](const Rounded& r) { f(r.operand); },
       [&](const Binary& b) {
         f(b.left);
         f(b.right);
@@ -111,7 +111,7 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
       e->kind, [&](const Literal&) { return e; }, [&](const Uniform&) { return e; }, [&](const Param&) { return e; },
       [&](const Load&) { return e; }, [&](const Local&) { return e; }, [&](const Inside&) { return e; },
       [&](const Interp& i) { return make(Interp{i.grid, i.offset, map_all(i.displacement), i.along}); },
-      [&](const Neg& n) { return make(Neg{f(n.operand)}); },
+      [&](const Neg& n) { return make(Neg{f(n.operand)}); }, [&](const Rounded& r) { return make(Rounded{f(r.operand)}); },
       [&](const Binary& b) {
         const Expr left = f(b.left);  // in this order
         return make(Binary{b.op, left, f(b.right)});

@@ -77,6 +77,12 @@ struct Neg {
   Expr operand;
   bool operator==(const Neg&) const = default;
 };
+/// A product or power that is rounded before anything is added to it, never half of a fused multiply-add: what decides between cases
+/// (stencil/decisions.h) then has the same value wherever it is computed.
+struct Rounded {
+  Expr operand;
+  bool operator==(const Rounded&) const = default;
+};
 struct Binary {
   BinaryOp op;
   Expr left, right;
@@ -92,7 +98,7 @@ struct Select {
   bool operator==(const Select&) const = default;
 };
 
-using Kind = std::variant<Literal, Uniform, Param, Load, Local, Inside, Interp, Neg, Binary, Call, Select>;
+using Kind = std::variant<Literal, Uniform, Param, Load, Local, Inside, Interp, Neg, Rounded, Binary, Call, Select>;
 struct Node {
   Kind kind;
   bool operator==(const Node&) const = default;

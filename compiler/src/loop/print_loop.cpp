@@ -75,7 +75,8 @@ class ExprPrinter {
         [&](const Load& l) { return Piece{stream_text(row_->streams[l.stream], row_->rank)}; },
         [&](const Local& l) { return Piece{row_->lets[l.index].name}; },
         [&](const Inside& i) { return Piece{inside_text(i)}; }, [&](const Interp& i) { return Piece{interp_text(i)}; },
-        [&](const Neg& n) { return print_neg(n); }, [&](const Binary& b) { return print_binary(b); },
+        [&](const Neg& n) { return print_neg(n); },
+        [&](const Rounded& r) { return Piece{fmt::format("rounded({})", text(r.operand))}; }, [&](const Binary& b) { return print_binary(b); },
         [&](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
         [&](const Select& s) {
           return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernel -> rows. Every expression is converted once, bottom up, into a Term that remembers whether it is the same at
 // all points; a uniform is put into the table only where it meets a value that is not, so uniforms are as large as can
-// be.
+// be. Uniform factors of a product are gathered, but not in what a decision hangs on: that is computed as it is written, but that
+// quotients by uniforms are products, and each product is Rounded.
 #include "loop/rows.h"
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 
 #include "loop/expressions.h"
 #include "stencil/build.h"
+#include "stencil/decisions.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -39,10 +41,10 @@ bool is_reciprocal_power(const stencil::Binary& b) {
 /// Converts expressions; of a row when one is given, of uniforms only otherwise.
 class Converter {
  public:
-  Converter(UniformTable& uniforms, Row* row, const NameSupply& names)
-      : uniforms_(uniforms), row_(row), names_(names) {}
+  Converter(UniformTable& uniforms, Row* row, const NameSupply& names, std::set<std::string> decisive_lets)
+      : uniforms_(uniforms), row_(row), names_(names), decisive_lets_(std::move(decisive_lets)) {}
 
-  Term convert(const stencil::Expr& e);
+  Term convert(const stencil::Expr& e) { return convert(e, decisive_); }
   Expr value(const stencil::Expr& e) { return use(convert(e)); }
   void add_let(const stencil::Let& let);
   Interp interp(const stencil::Interp& i);
@@ -50,9 +52,12 @@ class Converter {
   void read_before_stores(int stream) { read_before_stores_.insert(stream); }
 
  private:
+  Term convert(const stencil::Expr& e, bool decisive);
+  Term convert_kind(const stencil::Expr& e);
   Expr use(const Term& term) { return term.uniform ? uniforms_.use(term.expr) : term.expr; }
   Term convert_binary(const stencil::Expr& e, const stencil::Binary& b);
   Term convert_factors(const stencil::Expr& e);
+  Term convert_as_written(const stencil::Expr& e);
   void add_factors(Factors& factors, const stencil::Expr& e, bool inverse);
   Term convert_power(const stencil::Binary& b);
   Term convert_call(const stencil::Call& c);
@@ -64,6 +69,8 @@ class Converter {
   UniformTable& uniforms_;
   Row* row_;
   NameSupply names_;
+  const std::set<std::string> decisive_lets_;
+  bool decisive_ = false;  // a decision hangs on what is converted
   std::map<std::string, Term> lets_;
   std::vector<std::pair<Expr, int>> shared_;  // values with a let of our own
   std::set<int> read_before_stores_;
@@ -75,7 +82,7 @@ int Converter::add_row_let(const std::string& name, const Expr& value) {
 }
 
 void Converter::add_let(const stencil::Let& let) {
-  const Term term = convert(let.value);
+  const Term term = convert(let.value, decisive_lets_.contains(let.name));
   if (!term.uniform) {
     lets_.insert_or_assign(let.name, Term{false, make(Local{add_row_let(let.name, term.expr)})});
   } else if (is_leaf(term.expr)) {
@@ -113,11 +120,18 @@ Interp Converter::interp(const stencil::Interp& i) {
   const int grid = static_cast<int>(found - row_->grids.begin());
   if (found == row_->grids.end()) row_->grids.push_back(i.field);
   std::vector<Expr> displacement;
-  for (const stencil::Expr& d : i.displacement) displacement.push_back(value(d));
+  for (const stencil::Expr& d : i.displacement) displacement.push_back(use(convert(d, true)));
   return {grid, i.offset, std::move(displacement), i.along};
 }
 
-Term Converter::convert(const stencil::Expr& e) {
+Term Converter::convert(const stencil::Expr& e, bool decisive) {
+  const bool before = std::exchange(decisive_, decisive || stencil::is_decision(e));
+  const Term term = convert_kind(e);
+  decisive_ = before;
+  return term;
+}
+
+Term Converter::convert_kind(const stencil::Expr& e) {
   return match(
       e->kind,
       [](const stencil::Literal& l) {
@@ -156,7 +170,38 @@ Term Converter::convert_binary(const stencil::Expr& e, const stencil::Binary& b)
   return {false, binary(b.op, left_value, use(right))};
 }
 
+Term rounded(const Expr& product) { return {false, make(Rounded{product})}; }
+
+/// A factor of another product, to which nothing is added.
+Expr without_rounding(const Expr& e) {
+  const Rounded* rounded = std::get_if<Rounded>(&e->kind);
+  return rounded ? rounded->operand : e;
+}
+
+Term reciprocal(const Term& uniform) {
+  const Literal* number = std::get_if<Literal>(&uniform.expr->kind);
+  if (number && std::isnormal(1 / number->value)) return {true, 1 / number->value};
+  return {true, make(Binary{BinaryOp::divide, 1.0, uniform.expr})};
+}
+
+Term Converter::convert_as_written(const stencil::Expr& e) {
+  if (const stencil::Neg* neg = std::get_if<stencil::Neg>(&e->kind)) {
+    const Term operand = convert(neg->operand);
+    return {operand.uniform, negate(operand.expr)};
+  }
+  const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
+  if (is_reciprocal_power(b)) return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
+  const Term left = convert(b.left);
+  const Term right = convert(b.right);
+  if (left.uniform && right.uniform) return {true, make(Binary{b.op, left.expr, right.expr})};
+  const Expr first = without_rounding(use(left));
+  if (b.op == BinaryOp::multiply) return rounded(product({first, without_rounding(use(right))}));
+  if (right.uniform) return rounded(product({first, use(reciprocal(right))}));
+  return {false, make(Binary{BinaryOp::divide, first, without_rounding(right.expr)})};
+}
+
 Term Converter::convert_factors(const stencil::Expr& e) {
+  if (decisive_) return convert_as_written(e);
   Factors factors;
   add_factors(factors, e, false);
   if (factors.is_uniform()) return {true, factors.definition()};
@@ -193,8 +238,8 @@ Term Converter::convert_power(const stencil::Binary& b) {
   if (n != 2 && n != 3 && n != 4) return {false, make(Binary{BinaryOp::power, use(base), use(exponent)})};
   const Expr x = shared(base.expr, "");
   const Expr square = product({x, x});
-  if (n == 2) return {false, square};
-  return {false, n == 3 ? product({x, x, x}) : product({square, square})};
+  const Expr result = n == 2 ? square : n == 3 ? product({x, x, x}) : product({square, square});
+  return decisive_ ? rounded(result) : Term{false, result};
 }
 
 Term Converter::convert_call(const stencil::Call& c) {
@@ -298,7 +343,7 @@ Row store_row(const stencil::Kernel& kernel, const std::vector<Topology>& axes, 
   for (const stencil::Store& store : kernel.stores) targets.push_back(stream_of_store(row.streams, store));
   add_read_streams(row.streams, reads_of(lets, roots));
 
-  Converter converter(uniforms, &row, names_of(kernel));
+  Converter converter(uniforms, &row, names_of(kernel), stencil::decisive_lets(kernel));
   for (const stencil::Let& let : lets) converter.add_let(let);
   for (int target : targets) {
     const bool updated = row.streams[target].mode == Stream::Mode::inout;
@@ -322,7 +367,7 @@ Row scatter_row(const stencil::Kernel& kernel, const std::vector<Topology>& axes
 
   Row row{.name = kernel.name + "_scatter", .rank = kernel.rank, .axes = axes};
   add_read_streams(row.streams, reads_of(lets, roots));
-  Converter converter(uniforms, &row, names_of(kernel));
+  Converter converter(uniforms, &row, names_of(kernel), stencil::decisive_lets(kernel));
   for (const stencil::Let& let : lets) converter.add_let(let);
   for (const stencil::Scatter& scatter : kernel.scatters) {
     Interp target = converter.interp(scatter.target);
@@ -397,7 +442,7 @@ std::vector<Row> rows_of(const stencil::Kernel& kernel, const std::vector<Topolo
 }
 
 Expr uniform_definition(const stencil::Expr& e, UniformTable& uniforms) {
-  const Term term = Converter(uniforms, nullptr, NameSupply()).convert(e);
+  const Term term = Converter(uniforms, nullptr, NameSupply(), {}).convert(e);
   require(term.uniform, "values of boundaries depend on parameters only");
   return term.expr;
 }

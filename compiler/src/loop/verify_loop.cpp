@@ -94,7 +94,8 @@ void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets)
                 "reads a stream that is only written");
         },
         [&](const Local& l) { check(is_index(l.index, lets), row.name, "reads a let that is not defined before it"); },
-        [](const Inside&) {}, [&](const Interp& i) { check_interp(row, i); }, [](const Neg&) {}, [](const Binary&) {},
+        [](const Inside&) {}, [&](const Interp& i) { check_interp(row, i); }, [](const Neg&) {}, [](const Rounded&) {},
+        [](const Binary&) {},
         [&](const Call& c) {
           check(static_cast<int>(c.arguments.size()) == arity(c.fn), row.name, "wrong number of arguments");
         },

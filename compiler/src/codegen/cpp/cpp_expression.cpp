@@ -66,6 +66,11 @@ std::string cpp_number(double exact, Precision real) {
   return is_single ? text + "f" : text;
 }
 
+bool is_rounded_product(const loop::Rounded& r) {
+  const loop::Binary* b = std::get_if<loop::Binary>(&r.operand->kind);
+  return b && b->op == BinaryOp::multiply;
+}
+
 bool is_small_power(const loop::Binary& b) {
   return b.op == BinaryOp::power && (loop::is_literal(b.right, 2) || loop::is_literal(b.right, 3)) &&
          loop::is_leaf(b.left);
@@ -131,7 +136,8 @@ CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
       [&](const loop::Interp& i) {
         return Piece{interp(i), atom};
       },
-      [&](const loop::Neg& n) { return negation(n); }, [&](const loop::Binary& b) { return binary(b); },
+      [&](const loop::Neg& n) { return negation(n); }, [&](const loop::Rounded& r) { return rounded(r); },
+      [&](const loop::Binary& b) { return binary(b); },
       [&](const loop::Call& c) {
         return Piece{call(c), atom};
       },
@@ -140,6 +146,12 @@ CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
             fmt::format("{} ? {} : {}", truth(s.condition, comparison_precedence), number(s.yes, 1), number(s.no, 1)),
             choice_precedence};
       });
+}
+
+CppExpression::Piece CppExpression::rounded(const loop::Rounded& r) const {
+  if (!is_rounded_product(r)) return number_piece(r.operand);
+  const loop::Binary& product = std::get<loop::Binary>(r.operand->kind);
+  return {fmt::format("dpde_product({}, {})", number(product.left), number(product.right)), atom};
 }
 
 /// -a*b stands for -(a*b), which is the same number.

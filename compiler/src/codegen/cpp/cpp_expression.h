@@ -43,6 +43,7 @@ class CppExpression {
   Piece truth_piece(const loop::Expr& e) const;
   Piece binary(const loop::Binary& b) const;
   Piece power(const loop::Binary& b) const;
+  Piece rounded(const loop::Rounded& r) const;
   Piece negation(const loop::Neg& n) const;
   std::string call(const loop::Call& c) const;
   std::string interp(const loop::Interp& i) const;
@@ -56,6 +57,9 @@ class CppExpression {
 std::string_view cpp_real(Precision real);
 /// A number, rounded to `real`, as a C++ literal of that type that reads back to the same value.
 std::string cpp_number(double value, Precision real);
+
+/// Whether a product is Rounded by a function of its own; what else is, is a call already.
+bool is_rounded_product(const loop::Rounded& r);
 
 /// x^2 or x^3 of a leaf, which is written as a product.
 bool is_small_power(const loop::Binary& b);

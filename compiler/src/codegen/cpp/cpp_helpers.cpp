@@ -14,7 +14,7 @@ namespace dpde::codegen {
 namespace {
 
 struct Uses {
-  bool math = false, minimum = false, maximum = false, sign = false, fraction = false, inside = false, periodic = false, bounded = false;
+  bool math = false, product = false, minimum = false, maximum = false, sign = false, fraction = false, inside = false, periodic = false, bounded = false;
   std::array<bool, loop::max_rank + 1> interp{}, scatter{};  // by rank
   std::array<bool, along_count> along{};
 };
@@ -39,6 +39,8 @@ void add_expression(Uses& uses, const loop::Row* row, Precision real, const loop
     const loop::Literal* literal = std::get_if<loop::Literal>(&part->kind);
     uses.math = uses.math || (binary && binary->op == BinaryOp::power && !is_small_power(*binary)) ||
                 (literal && !std::isfinite(rounded(literal->value, real)));  // INFINITY and NAN are macros of <math.h>
+    const loop::Rounded* rounded = std::get_if<loop::Rounded>(&part->kind);
+    uses.product = uses.product || (rounded && is_rounded_product(*rounded));
     uses.inside = uses.inside || std::holds_alternative<loop::Inside>(part->kind);
     const loop::Interp* interp = std::get_if<loop::Interp>(&part->kind);
     if (row && interp) {
@@ -61,6 +63,20 @@ void add_rows(Uses& uses, const loop::Module& module) {
     }
   }
 }
+
+constexpr std::string_view product_text = R"(
+// A product that is rounded before anything is added to it, as what decides between cases has to be: an fma is contracted no more.
+static inline double dpde_product(double a, double b) {
+#if defined(__clang__)
+#pragma clang fp contract(off)
+  return a*b;
+#elif defined(__FP_FAST_FMA)
+  return __builtin_fma(a, b, -0.0);
+#else
+  return a*b;
+#endif
+}
+)";
 
 constexpr std::string_view minimum_text = R"(
 static inline double dpde_min(double a, double b) { return b < a ? b : a; }
@@ -250,6 +266,7 @@ std::string text_of(const Uses& uses) {
   const auto add = [&](bool used, std::string_view text) {
     if (used) out += text;
   };
+  add(uses.product, product_text);
   add(uses.minimum, minimum_text);
   add(uses.maximum, maximum_text);
   add(uses.sign, sign_text);
@@ -276,7 +293,7 @@ std::string in_single_precision(const std::string& text) {
       i += word.size();
       return true;
     };
-    if (replace("double", "float") || replace("floor(", "floorf(")) continue;
+    if (replace("double", "float") || replace("floor(", "floorf(") || replace("__builtin_fma(", "__builtin_fmaf(")) continue;
     out += text[i++];
     const bool ends_literal = i >= 3 && std::isdigit(text[i - 1]) && text[i - 2] == '.' && std::isdigit(text[i - 3]);
     if (ends_literal) out += 'f';  // all of them have one decimal

@@ -93,6 +93,7 @@ llvm::Value* ExprEmitter::emit(const loop::Node& node) {
       [&](const loop::Inside& inside) { return place_->inside(inside); },
       [&](const loop::Interp& interp) { return place_->interp(interp, numbers(interp.displacement)); },
       [&](const loop::Neg& neg) { return builder_.CreateFNeg(number(neg.operand)); },
+      [&](const loop::Rounded& rounded) { return emit_rounded(rounded); },
       [&](const loop::Binary& binary) { return emit_binary(binary); },
       [&](const loop::Call& call) { return emit_call(call); },
       [&](const loop::Select& select) {
@@ -100,6 +101,14 @@ llvm::Value* ExprEmitter::emit(const loop::Node& node) {
         llvm::Value* yes = number(select.yes);
         return builder_.CreateSelect(condition_value, yes, number(select.no));
       });
+}
+
+/// A product without `contract` is an instruction of its own.
+llvm::Value* ExprEmitter::emit_rounded(const loop::Rounded& rounded) {
+  llvm::Value* result = number(rounded.operand);
+  auto* product = llvm::dyn_cast<llvm::Instruction>(result);
+  if (product != nullptr && product->getOpcode() == llvm::Instruction::FMul) product->setHasAllowContract(false);
+  return result;
 }
 
 llvm::Value* ExprEmitter::emit_binary(const loop::Binary& binary) {

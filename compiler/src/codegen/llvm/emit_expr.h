@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: expressions become straight-line IR. Every floating-point instruction carries `contract` and
-// no other fast-math flag, so that results do not depend on how the optimiser orders terms.
+// Private to codegen/llvm: expressions become straight-line IR. Every floating-point instruction carries `contract`
+// (but products that are Rounded) and no other fast-math flag, so that results do not depend on how the optimiser orders terms.
 #pragma once
 
 #include <llvm/IR/IRBuilder.h>
@@ -36,6 +36,7 @@ class ExprEmitter {
 
  private:
   llvm::Value* emit(const loop::Node& node);
+  llvm::Value* emit_rounded(const loop::Rounded& rounded);
   llvm::Value* emit_binary(const loop::Binary& binary);
   llvm::Value* emit_compare(const loop::Binary& binary);
   llvm::Value* emit_power(const loop::Binary& binary);

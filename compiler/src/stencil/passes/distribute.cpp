@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "stencil/build.h"
+#include "stencil/decisions.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
 
@@ -92,7 +93,7 @@ Expr scaled(const Expr& e, const Expr& uniform) {
 }
 
 Expr distribute(const Expr& e) {
-  if (is_uniform(e)) return e;
+  if (is_uniform(e) || is_decision(e)) return e;
   const Expr inner = map_children(e, distribute);
   if (!as_product(inner)) return inner;
   const Chain chain = chain_of(inner);
@@ -154,7 +155,14 @@ Module inline_lets(const Module& module) {
 
 Module distribute_uniforms(const Module& module) {
   Module result = module;
-  for (Kernel& kernel : result.kernels) kernel = map_kernel(kernel, distribute);
+  for (Kernel& kernel : result.kernels) {
+    const std::set<std::string> decisive = decisive_lets(kernel);
+    const std::vector<Let> lets = kernel.lets;
+    kernel = map_kernel(kernel, distribute);
+    for (std::size_t i = 0; i < lets.size(); ++i) {
+      if (decisive.contains(lets[i].name)) kernel.lets[i] = lets[i];
+    }
+  }
   return result;
 }
 

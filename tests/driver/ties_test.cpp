@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fluxes between two states that take the larger of two speeds, with walls: there the states are mirror images and the speeds are equal. Gradients
+// against central differences of runs, of each back end, and the symmetry of the Hessian.
+#include <cmath>
+
+#include "driver/inverse.h"
+#include "driver/session.h"
+#include "driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using driver::Backend;
+
+/// Gas in a tube between walls, by Rusanov's flux. The speed is a formula that the last bit of depends on how it is computed.
+std::string tube(const std::string& time, const std::string& choice, const std::string& unknown) {
+  return R"(operator rusanov(f, q, s) order 0 = (0.5*(f[+1] - f[-1]) - 0.5*()" + choice + R"((s, s[+1])*(q[+1] - q) - )" + choice + R"((s[-1], s)*(q - q[-1])))/hx
+function larger(a, b) = if(a > b, a, b)
+function upper(a, b) = 0.5*(a + b + abs(a - b))
+scheme plain { time = )" + time + R"( }
+model euler {
+  field r, m, e
+  param g
+  let p = (g - 1)*(e - 0.5*m^2/r)
+  let s = abs(m/r) + sqrt(g*p/r)
+  dt(r) = -rusanov(m, r, s)
+  dt(m) = -rusanov(m^2/r + p, m, s)
+  dt(e) = -rusanov(m/r*(e + p), e, s)
+}
+scene tube : euler with plain {
+  grid x = 0 .. 1, cells 16
+  g = 1.4
+  boundary r = zero_gradient
+  boundary e = zero_gradient
+  boundary m = 0
+  initial r = 1 + 0.3*exp(-20*(x - 0.3)^2)
+  initial e = 2.5 + exp(-30*(x - 0.4)^2)
+  initial m = 0.2*sin(5*x)
+  time 0 .. 0.2, step 0.01
+}
+task t : tube { unknown )" + unknown + R"(; minimise integral(r^2 + m*e) at t = 0.2 }
+)";
+}
+
+/// A task that is ready for evaluations.
+struct Ready {
+  SourceFile source;
+  std::unique_ptr<driver::Session> session;
+  std::unique_ptr<driver::Inverse> inverse;
+
+  Ready(const std::string& text, Backend backend) : source("t.dpde", text) {
+    driver::CompileOptions options;
+    options.selection.name = "t";
+    options.backend = backend;
+    options.adjoint = true;
+    const auto code = compiled(source, options);
+    DiagnosticSink sink;
+    if (code) session = driver::Session::open(source, code, {}, sink);
+    if (session) inverse = driver::Inverse::open(*session, source, sink);
+    EXPECT_NE(inverse, nullptr) << all_messages(source, sink);
+  }
+  double loss_at(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+    gradient.resize(x.size());
+    return inverse->value_and_gradient(x, gradient);
+  }
+};
+
+void expect_right(const std::string& text, Backend backend) {
+  Ready ready(text, backend), oracle(text, Backend::interpreter);
+  ASSERT_TRUE(ready.inverse && oracle.inverse);
+  const Eigen::VectorXd start = ready.inverse->start();
+  Eigen::VectorXd direction(start.size()), gradient, other, unused;
+  for (Eigen::Index i = 0; i < direction.size(); ++i) direction[i] = 1 + 0.5 * std::sin(3.0 * static_cast<double>(i));
+  constexpr double h = 1e-5;
+  ready.loss_at(start, gradient);
+  oracle.loss_at(start, other);
+  const double slope = gradient.dot(direction);
+  const double quotient = (ready.loss_at(start + h * direction, unused) - ready.loss_at(start - h * direction, unused)) / (2 * h);
+  EXPECT_GT(std::abs(slope), 1e-3);
+  EXPECT_NEAR(slope, quotient, 1e-7 * std::abs(slope));
+  EXPECT_LT((gradient - other).norm(), 1e-12 * other.norm());
+}
+
+TEST(Ties, GradientsBetweenWallsAreThoseOfRuns) {
+  const char* const cases[][3] = {{"euler", "max", "g"},       {"euler", "max", "initial r"},    {"euler", "larger", "initial m"},
+                                  {"euler", "upper", "initial r"}, {"rk4", "max", "initial r"}, {"rk4", "larger", "initial r"}};
+  for (const auto& [time, choice, unknown] : cases) {
+    SCOPED_TRACE(std::string(time) + ", " + choice + ", " + unknown);
+    expect_right(tube(time, choice, unknown), Backend::jit);
+  }
+}
+
+TEST(Ties, EmittedCppChoosesAsTheInterpreter) { expect_right(tube("euler", "max", "initial r"), Backend::cpp); }
+
+TEST(Ties, HessiansBetweenWallsAreSymmetric) {
+  const auto certificate = certificate_of(R"(operator along_x(q, s) order 0 = (max(s, s[+1, 0])*(q[+1, 0] - q) - max(s[-1, 0], s)*(q - q[-1, 0]))/hx
+operator along_y(q, s) order 0 = (max(s, s[0, +1])*(q[0, +1] - q) - max(s[0, -1], s)*(q - q[0, -1]))/hy
+scheme plain { time = rk2; dx = central(2) }
+model water {
+  field h, m, n
+  param g
+  let c = sqrt(g*h)
+  dt(h) = -dx(m) - dy(n) + 0.5*along_x(h, abs(m/h) + c) + 0.5*along_y(h, abs(n/h) + c)
+  dt(m) = -dx(m^2/h + 0.5*g*h^2) - dy(m*n/h) + 0.5*along_x(m, abs(m/h) + c) + 0.5*along_y(m, abs(n/h) + c)
+  dt(n) = -dx(m*n/h) - dy(n^2/h + 0.5*g*h^2) + 0.5*along_x(n, abs(m/h) + c) + 0.5*along_y(n, abs(n/h) + c)
+}
+scene basin : water with plain {
+  grid x = 0 .. 1, cells 9
+  grid y = 0 .. 1, cells 7
+  g = 1
+  boundary h = zero_gradient
+  boundary m: x = 0, y = zero_gradient
+  boundary n: x = zero_gradient, y = 0
+  initial h = 1 + 0.3*exp(-20*((x - 0.3)^2 + y^2))
+  initial m = 0.2*sin(5*x)
+  initial n = 0.1*cos(4*y)
+  time 0 .. 0.1, step 0.01
+}
+task t : basin { unknown initial h; minimise integral(h^3 + m*n + m^2) at t = 0.1 }
+)", true);
+  ASSERT_TRUE(certificate);
+  EXPECT_LT(certificate->worst(), 1e-13);
+  ASSERT_TRUE(certificate->second);
+  EXPECT_LT(certificate->second->worst(), 1e-12);
+}
+
+}  // namespace
+}  // namespace dpde::testing
