@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <memory>
@@ -16,6 +14,7 @@
 #include "driver/quick_certificate.h"
 #include "driver/session.h"
 #include "fuzz/targets.h"
+#include "random/isolated.h"
 #include "source/render.h"
 #include "stencil/from_ast.h"
 #include "stencil/print_stencil.h"
@@ -171,44 +170,19 @@ ModelVerdict check_here(const std::string& text, const ModelChecks& checks) {
   }
 }
 
-void write_all(int to, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t count = write(to, text.data() + done, text.size() - done);
-    if (count <= 0) return;
-    done += static_cast<std::size_t>(count);
-  }
-}
-
-std::string read_all(int from) {
-  std::string text;
-  char buffer[4096];
-  for (ssize_t count; (count = read(from, buffer, sizeof buffer)) > 0;) text.append(buffer, static_cast<std::size_t>(count));
-  return text;
-}
-
 }  // namespace
 
 ModelVerdict check_model(const std::string& text, const ModelChecks& checks) {
-  int ends[2];
-  if (pipe(ends) != 0) return {ModelVerdict::Kind::failed, "machine", "no pipe"};
-  const pid_t child = fork();
-  if (child == 0) {
-    close(ends[0]);
+  const Answer answer = isolated([&] {
     const rlimit limit{longest_seconds, longest_seconds};
     setrlimit(RLIMIT_CPU, &limit);
     const ModelVerdict verdict = check_here(text, checks);
-    write_all(ends[1], std::string(1, static_cast<char>('0' + static_cast<int>(verdict.kind))) + verdict.check + "\n" + verdict.detail);
-    _exit(0);
-  }
-  close(ends[1]);
-  const std::string answer = read_all(ends[0]);
-  close(ends[0]);
-  int status = 0;
-  if (child > 0) waitpid(child, &status, 0);
-  const std::size_t line = answer.find('\n');
-  if (child > 0 && WIFSIGNALED(status)) return {ModelVerdict::Kind::failed, "crash", fmt::format("signal {}", WTERMSIG(status))};
-  if (line == std::string::npos) return {ModelVerdict::Kind::failed, "crash", fmt::format("status {}", status)};
-  return {static_cast<ModelVerdict::Kind>(answer[0] - '0'), answer.substr(1, line - 1), answer.substr(line + 1)};
+    return std::string(1, static_cast<char>('0' + static_cast<int>(verdict.kind))) + verdict.check + "\n" + verdict.detail;
+  }, checks.seconds);
+  if (answer.kind == Answer::Kind::late) return {ModelVerdict::Kind::failed, "time", fmt::format("more than {} s", checks.seconds)};
+  if (answer.kind == Answer::Kind::crashed) return {ModelVerdict::Kind::failed, "crash", answer.text};
+  const std::size_t line = answer.text.find('\n');
+  return {static_cast<ModelVerdict::Kind>(answer.text[0] - '0'), answer.text.substr(1, line - 1), answer.text.substr(line + 1)};
 }
 
 }  // namespace dpde::testing

@@ -25,8 +25,11 @@ struct Checks {
 };
 
 Verdict check_program(const RandomProgram& program, const Checks& checks);
+/// In a process of its own, which is stopped after so many seconds: what crashes or hangs has failed.
+Verdict check_apart(const RandomProgram& program, const Checks& checks, double seconds);
 
 /// All programs in one file of emitted C++, which compiles in a fraction of the time of a file each.
 std::vector<Verdict> check_in_cpp(const std::vector<RandomProgram>& programs);
+std::vector<Verdict> check_in_cpp_apart(const std::vector<RandomProgram>& programs, double seconds);
 
 }  // namespace dpde::testing

@@ -20,7 +20,7 @@ std::uint64_t setting(const char* name, std::uint64_t otherwise) {
 /// Fails in the same way; what is refused, with the same code.
 std::string smallest(const Part& model, const ModelVerdict& verdict, const ModelChecks& checks) {
   const auto fails = [&](const std::string& text) {
-    const ModelVerdict other = check_model(text, checks);
+    const ModelVerdict other = check_model(text, {checks.second, checks.cpp, 20});
     return other.kind == verdict.kind && other.check == verdict.check;
   };
   return print(shrink(model, fails, verdict.check == "cpp" ? 60 : 400));

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "random/model_expression.h"
+#include "random/model_ties.h"
 
 namespace dpde::testing {
 
@@ -24,7 +25,7 @@ struct Scheme {
 
 class Builder {
  public:
-  explicit Builder(std::uint64_t seed) : random_(seed), expressions_(random_, names_) {}
+  explicit Builder(std::uint64_t seed) : random_(seed), ties_(~seed ^ 0xd6e8feb86659fd93), expressions_(random_, names_) {}
 
   Part build() {
     choose_axes();
@@ -54,6 +55,7 @@ class Builder {
   void equations(Part& model);
   Part sum_of(std::vector<Part> terms);
   Part right_side(const Rated& rated);
+  void add_tie(const Rated& rated, std::vector<Part>& terms);
   Part right_side_of_vector(const Rated& rated);
   void describe_scene(Part& scene);
   void grids(Part& scene);
@@ -86,7 +88,7 @@ class Builder {
   template <class T>
   const T& any(const std::vector<T>& list) { return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))]; }
 
-  SplitMix random_;
+  SplitMix random_, ties_;
   Names names_;
   ModelExpressions expressions_;
   Scheme scheme_;
@@ -94,6 +96,7 @@ class Builder {
   std::vector<Quantity> coefficients_, control_fields_;
   std::vector<std::string> params_, controls_;
   int steps_ = 2;
+  bool has_ties_ = false;  // fields have mirror images beyond walls then, more often
 };
 
 void Builder::choose_axes() {
@@ -208,7 +211,23 @@ Part Builder::functions() {
     if (!brings_adjoint) put(std::string("operator op(g) order 1 = ") + bodies[rank() - 1][random_.below(2)]);
     names_.operators.push_back("op");
   }
+  has_ties_ = ties_.percent(25) && !has_stretched();
+  if (has_ties_) {
+    std::vector<std::string> axes;
+    for (const Axis& axis : names_.axes) axes.push_back(axis.name);
+    put(tie_operator(ties_, axes));
+  }
   return all;
+}
+
+/// A choice between neighbours, of the fields that lie where this one does.
+void Builder::add_tie(const Rated& rated, std::vector<Part>& terms) {
+  if (!has_ties_ || !ties_.percent(70)) return;
+  std::vector<std::string> fields;
+  for (const Rated& other : rated_) {
+    if (!other.quantity.is_vector && other.quantity.place == rated.quantity.place) fields.push_back(other.quantity.name);
+  }
+  terms.push_back(tie_term(ties_, rated.quantity.name, fields));
 }
 
 Part Builder::sum_of(std::vector<Part> terms) {
@@ -229,6 +248,7 @@ Part Builder::right_side(const Rated& rated) {
   }
   const bool moves = random_.percent(50) && !(rated.is_second && scheme_.time == "leapfrog") && !(scheme_.along_flow && rated.is_second);
   for (int count = 1 + random_.below(2); count > 0; --count) terms.push_back(expressions_.term(expression(q.name), q.place));
+  add_tie(rated, terms);
   Part sum = sum_of(std::move(terms));
   return moves ? expression("-advect(@, " + q.name + ") + @", {expressions_.velocity(), std::move(sum)}) : sum;
 }
@@ -313,7 +333,8 @@ void Builder::boundaries(Part& scene) {
         if (names_.axes[axis].is_periodic) continue;
         const bool both = random_.percent(35);
         for (const char* end : {".low", ".high"}) {
-          const Part value = side(rated.quantity, static_cast<int>(component), axis);
+          Part value = side(rated.quantity, static_cast<int>(component), axis);
+          if (has_ties_ && ties_.percent(70)) value = expression(ties_.percent(60) ? "zero_gradient" : "0");
           sides.parts.push_back({Part::Kind::fixed, names_.axes[axis].name + (both ? "" : end) + " = @", {value}});
           if (both) break;
         }

@@ -9,6 +9,7 @@
 
 #include "random/random_adjoint.h"
 #include "random/random_expression.h"
+#include "random/random_ties.h"
 #include "stencil/build.h"
 #include "stencil/print_stencil.h"
 
@@ -35,7 +36,7 @@ struct Known {
 class Builder {
  public:
   explicit Builder(std::uint64_t seed)
-      : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9), adjoints_(~seed ^ 0x94d049bb133111eb) {
+      : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9), adjoints_(~seed ^ 0x94d049bb133111eb), ties_(~seed ^ 0xd6e8feb86659fd93) {
     result_.seed = seed;
   }
 
@@ -56,6 +57,8 @@ class Builder {
   void drop_unused();
   void add_statements();
   void add_kernel(int grow);
+  void add_ties();
+  AxisBoundary mirrored(Topology topology);
   void add_update(int grow);
   void add_scatter();
   void add_reduction();
@@ -81,7 +84,7 @@ class Builder {
   }
   std::string fresh_field();
 
-  SplitMix random_, refills_, reductions_, passes_, adjoints_;
+  SplitMix random_, refills_, reductions_, passes_, adjoints_, ties_;
   RandomProgram result_;
   Program program_{"p", {}, {}, {}, {}};
   std::vector<Known> known_;
@@ -346,7 +349,35 @@ void Builder::add_passes() {
   }
 }
 
+/// Of a field at a wall: even, odd, or one on each side.
+AxisBoundary Builder::mirrored(Topology topology) {
+  const auto side = [&] { return ties_.percent(60) ? Side{SideKind::zero_gradient} : Side{SideKind::value, 0.0}; };
+  const Side low = side();
+  return {topology, low, ties_.percent(50) ? low : side()};
+}
+
+/// A kernel that chooses between neighbours, of fields with mirror images beyond the walls.
+void Builder::add_ties() {
+  for (Known& field : known_) {
+    if (field.is_coordinate || field.is_filled || (field.grown > 0 && !may_change(field)) || !ties_.percent(80)) continue;
+    Fill fill{field.name, {}};
+    for (const Topology topology : program_.axes) fill.axes.push_back(mirrored(topology));
+    Builder::fill(field, fill);
+  }
+  const Scope readable = scope(0);
+  if (readable.fields.empty()) return;
+  const Expr value = tie(ties_, readable);
+  if (is_literal(value)) return;
+  const std::string made = fresh_field();
+  Kernel kernel{fmt::format("ties{}", ++kernels_), rank(), {}, {}, {}, {}};
+  if (ties_.percent(25)) kernel.sums.push_back({"s", tie(ties_, readable)});
+  kernel.stores.push_back({made, false, access(readable.fields[0].field) + param("dt") * value, {}});
+  known_.push_back({made, false, false, false, false, false, 0, 0});
+  run(std::move(kernel), 0);
+}
+
 void Builder::add_statements() {
+  if (ties_.percent(25)) add_ties();
   if (reductions_.percent(20)) add_reduction();
   for (Known& field : known_) {
     const bool may_fill = field.grown == 0 || may_change(field);

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <map>
+#include <thread>
 
 #include "random/check_program.h"
+#include "random/isolated.h"
 #include "random/shrink.h"
 #include "stencil/build.h"
 #include "support/derivative_check.h"
@@ -17,6 +20,7 @@ namespace dpde::testing {
 namespace {
 
 constexpr int programs_in_a_file = 20;
+constexpr double longest = 600, longest_trial = 20;  // seconds of a check, and of one while a program is made smaller
 
 std::uint64_t setting(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
@@ -26,8 +30,8 @@ std::uint64_t setting(const char* name, std::uint64_t otherwise) {
 /// The same failure of the smallest program that has it.
 std::string smallest(const RandomProgram& program, const Verdict& verdict, const Checks& checks) {
   const auto again = [&](const RandomProgram& p) {
-    if (verdict.check != "cpp") return check_program(p, checks);
-    return check_in_cpp({p})[0];
+    if (verdict.check != "cpp") return check_apart(p, checks, longest_trial);
+    return check_in_cpp_apart({p}, longest_trial)[0];
   };
   const auto fails = [&](const RandomProgram& p) {
     const Verdict other = again(p);
@@ -66,13 +70,13 @@ TEST(RandomPrograms, AgreeEverywhere) {
   for (std::uint64_t seed = first; seed < first + count && total.failed < 5; ++seed) {
     const RandomProgram program = random_program(seed);
     const Checks checks{true, seed % 4 == 0, seed % 16 == 0};
-    const Verdict verdict = check_program(program, checks);
+    const Verdict verdict = check_apart(program, checks, longest);
     total.add(verdict);
     if (verdict.kind == Verdict::Kind::failed) report(program, verdict, checks);
     if (seed % 10 == 0 && verdict.kind != Verdict::Kind::failed) for_cpp.push_back(program);
     const bool is_last = seed + 1 == first + count;
     if (for_cpp.empty() || (for_cpp.size() < programs_in_a_file && !is_last)) continue;
-    const std::vector<Verdict> verdicts = check_in_cpp(for_cpp);
+    const std::vector<Verdict> verdicts = check_in_cpp_apart(for_cpp, longest);
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
       total.back_end = std::max(total.back_end, verdicts[i].back_end);
       if (verdicts[i].kind == Verdict::Kind::failed) report(for_cpp[i], verdicts[i], checks);
@@ -117,6 +121,27 @@ TEST(RandomPrograms, AreTheSameEverywhere) {
     for (const char c : describe(random_program(seed))) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   }
   EXPECT_EQ(hash, 16428570846083278130u) << "the generator has changed: seeds of old failures mean other programs now";
+}
+
+/// A check that is slow, as of a large program: the search for a smaller one ends all the same.
+TEST(Shrink, EndsInTime) {
+  const auto start = std::chrono::steady_clock::now();
+  int asked = 0;
+  shrink(random_program(7), [&](const RandomProgram&) {
+    ++asked;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return false;
+  }, 3000, 0.2);
+  EXPECT_GT(asked, 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+}
+
+TEST(Isolated, WhatHangsOrCrashesIsAnAnswer) {
+  EXPECT_EQ(isolated([] { return std::string("done"); }, 60).text, "done");
+  EXPECT_EQ(isolated([] { return std::this_thread::sleep_for(std::chrono::hours(1)), std::string("late"); }, 0.1).kind, Answer::Kind::late);
+  const Answer crash = isolated([]() -> std::string { std::abort(); }, 60);
+  EXPECT_EQ(crash.kind, Answer::Kind::crashed);
+  EXPECT_EQ(crash.text, "signal 6");
 }
 
 /// With a made-up fault, "a sine of something read from the left", that is what is left.

@@ -2,6 +2,7 @@
 #include "random/shrink.h"
 
 #include <algorithm>
+#include <chrono>
 #include <set>
 
 #include "stencil/build.h"
@@ -265,10 +266,12 @@ bool has_result(const RandomProgram& p) {
 
 }  // namespace
 
-RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most) {
+RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most, double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::set<std::string> seen;
   const Try accept = [&](RandomProgram candidate) {
     tidy(candidate);
+    if (std::chrono::steady_clock::now() > end) most = 0;
     if (most <= 0 || !seen.insert(describe(candidate)).second) return false;
     if (!has_result(candidate) || !verify(candidate.module).empty()) return false;
     --most;

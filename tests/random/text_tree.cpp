@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <set>
 
 namespace dpde::testing {
@@ -149,9 +150,11 @@ std::string print(const Part& part) {
   return text;
 }
 
-Part shrink(Part whole, const std::function<bool(const std::string&)>& fails, int most) {
+Part shrink(Part whole, const std::function<bool(const std::string&)>& fails, int most, double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::set<std::string> seen{print(whole)};
   const Try accept = [&](const Part& candidate) {
+    if (std::chrono::steady_clock::now() > end) most = 0;
     if (most <= 0 || !seen.insert(print(candidate)).second) return false;
     --most;
     if (!fails(print(candidate))) return false;

@@ -30,8 +30,9 @@ double distance(const Outcome& got, const Outcome& wanted);
 stencil::Module lowered(stencil::Module module, bool with_passes);
 
 /// The module with the result of every operation off by up to 1e-15 of it, otherwise at each node and place: how far its
-/// results are from those of the module measures how it amplifies rounding (stochastic arithmetic, as in CADNA).
-stencil::Module with_rounding(stencil::Module module);
+/// results are from those of the module measures how it amplifies rounding (stochastic arithmetic, as in CADNA). Operands of decisions
+/// are as they were: all back ends compute them as they are written, so what a tie decides is no matter of rounding.
+stencil::Module with_rounding(stencil::Module module, double phase = 1.7);
 
 /// Whether `error`, of another order of the operations of `program`, may be rounding: below 1e-11, or ten times what
 /// with_rounding() makes of it. Products of what two steps have made grow to some millions, and a sine of that has as many
