@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "random/random_adjoint.h"
@@ -38,6 +39,7 @@ class Builder {
   explicit Builder(std::uint64_t seed)
       : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9), adjoints_(~seed ^ 0x94d049bb133111eb), ties_(~seed ^ 0xd6e8feb86659fd93) {
     result_.seed = seed;
+    has_derived_names_ = SplitMix(~seed ^ 0xa0761d6478bd642f).percent(20);
   }
 
   RandomProgram build() {
@@ -90,6 +92,7 @@ class Builder {
   std::vector<Known> known_;
   std::vector<std::string> params_, side_params_;
   int kernels_ = 0, fields_ = 0;
+  bool has_derived_names_ = false;  // fields and lets are called what the compiler likes to call its own
 };
 
 void Builder::choose_grid() {
@@ -123,7 +126,9 @@ void Builder::choose_inputs() {
 }
 
 std::string Builder::fresh_field() {
+  constexpr const char* derived[] = {"w1_bar", "t3", "u_next", "hx2", "shared_bar", "v_dot", "bar", "p_adjoint"};
   ++fields_;
+  if (has_derived_names_ && fields_ <= std::ssize(derived)) return derived[fields_ - 1];
   if (fields_ == 2 && random_.percent(20)) return "u_dot";
   return fmt::format("w{}", fields_);
 }
@@ -238,7 +243,8 @@ Scope Builder::scope(int grow, const std::string& without) {
 
 Kernel Builder::kernel_with_lets(const char* name, Scope& scope) {
   Kernel kernel{fmt::format("{}{}", name, ++kernels_), rank(), {}, {}, {}, {}};
-  const std::vector<std::string> names = {"d", "ux", "i", "row"};
+  using Names = std::vector<std::string>;
+  const Names names = has_derived_names_ ? Names{"a_bar", "nu_dot", "t2", "k1"} : Names{"d", "ux", "i", "row"};
   for (int count = random_.below(4); count > 0; --count) {
     const Expr value = ExpressionGenerator(random_, scope).value(1 + random_.below(3));
     kernel.lets.push_back({names[kernel.lets.size()], value});
