@@ -2,13 +2,12 @@
 // The schedule of row calls: see executor.h for what holds.
 //
 // A program that consists of sweeps of one row (every 1-D program without explicit fills) is a list of Lines, with nothing
-// left to do but pointers and calls. Else sweeps go through run_part, one call a thread: y in tiles where the grid is
+// left to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles where the grid is
 // 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while they are in cache, the
 // y and z halos afterwards.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <atomic>
@@ -16,6 +15,7 @@
 #include <cstring>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/layout.h"
 #include "fill.h"
 #include "inference.h"
@@ -103,24 +103,26 @@ struct Executor::Plan {
   std::vector<Caller> callers;    // one a thread
   std::vector<void*> grids;       // bases of the grids of the sweep that runs
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
+  Team team;
 
   void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
   void run_all_parts(const Sweep& sweep, const Executor& executor);
   void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y, SweepRange z);
-  void run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int part, int parts);
+  void run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part, int thread);
   static const dpde_variant& code_of(const Sweep& sweep, const Executor& executor);
   void bind_grids(const Sweep& sweep, const Executor& executor);
 };
 
-Executor::Executor(const dpde_program& program, const dpde_layout& layout, int threads)
+Executor::Executor(const dpde_program& program, const dpde_layout& layout, const Team& team)
     : program_(&program), layout_(std::make_unique<dpde_layout>(layout)), plan_(std::make_unique<Plan>()) {
   check_fits(program, layout);
+  plan_->team = team;
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
   params_.assign(static_cast<size_t>(program.param_count), 0.0);
   uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
   sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
   weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
-  for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i) plan_->networks.emplace_back(*program.networks[i], layout, std::max(threads, 1));
+  for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i) plan_->networks.emplace_back(*program.networks[i], layout, team);
   for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
   size_t pointers = 0, grids = 0, row_sums = 0;
   for (int i = 0; i < program.operation_count; ++i) {
@@ -129,9 +131,9 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
     operation.kind = from.kind;
     if (from.kind == DPDE_FILL) operation.fill = HaloFill(from.fill, layout);
     if (from.kind == DPDE_FOLD) operation.fold = HaloFold(from.fill, from.grow, layout);
-    if (from.kind == DPDE_REDUCE) operation.reduction = FieldReduction(from.reduce, layout, std::max(threads, 1));
+    if (from.kind == DPDE_REDUCE) operation.reduction = FieldReduction(from.reduce, layout, team);
     if (from.kind == DPDE_NETWORK) operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
-    if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, std::max(threads, 1));
+    if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, team.threads());
     const Sweep& sweep = operation.sweep;
     pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
     grids = std::max(grids, sweep.grids.size());
@@ -148,7 +150,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, int t
   }
   plan_->grids.assign(grids, nullptr);
   plan_->row_sums.assign(row_sums, 0.0);
-  plan_->callers.resize(static_cast<size_t>(std::max(threads, 1)));
+  plan_->callers.resize(static_cast<size_t>(team.threads()));
   for (Caller& caller : plan_->callers) {
     caller.pointers.assign(pointers, nullptr);
     caller.starts.assign(pointers, nullptr);
@@ -185,6 +187,7 @@ Network* Executor::network(int number) { return plan_->networks.empty() ? nullpt
 
 void Executor::compute_uniforms() {
   uniforms_are_stale_ = false;
+  const FloatScope without_subnormals;
   if (program_->compute_uniforms != nullptr) program_->compute_uniforms(params_.data(), uniforms_.data());
 }
 
@@ -193,11 +196,13 @@ void Executor::prepare() {
     if (fields_[i] == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program_->name, program_->fields[i]));
   }
   if (program_->interpret != nullptr) return;  // it fills halos itself
+  const FloatScope without_subnormals;
   for (const HaloFill& fill : plan_->prepare) fill.run(fields_.data(), uniforms_.data());
 }
 
 void Executor::prepare(int field) {
   if (program_->interpret != nullptr) return;
+  const FloatScope without_subnormals;
   for (const HaloFill& fill : plan_->prepare) {
     if (fill.field() == field) fill.run(fields_.data(), uniforms_.data());
   }
@@ -208,6 +213,7 @@ bool Executor::prepares(int field) const {
 }
 
 void Executor::run() {
+  const FloatScope without_subnormals;
   const Stopwatch whole(clock_ ? &clock_->all : nullptr);
   if (program_->interpret != nullptr) {
     program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), weights_.data(), sums_.data());
@@ -267,6 +273,7 @@ void Executor::make_frame(void** frame) const {
 }
 
 void Executor::run_frame(void* const* frame) {
+  const FloatScope without_subnormals;
   const Stopwatch whole(clock_ ? &clock_->all : nullptr);
   run_lines(frame);
 }
@@ -311,12 +318,7 @@ const dpde_variant& Executor::Plan::code_of(const Sweep& sweep, const Executor& 
 /// Rows and halos. A row that was written past the caches is not read at once: all its halos are filled at the end.
 void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor) {
   const dpde_variant& code = code_of(sweep, executor);
-  if (sweep.threads == 1) {
-    run_part(sweep, code, executor, 0, 1);
-  } else {
-#pragma omp parallel num_threads(sweep.threads)
-    run_part(sweep, code, executor, omp_get_thread_num(), omp_get_num_threads());
-  }
+  team.run(sweep.parts, [&](int64_t part, int thread) { run_part(sweep, code, executor, part, thread); });
   for (const HaloFill& fill : sweep.then) {
     if (code.streams != 0) {
       fill.run(executor.fields_.data(), executor.uniforms_.data());
@@ -328,9 +330,9 @@ void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor)
   }
 }
 
-/// The rows of one thread: a contiguous part of z, or of y where z has fewer places than there are threads.
-void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int part, int parts) {
-  Caller& caller = callers[static_cast<size_t>(part)];
+/// The rows of a part, by a thread.
+void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part, int thread) {
+  Caller& caller = callers[static_cast<size_t>(thread)];
   void** start = caller.starts.data();
   for (const SweepStream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
   for (const HaloFill& fill : sweep.then) *start++ = executor.bound(fill.field());
@@ -338,9 +340,9 @@ void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, cons
   caller.row.count = sweep.count;
   caller.row.first = sweep.first;
   SweepRange y = sweep.y, z = sweep.z;
-  SweepRange& split = z.count() >= parts ? z : y;
+  SweepRange& split = sweep.splits_z ? z : y;
   const SweepRange whole = split;
-  split = {whole.from + whole.count() * part / parts, whole.from + whole.count() * (part + 1) / parts};
+  split = {whole.from + whole.count() * part / sweep.parts, whole.from + whole.count() * (part + 1) / sweep.parts};
   const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
   for (int64_t from = y.from; from < y.to; from += rows) {
     const SweepRange tile{from, std::min(from + rows, y.to)};

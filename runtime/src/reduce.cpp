@@ -43,7 +43,7 @@ double value_of_row(const Real* row, int64_t count, double first, const Combine&
 
 }  // namespace
 
-FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, int threads) : reduce_(reduce), real_(layout.real) {
+FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team) : reduce_(reduce), real_(layout.real) {
   int64_t all = 1;
   for (size_t axis = 0; axis < 3; ++axis) {
     const bool exists = static_cast<int32_t>(axis) < layout.rank;
@@ -52,10 +52,11 @@ FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& lay
     all *= cells_[axis];
     if (over(axis)) count_ *= static_cast<double>(cells_[axis]);
   }
-  threads_ = all >= least_cells_for_threads ? threads : 1;
+  if (all >= least_cells_for_threads) team_ = team;
+  const int64_t threads = team_.threads();
   // As long as there is one for each thread: what is far apart in memory is slow to read (measured: 128 cells take twice the
   // time of 1024, over y at 1024^2). Results do not depend on it, each cell being combined with those of other rows alone.
-  const int64_t line = cache_line / real_bytes(layout), share = (cells_[0] + threads_ - 1) / threads_;
+  const int64_t line = cache_line / real_bytes(layout), share = (cells_[0] + threads - 1) / threads;
   piece_ = std::min(widest, (share + line - 1) / line * line);
   if (over(0)) rows_.assign(static_cast<size_t>(cells_[1] * cells_[2]), 0.0);
 }
@@ -83,13 +84,9 @@ template <class Real, class Combine>
 void FieldReduction::reduce_rows(const Real* from, Real* to, double first, const Combine& combine) {
   const int64_t count = cells_[1] * cells_[2];
   const auto place = [&](int64_t row) { return row % cells_[1] * stride_[1] + row / cells_[1] * stride_[2]; };
-#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
-  for (int64_t row = 0; row < count; ++row) rows_[static_cast<size_t>(row)] = value_of_row(from + place(row), cells_[0], first, combine);
+  team_.run(count, [&](int64_t row, int) { rows_[static_cast<size_t>(row)] = value_of_row(from + place(row), cells_[0], first, combine); });
   combine_rows(first, combine);
-#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
-  for (int64_t row = 0; row < count; ++row) {
-    std::fill_n(to + place(row), cells_[0], static_cast<Real>(rows_[static_cast<size_t>(row)]));
-  }
+  team_.run(count, [&](int64_t row, int) { std::fill_n(to + place(row), cells_[0], static_cast<Real>(rows_[static_cast<size_t>(row)])); });
 }
 
 /// The values of rows that belong together become one.
@@ -112,8 +109,7 @@ void FieldReduction::combine_rows(double first, const Combine& combine) {
 template <class Real, class Combine>
 void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first, const Combine& combine) const {
   const int64_t pieces = (cells_[0] + piece_ - 1) / piece_, tasks = pieces * groups(1) * groups(2);
-#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
-  for (int64_t task = 0; task < tasks; ++task) {
+  team_.run(tasks, [&](int64_t task, int) {
     const int64_t x = task % pieces * piece_, group = task / pieces;
     const int64_t begin = x + group % groups(1) * stride_[1] + group / groups(1) * stride_[2];
     const int64_t width = std::min(piece_, cells_[0] - x);
@@ -129,7 +125,7 @@ void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first
     for (int64_t k = 0; k < length(2); ++k) {
       for (int64_t j = 0; j < length(1); ++j) std::transform(values, values + width, to + begin + j * stride_[1] + k * stride_[2], [](double v) { return static_cast<Real>(v); });
     }
-  }
+  });
 }
 
 }  // namespace dpde

@@ -11,13 +11,14 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/team.h"
 
 namespace dpde {
 
 class FieldReduction {
  public:
   FieldReduction() = default;
-  FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, int threads);
+  FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team);
 
   /// `fields` point at their cells (0,0,0). Allocates nothing.
   void run(void* const* fields);
@@ -39,7 +40,7 @@ class FieldReduction {
 
   dpde_reduce reduce_{};
   int32_t real_ = DPDE_F64;
-  int threads_ = 1;
+  Team team_;
   int64_t piece_ = 1;  // cells of a row that are combined with those of other rows at a time
   double count_ = 1;  // cells that make one value
   std::array<int64_t, 3> cells_{1, 1, 1}, stride_{};

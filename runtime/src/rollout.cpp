@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/float_mode.h"
 #include "rollout_impl.h"
 
 namespace dpde {
@@ -172,6 +173,7 @@ BlowUp Rollout::Impl::locate_blow_up(int from, int safe, const BlowUp& found) {
 }
 
 RunResult Rollout::Impl::run(const Observer& observer, int first) {
+  const FloatScope without_subnormals;
   start = std::chrono::steady_clock::now();
   RunResult done;
   parts_made = 0;
@@ -186,7 +188,10 @@ RunResult Rollout::Impl::run(const Observer& observer, int first) {
     done.seconds = seconds_since(start);
     return done;
   };
-  const auto observe = [&] { observer.call({k, time(k), buffers[static_cast<size_t>(current)]}); };
+  const auto observe = [&] {
+    const FloatScope of_host(without_subnormals.before());
+    observer.call({k, time(k), buffers[static_cast<size_t>(current)]});
+  };
   if ((done.blow_up = find_blow_up(first, buffers.front()))) return finish(first);
   if (observes) observe();
   while (k < setup.steps) {
@@ -226,6 +231,7 @@ void Rollout::Impl::restart() {
 }
 
 RunResult Rollout::Impl::advance(int count) {
+  const FloatScope without_subnormals;
   start = std::chrono::steady_clock::now();
   RunResult done;
   set_step(forward->program, reached);
@@ -244,6 +250,7 @@ RunResult Rollout::Impl::advance(int count) {
 }
 
 double Rollout::Impl::loss() {
+  const FloatScope without_subnormals;
   begin();
   loss_value = 0;
   current = 0;

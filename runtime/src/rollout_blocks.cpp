@@ -52,7 +52,7 @@ void Rollout::Impl::plan_reverse_block() {
   for (const int steps : chooses ? std::vector{8, 4, 2} : std::vector{setup.block_steps}) {
     backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, 1);
     if (!backward->block || (chooses && backward->block->work() > most_extra_work)) continue;
-    if (setup.threads > 1) backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, setup.threads);
+    if (setup.threads.threads() > 1) backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, setup.threads);
     forward->leg = Wavefront::make(step, steps, setup.threads);
     if (forward->leg && plan_marks()) return;
   }

@@ -30,6 +30,8 @@ void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) 
 
 const GradientResult& Rollout::Impl::gradient() {
   check_adjoints(backward.has_value(), terms);
+  const FloatScope without_subnormals;
+  host_mode = without_subnormals.before();
   start = std::chrono::steady_clock::now();
   begin();
   set_step(backward->program, std::max(last_loss - 1, 0));
@@ -61,6 +63,7 @@ bool Rollout::Impl::go_on(int state, int worked) {
   const int64_t before = std::exchange(steps_worked, steps_worked + worked);
   const int64_t total = 2 * int64_t{last_loss} + result.recomputed_steps;
   if (!watch || (before / watch_every == steps_worked / watch_every && steps_worked != total)) return true;
+  const FloatScope of_host(host_mode);
   return watch({steps_worked, total, time(state)});
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dpde/runtime/checkpoint.h"
+#include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/tapes.h"
 #include "wavefront.h"
@@ -296,6 +297,7 @@ struct Rollout::Impl {
   std::vector<std::shared_ptr<Tapes>> tapes;
   GradientCallback watch;
   int watch_every = 1;
+  FloatMode host_mode = 0;        // of whoever asked for the gradient, for `watch`
   int64_t steps_worked = 0;       // of this gradient, in any direction
   GradientResult result;
   std::chrono::steady_clock::time_point start;

@@ -56,7 +56,7 @@ void Simulation::Impl::copy_out_all(std::string_view name, Target to) {
 const Executor& Simulation::Impl::execute(const dpde_program& program, double t) {
   auto found = executors.find(&program);
   if (found == executors.end()) {
-    found = executors.emplace(&program, Executor(program, layout, options.threads)).first;
+    found = executors.emplace(&program, Executor(program, layout, team)).first;
     for (int f = 0; f < program.field_count; ++f) found->second.bind(f, field(program.fields[f]).base());
   }
   Executor& executor = found->second;
@@ -104,7 +104,7 @@ void Simulation::Impl::update_control_fields() {
   for (int32_t c = 0; c < scene.coefficient_count; ++c) {
     const dpde_coefficient& control = scene.coefficients[c];
     if (control.formula == nullptr || host_field_named(control.name).is_given) continue;
-    Executor program(*control.formula, layout, options.threads);
+    Executor program(*control.formula, layout, team);
     for (int f = 0; f < control.formula->field_count; ++f) program.bind(f, field(control.formula->fields[f]).base());
     const int result = program.field_index(control.name);
     for (int32_t k = 0; k < control.count; ++k) {

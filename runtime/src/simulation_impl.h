@@ -131,6 +131,7 @@ struct Simulation::Impl {
 
   const dpde_scene& scene;
   SimulationOptions options;
+  Team team;
   std::shared_ptr<const void> keep;
   std::vector<int64_t> cells;
   dpde_layout layout{};

@@ -28,7 +28,7 @@ template <class Map>
 }  // namespace
 
 Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, std::shared_ptr<const void> code)
-    : scene(from), options(wanted), keep(std::move(code)) {
+    : scene(from), options(wanted), team(options.threads), keep(std::move(code)) {
   if (scene.version != DPDE_SCENE_VERSION) {
     throw Error(ErrorKind::run, fmt::format("scene {} was compiled for version {} of the runtime, this is {}", scene.name,
                                             scene.version, DPDE_SCENE_VERSION));
@@ -179,7 +179,7 @@ RolloutSetup Simulation::Impl::setup() const {
   setup.dt = scene.step;
   setup.rate = scene.rate;
   if (scene.rate != nullptr) setup.courant = scene.courant;
-  setup.threads = options.threads;
+  setup.threads = team;
   setup.checkpoint_bytes = options.checkpoint_bytes;
   setup.slots = options.slots;
   setup.stop = options.stop;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
 constexpr int64_t least_cells_for_threads = 32 * 1024;
+constexpr int64_t parts_per_thread = 4;  // so that little is left to wait for where a thread comes late
 constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
 constexpr int64_t least_tile = 8;                               // rows
 
@@ -80,7 +81,10 @@ Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, c
   sweep.leading = leading_streams(kernel);
   sweep.tuner = make_tuner(sweep, layout);
   const bool worth = sweep.rows() > 1 && sweep.rows() * sweep.count >= least_cells_for_threads;
-  sweep.threads = worth && !sweep.ordered ? threads : 1;
+  if (threads > 1 && worth && !sweep.ordered) {
+    sweep.splits_z = sweep.z.count() >= threads;
+    sweep.parts = std::min(parts_per_thread * threads, sweep.splits_z ? sweep.z.count() : sweep.y.count());
+  }
   return sweep;
 }
 

@@ -34,12 +34,14 @@ struct Sweep {
   SweepTuner tuner;
   int64_t first = 0, count = 0;
   SweepRange y, z;
-  int threads = 1;
+  /// What threads share: contiguous parts of z, or of y where z has fewer places than there are threads.
+  int64_t parts = 1;
+  bool splits_z = false;
   bool ordered = false;
   int64_t rows() const { return y.count() * z.count(); }
 };
 
-/// The sweep of an operation (DPDE_SWEEP) of a program; `threads` where it is large enough to be shared.
+/// The sweep of an operation (DPDE_SWEEP) of a program, in parts for so many threads where it is large enough to be shared.
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads);
 
 }  // namespace dpde

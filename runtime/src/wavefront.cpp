@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <omp.h>
-
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
 #include "aligned_memory.h"
+#include "dpde/runtime/float_mode.h"
 #include "wavefront_impl.h"
 
 namespace dpde {
@@ -36,8 +35,8 @@ std::vector<Range> split(int64_t cells, int64_t parts, int64_t multiple) {
 
 }  // namespace
 
-Wavefront::Impl::Impl(std::array<const Executor*, 2> from, WavefrontPlan made, int threads)
-    : executors(from), layout(from[0]->layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1), width(real_bytes(layout)), line(line_bytes / width) {
+Wavefront::Impl::Impl(std::array<const Executor*, 2> from, WavefrontPlan made, const Team& threads)
+    : team(threads), executors(from), layout(from[0]->layout()), plan(std::move(made)), last(static_cast<size_t>(layout.rank) - 1), width(real_bytes(layout)), line(line_bytes / width) {
   for (const WavefrontLevel& level : plan.levels) {
     fills.emplace_back();
     for (const WavefrontLevel::Output& output : level.outputs) fills.back().push_back(output.fill ? HaloFill(*output.fill, layout) : HaloFill());
@@ -47,9 +46,9 @@ Wavefront::Impl::Impl(std::array<const Executor*, 2> from, WavefrontPlan made, i
     uniforms.emplace_back(static_cast<size_t>(program.uniform_count));
     sums.emplace_back(static_cast<size_t>(program.sum_count));
   }
-  make_tiles(threads);
+  make_tiles(team.threads());
   make_sums();
-  rings_of_threads.resize(static_cast<size_t>(std::min<int64_t>(threads, static_cast<int64_t>(tiles.size()))));
+  rings_of_threads.resize(static_cast<size_t>(std::min<int64_t>(team.threads(), static_cast<int64_t>(tiles.size()))));
   for (Rings& rings : rings_of_threads) allocate(rings);
 }
 
@@ -292,16 +291,16 @@ void Wavefront::Impl::run_tile(Rings& rings, const Tile& tile) {
   }
 }
 
-std::optional<Wavefront> Wavefront::make(const Executor& executor, int steps, int threads) {
+std::optional<Wavefront> Wavefront::make(const Executor& executor, int steps, const Team& team) {
   std::optional<WavefrontPlan> plan = plan_wavefront(executor.program(), executor.layout(), steps);
   if (!plan) return std::nullopt;
-  return Wavefront(std::make_unique<Impl>(std::array<const Executor*, 2>{&executor, nullptr}, std::move(*plan), std::max(threads, 1)));
+  return Wavefront(std::make_unique<Impl>(std::array<const Executor*, 2>{&executor, nullptr}, std::move(*plan), team));
 }
 
-std::optional<Wavefront> Wavefront::make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, int threads) {
+std::optional<Wavefront> Wavefront::make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, const Team& team) {
   std::optional<WavefrontPlan> plan = plan_reverse_wavefront(step.program(), adjoint.program(), fields, step.layout(), steps);
   if (!plan) return std::nullopt;
-  return Wavefront(std::make_unique<Impl>(std::array<const Executor*, 2>{&step, &adjoint}, std::move(*plan), std::max(threads, 1)));
+  return Wavefront(std::make_unique<Impl>(std::array<const Executor*, 2>{&step, &adjoint}, std::move(*plan), team));
 }
 
 Wavefront::Wavefront(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -331,18 +330,10 @@ std::span<const double> Wavefront::sums(size_t pass) const { return impl_->sums[
 void Wavefront::run(std::span<void* const> results) {
   Impl& impl = *impl_;
   impl.results = results;
-  const int threads = static_cast<int>(impl.rings_of_threads.size());
-  const auto run_part = [&](int part) {
-    for (size_t t = static_cast<size_t>(part); t < impl.tiles.size(); t += static_cast<size_t>(threads)) {
-      impl.run_tile(impl.rings_of_threads[static_cast<size_t>(part)], impl.tiles[t]);
-    }
-  };
-  if (threads == 1) {
-    run_part(0);
-  } else {
-#pragma omp parallel num_threads(threads)
-    for (int part = omp_get_thread_num(); part < threads; part += omp_get_num_threads()) run_part(part);
-  }
+  const FloatScope without_subnormals;
+  impl.team.run(static_cast<int64_t>(impl.tiles.size()), [&](int64_t tile, int thread) {
+    impl.run_tile(impl.rings_of_threads[static_cast<size_t>(thread)], impl.tiles[static_cast<size_t>(tile)]);
+  });
   impl.finish();
   impl.add_sums();
 }

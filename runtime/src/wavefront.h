@@ -87,9 +87,9 @@ std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, co
 class Wavefront {
  public:
   /// `executor` is the plain schedule of the program: its bindings, fills and uniforms are used. nullopt: see above.
-  static std::optional<Wavefront> make(const Executor& executor, int steps, int threads);
+  static std::optional<Wavefront> make(const Executor& executor, int steps, const Team& team);
   /// Adjoints of steps, the last one first. What the adjoint reads of states need not be bound in `adjoint`.
-  static std::optional<Wavefront> make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, int threads);
+  static std::optional<Wavefront> make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, const Team& team);
   ~Wavefront();
   Wavefront(Wavefront&&) noexcept;
   Wavefront& operator=(Wavefront&&) noexcept;

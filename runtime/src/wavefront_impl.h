@@ -65,7 +65,7 @@ struct Wavefront::Impl {
   using Rings = wavefront::Rings;
   using Access = wavefront::Access;
 
-  Impl(std::array<const Executor*, 2> from, WavefrontPlan made, int threads);
+  Impl(std::array<const Executor*, 2> from, WavefrontPlan made, const Team& threads);
   void make_sums();
   void make_tiles(int threads);
   void allocate(Rings& rings) const;
@@ -94,6 +94,7 @@ struct Wavefront::Impl {
   int64_t strip_margin() const { return round_up(plan.reach(0)); }
   bool is_bounded(size_t axis) const { return !plan.periodic[axis]; }
 
+  Team team;
   std::array<const Executor*, 2> executors;  // of the step and its adjoint
   dpde_layout layout;
   WavefrontPlan plan;

@@ -4,7 +4,6 @@
 // Items are floating-point operations. Compare medians of one run:
 //   bench_network --benchmark_filter=conv --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
 #include <benchmark/benchmark.h>
-#include <omp.h>
 
 #include <Eigen/Core>
 #include <cstdlib>
@@ -69,7 +68,7 @@ void conv_planes(benchmark::State& state, Pass pass, int channels, int threads) 
 }
 
 void conv_onednn(benchmark::State& state, Pass pass, int channels, int threads) {
-  omp_set_num_threads(threads);
+  set_onednn_threads(threads);
   const std::unique_ptr<OneDnnConvolution> convolution = make_onednn(static_cast<int>(pass), channels, state.range(0), state.range(1));
   if (!convolution) return state.SkipWithError("built without oneDNN");
   for (auto _ : state) convolution->run();

@@ -2,6 +2,8 @@
 // Written for oneDNN 2.
 #include "onednn.h"
 
+#include <omp.h>
+
 #include <dnnl.hpp>
 #include <unordered_map>
 
@@ -58,6 +60,8 @@ class Convolution final : public OneDnnConvolution {
 };
 
 }  // namespace
+
+void set_onednn_threads(int threads) { omp_set_num_threads(threads); }
 
 std::unique_ptr<OneDnnConvolution> make_onednn(int pass, int64_t channels, int64_t cells, int64_t extent) {
   return std::make_unique<Convolution>(pass, channels, cells, extent);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dpde/elementary_cells.h"
+#include "dpde/runtime/float_mode.h"
 
 namespace dpde {
 namespace {
@@ -124,6 +125,50 @@ void expect_error_of_pow_below(double limit) {
   EXPECT_LE(worst, limit) << at.first << " ^ " << at.second;
   EXPECT_GT(worst, 0.3);
   ::testing::Test::RecordProperty("pow" + std::to_string(sizeof(T)), std::to_string(worst));
+}
+
+/// While programs run subnormal numbers are 0. What is normal keeps its errors, and what is not is 0 or the smallest normal number.
+template <class Function, class T>
+void expect_error_without_subnormals(const char* name, Reference reference, double limit) {
+  const T smallest = std::numeric_limits<T>::min();
+  double worst = 0;
+  T at = 0;
+  for (const T x : arguments<T>()) {
+    if (x != 0 && std::abs(x) < smallest) continue;
+    T value;
+    {
+      const FloatScope without_subnormals;
+      value = elementary::one<Function>(x);
+    }
+    const long double exact = reference(x);
+    if (exact != 0 && std::abs(exact) < static_cast<long double>(smallest)) {
+      EXPECT_TRUE(value == 0 || std::abs(value) == smallest) << name << " of " << x;
+      continue;
+    }
+    const double error = error_of(value, exact);
+    if (error > worst) worst = error, at = x;
+  }
+  EXPECT_LE(worst, limit) << name << " of " << sizeof(T) << " bytes at " << at;
+}
+
+template <class Function>
+void expect_errors_without_subnormals(const char* name, Reference reference, double limit) {
+  expect_error_without_subnormals<Function, double>(name, reference, limit);
+  expect_error_without_subnormals<Function, float>(name, reference, limit);
+}
+
+TEST(Elementary, ErrorsInTheLastPlaceWithoutSubnormals) {
+  expect_errors_without_subnormals<elementary::Sin>("sin", std::sin, 0.9);
+  expect_errors_without_subnormals<elementary::Cos>("cos", std::cos, 0.9);
+  expect_errors_without_subnormals<elementary::Tan>("tan", std::tan, 2.2);
+  expect_errors_without_subnormals<elementary::Asin>("asin", std::asin, 2.0);
+  expect_errors_without_subnormals<elementary::Acos>("acos", std::acos, 2.0);
+  expect_errors_without_subnormals<elementary::Atan>("atan", std::atan, 2.0);
+  expect_errors_without_subnormals<elementary::Exp>("exp", std::exp, 1.0);
+  expect_errors_without_subnormals<elementary::Log>("log", std::log, 0.8);
+  expect_errors_without_subnormals<elementary::Tanh>("tanh", std::tanh, 1.4);
+  expect_errors_without_subnormals<elementary::Sinh>("sinh", std::sinh, 1.8);
+  expect_errors_without_subnormals<elementary::Cosh>("cosh", std::cosh, 1.9);
 }
 
 TEST(Elementary, ErrorsOfPowersInTheLastPlace) {

@@ -2,7 +2,6 @@
 #include "driver/data_set.h"
 
 #include <fmt/format.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <numeric>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/team.h"
 #include "driver/cpu_time.h"
 #include "driver/data.h"
 #include "driver/evaluation_log.h"
@@ -208,17 +208,15 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
   for (int run = 0; run < set_.runs; ++run) {
     if (!is_done(run)) wanted.push_back(run);
   }
-  const auto count = static_cast<std::int64_t>(wanted.size());
   Making all{&take, set_.runs};
-#pragma omp parallel for schedule(dynamic, 1) num_threads(std::max(options_.threads, 1))
-  for (std::int64_t i = 0; i < count; ++i) make_run(wanted[static_cast<std::size_t>(i)], all);
+  Team(options_.threads).run(static_cast<std::int64_t>(wanted.size()), [&](std::int64_t i, int) { make_run(wanted[static_cast<std::size_t>(i)], all); });
   for (const Diagnostic& each : all.why) {
     if (each.kind->severity == Severity::error) sink.report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message)}, each.hint);
   }
   return all.first_failed == set_.runs && (options_.stop == nullptr || !options_.stop->load());
 }
 
-/// Nothing is thrown out of it: that would end the process, as threads of OpenMP call it.
+/// What goes wrong is of one run: nothing is thrown.
 void DataSetMaker::make_run(int run, Making& all) const {
   DiagnosticSink own;
   std::unique_ptr<Session> session;

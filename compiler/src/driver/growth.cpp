@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/growth.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/random.h"
+#include "dpde/runtime/team.h"
 #include "driver/beside.h"
 #include "driver/session.h"
 
@@ -142,18 +140,9 @@ std::vector<double> GrowthScene::rates(const Trajectories& on, int steps, const 
   std::deque<Tangent> tangents;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t) tangents.emplace_back(source_, compiled_, on, steps, values, options);
   std::vector<double> rates(on.runs.size());
-  std::vector<std::exception_ptr> errors(on.runs.size());
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(tangents.size()))
-  for (std::int64_t run = 0; run < runs; ++run) {
-    try {
-      rates[static_cast<std::size_t>(run)] = tangents[static_cast<std::size_t>(omp_get_thread_num())].rate(static_cast<int>(run));
-    } catch (...) {
-      errors[static_cast<std::size_t>(run)] = std::current_exception();
-    }
-  }
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+  Team(static_cast<int>(tangents.size())).run(runs, [&](std::int64_t run, int thread) {
+    rates[static_cast<std::size_t>(run)] = tangents[static_cast<std::size_t>(thread)].rate(static_cast<int>(run));
+  });
   return rates;
 }
 

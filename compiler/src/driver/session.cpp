@@ -152,7 +152,7 @@ RolloutSetup Session::setup() {
   setup.dt = problem().step;
   setup.rate = compiled_->program(problem().scene + "_rate");
   if (setup.rate != nullptr) setup.courant = problem().courant;
-  setup.threads = options_.threads;
+  setup.threads = workspace_->team();
   setup.checkpoint_bytes = options_.checkpoint_bytes;
   setup.slots = options_.slots;
   setup.checkpoint_folder = options_.checkpoint_folder;

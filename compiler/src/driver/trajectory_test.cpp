@@ -3,13 +3,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
 
+#include "dpde/runtime/team.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -25,18 +24,9 @@ Runs over_runs(const TrainingScene& scene, const Trajectories& on, const Unknown
   std::deque<Roller> rollers;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t) rollers.emplace_back(scene, on, x, options);
   Runs values(on.runs.size());
-  std::vector<std::exception_ptr> errors(on.runs.size());
-#pragma omp parallel for schedule(static, 1) num_threads(static_cast<int>(rollers.size()))
-  for (std::int64_t run = 0; run < runs; ++run) {
-    try {
-      values[static_cast<std::size_t>(run)] = visit(rollers[static_cast<std::size_t>(omp_get_thread_num())], static_cast<int>(run));
-    } catch (...) {
-      errors[static_cast<std::size_t>(run)] = std::current_exception();
-    }
-  }
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+  Team(static_cast<int>(rollers.size())).run(runs, [&](std::int64_t run, int thread) {
+    values[static_cast<std::size_t>(run)] = visit(rollers[static_cast<std::size_t>(thread)], static_cast<int>(run));
+  });
   return values;
 }
 

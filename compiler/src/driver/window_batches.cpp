@@ -2,11 +2,8 @@
 #include "driver/window_batches.h"
 
 #include <fmt/format.h>
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
-#include <exception>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/random.h"
@@ -35,6 +32,7 @@ WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_
   scene_.losses = losses_.data();
   scene_.data = data_.data();
   const int threads = std::clamp(options.threads, 1, std::max(largest_batch, 1));
+  team_ = Team(threads);
   SimulationOptions each;
   each.checkpoint_bytes = budget_of_states({threads, options.checkpoint_bytes, ""}) / threads;
   if (!options.stores_states) each.slots = 1;
@@ -84,24 +82,13 @@ void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, cons
 }
 
 void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, std::size_t first, const Work& work) {
-  std::vector<std::exception_ptr> errors(windows.size());
-  {
-    const Stopwatch whole(is_timed_ ? &region_ : nullptr);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(simulations_.size()))
-    for (std::int64_t i = 0; i < static_cast<std::int64_t>(windows.size()); ++i) {
-      const auto number = static_cast<std::size_t>(i), thread = static_cast<std::size_t>(omp_get_thread_num());
-      const Stopwatch busy(is_timed_ ? &busy_[thread] : nullptr);
-      try {
-        begin(simulations_[thread], x, windows[number], noise, first + number);
-        work(simulations_[thread], number);
-      } catch (...) {
-        errors[number] = std::current_exception();
-      }
-    }
-  }
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+  const Stopwatch whole(is_timed_ ? &region_ : nullptr);
+  team_.run(static_cast<std::int64_t>(windows.size()), [&](std::int64_t i, int t) {
+    const auto number = static_cast<std::size_t>(i), thread = static_cast<std::size_t>(t);
+    const Stopwatch busy(is_timed_ ? &busy_[thread] : nullptr);
+    begin(simulations_[thread], x, windows[number], noise, first + number);
+    work(simulations_[thread], number);
+  });
 }
 
 /// Many windows go some at a time, so that not all their gradients are there at once.

@@ -14,6 +14,7 @@
 
 #include "dpde/runtime/optimise.h"
 #include "dpde/runtime/simulation.h"
+#include "dpde/runtime/team.h"
 #include "driver/scene_table.h"
 #include "driver/trajectories.h"
 
@@ -127,6 +128,7 @@ class WindowBatches {
   std::deque<GradientSeconds> seconds_;  // one a thread, as the others
   std::vector<double> busy_;
   double region_ = 0;  // of the parallel regions
+  Team team_;
   std::deque<Simulation> simulations_;
   std::vector<Eigen::VectorXd> gradients_;
 };

@@ -41,7 +41,7 @@ std::int64_t coordinate(const Cell& cell, std::size_t axis) { return axis == 0 ?
 
 Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells,
                      int threads)
-    : axes_(axes_with(problem.axes, cells)), layout_(layout_for(axes_, code)), threads_(threads),
+    : axes_(axes_with(problem.axes, cells)), layout_(layout_for(axes_, code)), team_(threads),
       cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))), noises_(problem.noises()), t_begin_(problem.t_begin), step_(problem.step) {
   for (const model::Parameter& param : problem.params) params_[param.name] = param.value;
   for (const model::Control& control : problem.controls) set_control(control.name, control.every, control.values);
@@ -173,7 +173,7 @@ double Workspace::param_at(const std::string& name, double t) const {
 
 const Executor& Workspace::execute(const dpde_program& program, double t, const std::map<std::string, void*>& bound) {
   std::unique_ptr<Executor>& executor = executors_[&program];
-  if (!executor) executor = std::make_unique<Executor>(program, layout_, threads_);
+  if (!executor) executor = std::make_unique<Executor>(program, layout_, team_);
   for (int f = 0; f < program.field_count; ++f) {
     const auto given = bound.find(program.fields[f]);
     const ControlField* control = find_control_field(program.fields[f]);

@@ -14,6 +14,7 @@
 #include "dpde/runtime/executor.h"
 #include "dpde/runtime/field.h"
 #include "dpde/runtime/rollout.h"
+#include "dpde/runtime/team.h"
 #include "model/model.h"
 
 namespace dpde::driver {
@@ -28,7 +29,8 @@ class Workspace {
   const dpde_layout& layout() const { return layout_; }
   /// The grid's axes, `cells` applied.
   const std::vector<model::Axis>& axes() const { return axes_; }
-  int threads() const { return threads_; }
+  /// For all that runs its programs, one after the other.
+  const Team& team() const { return team_; }
   std::size_t cell_count() const { return cell_count_; }
   /// Shape of arrays in files: (nz, ny, nx) without the axes that are not there.
   std::vector<std::int64_t> shape() const;
@@ -86,7 +88,7 @@ class Workspace {
 
   std::vector<model::Axis> axes_;
   dpde_layout layout_;
-  int threads_;
+  Team team_;
   std::size_t cell_count_;
   std::map<std::string, std::unique_ptr<Field>> fields_;
   std::map<std::string, double> params_;

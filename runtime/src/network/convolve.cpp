@@ -51,7 +51,7 @@ void pack(const Product& product, const double* weights, Real* packed) {
 }
 
 template <class Real>
-void convolve(int threads, const Product& product, const Real* packed, const View<Real>& source, const Target<Real>& target, const Range& range,
+void convolve(const Team& team, const Product& product, const Real* packed, const View<Real>& source, const Target<Real>& target, const Range& range,
               const Ends<Real>& ends) {
   const Shape &from = *source.shape, &to = *target.result.shape;
   ConvolveCall<Real> call{};
@@ -83,11 +83,11 @@ void convolve(int threads, const Product& product, const Real* packed, const Vie
   const int64_t rows = range.cells[1] * range.cells[2], cost = cost_of<Real>(product, rows * range.cells[0]);
   const Kernels<Real>& code = kernels<Real>();
   if (rows > 1) {
-    parallel_pieces(threads, rows, 1, cost, [&](int64_t begin, int64_t end) { code.convolve(call, begin, end); });
+    parallel_pieces(team, rows, 1, cost, [&](int64_t begin, int64_t end) { code.convolve(call, begin, end); });
     return;
   }
   constexpr int64_t whole_lines = 48 * 16;
-  parallel_pieces(threads, range.cells[0], whole_lines, cost, [&](int64_t begin, int64_t end) {
+  parallel_pieces(team, range.cells[0], whole_lines, cost, [&](int64_t begin, int64_t end) {
     ConvolveCall<Real> part = call;
     part.first_x += begin;
     part.output += begin;
@@ -98,7 +98,7 @@ void convolve(int threads, const Product& product, const Real* packed, const Vie
 }
 
 template <class Real>
-void add_weight_gradient(int threads, const Product& forward, const View<Real>& source, const View<Real>& seeds, double* bars) {
+void add_weight_gradient(const Team& team, const Product& forward, const View<Real>& source, const View<Real>& seeds, double* bars) {
   WeightGradientCall<Real> call{};
   const Shape& shape = *seeds.shape;
   call.seeds = seeds.data;
@@ -117,10 +117,10 @@ void add_weight_gradient(int threads, const Product& forward, const View<Real>& 
   // Each piece reads all seeds or all values once more: as few as keep the threads busy.
   constexpr int64_t least_terms = 24, pieces_per_thread = 2;
   const auto blocks = static_cast<int64_t>(forward.blocks.size());
-  const int64_t wanted = threads > 1 ? threads * pieces_per_thread : 1;
+  const int64_t wanted = team.threads() > 1 ? team.threads() * pieces_per_thread : 1;
   const int64_t pieces = std::clamp<int64_t>(call.terms / least_terms, 1, wanted), groups = std::clamp<int64_t>(wanted / pieces, 1, blocks);
   const Kernels<Real>& code = kernels<Real>();
-  parallel(threads, pieces * groups, cost_of<Real>(forward, call.rows * call.cells), [&](int64_t task) {
+  parallel(team, pieces * groups, cost_of<Real>(forward, call.rows * call.cells), [&](int64_t task) {
     const int64_t piece = task % pieces, group = task / pieces;
     const Block* const first = forward.blocks.data();
     code.weight_gradient(call, first + blocks * group / groups, first + blocks * (group + 1) / groups, call.terms * piece / pieces,
@@ -129,9 +129,9 @@ void add_weight_gradient(int threads, const Product& forward, const View<Real>& 
 }
 
 template <class Real>
-void make_phases(int threads, const Convolution& convolution, const View<Real>& input, const View<Real>& phases) {
+void make_phases(const Team& team, const Convolution& convolution, const View<Real>& input, const View<Real>& phases) {
   const Shape &from = *input.shape, &to = convolution.phases;
-  parallel(threads, from.channels, to.channels * to.rows() * to.cells[0], [&](int64_t channel) {
+  parallel(team, from.channels, to.channels * to.rows() * to.cells[0], [&](int64_t channel) {
     for_each_phase(convolution, [&](const Axes& phase) {
       Real* const plane = phases.plane(channel * convolution.phase_count + phase_index(convolution, phase));
       for_each_phase_row(convolution, phase, [&](int64_t place, int64_t y, int64_t z, const std::vector<int64_t>& along_x) {
@@ -146,10 +146,10 @@ void make_phases(int threads, const Convolution& convolution, const View<Real>& 
 }
 
 template <class Real>
-void add_phases_adjoint(int threads, const Convolution& convolution, const View<Real>& phases_bar, const View<Real>& input_bar) {
+void add_phases_adjoint(const Team& team, const Convolution& convolution, const View<Real>& phases_bar, const View<Real>& input_bar) {
   const Shape& to = *input_bar.shape;
   const Shape& from = convolution.phases;
-  parallel(threads, to.channels, from.channels * from.rows() * from.cells[0], [&](int64_t channel) {
+  parallel(team, to.channels, from.channels * from.rows() * from.cells[0], [&](int64_t channel) {
     for_each_phase(convolution, [&](const Axes& phase) {
       const Real* const plane = phases_bar.plane(channel * convolution.phase_count + phase_index(convolution, phase));
       for_each_phase_row(convolution, phase, [&](int64_t place, int64_t y, int64_t z, const std::vector<int64_t>& along_x) {
@@ -166,13 +166,13 @@ void add_phases_adjoint(int threads, const Convolution& convolution, const View<
 
 template void pack(const Product&, const double*, float*);
 template void pack(const Product&, const double*, double*);
-template void convolve(int, const Product&, const float*, const View<float>&, const Target<float>&, const Range&, const Ends<float>&);
-template void convolve(int, const Product&, const double*, const View<double>&, const Target<double>&, const Range&, const Ends<double>&);
-template void add_weight_gradient(int, const Product&, const View<float>&, const View<float>&, double*);
-template void add_weight_gradient(int, const Product&, const View<double>&, const View<double>&, double*);
-template void make_phases(int, const Convolution&, const View<float>&, const View<float>&);
-template void make_phases(int, const Convolution&, const View<double>&, const View<double>&);
-template void add_phases_adjoint(int, const Convolution&, const View<float>&, const View<float>&);
-template void add_phases_adjoint(int, const Convolution&, const View<double>&, const View<double>&);
+template void convolve(const Team&, const Product&, const float*, const View<float>&, const Target<float>&, const Range&, const Ends<float>&);
+template void convolve(const Team&, const Product&, const double*, const View<double>&, const Target<double>&, const Range&, const Ends<double>&);
+template void add_weight_gradient(const Team&, const Product&, const View<float>&, const View<float>&, double*);
+template void add_weight_gradient(const Team&, const Product&, const View<double>&, const View<double>&, double*);
+template void make_phases(const Team&, const Convolution&, const View<float>&, const View<float>&);
+template void make_phases(const Team&, const Convolution&, const View<double>&, const View<double>&);
+template void add_phases_adjoint(const Team&, const Convolution&, const View<float>&, const View<float>&);
+template void add_phases_adjoint(const Team&, const Convolution&, const View<double>&, const View<double>&);
 
 }  // namespace dpde::nn

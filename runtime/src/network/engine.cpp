@@ -29,7 +29,7 @@ void for_each_piece(const Ports& ports, Field* field, const Shape& shape, Real* 
 }  // namespace
 
 template <class Real>
-Engine<Real>::Engine(const Plan& plan, int threads) : plan_(plan), threads_(threads), kernels_(kernels<Real>()) {
+Engine<Real>::Engine(const Plan& plan, const Team& team) : plan_(plan), team_(team), kernels_(kernels<Real>()) {
   const size_t count = plan_.values.size();
   places_.resize(count);
   roots_.resize(count);
@@ -134,7 +134,7 @@ template <class Real>
 void Engine<Real>::load(const Ports& ports, void* const* fields, const View<Real>& view) {
   const Shape& shape = *view.shape;
   const int64_t cells = shape.rows() * shape.cells[0];
-  parallel(threads_, shape.channels, shape.channels * cells / 4, [&](int64_t channel) {
+  parallel(team_, shape.channels, shape.channels * cells / 4, [&](int64_t channel) {
     Real* const plane = view.plane(channel);
     void* const field = fields ? fields[channel] : nullptr;
     if (field == nullptr || ports.count < cells) {
@@ -152,7 +152,7 @@ void Engine<Real>::load(const Ports& ports, void* const* fields, const View<Real
 template <class Real>
 void Engine<Real>::store(const Ports& ports, const View<Real>& view, void* const* fields) {
   const Shape& shape = *view.shape;
-  parallel(threads_, shape.channels, shape.channels * shape.rows() * shape.cells[0] / 4, [&](int64_t channel) {
+  parallel(team_, shape.channels, shape.channels * shape.rows() * shape.cells[0] / 4, [&](int64_t channel) {
     if (fields[channel] == nullptr) return;
     with_field(ports.layout->real, fields[channel], [&](auto* base) {
       for_each_piece(ports, base, shape, view.plane(channel), [](auto* to, const Real* from, int64_t count) {
@@ -168,7 +168,7 @@ void Engine<Real>::finish(size_t value, const View<Real>& view) {
   if (!margin_read_[value]) return;
   const Shape& shape = *view.shape;
   const int64_t margins = shape.plane - shape.rows() * shape.cells[0];
-  parallel(threads_, shape.channels, shape.channels * margins / 4, [&](int64_t channel) { fill_margin(shape, view.plane(channel)); });
+  parallel(team_, shape.channels, shape.channels * margins / 4, [&](int64_t channel) { fill_margin(shape, view.plane(channel)); });
 }
 
 template <class Real>
@@ -224,7 +224,7 @@ template <class Real>
 View<Real> Engine<Real>::read_by(const Step& step, const View<Real>& input) {
   if (!step.convolution.phased) return input;
   const View<Real> phases{phases_ + step.convolution.phases.origin, &step.convolution.phases};
-  make_phases(threads_, step.convolution, input, phases);
+  make_phases(team_, step.convolution, input, phases);
   return phases;
 }
 
@@ -247,7 +247,7 @@ void Engine<Real>::run_convolution(size_t k, bool keep) {
     }
   }
   const View<Real> source = read_by(step, value_view(static_cast<size_t>(step.layer.input)));
-  convolve(threads_, step.convolution.forward, packed_[k].forward, source, {value_view(result)}, whole(plan_.values[k + 1]), ends);
+  convolve(team_, step.convolution.forward, packed_[k].forward, source, {value_view(result)}, whole(plan_.values[k + 1]), ends);
   finish(result, value_view(result));
 }
 
@@ -258,24 +258,24 @@ void Engine<Real>::run_layer(const Step& step, const View<Real>& input, const Vi
   const int64_t channels = input.shape->channels, cells = input.shape->cells[0];
   switch (layer.kind) {
     case DPDE_ACTIVATE:
-      return for_each_row_of(threads_, *input.shape, 4, [&](int64_t channel, int64_t row) {
+      return for_each_row_of(team_, *input.shape, 4, [&](int64_t channel, int64_t row) {
         kernels_.activate(layer.activation, factor, input.row(channel, row), result.row(channel, row), cells);
       });
     case DPDE_SCALE:
     case DPDE_ADD:
-      return for_each_row_of(threads_, *input.shape, 1, [&](int64_t channel, int64_t row) {
+      return for_each_row_of(team_, *input.shape, 1, [&](int64_t channel, int64_t row) {
         Real* const to = result.row(channel, row);
         kernels_.scale(layer.kind == DPDE_SCALE ? factor : Real(1), input.row(channel, row), to, false, cells);
         if (layer.kind == DPDE_ADD) kernels_.scale(1, other.row(channel, row), to, true, cells);
       });
     case DPDE_CONCAT:
-      copy_channels(threads_, input, 0, result, 0, channels, false);
-      return copy_channels(threads_, other, 0, result, channels, other.shape->channels, false);
-    case DPDE_MEAN_POOL: return mean_pool(threads_, layer.stride, input, result);
-    case DPDE_MAX_POOL: return max_pool(threads_, layer.stride, input, input, result);
-    case DPDE_UPSAMPLE: return upsample(threads_, layer.stride, input, result);
-    case DPDE_REORIENT: return reorient(threads_, step, input, result);
-    default: return fix_sum(threads_, factor, input, result, false);
+      copy_channels(team_, input, 0, result, 0, channels, false);
+      return copy_channels(team_, other, 0, result, channels, other.shape->channels, false);
+    case DPDE_MEAN_POOL: return mean_pool(team_, layer.stride, input, result);
+    case DPDE_MAX_POOL: return max_pool(team_, layer.stride, input, input, result);
+    case DPDE_UPSAMPLE: return upsample(team_, layer.stride, input, result);
+    case DPDE_REORIENT: return reorient(team_, step, input, result);
+    default: return fix_sum(team_, factor, input, result, false);
   }
 }
 

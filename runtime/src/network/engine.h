@@ -22,7 +22,7 @@ struct Ports {
 template <class Real>
 class Engine {
  public:
-  Engine(const Plan& plan, int threads);
+  Engine(const Plan& plan, const Team& team);
 
   /// False when they are those that are there.
   bool set_weights(const double* weights);
@@ -87,7 +87,7 @@ class Engine {
   View<Real> added_to(size_t value);
 
   Plan plan_;
-  int threads_;
+  Team team_;
   const Kernels<Real>& kernels_;
   std::vector<int64_t> places_;  // of cell (0, 0, 0) of each value behind the first byte of all of them
   std::vector<Real*> roots_;     // memory that rates and adjoints share

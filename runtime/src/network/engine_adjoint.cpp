@@ -36,7 +36,7 @@ void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const*
     if (plan_.steps[k].live && needed_[k + 1] && written_[k + 1]) adjoint_step(k, weight_bars);
   }
   if (input_bars == nullptr || !needed_[0]) return;
-  if (!written_[0]) clear_cells(threads_, adjoint_view(0));
+  if (!written_[0]) clear_cells(team_, adjoint_view(0));
   store(ports, adjoint_view(0), input_bars);
 }
 
@@ -67,7 +67,7 @@ bool Engine<Real>::begin_adjoint(size_t value) {
 template <class Real>
 View<Real> Engine<Real>::added_to(size_t value) {
   const View<Real> view = adjoint_view(value);
-  if (!begin_adjoint(value)) clear_cells(threads_, view);
+  if (!begin_adjoint(value)) clear_cells(team_, view);
   return view;
 }
 
@@ -89,11 +89,11 @@ void Engine<Real>::adjoint_convolution(size_t k, double* weight_bars) {
   const Step& step = plan_.steps[k];
   const View<Real> seeds = adjoint_view(k + 1);
   const int64_t margins = seeds.shape->plane * seeds.shape->channels / 4;
-  parallel(threads_, seeds.shape->channels, margins, [&](int64_t channel) { clear_margin(*seeds.shape, seeds.plane(channel)); });
+  parallel(team_, seeds.shape->channels, margins, [&](int64_t channel) { clear_margin(*seeds.shape, seeds.plane(channel)); });
   const auto input = static_cast<size_t>(step.layer.input);
   if (weight_bars != nullptr) {
     const View<Real> source = read_by(step, value_view(input));
-    add_weight_gradient(threads_, step.convolution.forward, source, seeds, weight_bars + step.layer.weights);
+    add_weight_gradient(team_, step.convolution.forward, source, seeds, weight_bars + step.layer.weights);
     if (step.layer.bias >= 0) add_bias_gradient(step, seeds, weight_bars);
   }
   if (!needed_[input]) return;
@@ -104,7 +104,7 @@ void Engine<Real>::adjoint_convolution(size_t k, double* weight_bars) {
 template <class Real>
 void Engine<Real>::add_bias_gradient(const Step& step, const View<Real>& seeds, double* weight_bars) {
   const Shape& shape = *seeds.shape;
-  parallel(threads_, shape.channels, shape.channels * shape.rows() * shape.cells[0] / 10, [&](int64_t channel) {
+  parallel(team_, shape.channels, shape.channels * shape.rows() * shape.cells[0] / 10, [&](int64_t channel) {
     double sum = 0;
     for (int64_t row = 0; row < shape.rows(); ++row) sum += static_cast<double>(kernels_.sum(seeds.row(channel, row), shape.cells[0]));
     weight_bars[step.layer.bias + channel] += sum;
@@ -119,7 +119,7 @@ void Engine<Real>::adjoint_of_input(size_t k) {
   const auto input = static_cast<size_t>(step.layer.input);
   const View<Real> seeds = adjoint_view(k + 1), bars = adjoint_view(input);
   const auto each_channel = [&](const View<Real>& view, const auto& f) {
-    parallel(threads_, view.shape->channels, (view.shape->plane - view.shape->rows() * view.shape->cells[0]) * view.shape->channels / 4, f);
+    parallel(team_, view.shape->channels, (view.shape->plane - view.shape->rows() * view.shape->cells[0]) * view.shape->channels / 4, f);
   };
   each_channel(seeds, [&](int64_t channel) { fill_margin(*seeds.shape, seeds.plane(channel)); });
   const Axes& reach = step.convolution.reach;
@@ -134,7 +134,7 @@ void Engine<Real>::adjoint_of_input(size_t k) {
   Ends<Real> ends;
   if (begin_adjoint(input)) ends.base = bars;
   if (ends.base.data && is_larger) each_channel(bars, [&](int64_t channel) { clear_margin(*bars.shape, bars.plane(channel)); });
-  convolve(threads_, step.convolution.reverse[0], packed_[k].reverse[0], seeds, {bars}, range, ends);
+  convolve(team_, step.convolution.reverse[0], packed_[k].reverse[0], seeds, {bars}, range, ends);
   if (is_larger) each_channel(bars, [&](int64_t channel) { fold_margin(*bars.shape, plan_.padding, reach, bars.plane(channel)); });
 }
 
@@ -149,9 +149,9 @@ void Engine<Real>::adjoint_of_phases(size_t k) {
   }
   for (int64_t phase = 0; phase < convolution.phase_count; ++phase) {
     const auto number = static_cast<size_t>(phase);
-    convolve(threads_, convolution.reverse[number], packed_[k].reverse[number], adjoint_view(k + 1), {phases, phase, convolution.phase_count}, range, {});
+    convolve(team_, convolution.reverse[number], packed_[k].reverse[number], adjoint_view(k + 1), {phases, phase, convolution.phase_count}, range, {});
   }
-  add_phases_adjoint(threads_, convolution, phases, added_to(static_cast<size_t>(plan_.steps[k].layer.input)));
+  add_phases_adjoint(team_, convolution, phases, added_to(static_cast<size_t>(plan_.steps[k].layer.input)));
 }
 
 /// Also that of a scale: both multiply each adjoint.
@@ -166,7 +166,7 @@ void Engine<Real>::adjoint_activation(size_t k) {
   const View<Real> at = value_view(of_result ? k + 1 : input);
   const auto rate = of_result ? kernels_.rate_of_result : kernels_.activation_rate;
   const auto factor = static_cast<Real>(layer.factor);
-  for_each_row_of(threads_, *at.shape, 4, [&](int64_t channel, int64_t row) {
+  for_each_row_of(team_, *at.shape, 4, [&](int64_t channel, int64_t row) {
     Real* const to = bars.row(channel, row);
     const Real* const from = seeds.row(channel, row);
     if (layer.kind == DPDE_SCALE) return kernels_.scale(factor, from, to, add, at.shape->cells[0]);
@@ -186,7 +186,7 @@ void Engine<Real>::adjoint_sum(size_t k) {
     if (number == step.merged) {
       written_[value] = 1;
     } else if (needed_[value]) {
-      copy_channels(threads_, seeds, first, adjoint_view(value), 0, channels, begin_adjoint(value));
+      copy_channels(team_, seeds, first, adjoint_view(value), 0, channels, begin_adjoint(value));
     }
     if (layer.kind == DPDE_CONCAT) first += channels;
   }
@@ -199,11 +199,11 @@ void Engine<Real>::adjoint_pool(size_t k) {
   if (!needed_[input]) return;
   const View<Real> seeds = adjoint_view(k + 1);
   switch (layer.kind) {
-    case DPDE_MEAN_POOL: return add_mean_pool_adjoint(threads_, layer.stride, seeds, added_to(input));
-    case DPDE_MAX_POOL: return add_max_pool_adjoint(threads_, layer.stride, value_view(input), seeds, added_to(input));
-    case DPDE_UPSAMPLE: return add_upsample_adjoint(threads_, layer.stride, seeds, added_to(input));
-    case DPDE_REORIENT: return reorient_back(threads_, plan_.steps[k], seeds, adjoint_view(input), begin_adjoint(input));
-    default: return fix_sum(threads_, Real(0), seeds, adjoint_view(input), begin_adjoint(input));
+    case DPDE_MEAN_POOL: return add_mean_pool_adjoint(team_, layer.stride, seeds, added_to(input));
+    case DPDE_MAX_POOL: return add_max_pool_adjoint(team_, layer.stride, value_view(input), seeds, added_to(input));
+    case DPDE_UPSAMPLE: return add_upsample_adjoint(team_, layer.stride, seeds, added_to(input));
+    case DPDE_REORIENT: return reorient_back(team_, plan_.steps[k], seeds, adjoint_view(input), begin_adjoint(input));
+    default: return fix_sum(team_, Real(0), seeds, adjoint_view(input), begin_adjoint(input));
   }
 }
 

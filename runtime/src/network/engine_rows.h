@@ -9,9 +9,9 @@ namespace dpde::nn {
 
 /// `f(channel, row)` for all rows of a shape; `cost` of a cell in tenths of a nanosecond, about.
 template <class F>
-void for_each_row_of(int threads, const Shape& shape, int64_t cost, const F& f) {
+void for_each_row_of(const Team& team, const Shape& shape, int64_t cost, const F& f) {
   const int64_t rows = shape.rows(), all = shape.channels * rows;
-  parallel_pieces(threads, all, 1, all * shape.cells[0] * cost / 10, [&](int64_t begin, int64_t end) {
+  parallel_pieces(team, all, 1, all * shape.cells[0] * cost / 10, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) f(i / rows, i % rows);
   });
 }

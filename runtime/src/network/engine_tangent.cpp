@@ -33,18 +33,18 @@ void Engine<Real>::rate_step(size_t k, const double* weight_rates) {
       const bool of_result = !plan_.values[input].kept;
       const View<Real> at = value_view(of_result ? k + 1 : input);
       const auto rate = of_result ? kernels_.rate_of_result : kernels_.activation_rate;
-      for_each_row_of(threads_, *at.shape, 4, [&](int64_t channel, int64_t row) {
+      for_each_row_of(team_, *at.shape, 4, [&](int64_t channel, int64_t row) {
         rate(layer.activation, static_cast<Real>(layer.factor), at.row(channel, row), rates.row(channel, row), result.row(channel, row), false,
              at.shape->cells[0]);
       });
       break;
     }
-    case DPDE_MAX_POOL: max_pool(threads_, layer.stride, value_view(input), rates, result); break;
-    case DPDE_FIX_SUM: fix_sum(threads_, Real(0), rates, result, false); break;
+    case DPDE_MAX_POOL: max_pool(team_, layer.stride, value_view(input), rates, result); break;
+    case DPDE_FIX_SUM: fix_sum(team_, Real(0), rates, result, false); break;
     case DPDE_ADD:
       if (step.merged >= 0) {
         const View<Real> other = rate_view(static_cast<size_t>(layer.input == step.merged ? layer.other : layer.input));
-        for_each_row_of(threads_, *other.shape, 1, [&](int64_t channel, int64_t row) {
+        for_each_row_of(team_, *other.shape, 1, [&](int64_t channel, int64_t row) {
           kernels_.scale(1, other.row(channel, row), result.row(channel, row), true, other.shape->cells[0]);
         });
         break;
@@ -63,7 +63,7 @@ void Engine<Real>::rate_convolution(size_t k, const double* weight_rates) {
   const Product& product = step.convolution.forward;
   const Range range = whole(plan_.values[k + 1]);
   const Target<Real> target{rate_view(k + 1)};
-  convolve(threads_, product, packed_[k].forward, read_by(step, rate_view(input)), target, range, {});
+  convolve(team_, product, packed_[k].forward, read_by(step, rate_view(input)), target, range, {});
   if (weight_rates == nullptr) return;
   pack(product, weight_rates, packed_[k].rates);
   Ends<Real> ends;
@@ -73,7 +73,7 @@ void Engine<Real>::rate_convolution(size_t k, const double* weight_rates) {
                    [](double value) { return static_cast<Real>(value); });
     ends.bias = packed_[k].bias_rates;
   }
-  convolve(threads_, product, packed_[k].rates, read_by(step, value_view(input)), target, range, ends);
+  convolve(team_, product, packed_[k].rates, read_by(step, value_view(input)), target, range, ends);
 }
 
 template class Engine<float>;

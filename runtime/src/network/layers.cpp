@@ -101,7 +101,7 @@ void add_pieces(int64_t stride, const Real* __restrict from, int64_t count, Real
 /// `f(row of the result, the cell of the input that its first one is, step from there to the next ones, sign)` for rows of a
 /// DPDE_REORIENT.
 template <class Real, class F>
-void for_each_turned_row(int threads, const Step& step, const View<Real>& input, const View<Real>& result, const F& f) {
+void for_each_turned_row(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result, const F& f) {
   const Shape &from = *input.shape, &to = *result.shape;
   Axes stride{};
   int64_t first = 0;
@@ -112,7 +112,7 @@ void for_each_turned_row(int threads, const Step& step, const View<Real>& input,
     if (source < 0) first += (from.cells[along] - 1) * from.stride[along];
   }
   const int64_t rows = to.rows(), all = to.channels * rows;
-  parallel_pieces(threads, all, 1, all * to.cells[0], [&](int64_t begin, int64_t end) {
+  parallel_pieces(team, all, 1, all * to.cells[0], [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const int64_t channel = i / rows, row = i % rows, source = step.order.empty() ? channel + 1 : step.order[static_cast<size_t>(channel)];
       f(result.row(channel, row), input.plane(std::abs(source) - 1) + first + row % to.cells[1] * stride[1] + row / to.cells[1] * stride[2], stride[0],
@@ -122,16 +122,16 @@ void for_each_turned_row(int threads, const Step& step, const View<Real>& input,
 }
 
 template <class Real, class F>
-void for_each_channel(int threads, const View<Real>& view, const F& f) {
-  parallel(threads, view.shape->channels, view.shape->channels * view.shape->rows() * view.shape->cells[0], f);
+void for_each_channel(const Team& team, const View<Real>& view, const F& f) {
+  parallel(team, view.shape->channels, view.shape->channels * view.shape->rows() * view.shape->cells[0], f);
 }
 
 }  // namespace
 
 template <class Real>
-void copy_channels(int threads, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add) {
+void copy_channels(const Team& team, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add) {
   const int64_t cells = from.shape->cells[0];
-  parallel(threads, count, count * from.shape->rows() * cells / 4, [&](int64_t channel) {
+  parallel(team, count, count * from.shape->rows() * cells / 4, [&](int64_t channel) {
     for (int64_t number = 0; number < from.shape->rows(); ++number) {
       const Real* const source = from.row(first + channel, number);
       Real* const target = to.row(to_first + channel, number);
@@ -145,16 +145,16 @@ void copy_channels(int threads, const View<Real>& from, int64_t first, const Vie
 }
 
 template <class Real>
-void clear_cells(int threads, const View<Real>& view) {
-  for_each_channel(threads, view, [&](int64_t channel) {
+void clear_cells(const Team& team, const View<Real>& view) {
+  for_each_channel(team, view, [&](int64_t channel) {
     for (int64_t number = 0; number < view.shape->rows(); ++number) std::fill_n(view.row(channel, number), view.shape->cells[0], Real(0));
   });
 }
 
 template <class Real>
-void mean_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse) {
+void mean_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse) {
   const int64_t cells = coarse.shape->cells[0], cut = fine.shape->cells[0] - (cells - 1) * stride;
-  for_each_channel(threads, fine, [&](int64_t channel) {
+  for_each_channel(team, fine, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine.shape, *coarse.shape, [&](int64_t row, const RowPool& pool) {
       Real* const to = coarse.plane(channel) + row;
       std::fill_n(to, cells, Real(0));
@@ -167,9 +167,9 @@ void mean_pool(int threads, int64_t stride, const View<Real>& fine, const View<R
 }
 
 template <class Real>
-void add_mean_pool_adjoint(int threads, int64_t stride, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
+void add_mean_pool_adjoint(const Team& team, int64_t stride, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
   const int64_t cells = coarse_bar.shape->cells[0], cut = fine_bar.shape->cells[0] - (cells - 1) * stride;
-  for_each_channel(threads, fine_bar, [&](int64_t channel) {
+  for_each_channel(team, fine_bar, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t row, const RowPool& pool) {
       const Real* const from = coarse_bar.plane(channel) + row;
       const Real share = Real(1) / static_cast<Real>(pool.rows() * stride), last = from[cells - 1] / static_cast<Real>(pool.rows() * cut);
@@ -183,8 +183,8 @@ void add_mean_pool_adjoint(int threads, int64_t stride, const View<Real>& coarse
 }
 
 template <class Real>
-void max_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse) {
-  for_each_channel(threads, fine, [&](int64_t channel) {
+void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse) {
+  for_each_channel(team, fine, [&](int64_t channel) {
     const Real* const from = taken.plane(channel);
     Real* const to = coarse.plane(channel);
     for_each_largest(stride, *fine.shape, *coarse.shape, fine.plane(channel),
@@ -193,8 +193,8 @@ void max_pool(int threads, int64_t stride, const View<Real>& fine, const View<Re
 }
 
 template <class Real>
-void add_max_pool_adjoint(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
-  for_each_channel(threads, fine, [&](int64_t channel) {
+void add_max_pool_adjoint(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
+  for_each_channel(team, fine, [&](int64_t channel) {
     const Real* const from = coarse_bar.plane(channel);
     Real* const to = fine_bar.plane(channel);
     for_each_largest(stride, *fine.shape, *coarse_bar.shape, fine.plane(channel),
@@ -203,8 +203,8 @@ void add_max_pool_adjoint(int threads, int64_t stride, const View<Real>& fine, c
 }
 
 template <class Real>
-void upsample(int threads, int64_t stride, const View<Real>& coarse, const View<Real>& fine) {
-  for_each_channel(threads, fine, [&](int64_t channel) {
+void upsample(const Team& team, int64_t stride, const View<Real>& coarse, const View<Real>& fine) {
+  for_each_channel(team, fine, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine.shape, *coarse.shape, [&](int64_t row, const RowPool& pool) {
       pool.for_each(*fine.shape, [&](int64_t fine_row) {
         spread(stride, coarse.plane(channel) + row, fine.shape->cells[0], fine.plane(channel) + fine_row, [](Real& target, Real value) { target = value; });
@@ -214,8 +214,8 @@ void upsample(int threads, int64_t stride, const View<Real>& coarse, const View<
 }
 
 template <class Real>
-void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_bar, const View<Real>& coarse_bar) {
-  for_each_channel(threads, fine_bar, [&](int64_t channel) {
+void add_upsample_adjoint(const Team& team, int64_t stride, const View<Real>& fine_bar, const View<Real>& coarse_bar) {
+  for_each_channel(team, fine_bar, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t row, const RowPool& pool) {
       pool.for_each(*fine_bar.shape, [&](int64_t fine_row) {
         add_pieces(stride, fine_bar.plane(channel) + fine_row, fine_bar.shape->cells[0], coarse_bar.plane(channel) + row);
@@ -225,10 +225,10 @@ void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_ba
 }
 
 template <class Real>
-void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& results, bool add) {
+void fix_sum(const Team& team, Real sum, const View<Real>& values, const View<Real>& results, bool add) {
   const int64_t channels = values.shape->channels, cells = values.shape->cells[0];
   constexpr int64_t at_once = 64;  // cells
-  parallel(threads, values.shape->rows(), channels * values.shape->rows() * cells / 4, [&](int64_t number) {
+  parallel(team, values.shape->rows(), channels * values.shape->rows() * cells / 4, [&](int64_t number) {
     for (int64_t first = 0; first < cells; first += at_once) {
       const int64_t count = std::min(at_once, cells - first);
       Real corrections[at_once]{};
@@ -247,42 +247,42 @@ void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& 
 }
 
 template <class Real>
-void reorient(int threads, const Step& step, const View<Real>& input, const View<Real>& result) {
+void reorient(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result) {
   const int64_t cells = result.shape->cells[0];
-  for_each_turned_row(threads, step, input, result, [cells](Real* to, const Real* from, int64_t apart, Real sign) {
+  for_each_turned_row(team, step, input, result, [cells](Real* to, const Real* from, int64_t apart, Real sign) {
     for (int64_t x = 0; x < cells; ++x) to[x] = sign * from[x * apart];
   });
 }
 
 template <class Real>
-void reorient_back(int threads, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add) {
+void reorient_back(const Team& team, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add) {
   const int64_t cells = result_bar.shape->cells[0];
-  for_each_turned_row(threads, step, input_bar, result_bar, [cells, add](const Real* from, Real* to, int64_t apart, Real sign) {
+  for_each_turned_row(team, step, input_bar, result_bar, [cells, add](const Real* from, Real* to, int64_t apart, Real sign) {
     for (int64_t x = 0; x < cells; ++x) to[x * apart] = (add ? to[x * apart] : Real(0)) + sign * from[x];
   });
 }
 
-template void copy_channels(int, const View<float>&, int64_t, const View<float>&, int64_t, int64_t, bool);
-template void copy_channels(int, const View<double>&, int64_t, const View<double>&, int64_t, int64_t, bool);
-template void clear_cells(int, const View<float>&);
-template void clear_cells(int, const View<double>&);
-template void mean_pool(int, int64_t, const View<float>&, const View<float>&);
-template void mean_pool(int, int64_t, const View<double>&, const View<double>&);
-template void add_mean_pool_adjoint(int, int64_t, const View<float>&, const View<float>&);
-template void add_mean_pool_adjoint(int, int64_t, const View<double>&, const View<double>&);
-template void max_pool(int, int64_t, const View<float>&, const View<float>&, const View<float>&);
-template void max_pool(int, int64_t, const View<double>&, const View<double>&, const View<double>&);
-template void add_max_pool_adjoint(int, int64_t, const View<float>&, const View<float>&, const View<float>&);
-template void add_max_pool_adjoint(int, int64_t, const View<double>&, const View<double>&, const View<double>&);
-template void upsample(int, int64_t, const View<float>&, const View<float>&);
-template void upsample(int, int64_t, const View<double>&, const View<double>&);
-template void add_upsample_adjoint(int, int64_t, const View<float>&, const View<float>&);
-template void add_upsample_adjoint(int, int64_t, const View<double>&, const View<double>&);
-template void fix_sum(int, float, const View<float>&, const View<float>&, bool);
-template void fix_sum(int, double, const View<double>&, const View<double>&, bool);
-template void reorient(int, const Step&, const View<float>&, const View<float>&);
-template void reorient(int, const Step&, const View<double>&, const View<double>&);
-template void reorient_back(int, const Step&, const View<float>&, const View<float>&, bool);
-template void reorient_back(int, const Step&, const View<double>&, const View<double>&, bool);
+template void copy_channels(const Team&, const View<float>&, int64_t, const View<float>&, int64_t, int64_t, bool);
+template void copy_channels(const Team&, const View<double>&, int64_t, const View<double>&, int64_t, int64_t, bool);
+template void clear_cells(const Team&, const View<float>&);
+template void clear_cells(const Team&, const View<double>&);
+template void mean_pool(const Team&, int64_t, const View<float>&, const View<float>&);
+template void mean_pool(const Team&, int64_t, const View<double>&, const View<double>&);
+template void add_mean_pool_adjoint(const Team&, int64_t, const View<float>&, const View<float>&);
+template void add_mean_pool_adjoint(const Team&, int64_t, const View<double>&, const View<double>&);
+template void max_pool(const Team&, int64_t, const View<float>&, const View<float>&, const View<float>&);
+template void max_pool(const Team&, int64_t, const View<double>&, const View<double>&, const View<double>&);
+template void add_max_pool_adjoint(const Team&, int64_t, const View<float>&, const View<float>&, const View<float>&);
+template void add_max_pool_adjoint(const Team&, int64_t, const View<double>&, const View<double>&, const View<double>&);
+template void upsample(const Team&, int64_t, const View<float>&, const View<float>&);
+template void upsample(const Team&, int64_t, const View<double>&, const View<double>&);
+template void add_upsample_adjoint(const Team&, int64_t, const View<float>&, const View<float>&);
+template void add_upsample_adjoint(const Team&, int64_t, const View<double>&, const View<double>&);
+template void fix_sum(const Team&, float, const View<float>&, const View<float>&, bool);
+template void fix_sum(const Team&, double, const View<double>&, const View<double>&, bool);
+template void reorient(const Team&, const Step&, const View<float>&, const View<float>&);
+template void reorient(const Team&, const Step&, const View<double>&, const View<double>&);
+template void reorient_back(const Team&, const Step&, const View<float>&, const View<float>&, bool);
+template void reorient_back(const Team&, const Step&, const View<double>&, const View<double>&, bool);
 
 }  // namespace dpde::nn

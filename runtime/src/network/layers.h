@@ -9,35 +9,35 @@ namespace dpde::nn {
 
 /// Channels first .. of `from` to (added to) those of `to`.
 template <class Real>
-void copy_channels(int threads, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add);
+void copy_channels(const Team& team, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add);
 
 template <class Real>
-void clear_cells(int threads, const View<Real>& view);
+void clear_cells(const Team& team, const View<Real>& view);
 
 template <class Real>
-void mean_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse);
+void mean_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse);
 template <class Real>
-void add_mean_pool_adjoint(int threads, int64_t stride, const View<Real>& coarse_bar, const View<Real>& fine_bar);
+void add_mean_pool_adjoint(const Team& team, int64_t stride, const View<Real>& coarse_bar, const View<Real>& fine_bar);
 
 /// `taken`: the values of the cells that are the largest of `fine`: `fine` itself, or its rates.
 template <class Real>
-void max_pool(int threads, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse);
+void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse);
 template <class Real>
-void add_max_pool_adjoint(int threads, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar);
+void add_max_pool_adjoint(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar);
 
 template <class Real>
-void upsample(int threads, int64_t stride, const View<Real>& coarse, const View<Real>& fine);
+void upsample(const Team& team, int64_t stride, const View<Real>& coarse, const View<Real>& fine);
 template <class Real>
-void add_upsample_adjoint(int threads, int64_t stride, const View<Real>& fine_bar, const View<Real>& coarse_bar);
+void add_upsample_adjoint(const Team& team, int64_t stride, const View<Real>& fine_bar, const View<Real>& coarse_bar);
 
 /// Also its rate and, being symmetric, its adjoint, with a sum of 0.
 template <class Real>
-void fix_sum(int threads, Real sum, const View<Real>& values, const View<Real>& results, bool add);
+void fix_sum(const Team& team, Real sum, const View<Real>& values, const View<Real>& results, bool add);
 
 /// DPDE_REORIENT, also of rates; and its transpose, from the adjoint of the result to (added to) that of the input.
 template <class Real>
-void reorient(int threads, const Step& step, const View<Real>& input, const View<Real>& result);
+void reorient(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result);
 template <class Real>
-void reorient_back(int threads, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add);
+void reorient_back(const Team& team, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add);
 
 }  // namespace dpde::nn

@@ -20,9 +20,9 @@ class Network::Impl {
   std::shared_ptr<Tapes> tapes_;
 };
 
-Network::Network(const dpde_network& network, const dpde_layout& layout, int threads) {
+Network::Network(const dpde_network& network, const dpde_layout& layout, const Team& team) {
   try {
-    impl_ = std::make_unique<Impl>(nn::make_runner(network, layout, threads));
+    impl_ = std::make_unique<Impl>(nn::make_runner(network, layout, team));
   } catch (const std::bad_alloc&) {
     throw Error(ErrorKind::machine, "there is no memory for the network");
   }

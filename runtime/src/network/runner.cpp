@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runner.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <vector>
 
@@ -16,7 +14,7 @@ namespace {
 template <class Real>
 class WholeGrid final : public Runner {
  public:
-  WholeGrid(const Plan& plan, int threads) : ports_{nullptr, 0, cell_count(plan.layout)}, layout_(plan.layout), engine_(plan, threads) {
+  WholeGrid(const Plan& plan, const Team& team) : ports_{nullptr, 0, cell_count(plan.layout)}, layout_(plan.layout), engine_(plan, team) {
     ports_.layout = &layout_;
   }
   bool set_weights(const double* weights) override { return engine_.set_weights(weights); }
@@ -47,13 +45,14 @@ constexpr int64_t block_cells = 480;  // whole vectors three at a time; some hun
 template <class Real>
 class Blocks final : public Runner {
  public:
-  Blocks(const Plan& block, const dpde_layout& layout, int threads) : layout_(layout) {
+  Blocks(const Plan& block, const dpde_layout& layout, const Team& team) : layout_(layout) {
     constexpr int64_t most_shares = 16;
     blocks_ = (cell_count(layout) + block_cells - 1) / block_cells;
     shares_ = std::min(blocks_, most_shares);
     const bool is_worth = cell_count(layout) * block.network.weight_count >= least_products_for_threads;
-    threads_ = is_worth ? static_cast<int>(std::min<int64_t>(threads, shares_)) : 1;
-    for (int thread = 0; thread < threads_; ++thread) engines_.push_back(std::make_unique<Engine<Real>>(block, 1));
+    if (is_worth) team_ = team;
+    const auto most = static_cast<int>(std::min<int64_t>(team_.threads(), shares_));
+    for (int thread = 0; thread < most; ++thread) engines_.push_back(std::make_unique<Engine<Real>>(block, 1));
     bars_.resize(static_cast<size_t>(shares_ * block.network.weight_count));
     weight_count_ = block.network.weight_count;
   }
@@ -79,28 +78,27 @@ class Blocks final : public Runner {
     }
   }
   int64_t bytes() const override {
-    return static_cast<int64_t>(bars_.size() * sizeof(double)) + threads_ * engines_.front()->bytes();
+    return static_cast<int64_t>(bars_.size() * sizeof(double)) + static_cast<int64_t>(engines_.size()) * engines_.front()->bytes();
   }
 
  private:
   template <class F>
   void for_each_block(const F& f) {
-#pragma omp parallel for num_threads(threads_) schedule(dynamic) if (threads_ > 1)
-    for (int64_t share = 0; share < shares_; ++share) {
-      Engine<Real>& engine = *engines_[threads_ > 1 ? static_cast<size_t>(omp_get_thread_num()) : 0];
+    team_.run(shares_, [&](int64_t share, int thread) {
+      Engine<Real>& engine = *engines_[static_cast<size_t>(thread)];
       const int64_t begin = blocks_ * share / shares_, end = blocks_ * (share + 1) / shares_;
       for (int64_t block = begin; block < end; ++block) {
         const int64_t first = block * block_cells;
         f(engine, {&layout_, first, std::min(block_cells, cell_count(layout_) - first)}, share);
       }
-    }
+    });
   }
 
   dpde_layout layout_;
   std::vector<std::unique_ptr<Engine<Real>>> engines_;
   std::vector<double> bars_;
   int64_t blocks_ = 0, shares_ = 0, weight_count_ = 0;
-  int threads_ = 1;
+  Team team_;
 };
 
 bool has_neighbours(const dpde_network& network) {
@@ -112,21 +110,21 @@ bool has_neighbours(const dpde_network& network) {
 }
 
 template <class Real>
-std::unique_ptr<Runner> make(const dpde_network& network, const dpde_layout& layout, int threads) {
+std::unique_ptr<Runner> make(const dpde_network& network, const dpde_layout& layout, const Team& team) {
   const int64_t widest = kernels<Real>().widest_block;
   const Plan plan = make_plan(network, layout, widest);
-  if (has_neighbours(network) || cell_count(layout) <= block_cells) return std::make_unique<WholeGrid<Real>>(plan, threads);
+  if (has_neighbours(network) || cell_count(layout) <= block_cells) return std::make_unique<WholeGrid<Real>>(plan, team);
   dpde_network block_network = network;
   block_network.rank = 1;
   const int64_t cells[] = {block_cells};
-  return std::make_unique<Blocks<Real>>(make_plan(block_network, make_layout(cells, {}, network.real), widest), layout, threads);
+  return std::make_unique<Blocks<Real>>(make_plan(block_network, make_layout(cells, {}, network.real), widest), layout, team);
 }
 
 }  // namespace
 
-std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, int threads) {
+std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, const Team& team) {
   if (network.is_host != 0) return make_host_runner(network, layout);
-  return with_real(network.real, [&](auto real) { return make<decltype(real)>(network, layout, std::max(threads, 1)); });
+  return with_real(network.real, [&](auto real) { return make<decltype(real)>(network, layout, team); });
 }
 
 }  // namespace dpde::nn

@@ -7,6 +7,7 @@
 #include "dpde/network_abi.h"
 #include "dpde/runtime/layout.h"
 #include "dpde/runtime/tapes.h"
+#include "dpde/runtime/team.h"
 
 namespace dpde::nn {
 
@@ -28,6 +29,6 @@ class Runner {
   virtual void read_tapes(Tapes* /*tapes*/) {}
 };
 
-std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, int threads);
+std::unique_ptr<Runner> make_runner(const dpde_network& network, const dpde_layout& layout, const Team& team);
 
 }  // namespace dpde::nn

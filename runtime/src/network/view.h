@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "dpde/runtime/team.h"
 #include "shape.h"
 
 namespace dpde::nn {
@@ -19,23 +20,19 @@ struct View {
 
 /// `f(i)` for i in 0 .. count-1; threads where `cost` of all, about in nanoseconds, is worth it.
 template <class F>
-void parallel(int threads, int64_t count, int64_t cost, const F& f) {
+void parallel(const Team& team, int64_t count, int64_t cost, const F& f) {
   constexpr int64_t least_cost = 20'000;
-  if (threads > 1 && count > 1 && cost >= least_cost) {
-#pragma omp parallel for num_threads(threads) schedule(dynamic)
-    for (int64_t i = 0; i < count; ++i) f(i);
-    return;
-  }
+  if (cost >= least_cost) return team.run(count, [&](int64_t i, int) { f(i); });
   for (int64_t i = 0; i < count; ++i) f(i);
 }
 
 /// `f(begin, end)` for pieces of 0 .. count-1 that begin at multiples of `step`.
 template <class F>
-void parallel_pieces(int threads, int64_t count, int64_t step, int64_t cost, const F& f) {
+void parallel_pieces(const Team& team, int64_t count, int64_t step, int64_t cost, const F& f) {
   constexpr int64_t pieces_per_thread = 4;
-  const int64_t steps = (count + step - 1) / step, wanted = threads > 1 ? threads * pieces_per_thread : 1;
+  const int64_t steps = (count + step - 1) / step, wanted = team.threads() > 1 ? team.threads() * pieces_per_thread : 1;
   const int64_t pieces = steps < wanted ? steps : wanted, length = pieces > 0 ? (steps + pieces - 1) / pieces * step : 0;
-  parallel(threads, pieces, cost, [&](int64_t piece) {
+  parallel(team, pieces, cost, [&](int64_t piece) {
     const int64_t begin = piece * length, end = begin + length < count ? begin + length : count;
     if (begin < end) f(begin, end);
   });

@@ -6,7 +6,7 @@
 //  - The executor owns no fields: bind() every field of the program (inputs, temporaries and outputs) before run().
 //    The program (and its code) must outlive the executor.
 //
-//   Executor step(program, layout, threads);
+//   Executor step(program, layout, team);
 //   step.bind(step.field_index("u"), u.base()); ...
 //   step.set_param(step.param_index("dt"), 0.01); step.update_uniforms();
 //   step.prepare();   // once: halos of the inputs
@@ -23,6 +23,7 @@
 
 #include "dpde/kernel_abi.h"
 #include "dpde/runtime/clock.h"
+#include "dpde/runtime/team.h"
 
 namespace dpde {
 
@@ -31,7 +32,7 @@ class Network;
 class Executor {
  public:
   /// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout.
-  Executor(const dpde_program& program, const dpde_layout& layout, int threads = 1);
+  Executor(const dpde_program& program, const dpde_layout& layout, const Team& team = 1);
   ~Executor();
   Executor(Executor&&) noexcept;
   Executor& operator=(Executor&&) noexcept;

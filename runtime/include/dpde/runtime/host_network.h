@@ -12,6 +12,7 @@ namespace dpde {
 
 /// All arrays are dense and of doubles: the interior cells of the grid, channel after channel, x fastest; channels as the model
 /// declares them, a vector one an axis. The results are to be set as a whole. What is thrown goes through to who runs the scene.
+/// The functions are called in the floating-point mode of programs: subnormal numbers are 0 (float_mode.h).
 struct HostNetwork {
   using In = std::span<const double>;
   using Out = std::span<double>;

@@ -12,6 +12,7 @@
 #include "dpde/kernel_abi.h"
 #include "dpde/network_abi.h"
 #include "dpde/runtime/tapes.h"
+#include "dpde/runtime/team.h"
 
 namespace dpde {
 
@@ -25,7 +26,7 @@ class Network {
  public:
   /// Weights are 0 until they are set. The network may go away.
   /// @throws Error(input) when the network is broken or does not fit the grid, Error(machine) when there is no memory.
-  Network(const dpde_network& network, const dpde_layout& layout, int threads = 1);
+  Network(const dpde_network& network, const dpde_layout& layout, const Team& team = 1);
   ~Network();
   Network(Network&&) noexcept;
   Network& operator=(Network&&) noexcept;
