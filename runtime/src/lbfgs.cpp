@@ -11,7 +11,8 @@ namespace dpde {
 namespace {
 
 constexpr double sufficient_decrease = 1e-4, curvature = 0.9;
-constexpr int most_trials = 40;
+constexpr int most_trials = 40, most_rounded_trials = 3;
+constexpr double least_growth = 2.5, most_growth = 100;  // of a step that is too short
 constexpr double longest_step = 1e10;
 
 /// A point along the search line: step length, loss, slope (gradient times direction).
@@ -38,7 +39,7 @@ class LineSearch {
   bool run(double first_step) {
     Trial before = start_;
     double step = first_step;
-    for (; trials_ < most_trials && step < longest_step;) {
+    while (goes_on() && step < longest_step) {
       const std::optional<Trial> trial = evaluate(step);
       if (!trial) {  // not finite: shorten towards the last good step
         step = before.step + 0.25 * (step - before.step);
@@ -57,6 +58,7 @@ class LineSearch {
   double loss() const { return best_.loss; }
 
  private:
+  bool goes_on() const { return trials_ < most_trials && rounded_trials_ < most_rounded_trials; }
   bool too_high(const Trial& trial) const { return trial.loss > start_.loss + sufficient_decrease * trial.step * start_.slope; }
   bool accepted(const Trial& trial) const { return !too_high(trial) && std::abs(trial.slope) <= -curvature * start_.slope; }
 
@@ -66,6 +68,7 @@ class LineSearch {
     Trial trial{step, 0, 0};
     if (!minimiser_.evaluate(x_, trial.loss, gradient_)) return std::nullopt;
     trial.slope = gradient_.dot(direction_);
+    if (minimiser_.is_rounding(start_.loss, trial.loss - start_.loss, 0.5 * step * (start_.slope + trial.slope))) ++rounded_trials_;
     if (trial.loss < best_.loss || (accepted(trial) && trial.loss <= best_.loss)) {
       best_ = trial;
       best_x_ = x_;
@@ -76,7 +79,7 @@ class LineSearch {
 
   /// `low` has the smaller loss and a slope that points towards `high`.
   bool zoom(Trial low, Trial high) {
-    while (trials_ < most_trials && std::abs(high.step - low.step) > 1e-16 * std::max(low.step, high.step)) {
+    while (goes_on() && std::abs(high.step - low.step) > 1e-16 * std::max(low.step, high.step)) {
       const std::optional<Trial> trial = evaluate(interpolate(low, high));
       if (!trial) break;
       if (accepted(*trial)) return true;
@@ -95,7 +98,7 @@ class LineSearch {
   const Eigen::VectorXd& direction_;
   Trial start_, best_;
   Eigen::VectorXd x_, gradient_, best_x_, best_gradient_;
-  int trials_ = 0;
+  int trials_ = 0, rounded_trials_ = 0;
 };
 
 using Pair = LbfgsState::Pair;
@@ -120,31 +123,90 @@ void remember(std::deque<Pair>& pairs, size_t memory, Eigen::VectorXd step, Eige
   pairs.push_back({std::move(step), std::move(change), 1 / product});
 }
 
-/// A step along the projection of x + t*direction, t = first, first/2, ...; false when the loss does not fall enough.
-bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first, size_t memory) {
-  Eigen::VectorXd trial_gradient(state.x.size());
-  double step = first;
-  for (int k = 0; k < most_trials; ++k, step /= 2) {
-    Eigen::VectorXd trial = state.x + step * direction;
-    minimiser.bounds.project(trial);
-    const double expected = state.gradient.dot(trial - state.x);
-    if (!(expected < 0)) return false;
-    double trial_loss = 0;
-    if (!minimiser.evaluate(trial, trial_loss, trial_gradient) || trial_loss > state.loss + sufficient_decrease * expected) continue;
-    remember(state.pairs, memory, trial - state.x, trial_gradient - state.gradient);
-    state.x = trial;
-    state.gradient = trial_gradient;
-    state.loss = trial_loss;
+/// A point of the projected path x + t*direction.
+struct PathPoint {
+  Eigen::VectorXd x, gradient;
+  double loss = 0, expected = 0;  // expected: by the slope at the start
+  double slope = 0;               // of what has not met a bound
+};
+
+class PathSearch {
+ public:
+  PathSearch(Minimiser& minimiser, const LbfgsState& from, const Eigen::VectorXd& direction)
+      : minimiser_(minimiser), from_(from), direction_(direction), start_slope_(from.gradient.dot(direction)) {}
+
+  /// Shorter until the loss has fallen enough; from the first step on longer while it falls about as steeply as at the start.
+  bool run(double step) {
+    int rounded = 0;
+    for (int k = 0; k < most_trials && rounded < most_rounded_trials && step < longest_step; ++k) {
+      const bool is_finite = evaluate(step);
+      if (!(trial_.expected < 0)) return found_;
+      const double change = trial_.loss - from_.loss;
+      if (is_finite && minimiser_.is_rounding(from_.loss, change, 0.5 * (from_.gradient + trial_.gradient).dot(trial_.x - from_.x))) ++rounded;
+      if (!is_finite || change > sufficient_decrease * trial_.expected || (found_ && trial_.loss >= best_.loss)) {
+        if (found_) return true;
+        step /= 2;
+        is_shortened_ = true;
+        continue;
+      }
+      best_ = trial_;
+      found_ = true;
+      if (is_shortened_ || !(trial_.slope < curvature * start_slope_)) return true;
+      const double growth = start_slope_ / (start_slope_ - trial_.slope);  // to where the slope vanishes, if it goes on like this
+      step *= growth > 0 && growth < most_growth ? std::max(growth, least_growth) : most_growth;
+    }
+    return found_;
+  }
+  const PathPoint& best() const { return best_; }
+
+ private:
+  bool evaluate(double step) {
+    trial_.x = from_.x + step * direction_;
+    const Eigen::VectorXd beyond = trial_.x;
+    minimiser_.bounds.project(trial_.x);
+    trial_.expected = from_.gradient.dot(trial_.x - from_.x);
+    trial_.gradient.resize(trial_.x.size());
+    if (!(trial_.expected < 0) || !minimiser_.evaluate(trial_.x, trial_.loss, trial_.gradient)) return false;
+    trial_.slope = 0;
+    for (Eigen::Index i = 0; i < beyond.size(); ++i) trial_.slope += trial_.x[i] == beyond[i] ? trial_.gradient[i] * direction_[i] : 0.0;
     return true;
   }
-  return false;
+
+  Minimiser& minimiser_;
+  const LbfgsState& from_;
+  const Eigen::VectorXd& direction_;
+  double start_slope_;
+  PathPoint trial_, best_;
+  bool found_ = false, is_shortened_ = false;
+};
+
+/// False when no step along the projected path lowers the loss enough.
+bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first, size_t memory) {
+  PathSearch search(minimiser, state, direction);
+  if (!search.run(first)) return false;
+  remember(state.pairs, memory, search.best().x - state.x, search.best().gradient - state.gradient);
+  state.x = search.best().x;
+  state.gradient = search.best().gradient;
+  state.loss = search.best().loss;
+  return true;
+}
+
+/// What the pairs say of the components that are free: those at their bounds take no part in the curvature.
+std::deque<Pair> free_part(const std::deque<Pair>& pairs, const Bounds& bounds, const LbfgsState& state) {
+  std::deque<Pair> parts;
+  for (const Pair& pair : pairs) {
+    Eigen::VectorXd step = pair.step, change = pair.change;
+    bounds.keep_free(state.x, state.gradient, step);
+    bounds.keep_free(state.x, state.gradient, change);
+    remember(parts, pairs.size(), std::move(step), std::move(change));
+  }
+  return parts;
 }
 
 bool move_within(Minimiser& minimiser, LbfgsState& state, size_t memory) {
   Eigen::VectorXd free = state.gradient;
   minimiser.bounds.keep_free(state.x, state.gradient, free);
-  Eigen::VectorXd direction = direction_of(state.pairs, free);
-  minimiser.bounds.keep_free(state.x, state.gradient, direction);
+  const Eigen::VectorXd direction = direction_of(free_part(state.pairs, minimiser.bounds, state), free);
   const double careful = std::min(1.0, 1 / free.lpNorm<1>());
   if (search_within(minimiser, state, direction, state.pairs.empty() ? careful : 1.0, memory)) return true;
   state.pairs.clear();
@@ -173,6 +235,12 @@ bool move(const Lbfgs& method, Minimiser& minimiser, LbfgsState& state) {
   return move_along(minimiser, state, -state.gradient, careful, memory);
 }
 
+double free_norm(const Bounds& bounds, const Eigen::VectorXd& x, const Eigen::VectorXd& gradient) {
+  Eigen::VectorXd free = gradient;
+  bounds.keep_free(x, gradient, free);
+  return free.norm();
+}
+
 }  // namespace
 
 bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds) {
@@ -188,13 +256,21 @@ OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::
   state.x = std::move(x);
   bounds.project(state.x);
   const bool finite = minimiser.start(state.x, state.loss, state.gradient);
-  while (minimiser.visit(state.x, state.loss, state.gradient, finite)) {
-    if (move(method, minimiser, state)) {
-      ++minimiser.result.iterations;
-      continue;
+  for (bool is_rounding = false; minimiser.visit(state.x, state.loss, state.gradient, finite);) {
+    if (is_rounding) {
+      minimiser.stop(StopReason::no_progress);
+      break;
     }
-    minimiser.stop(StopReason::no_progress);
-    break;
+    const Eigen::VectorXd x = state.x, gradient = state.gradient;
+    const double loss = state.loss;
+    if (!move(method, minimiser, state)) {
+      minimiser.stop(StopReason::no_progress);
+      break;
+    }
+    ++minimiser.result.iterations;
+    // The gradient still has digits where the loss has none: as long as it falls this goes on.
+    const bool falls = free_norm(bounds, state.x, state.gradient) < 0.5 * free_norm(bounds, x, gradient);
+    is_rounding = !falls && minimiser.is_rounding(state.loss, state.loss - loss, 0.5 * (gradient + state.gradient).dot(state.x - x));
   }
   return std::move(minimiser.result);
 }

@@ -2,7 +2,9 @@
 // Gradient descent and Adam. L-BFGS is in lbfgs.cpp, Newton's method in newton_cg.cpp.
 #include "dpde/runtime/optimise.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "minimiser.h"
 
@@ -39,7 +41,7 @@ bool Minimiser::start(const Eigen::VectorXd& x, double& loss, Eigen::VectorXd& g
   gradient.resize(x.size());
   best_x = result.x = x;
   const bool finite = evaluate(x, loss, gradient);
-  best_loss = result.loss = loss;
+  best_loss = result.loss = first_loss = loss;
   return finite;
 }
 
@@ -63,6 +65,12 @@ bool Minimiser::visit(const Eigen::VectorXd& x, double loss, const Eigen::Vector
   if (norm <= gradient_tolerance) return stop(StopReason::gradient_zero);
   if (result.iterations >= iterations) return stop(StopReason::iterations);
   return true;
+}
+
+bool Minimiser::is_rounding(double loss, double change, double expected) const {
+  constexpr double epsilon = std::numeric_limits<double>::epsilon(), of_residuals = 16 * epsilon;
+  const double level = std::max(4 * epsilon * std::abs(loss), of_residuals * of_residuals * std::abs(first_loss));
+  return std::abs(change) <= level && std::abs(change - expected) > 0.5 * std::abs(change);
 }
 
 bool Minimiser::stop(StopReason reason) {

@@ -67,7 +67,11 @@ OptimiseResult minimise(const GradientDescent& method, const Objective& objectiv
 OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
 /// Limited-memory BFGS with a strong-Wolfe line search; a loss that is not finite during the search shortens the step.
-/// With bounds: on the components that are free, and along the projected path until the loss has fallen enough (Armijo).
+/// With bounds: on the components that are free, along the projected path, shorter until the loss has fallen enough (Armijo) and
+/// longer while it falls as steeply as at the start.
+/// Stops with no_progress where changes of the loss are rounding: below 4 units of its last place, or below (16 units)^2 of
+/// the first loss (what residuals of the first one's size leave of a sum of squares), not what the slopes say, and the
+/// gradient no longer halves.
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
 
