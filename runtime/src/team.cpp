@@ -68,20 +68,24 @@ struct alignas(64) Share {
 };
 
 /// Whether threads pay. Each work is compared with the time that the caller, by the units it did itself, would have needed alone. Where
-/// it took longer and no gain is left from before, nothing is shared for twenty times the loss: that bounds what is lost
-/// to one part in twenty. A gain counts little: a caller that was itself interrupted takes it for one.
+/// it took longer and no gain is left from before, nothing is shared for twenty times the loss, twice as long after each loss that
+/// follows: that bounds what is lost to one part in twenty. A gain counts little: a caller that was itself interrupted takes it for one.
 class Ledger {
  public:
   bool rests(Clock::time_point now) const { return now < until_; }
   void enter(Clock::time_point now, Clock::duration alone, Clock::duration took) {
     gain_ = std::min<Clock::duration>(gain_ + alone - took, most_gain);
+    if (gain_ >= most_gain) rest_ = least_rest;
     if (gain_ >= Clock::duration::zero()) return;
-    until_ = now + 20 * std::max<Clock::duration>(took - alone, microseconds(20));
+    until_ = now + rest_ * std::max<Clock::duration>(took - alone, microseconds(20));
+    rest_ = std::min(2 * rest_, most_rest);
     gain_ = Clock::duration::zero();
   }
 
  private:
   static constexpr auto most_gain = microseconds(500);
+  static constexpr int least_rest = 20, most_rest = 160;
+  int rest_ = least_rest;
   Clock::duration gain_ = microseconds(200);
   Clock::time_point until_{};
 };
