@@ -235,7 +235,9 @@ TEST(NetworkAdjoint, RunsAllocateNothing) {
     for (const test::Named& named : test::networks()) {
       TestNetwork network = named.make(2, {DPDE_PAD_PERIODIC, DPDE_PAD_REPLICATE, 0});
       const Case c(network, {40, 31});
-      Network run = c.make(threads);
+      const Team team(threads);
+      team.run(2, [](std::int64_t, int) {});  // its threads begin with the first work
+      Network run = c.make(team);
       const test::Fields in(c.layout, c.inputs), rates(c.layout, c.rates), seeds(c.layout, c.seeds), out(c.layout, c.seeds.size()), bars(c.layout, c.inputs.size());
       std::vector<double> weight_bars(c.weights.size());
       const long before = test::allocations();

@@ -86,8 +86,8 @@ struct Case {
     for (size_t i = 0; i < weights.size(); ++i) all.emplace_back(weights[i], weight_rates[i]);
     return by_definition(network, dense, all);
   }
-  Network make(int threads = 1) const {
-    Network result(network, layout, threads);
+  Network make(const Team& team = 1) const {
+    Network result(network, layout, team);
     result.set_weights(weights.data());
     return result;
   }

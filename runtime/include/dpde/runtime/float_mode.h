@@ -16,10 +16,11 @@ namespace dpde {
 
 using FloatMode = std::uint64_t;
 
-/// That of this thread.
+/// That of this thread; what its computations have raised is no part of it.
 inline FloatMode float_mode() {
 #if defined(__x86_64__)
-  return _mm_getcsr();
+  constexpr unsigned raised = 0x3f;  // of MXCSR
+  return _mm_getcsr() & ~raised;
 #elif defined(__aarch64__)
   FloatMode mode;
   asm volatile("mrs %0, fpcr" : "=r"(mode));
@@ -31,7 +32,8 @@ inline FloatMode float_mode() {
 
 inline void set_float_mode([[maybe_unused]] FloatMode mode) {
 #if defined(__x86_64__)
-  _mm_setcsr(static_cast<unsigned>(mode));
+  constexpr unsigned raised = 0x3f;
+  _mm_setcsr(static_cast<unsigned>(mode) | (_mm_getcsr() & raised));
 #elif defined(__aarch64__)
   asm volatile("msr fpcr, %0" : : "r"(mode) : "memory");
 #endif
