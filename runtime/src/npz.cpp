@@ -31,7 +31,7 @@ uint32_t number_at(std::string_view bytes, std::size_t at, int count) {
 }
 
 void append(std::string& bytes, uint64_t number, int count) {
-  for (int i = 0; i < count; ++i) bytes += static_cast<char>(number >> (8 * i) & 0xff);
+  for (int i = 0; i < count; ++i) bytes += static_cast<char>(i < 8 ? number >> (8 * i) & 0xff : 0);
 }
 
 std::array<uint32_t, 256> crc_table() {
@@ -81,18 +81,33 @@ std::string_view content_of(std::string_view bytes, const Entry& entry, const st
   if (entry.begin > bytes.size() || bytes.size() - entry.begin < local_bytes || bytes.substr(entry.begin, 4) != local_mark) fail(file, fmt::format("{} is not where the list says", entry.name));
   const std::size_t start = local_bytes + number_at(bytes, entry.begin + 26, 2) + number_at(bytes, entry.begin + 28, 2);
   if (bytes.size() - entry.begin < start || bytes.size() - entry.begin - start < entry.size) fail(file, fmt::format("{} is cut off", entry.name));
-  const std::string_view content = bytes.substr(entry.begin + start, entry.size);
-  if (crc_of(content) != entry.crc) fail(file, fmt::format("{} is damaged: its checksum is another one", entry.name));
-  return content;
+  return bytes.substr(entry.begin + start, entry.size);
+}
+
+/// No byte belongs to two entries, so that arrays take no more memory than the file gives reason for.
+void check_bytes_are_used_once(const std::vector<Entry>& entries, std::vector<std::string_view> contents, const std::string& file) {
+  std::ranges::sort(contents, {}, [](std::string_view content) { return content.data(); });
+  for (std::size_t i = 1; i < contents.size(); ++i) {
+    if (contents[i - 1].data() + contents[i - 1].size() <= contents[i].data()) continue;
+    fail(file, fmt::format("some of its {} entries share their bytes", entries.size()));
+  }
 }
 
 }  // namespace
 
 std::vector<NamedArray> parse_npz(std::string_view bytes, const std::string& name) {
   std::vector<NamedArray> arrays;
-  for (const Entry& entry : entries_of(bytes, name)) {
+  const std::vector<Entry> entries = entries_of(bytes, name);
+  std::vector<std::string_view> contents;
+  for (const Entry& entry : entries) {
     if (!entry.name.ends_with(".npy")) fail(name, fmt::format("it holds {}, which is no .npy", entry.name.substr(0, 80)));
-    NpyArray array = parse_npy(content_of(bytes, entry, name), fmt::format("{} in {}", entry.name, name));
+    contents.push_back(content_of(bytes, entry, name));
+  }
+  check_bytes_are_used_once(entries, contents, name);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Entry& entry = entries[i];
+    if (crc_of(contents[i]) != entry.crc) fail(name, fmt::format("{} is damaged: its checksum is another one", entry.name));
+    NpyArray array = parse_npy(contents[i], fmt::format("{} in {}", entry.name, name));
     arrays.push_back({entry.name.substr(0, entry.name.size() - 4), std::move(array.shape), std::move(array.values)});
   }
   return arrays;

@@ -111,7 +111,7 @@ class HeaderReader : public HeaderText {
 template <class Number>
 std::vector<double> numbers(std::string_view data) {
   std::vector<Number> raw(data.size() / sizeof(Number));
-  std::memcpy(raw.data(), data.data(), data.size());
+  if (!data.empty()) std::memcpy(raw.data(), data.data(), data.size());
   return {raw.begin(), raw.end()};
 }
 
@@ -164,8 +164,8 @@ std::vector<NamedArray> parse_safetensors(std::string_view bytes, const std::str
   const std::string_view data = bytes.substr(length_bytes + length);
   std::vector<NamedArray> arrays;
   const auto entries = reader.read();
+  check_bytes_are_used_once(reader, entries, data.size());  // before memory is taken for what each says it has
   for (const auto& [key, entry] : entries) arrays.push_back(array_of(reader, key, entry, data));
-  check_bytes_are_used_once(reader, entries, data.size());
   return arrays;
 }
 

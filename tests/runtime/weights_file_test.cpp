@@ -3,6 +3,7 @@
 #include "dpde/runtime/weights_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <array>
 #include <bit>
@@ -127,6 +128,36 @@ TEST(WeightsFile, NpzThatAreNone) {
       });
     }
   }
+}
+
+/// A list of `count` entries that all name the one array of the archive.
+std::string npz_of_one_array_many_times(const std::string& good, int count) {
+  const std::size_t list = good.find("PK\x01\x02"), end = good.find("PK\x05\x06");
+  std::string entries;
+  for (int i = 0; i < count; ++i) entries += good.substr(list, end - list);
+  return good.substr(0, list) + entries + "PK\x05\x06" + little(0, 4) + little(static_cast<uint64_t>(count), 2) + little(static_cast<uint64_t>(count), 2) +
+         little(entries.size(), 4) + little(list, 4) + little(0, 2);
+}
+
+TEST(WeightsFile, NpzEntriesShareNoBytes) {
+  const std::string npy = compose_npy(std::vector<int64_t>{2}, std::vector<double>{1, 2}), good = zip_of("a.npy", npy, 0xbfaa5b64);
+  EXPECT_EQ(message_of(npz_of_one_array_many_times(good, 1), "w.npz"), "");
+  EXPECT_EQ(message_of(npz_of_one_array_many_times(good, 3), "w.npz"), "w.npz is not a usable .npz file: some of its 3 entries share their bytes");
+}
+
+/// The sharing is found before the arrays are made: 4000 of 64 KiB would take 256 MiB.
+TEST(WeightsFile, SafetensorsThatShareBytesTakeNoMemory) {
+  std::string header = "{";
+  for (int i = 0; i < 4000; ++i) header += (i > 0 ? "," : "") + ("\"n" + std::to_string(i)) + R"(":{"dtype":"F64","shape":[8192],"data_offsets":[0,65536]})";
+  const std::string bytes = safetensors(header + "}", std::string(65536, '\0'));
+  const auto peak = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;  // KiB
+  };
+  const long before = peak();
+  EXPECT_NE(message_of(bytes, "w.safetensors").find("inside the entry before it"), std::string::npos);
+  EXPECT_LT(peak() - before, 32 * 1024);
 }
 
 TEST(WeightsFile, WrittenAndReadAgain) {
