@@ -362,23 +362,31 @@ void Simulation::reset() {
 
 bool Simulation::step(int count) { return impl_->advance(count, false); }
 
-bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
-  const double position = (time - impl_->t_begin) / impl_->scene.step;
-  if (!(position < std::numeric_limits<int>::max())) throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
-  const int from = impl_->has_begun ? impl_->reached : 0;
-  const int count = static_cast<int>(std::ceil(std::max(position - 1e-6, static_cast<double>(from)))) - from;
-  if (!progress) return impl_->advance(count, true);
+bool Simulation::Impl::run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every) {
+  const int count = std::max(0, step - (has_begun ? reached : 0));
+  if (!progress) return advance(count, true);
   for (int done = 0; done < count;) {
     const int now = std::min(std::max(every, 1), count - done);
-    if (!impl_->advance(now, done + now == count)) return false;
+    if (!advance(now, done + now == count)) return false;
     done += now;
-    if (!progress({done, count, this->time()})) return false;
+    if (!progress({done, count, host.time()})) return false;
   }
   return true;
 }
 
+bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
+  const double position = (time - impl_->t_begin) / impl_->scene.step;
+  if (!(position < std::numeric_limits<int>::max())) throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
+  // A time is known to a few units in its last place: far from t = 0 these are more of a step than anything else.
+  constexpr double roundings = 4 * std::numeric_limits<double>::epsilon();
+  const double instant = roundings * std::max(std::abs(time), std::abs(impl_->t_begin)) / impl_->scene.step;
+  const double tolerance = std::min(0.5, 1e-6 + instant);
+  return impl_->run_to_step(static_cast<int>(std::ceil(std::max(position - tolerance, 0.0))), *this, progress, every);
+}
+
+/// The number of steps is the scene's: no time is taken apart for it.
 bool Simulation::run(const ProgressCallback& progress, int every) {
-  return run_to(impl_->t_begin + impl_->scene.steps * impl_->scene.step, progress, every);
+  return impl_->run_to_step(impl_->scene.steps, *this, progress, every);
 }
 
 double Simulation::loss() {

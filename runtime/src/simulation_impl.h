@@ -104,6 +104,7 @@ struct Simulation::Impl {
   // Stepping
   void begin_stepping();
   bool advance(int count, bool look);
+  bool run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every);
   void look_for_blow_up();
 
   // Losses

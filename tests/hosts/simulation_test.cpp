@@ -273,6 +273,22 @@ TEST(Simulation, ProgressStopsAndTheFlagToo) {
   EXPECT_EQ(sim.steps_done(), 8);
 }
 
+/// A time near 1e8 is known to 1.5e-8, of a step of 1e-3 more than its millionth.
+TEST(Simulation, AsManySteps_FarFromTheTimeZero) {
+  std::string text = rod;
+  text.replace(text.find("time 0 .. 1, step 1/8"), 21, "time 1e8 .. 1e8 + 1, step 1e-3");
+  for (int k = 1; k < 8; ++k) {
+    std::string later = text;
+    later.replace(later.find("1e8 .. 1e8 + 1"), 14, "1e8 + " + std::to_string(k) + "/64 .. 1e8 + 1 + " + std::to_string(k) + "/64");
+    Simulation sim = compile_text(later, {.name = "find"});
+    EXPECT_TRUE(sim.run());
+    EXPECT_EQ(sim.steps_done(), 1000) << k;
+    sim.reset();
+    EXPECT_TRUE(sim.run_to(1e8 + k / 64.0 + 0.7));
+    EXPECT_EQ(sim.steps_done(), 700) << k;
+  }
+}
+
 TEST(Simulation, DataOfOtherScenesAndOfTheHost) {
   const std::string text = std::string(rod) + R"(
 task match : rod {
