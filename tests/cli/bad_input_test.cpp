@@ -74,6 +74,36 @@ TEST_F(BadInput, PlacesThatCannotBeWritten) {
   }
 }
 
+TEST_F(BadInput, AFullDiskIsGivenAsTheReason) {
+  write("rod.dpde", rod_text);
+  for (const std::string arguments : {"run rod.dpde rod", "run rod.dpde rod --json", "check rod.dpde find"}) {
+    EXPECT_NE(dpde(arguments + " > /dev/full").err.find("cannot write standard output: No space left on device"), std::string::npos) << arguments;
+  }
+}
+
+TEST_F(BadInput, SeedsThatDoNotFit) {
+  write("rod.dpde", rod_text);
+  EXPECT_EQ(dpde("run rod.dpde rod --seed 18446744073709551615").status, 0);
+  for (const std::string seed : {"18446744073709551616", "99999999999999999999999", "-1", "1.5", "many"}) {
+    const Outcome run = dpde("run rod.dpde rod --seed " + seed);
+    EXPECT_EQ(run.status, 2) << seed;
+    EXPECT_NE(run.err.find("--seed"), std::string::npos) << run.err;
+  }
+}
+
+/// A name of a file is no code.
+TEST_F(BadInput, ALineBreakInTheNameOfAFile) {
+  std::string name = "rod\nint evil() { return 1; }\n.dpde";
+  write(name, rod_text);
+  const std::string quoted = "'" + name + "'";
+  for (const std::string arguments : {"emit " + quoted + " rod --stage cpp", "build " + quoted + " rod -o lib > .log; cat lib/*.h lib/*.cpp"}) {
+    const Outcome run = dpde(arguments);
+    EXPECT_EQ(run.status, 0) << run.err;
+    EXPECT_NE(run.out.find("int evil()"), std::string::npos) << "the name is there";
+    EXPECT_EQ(run.out.find("\nint evil()"), std::string::npos) << arguments;
+  }
+}
+
 /// A .npy file of float64.
 std::string npy(const std::string& shape, const std::vector<double>& values) {
   std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': " + shape + ", }";

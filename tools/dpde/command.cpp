@@ -4,8 +4,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <limits>
 #include <thread>
 
 #include "driver/cache_folder.h"
@@ -98,11 +102,20 @@ int Job::finish(Json result) {
     if (!sink_.all().empty()) result["diagnostics"] = Json::parse(render_json(source_, sink_.all()));
     fmt::print("{}\n", result.dump(-1, ' ', false, Json::error_handler_t::replace));
   }
+  errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    std::fputs("dpde: error[E0902]: cannot write standard output\n", stderr);
+    const std::string reason = errno == 0 ? "" : fmt::format(": {}", std::strerror(errno));
+    std::fputs(fmt::format("dpde: error[E0902]: cannot write standard output{}\n", reason).c_str(), stderr);
     exit = Exit::machine_failed;
   }
   return static_cast<int>(exit);
+}
+
+/// CLI11 takes the largest number for one that is larger still.
+std::string number_fits(const std::string& text) {
+  std::uint64_t number = 0;
+  const bool is_too_large = std::from_chars(text.data(), text.data() + text.size(), number).ec == std::errc::result_out_of_range;
+  return is_too_large ? fmt::format("{} is larger than {}", text, std::numeric_limits<std::uint64_t>::max()) : "";
 }
 
 void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes) {
@@ -121,7 +134,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
   if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");
-  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(CLI::NonNegativeNumber);
+  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(CLI::NonNegativeNumber)->check(number_fits, "", "");
   verb.add_flag("--quiet,-q", options.quiet, "no text but errors");
   if (takes.json) verb.add_flag("--json", options.json, "one JSON object on standard output and nothing else");
 }

@@ -2,6 +2,8 @@
 // Decoding by the table of well-formed sequences (Unicode 15, table 3-7): no overlong forms, no surrogates.
 #include "source/utf8.h"
 
+#include <algorithm>
+
 namespace dpde {
 namespace {
 
@@ -54,6 +56,12 @@ std::string printable(std::string_view text) {
     text.remove_prefix(character.bytes);
   }
   return result;
+}
+
+std::string printable_line(std::string_view text) {
+  std::string line = printable(text);
+  std::ranges::replace(line, '\n', '?');
+  return line;
 }
 
 }  // namespace dpde

@@ -24,4 +24,7 @@ bool is_printable(char32_t code);
 /// `text` with '?' for everything that is no printable UTF-8; line breaks stay.
 std::string printable(std::string_view text);
 
+/// The same with '?' for line breaks too: a comment of emitted code that holds it ends where it should.
+std::string printable_line(std::string_view text);
+
 }  // namespace dpde

@@ -19,6 +19,7 @@
 #include "codegen/cpp/emit_cpp.h"
 #include "loop/expressions.h"
 #include "loop/print_loop.h"
+#include "source/utf8.h"
 
 namespace dpde::codegen {
 
@@ -228,7 +229,7 @@ std::string RowEmitter::head() const {
 
 std::string RowEmitter::line_of(const loop::Store& store) const {
   if (!source_ || !store.origin.range.is_known()) return "";
-  return fmt::format("  // {}:{}", source_->path_of(store.origin.range.begin), source_->locate(store.origin.range.begin).line);
+  return fmt::format("  // {}:{}", printable_line(source_->path_of(store.origin.range.begin)), source_->locate(store.origin.range.begin).line);
 }
 
 std::string RowEmitter::loop() const {

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "codegen/cpp/cpp_names.h"
+#include "source/utf8.h"
 
 namespace dpde::codegen {
 
@@ -101,7 +102,7 @@ std::string library_name_clash(const dpde_scene& scene, const std::string& name)
 
 std::string emit_library_header(const dpde_scene& scene, const std::string& name, const SourceFile& source) {
   const std::string what = scene.task ? fmt::format("task {} of scene {}", scene.task, scene.name) : fmt::format("scene {}", scene.name);
-  std::string out = fmt::format("// {} from {}: {}, {} cells, {} steps.\n", generated_mark(), source.path(), what, cells_text(scene), scene.steps);
+  std::string out = fmt::format("// {} from {}: {}, {} cells, {} steps.\n", generated_mark(), printable_line(source.path()), what, cells_text(scene), scene.steps);
   out += "// What the class can do beside this is in dpde/runtime/simulation.h: step, run_to, run, loss, gradient, optimise.\n";
   out += "#pragma once\n\n#include <dpde/runtime/simulation.h>\n\n";
   out += fmt::format("extern \"C\" const dpde_scene {}_scene;\n\n", name);
