@@ -16,6 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr int panel_width = 640, panel_height = 440;  // pixels
+
 /// A gnuplot string: single quotes take nothing but themselves specially.
 std::string quoted(const std::string& text) {
   std::string result = "'";
@@ -36,32 +38,45 @@ std::string data_of(const LinePanel& panel, int index) {
   return text;
 }
 
-/// The cells below equal pixels, fine enough to show the narrowest; of a uniform axis the cells themselves.
-std::vector<int> cells_below_pixels(int cells, const std::vector<double>& faces) {
-  std::vector<int> below;
-  if (faces.empty()) {
-    for (int i = 0; i < cells; ++i) below.push_back(i);
-    return below;
-  }
-  constexpr double most = 1000;
-  double narrowest = INFINITY;
-  for (std::size_t i = 1; i < faces.size(); ++i) narrowest = std::min(narrowest, faces[i] - faces[i - 1]);
-  const double length = faces.back() - faces.front();
-  const int pixels = std::max(cells, static_cast<int>(std::min(most, 2 * std::ceil(length / narrowest))));
-  for (int i = 0, cell = 0; i < pixels; ++i) {
-    while (cell + 1 < cells && faces[static_cast<std::size_t>(cell) + 1] <= faces.front() + (i + 0.5) * length / pixels) ++cell;
-    below.push_back(cell);
+/// Cells below one pixel, as far as `end`.
+struct Span {
+  int begin = 0, end = 0;
+};
+
+/// Of equal pixels, at most `most`: those whose centres they cover, else the one below their middle.
+std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces, int most) {
+  const auto face = [&](int i) { return faces.empty() ? double(i) / cells : (faces[std::size_t(i)] - faces.front()) / (faces.back() - faces.front()); };
+  double narrowest = 1;
+  for (int i = 0; i < cells; ++i) narrowest = std::min(narrowest, face(i + 1) - face(i));
+  const double wanted = faces.empty() ? cells : std::max<double>(cells, 2 * std::ceil(1 / narrowest));
+  const int pixels = static_cast<int>(std::min<double>(most, wanted));
+  std::vector<Span> below;
+  for (int i = 0, cell = 0, first = 0; i < pixels; ++i) {
+    while (cell + 1 < cells && face(cell + 1) <= (i + 0.5) / pixels) ++cell;
+    while (first < cells && face(first) + face(first + 1) < 2.0 * i / pixels) ++first;
+    int end = first;
+    while (end < cells && face(end) + face(end + 1) < 2.0 * (i + 1) / pixels) ++end;
+    below.push_back(end > first ? Span{first, end} : Span{cell, cell + 1});
   }
   return below;
 }
 
-/// The panel with equal pixels in the place of cells.
+/// The panel with equal pixels in the place of cells, no more of them than the picture has: each the mean of its cells, so that one
+/// that is not finite shows. The colours are those of the values themselves.
 MapPanel with_pixels(MapPanel panel) {
-  if (panel.x_faces.empty() && panel.y_faces.empty()) return panel;
-  const std::vector<int> columns = cells_below_pixels(panel.nx, panel.x_faces), rows = cells_below_pixels(panel.ny, panel.y_faces);
+  if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= panel_width && panel.ny <= panel_height) return panel;
+  if (!panel.range) panel.range = range_of(panel.values);
+  const std::vector<Span> columns = cells_below_pixels(panel.nx, panel.x_faces, panel_width);
+  const std::vector<Span> rows = cells_below_pixels(panel.ny, panel.y_faces, panel_height);
   std::vector<double> values;
-  for (const int y : rows) {
-    for (const int x : columns) values.push_back(panel.values[std::size_t(y) * std::size_t(panel.nx) + std::size_t(x)]);
+  for (const Span row : rows) {
+    for (const Span column : columns) {
+      double sum = 0;
+      for (int y = row.begin; y < row.end; ++y) {
+        for (int x = column.begin; x < column.end; ++x) sum += panel.values[std::size_t(y) * std::size_t(panel.nx) + std::size_t(x)];
+      }
+      values.push_back(sum / (double(row.end - row.begin) * (column.end - column.begin)));
+    }
   }
   panel.values = std::move(values);
   panel.nx = static_cast<int>(columns.size());
@@ -176,9 +191,9 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
     sink.report("cannot-write", {}, {stem.string(), "no temporary folder could be made"});
     return files;
   }
-  const int width = 640 * static_cast<int>(panels.size());
-  const std::string svg = fmt::format("svg size {},440 dynamic font 'Helvetica,13' background rgb 'white'", width);
-  const std::string png = fmt::format("pngcairo size {},440 font 'Helvetica,10' background rgb 'white'", width);
+  const int width = panel_width * static_cast<int>(panels.size());
+  const std::string svg = fmt::format("svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'", width, panel_height);
+  const std::string png = fmt::format("pngcairo size {},{} font 'Helvetica,10' background rgb 'white'", width, panel_height);
   for (const auto& [extension, terminal] : {std::pair{".svg", svg}, std::pair{".png", png}}) {
     if (formats == Formats::png && extension != std::string_view(".png")) continue;
     const fs::path drawn = folder.path() / (std::string("picture") + extension);

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of large fields: what gnuplot is given, taken from a gnuplot of the test's own that keeps the script.
+#include <cmath>
+
+#include "command_support.h"
+#include "dpde/runtime/npy.h"
+
+namespace dpde::testing {
+namespace {
+
+using Pictures = Command;
+
+/// The numbers of the first map of a script, a vector a row.
+std::vector<std::vector<double>> map_in(const std::string& script) {
+  std::istringstream lines(script.substr(script.find("$p0 << EOD\n") + 11));
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(lines, line) && line != "EOD";) {
+    std::istringstream numbers(line);
+    rows.emplace_back();
+    for (std::string number; numbers >> number;) rows.back().push_back(std::stod(number));
+  }
+  return rows;
+}
+
+/// Twice as many cells as pixels along both axes: each pixel is the mean of four, and the colours are those of the cells.
+TEST_F(Pictures, NoMoreValuesThanPixels) {
+  constexpr int nx = 1280, ny = 880;
+  std::vector<double> values;
+  for (int y = 0; y < ny; ++y) {
+    for (int x = 0; x < nx; ++x) values.push_back(x + 10.0 * y);
+  }
+  values[3 * nx + 5] = NAN;
+  write_npy(path("u.npy"), std::vector<std::int64_t>{ny, nx}, values);
+  fs::create_directory(path("bin"));
+  write("bin/gnuplot", "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\ncp \"$1\" script.gp\ntouch \"${1%.gp}\"\n");
+  const Outcome run = shell("chmod +x bin/gnuplot; PATH=$PWD/bin:$PATH $DPDE plot u.npy");
+  ASSERT_EQ(run.status, 0) << run.err;
+  const std::string script = content(path("script.gp"));
+  const std::vector<std::vector<double>> map = map_in(script);
+  ASSERT_EQ(map.size(), 440U);
+  for (int y = 0; y < 440; ++y) {
+    ASSERT_EQ(map[y].size(), 640U);
+    for (int x = 0; x < 640; ++x) {
+      const double mean = 2 * x + 0.5 + 10 * (2 * y + 0.5);
+      const bool is_left_out = y == 1 && x == 2;
+      EXPECT_TRUE(is_left_out ? std::isnan(map[y][x]) : map[y][x] == mean) << x << ' ' << y;
+    }
+  }
+  EXPECT_NE(script.find("set cbrange [0:10069]"), std::string::npos) << script.substr(script.size() - 800);
+}
+
+}  // namespace
+}  // namespace dpde::testing
