@@ -146,6 +146,52 @@ TEST_F(Restart, RefusesDamagedCheckpoints) {
   EXPECT_EQ(run("--resume --out half").codes(), std::vector<std::string>{"E0907"});
 }
 
+/// Frames are appended: 33 of u and v, 24 x 5 numbers each. The checkpoint keeps times and observables of them.
+TEST_F(Restart, FramesAreWrittenOnce) {
+  ASSERT_EQ(run("--set end=5 --checkpoint-every 1 --every 10 --out every").status, 0);
+  EXPECT_EQ(fs::file_size(path("every/bay.frames")), 33 * 2 * 24 * 5 * sizeof(double));
+  EXPECT_LT(fs::file_size(path("every/bay.restart")), 2 * 24 * 5 * sizeof(double) + 8192);
+}
+
+/// A kill between the frames and their checkpoint.
+TEST_F(Restart, FramesBehindACheckpointAreWrittenOver) {
+  ASSERT_EQ(run("--out whole").status, 0);
+  run_half("half");
+  std::ofstream(path("half/bay.frames"), std::ios::binary | std::ios::app) << std::string(5000, 'x');
+  ASSERT_EQ(run("--resume --out half --set end=10").status, 0);
+  EXPECT_EQ(content(path("whole/u.npy")), content(path("half/u.npy")));
+  ASSERT_EQ(run("--resume --out half --set end=10").status, 0) << "what it left is whole";
+  EXPECT_EQ(content(path("whole/v.npy")), content(path("half/v.npy")));
+}
+
+/// A run that begins anew leaves the frames that the checkpoint of the run before means, until it has a checkpoint of its own.
+TEST_F(Restart, FramesOfTheRunBeforeStayUntilThereIsACheckpoint) {
+  ASSERT_EQ(run("--out whole").status, 0);
+  run_half("half");
+  fs::copy(path("half"), path("killed"));
+  write("killed/bay.frames-1", "what a killed run has left");
+  ASSERT_EQ(run("--resume --out killed --set end=10").status, 0);
+  EXPECT_EQ(content(path("whole/u.npy")), content(path("killed/u.npy")));
+  ASSERT_EQ(run("--checkpoint-every 100 --out half").status, 0);
+  EXPECT_FALSE(fs::exists(path("half/bay.frames")));
+  EXPECT_TRUE(fs::exists(path("half/bay.frames-1")));
+  ASSERT_EQ(run("--resume --out half").status, 0);
+  EXPECT_EQ(content(path("whole/u.npy")), content(path("half/u.npy")));
+}
+
+TEST_F(Restart, RefusesDamagedFrames) {
+  run_half("half");
+  const std::string whole = content(path("half/bay.frames"));
+  std::string flipped = whole;
+  flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 1);
+  for (const std::string& bytes : {flipped, whole.substr(0, whole.size() - 1), std::string()}) {
+    write("half/bay.frames", bytes);
+    EXPECT_EQ(run("--resume --out half --set end=10").codes(), std::vector<std::string>{"E0907"}) << bytes.size();
+  }
+  fs::remove(path("half/bay.frames"));
+  EXPECT_EQ(run("--resume --out half --set end=10").codes(), std::vector<std::string>{"E0907"});
+}
+
 TEST_F(Restart, OptionsThatMakeNoSense) {
   EXPECT_EQ(run("--resume").codes(), std::vector<std::string>{"E0904"});
   EXPECT_EQ(run("--checkpoint-every 10").codes(), std::vector<std::string>{"E0904"});

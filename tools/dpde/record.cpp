@@ -33,12 +33,31 @@ std::string Record::plan() const {
   return plan;
 }
 
-std::string Record::bytes() const {
+std::string Record::save(FrameFile& frames) {
+  const std::size_t cells = session_.workspace().cell_count();
+  for (; keeps_states_ && saved_ < entries_.size(); ++saved_) {
+    const Entry entry = entries_[saved_];
+    const Series& series = series_[static_cast<std::size_t>(entry.series)];
+    std::vector<double> frame;
+    for (const std::string& field : series.fields) {
+      const auto begin = series.values.at(field).begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(entry.instant) * cells);
+      frame.insert(frame.end(), begin, begin + static_cast<std::ptrdiff_t>(cells));
+    }
+    frames.append(frame);
+  }
+  const FrameMark mark = frames.sync();
   driver::ByteWriter out;
+  out.text(mark.file);
+  out.number(mark.bytes);
+  out.number(static_cast<std::int64_t>(mark.checksum));
+  out.number(static_cast<std::int64_t>(entries_.size()));
+  for (const Entry& entry : entries_) {
+    out.number(entry.series);
+    out.number(entry.instant);
+  }
   for (const Series& series : series_) {
     out.values({series.steps.begin(), series.steps.end()});
     out.values(series.times);
-    for (const std::string& field : series.fields) out.values(series.values.contains(field) ? series.values.at(field) : std::vector<double>{});
     for (const auto& row : series.observables) {
       for (const auto& [name, value] : row) out.values({value});
     }
@@ -47,7 +66,8 @@ std::string Record::bytes() const {
 }
 
 /// The last state of a run that was shorter is none of this run's.
-void Record::drop_former_end(Series& series) const {
+void Record::drop_former_end(int index) {
+  Series& series = series_[static_cast<std::size_t>(index)];
   if (series.steps.empty()) return;
   const int last = series.steps.back();
   if (last == 0 || last == session_.steps() || (series.every > 0 && last % series.every == 0)) return;
@@ -55,32 +75,65 @@ void Record::drop_former_end(Series& series) const {
   series.times.pop_back();
   series.observables.pop_back();
   for (auto& [field, values] : series.values) values.resize(series.steps.size() * (keeps_states_ ? session_.workspace().cell_count() : 0));
+  for (Entry& entry : entries_) {
+    if (entry.series == index && entry.instant == static_cast<int>(series.steps.size())) entry.instant = -1;
+  }
 }
 
-bool Record::restore(std::string_view bytes) {
+bool Record::restore(std::string_view bytes, FrameFile& frames) {
   driver::ByteReader in(bytes);
-  for (Series& series : series_) {
-    const std::vector<double> steps = in.values();
-    series.steps.assign(steps.begin(), steps.end());
-    series.times = in.values();
-    const std::size_t wanted = keeps_states_ ? steps.size() * session_.workspace().cell_count() : 0;
-    bool fits = series.times.size() == steps.size();
-    for (const std::string& field : series.fields) {
-      series.values[field] = in.values();
-      fits = fits && series.values[field].size() == wanted;
-    }
-    if (!fits) return false;
-    for (std::size_t k = 0; k < steps.size(); ++k) {
-      auto& row = series.observables.emplace_back();
-      for (const model::Quantity& quantity : session_.problem().observables) {
-        const std::vector<double> value = in.values();
-        if (value.size() != 1) return false;
-        row.emplace_back(quantity.name, value[0]);
-      }
-    }
-    drop_former_end(series);
+  FrameMark mark;
+  mark.file = in.text();
+  mark.bytes = in.number();
+  mark.checksum = static_cast<std::uint64_t>(in.number());
+  for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
+    const std::int64_t series = in.number(), instant = in.number();
+    if (series < 0 || series >= static_cast<std::int64_t>(series_.size())) return false;
+    entries_.push_back({static_cast<int>(series), static_cast<int>(instant)});
   }
-  return in.is_done();
+  for (Series& series : series_) {
+    if (!restore_series(series, in)) return false;
+  }
+  if (!in.is_done() || !restore_states(frames.reopen(mark))) return false;
+  saved_ = entries_.size();
+  for (std::size_t s = 0; s < series_.size(); ++s) drop_former_end(static_cast<int>(s));
+  return true;
+}
+
+bool Record::restore_series(Series& series, driver::ByteReader& in) {
+  const std::vector<double> steps = in.values();
+  series.steps.assign(steps.begin(), steps.end());
+  series.times = in.values();
+  if (series.times.size() != steps.size()) return false;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    auto& row = series.observables.emplace_back();
+    for (const model::Quantity& quantity : session_.problem().observables) {
+      const std::vector<double> value = in.values();
+      if (value.size() != 1) return false;
+      row.emplace_back(quantity.name, value[0]);
+    }
+  }
+  return true;
+}
+
+/// In the order of the entries, each with all fields of its series; those of dropped instants are passed over.
+bool Record::restore_states(std::span<const double> states) {
+  const std::size_t cells = keeps_states_ ? session_.workspace().cell_count() : 0;
+  for (const Entry& entry : entries_) {
+    Series& series = series_[static_cast<std::size_t>(entry.series)];
+    for (const std::string& field : series.fields) {
+      if (states.size() < cells) return false;
+      std::vector<double>& all = series.values[field];
+      if (entry.instant >= 0) all.insert(all.end(), states.begin(), states.begin() + static_cast<std::ptrdiff_t>(cells));
+      states = states.subspan(cells);
+    }
+  }
+  for (const Series& series : series_) {
+    for (const std::string& field : series.fields) {
+      if (!series.values.contains(field) || series.values.at(field).size() != series.steps.size() * cells) return false;
+    }
+  }
+  return states.empty();
 }
 
 void Record::look(const Snapshot& snapshot) {
@@ -98,6 +151,7 @@ void Record::look_at_end(int step, const std::vector<void*>& states) {
 }
 
 void Record::add(Series& series, const Snapshot& snapshot) {
+  entries_.push_back({static_cast<int>(&series - series_.data()), static_cast<int>(series.steps.size())});
   series.steps.push_back(snapshot.step);
   series.times.push_back(snapshot.t);
   series.observables.push_back(session_.observe(snapshot.t, snapshot.states));

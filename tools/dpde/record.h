@@ -3,11 +3,14 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "driver/restart_file.h"
 #include "driver/session.h"
+#include "frame_file.h"
 
 namespace dpde::tools {
 
@@ -32,21 +35,33 @@ class Record {
   /// The state where a run was stopped belongs to the record too.
   void look_at_end(int step, const std::vector<void*>& states);
 
-  /// What is recorded, for a checkpoint; and the same taken over, false when it does not fit.
-  std::string bytes() const;
-  bool restore(std::string_view bytes);
+  /// What is recorded, for a checkpoint: states that are new go behind the others in `frames`, the rest is what comes back.
+  /// @throws Error(machine)
+  std::string save(FrameFile& frames);
+  /// The same taken over, false when it does not fit.
+  /// @throws Error(input) when the states are not there.
+  bool restore(std::string_view bytes, FrameFile& frames);
   /// Fields and intervals, in words.
   std::string plan() const;
 
   const std::vector<Series>& series() const { return series_; }
 
  private:
-  void drop_former_end(Series& series) const;
+  void drop_former_end(int series);
+  bool restore_series(Series& series, driver::ByteReader& in);
+  bool restore_states(std::span<const double> states);
   void add(Series& series, const Snapshot& snapshot);
 
   driver::Session& session_;
   bool keeps_states_;
   std::vector<Series> series_;
+
+  /// Where the states of an instant stand in `series_`, in the order they were recorded.
+  struct Entry {
+    int series = 0, instant = 0;  // of a former end that was dropped: -1
+  };
+  std::vector<Entry> entries_;
+  std::size_t saved_ = 0;  // of these in the file
 };
 
 }  // namespace dpde::tools

@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cstdio>
 
+#include "dpde/runtime/error.h"
+
 namespace dpde::tools {
 
 std::optional<CheckpointInterval> parse_interval(const std::string& text) {
@@ -20,7 +22,8 @@ std::optional<CheckpointInterval> parse_interval(const std::string& text) {
 
 RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval)
     : job_(job), session_(session), record_(record), interval_(interval),
-      path_(std::filesystem::path(job.options().out) / (session.problem().scene + ".restart")), identity_(driver::identity_of(session)) {
+      path_(std::filesystem::path(job.options().out) / (session.problem().scene + ".restart")), identity_(driver::identity_of(session)),
+      frames_(path_) {
   identity_.emplace_back("output", record.plan());
 }
 
@@ -33,10 +36,17 @@ std::optional<int> RunCheckpoint::resume() {
   const std::optional<driver::Restart> restart = driver::load_restart(path_, identity_, job_.sink());
   if (!restart) return std::nullopt;
   const std::size_t cells = session_.workspace().cell_count();
-  bool fits = restart->states.size() == static_cast<std::size_t>(session_.rollout().state_count()) && record_.restore(restart->record);
+  bool fits = restart->states.size() == static_cast<std::size_t>(session_.rollout().state_count()) && restart->step >= 0;
   for (const std::vector<double>& state : restart->states) fits = fits && state.size() == cells;
-  if (!fits || restart->step < 0) {
-    job_.sink().report("bad-array-file", {}, {path_.string(), "it is damaged"});
+  std::string reason = "it is damaged";
+  try {
+    fits = fits && record_.restore(restart->record, frames_);
+  } catch (const Error& error) {
+    fits = false;
+    reason = error.what();
+  }
+  if (!fits) {
+    job_.sink().report("bad-array-file", {}, {path_.string(), reason});
     return std::nullopt;
   }
   if (restart->step > session_.steps()) {
@@ -58,11 +68,14 @@ void RunCheckpoint::look(const Snapshot& snapshot) {
 }
 
 void RunCheckpoint::save(int step, const std::vector<void*>& states) {
-  driver::Restart restart{identity_, step, {}, record_.bytes()};
-  for (void* state : states) {
-    copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
-  }
-  if (!driver::save_restart(path_, restart, job_.sink())) interval_ = {};  // one message is enough
+  const bool is_saved = guarded(job_, [&] {
+    driver::Restart restart{identity_, step, {}, record_.save(frames_)};
+    for (void* state : states) {
+      copy_out(session_.workspace().layout(), state, restart.states.emplace_back(session_.workspace().cell_count()));
+    }
+    if (driver::save_restart(path_, restart, job_.sink())) frames_.remove_others();
+  });
+  if (!is_saved || job_.failed()) interval_ = {};  // one message is enough
   last_step_ = step;
   last_time_ = std::chrono::steady_clock::now();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a run: SCENE.restart in the folder of --out, every so many steps or seconds and when the run is stopped.
+// Checkpoints of a run: SCENE.restart in the folder of --out, every so many steps or seconds and when the run is stopped;
+// beside it SCENE.frames, the states of its output so far.
 #pragma once
 
 #include <chrono>
@@ -36,6 +37,7 @@ class RunCheckpoint {
   CheckpointInterval interval_;
   std::filesystem::path path_;
   driver::RunIdentity identity_;
+  FrameFile frames_;
   int last_step_ = 0;
   std::chrono::steady_clock::time_point last_time_ = std::chrono::steady_clock::now();
 };

@@ -14,7 +14,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view magic = "dpderst1";
+constexpr std::string_view magic = "dpderst2";
 
 std::uint64_t hash_of(std::string_view bytes) { return hash_bytes(bytes.data(), bytes.size()); }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run that stopped on its way, on disk: the state it had reached, and what it is a run of.
 //
-// File: "dpderst1", then texts and numbers with their lengths, then a checksum of all before it. Written atomically.
+// File: "dpderst2", then texts and numbers with their lengths, then a checksum of all before it. Written atomically.
 #pragma once
 
 #include <filesystem>
