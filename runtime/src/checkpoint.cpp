@@ -59,35 +59,51 @@ void check(int steps, int slots) {
 
 }  // namespace
 
-std::vector<Action> plan(int steps, int slots) {
+Schedule::Schedule(int steps, int slots) : steps_(steps) {
   check(steps, slots);
-  std::vector<Action> actions;
-  if (steps == 0) return actions;
-  const int last = std::min(slots, std::max(steps - 1, 1)) - 1;
-  std::vector<int> stored{0};  // entry i: the state in slot i
-  actions.push_back({ActionKind::store, 0, 0, 0});
-  // Each turn: the current state is stored.back(); steps end - 1 .. 0 are still to be reversed.
-  for (int end = steps; !stored.empty();) {
-    const int begin = stored.back(), slot = static_cast<int>(stored.size()) - 1;
-    if (end - begin == 1) {
-      actions.push_back({ActionKind::reverse, begin});
-      end = begin;
-      stored.pop_back();
-      if (!stored.empty()) actions.push_back({ActionKind::restore, stored.back(), 0, slot - 1});
-      continue;
-    }
-    const int middle = slot == last ? end - 1 : begin + static_cast<int>(split(end - begin, last - slot + 1));
-    actions.push_back({ActionKind::advance, begin, middle});
-    if (end - middle > 1) {
-      actions.push_back({ActionKind::store, middle, 0, slot + 1});
-      stored.push_back(middle);
-      continue;
-    }
-    actions.push_back({ActionKind::reverse, middle});  // at once: no slot needed
-    actions.push_back({ActionKind::restore, begin, 0, slot});
-    end = middle;
+  last_ = std::min(slots, std::max(steps - 1, 1)) - 1;
+  if (steps > 0) stored_.reserve(static_cast<size_t>(last_) + 1);
+  rewind();
+}
+
+void Schedule::rewind() {
+  stored_.clear();
+  end_ = steps_;
+  count_ = at_ = 0;
+  if (steps_ == 0) return;
+  stored_.push_back(0);
+  add({ActionKind::store, 0, 0, 0});
+}
+
+std::optional<Action> Schedule::next() {
+  if (at_ == count_) {
+    if (stored_.empty()) return std::nullopt;
+    count_ = at_ = 0;
+    take_turn();
   }
-  return actions;
+  return turn_[static_cast<size_t>(at_++)];
+}
+
+/// The current state is stored_.back().
+void Schedule::take_turn() {
+  const int begin = stored_.back(), slot = static_cast<int>(stored_.size()) - 1;
+  if (end_ - begin == 1) {
+    add({ActionKind::reverse, begin});
+    end_ = begin;
+    stored_.pop_back();
+    if (!stored_.empty()) add({ActionKind::restore, stored_.back(), 0, slot - 1});
+    return;
+  }
+  const int middle = slot == last_ ? end_ - 1 : begin + static_cast<int>(split(end_ - begin, last_ - slot + 1));
+  add({ActionKind::advance, begin, middle});
+  if (end_ - middle > 1) {
+    add({ActionKind::store, middle, 0, slot + 1});
+    stored_.push_back(middle);
+    return;
+  }
+  add({ActionKind::reverse, middle});  // at once: no slot needed
+  add({ActionKind::restore, begin, 0, slot});
+  end_ = middle;
 }
 
 int64_t advanced_steps(int steps, int slots) {

@@ -133,7 +133,9 @@ bool Rollout::Impl::run_with_checkpoints() {
     forward_done();
     seed_end(buffers.front());
   }
-  for (const checkpoint::Action& action : actions) {
+  schedule.rewind();
+  while (const std::optional<checkpoint::Action> next = schedule.next()) {
+    const checkpoint::Action& action = *next;
     int& slot = slot_buffers[static_cast<size_t>(action.slot)];
     switch (action.kind) {
       case checkpoint::ActionKind::advance:
@@ -288,11 +290,13 @@ void Rollout::Impl::drop_adjoints(int state) {
 /// in, slot s > 0 is buffer s + 1.
 void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
   if (planned_parts != parts) {
-    part_actions = checkpoint::plan(parts, std::min(parts, part_slots));
+    part_schedule = checkpoint::Schedule(parts, std::min(parts, part_slots));
     planned_parts = parts;
   }
+  part_schedule.rewind();
   const StateBuffer* now = &state;
-  for (const checkpoint::Action& action : part_actions) {
+  while (const std::optional<checkpoint::Action> due = part_schedule.next()) {
+    const checkpoint::Action& action = *due;
     switch (action.kind) {
       case checkpoint::ActionKind::advance:
         for (int part = action.from; part < action.to; ++part) {

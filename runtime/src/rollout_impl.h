@@ -159,7 +159,7 @@ struct Rollout::Impl {
   std::vector<FieldBar> bind_field_bars(const Executor& executor) const;
   void schedule_losses();
   bool adjoint_reads_states() const;
-  int64_t recomputed_steps() const;
+  int64_t recomputed_steps(int slots);
   void plan_storage();
   void allocate_states();
   template <class Visit>
@@ -254,7 +254,7 @@ struct Rollout::Impl {
   std::deque<StateBuffer> part_buffers;  // a deque: buffers in use stay where they are
   int64_t parts_made = 0;
   int part_slots = 1, planned_parts = 0;  // how many may be stored; for how many parts the plan is
-  std::vector<checkpoint::Action> part_actions;
+  checkpoint::Schedule part_schedule;
   int64_t planned_bytes = 0;              // of checkpoints, without those of parts
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
@@ -279,7 +279,7 @@ struct Rollout::Impl {
   std::vector<void*> leg_results;
   std::vector<double*> leg_totals;  // of the sought fields, in the intervals of the leg
   bool keeps_trajectory = false;
-  std::vector<checkpoint::Action> actions;
+  checkpoint::Schedule schedule;
   std::vector<int> slot_buffers;
   std::vector<int> free_list;
   std::vector<char> is_stored;  // of each buffer

@@ -302,11 +302,13 @@ bool Rollout::Impl::adjoint_reads_states() const {
 }
 
 /// Beyond the first pass: by the plan, and those inside of blocks.
-int64_t Rollout::Impl::recomputed_steps() const {
+int64_t Rollout::Impl::recomputed_steps(int slots) {
   if (last_loss == 0) return 0;
+  if (marks.empty()) return 1 + checkpoint::advanced_steps(last_loss, slots) - last_loss;  // of legs that are steps: no need to go through them
   int64_t made = mark(legs()) - mark(legs() - 1);  // the last leg, for the losses at its end
-  for (const checkpoint::Action& action : actions) {
-    if (action.kind == checkpoint::ActionKind::advance) made += mark(action.to) - mark(action.from);
+  schedule.rewind();
+  while (const std::optional<checkpoint::Action> action = schedule.next()) {
+    if (action->kind == checkpoint::ActionKind::advance) made += mark(action->to) - mark(action->from);
   }
   return made - last_loss + (last_loss - legs());
 }
@@ -321,10 +323,10 @@ void Rollout::Impl::plan_storage() {
   if (backward) plan_reverse_block();
   if (keeps_trajectory) {
     slots = setup.slots > 0 ? std::min(setup.slots, std::max(legs() - 1, 1)) : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, legs());
-    actions = checkpoint::plan(legs(), slots);
-    slot_buffers.assign(static_cast<size_t>(slots), 0);
+    if (purpose == Purpose::run || !marks.empty()) schedule = checkpoint::Schedule(legs(), slots);
+    if (purpose == Purpose::run) slot_buffers.assign(static_cast<size_t>(slots), 0);
     result.stored_states = slots - 1;
-    result.recomputed_steps = recomputed_steps();
+    result.recomputed_steps = recomputed_steps(slots);
   }
   buffer_count = std::max(slots - 1 + 2, 3);
   result.checkpoint_bytes = planned_bytes = backward ? (buffer_count + 1) * state_bytes : 0;

@@ -91,6 +91,18 @@ TEST_F(BadInput, SeedsThatDoNotFit) {
   }
 }
 
+/// A prediction takes no memory a step: 1e9 of them, in 2 GiB, where a list of their checkpoints does not fit.
+TEST_F(BadInput, PredictionsOfVeryLongRuns) {
+  std::string text = rod_text;
+  text.replace(text.find("time 0 .. 1, step 1/8"), 21, "time 0 .. 1.25e8, step 1/8");
+  text.replace(text.find("minimise mean(u^2) at t = 1"), 27, "minimise mean(u^3) at t = 1.25e8");
+  text.replace(text.find("dt(u) = k*lap(u)"), 16, "dt(u) = k*lap(u)*u");
+  write("rod.dpde", text);
+  const Outcome check = shell("ulimit -v 2097152; $DPDE check rod.dpde find --json");
+  ASSERT_EQ(check.status, 0) << check.err;
+  EXPECT_GT(check.json()["checkpoints"]["stored"], 0);
+}
+
 /// A name of a file is no code.
 TEST_F(BadInput, ALineBreakInTheNameOfAFile) {
   std::string name = "rod\nint evil() { return 1; }\n.dpde";

@@ -13,6 +13,16 @@
 namespace dpde::checkpoint {
 namespace {
 
+std::vector<Action> plan(int steps, int slots) {
+  Schedule schedule(steps, slots);
+  std::vector<Action> actions, again;
+  while (const std::optional<Action> action = schedule.next()) actions.push_back(*action);
+  schedule.rewind();
+  while (const std::optional<Action> action = schedule.next()) again.push_back(*action);
+  EXPECT_EQ(actions, again);
+  return actions;
+}
+
 /// Executes a plan and returns the steps it advanced; fails the test when an action is not possible.
 int64_t execute(int steps, int slots) {
   std::vector<int> slot(static_cast<size_t>(slots), -1);
