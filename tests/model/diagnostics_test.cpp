@@ -23,7 +23,7 @@ bool is_of_model(const DiagnosticKind& kind) {
   const std::string code(kind.code);
   if (code.starts_with("E03") || code.starts_with("E05")) return code.substr(3) < "50";
   if (kind.name == "unknown-in-boundary") return true;
-  return code.starts_with("E04") || code.starts_with("E07") || code.starts_with("W03");
+  return code.starts_with("E04") || code.starts_with("E07") || code.starts_with("W03") || code.starts_with("W07");
 }
 
 using Places = std::multiset<std::pair<int, std::string>>;  // line, code

@@ -38,6 +38,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   bind_task(draft);
   check_wall_weights(draft);
   check_open_places(draft);
+  check_data_times(draft);
   check_settings(draft);
   check_histories(draft);
   check_placements(draft);

@@ -42,6 +42,9 @@ void bind_task(Draft& draft);
 // optimiser.cpp
 std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
 
+// data_times.cpp
+void check_data_times(Draft& draft);
+
 // training.cpp: tasks that learn from trajectories
 bool learns_from_trajectories(const Draft& draft);
 bool is_training_option(const std::string& name);

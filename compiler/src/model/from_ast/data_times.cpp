@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Data of one time that are compared with the state at another.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+double end_of(const Problem& problem) { return problem.t_begin + problem.steps * problem.step; }
+
+/// The one time that the datum is of; nullopt where it has several, or is whatever a file holds.
+std::optional<double> time_of(const Problem& problem, const Datum& datum) {
+  if (datum.when.kind == When::Kind::at && datum.when.times.size() == 1) return datum.when.times.front();
+  const bool is_last_state = datum.when.kind == When::Kind::end && !datum.scene.empty();
+  return is_last_state ? std::optional(end_of(problem)) : std::nullopt;
+}
+
+std::vector<double> times_of(const Problem& problem, const When& when) {
+  if (when.kind == When::Kind::end) return {end_of(problem)};
+  return when.kind == When::Kind::at ? when.times
+                                     : std::vector<double>{};  // over time one datum is a goal for all states
+}
+
+void check_times(Draft& draft, const Expr& value, const When& when, const Origin& origin) {
+  const Problem& problem = draft.problem;
+  for (const Datum& datum : problem.task->data) {
+    const std::optional<double> own = time_of(problem, datum);
+    // where the run begins there is a formula or a file: a pattern to compare with at any time
+    if (!own || !reads(value, datum.name) || std::abs(*own - problem.t_begin) < 1e-6 * problem.step) continue;
+    for (const double t : times_of(problem, when)) {
+      if (std::abs(t - *own) < 1e-6 * problem.step) continue;
+      draft.sink.report(
+          "data-of-other-time", origin.range, {datum.name, fmt::format("{:.10g}", *own), fmt::format("{:.10g}", t)},
+          fmt::format(
+              "write at t = {:.10g} here, or at t = {:.10g} behind the data; a goal for another time stays as it is",
+              *own, t));
+      return;  // said once, not for each component
+    }
+  }
+}
+
+}  // namespace
+
+void check_data_times(Draft& draft) {
+  if (!draft.problem.task || learns_from_trajectories(draft)) return;
+  for (const Loss& loss : draft.problem.task->losses) check_times(draft, loss.value, loss.when, loss.origin);
+  for (const Test& test : draft.problem.task->tests)
+    check_times(draft, test.quantity.value, test.when, test.quantity.origin);
+}
+
+}  // namespace dpde::model
