@@ -43,6 +43,34 @@ TEST(StaggeredWall, StatesHoldTheValueOnTheWall) {
   }
 }
 
+/// What an error says of a level that nothing reads: eta is L(t) on the wall where the slope of u is L'(t)/c, outwards.
+TEST(StaggeredWall, ATideIsASlopeOfTheVelocity) {
+  const std::string text = R"(
+model tide { field u on faces.x; field eta; param c; dt(eta) = -c*dx(u); dt(u) = -dx(eta)/c }
+scene low : tide {
+  grid x = 0 .. 1, cells 16
+  c = 2
+  boundary eta: x = zero_gradient
+  boundary u: x.low = gradient(1.5*cos(3*t)/c), x.high = 0
+  initial eta = 0
+  initial u = 0.5*sin(3*(1 - x))/cos(3)/c
+  exact eta = 0.5*cos(3*(1 - x))/cos(3)*sin(3*t)
+  time 0 .. 2, step 1/1024
+}
+scene high : tide {
+  grid x = 0 .. 1, cells 16
+  c = 2
+  boundary eta: x = zero_gradient
+  boundary u: x.low = 0, x.high = gradient(-1.5*cos(3*t)/c)
+  initial eta = 0
+  initial u = -0.5*sin(3*x)/cos(3)/c
+  exact eta = 0.5*cos(3*x)/cos(3)*sin(3*t)
+  time 0 .. 2, step 1/1024
+}
+)";
+  for (const char* scene : {"low", "high"}) EXPECT_NEAR(order(text, scene, "eta", 16), 2, 0.1) << scene;
+}
+
 /// A wave between two open ends, where the surface is kept and the velocity has no slope, and one on a membrane whose nodes lie
 /// on its free rim.
 const std::string waves = R"(

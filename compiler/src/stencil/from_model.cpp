@@ -10,6 +10,7 @@
 #include "stencil/build.h"
 #include "stencil/events.h"
 #include "stencil/given.h"
+#include "stencil/idle_walls.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
 #include "stencil/operator_order.h"
@@ -273,6 +274,8 @@ Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
   Module module;
   Lowering lowering(problem);
   if (!check(lowering, sink) || !check_stated_orders(problem, sink)) return module;
+  check_idle_walls(lowering, sink);
+  if (sink.has_errors()) return module;
   add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
   add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
   if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(lowering, *problem.task));

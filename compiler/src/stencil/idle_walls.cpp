@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stencil/idle_walls.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "model/build.h"
+#include "stencil/build.h"
+#include "stencil/quantities.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// Of each side of each axis, low and high.
+template <class T>
+using OfSides = std::array<std::array<T, 2>, max_rank>;
+
+/// What equations, losses and the like read beyond walls.
+class Readers {
+ public:
+  explicit Readers(const Lowering& lowering) : lowering_(lowering), problem_(lowering.problem()) {
+    for (const model::State& state : problem_.states) {
+      if (state.rhs) add(state, *state.rhs);
+    }
+    for (const model::Event& event : problem_.events) {
+      for (const model::Event::Update& update : event.updates) add(*problem_.find_state(update.state), update.value);
+    }
+    for (const model::Quantity& observable : problem_.observables) add(observable.value);
+    if (!problem_.task) return;
+    for (const model::Loss& loss : problem_.task->losses) add(loss.value);
+    for (const model::Test& test : problem_.task->tests) add(test.quantity.value);
+  }
+
+  bool in_step(const std::string& field, int axis, bool is_high) const { return is_in(in_step_, field, axis, is_high); }
+  bool anywhere(const std::string& field, int axis, bool is_high) const {
+    return in_step(field, axis, is_high) || is_in(elsewhere_, field, axis, is_high);
+  }
+  /// The state with points on the wall whose equation, were it asked there, would read the condition; "" where there is
+  /// none.
+  std::string on_wall(const std::string& field, int axis, bool is_high) const {
+    const auto found = on_wall_.find(field);
+    return found == on_wall_.end() ? "" : found->second[static_cast<std::size_t>(axis)][is_high ? 1 : 0];
+  }
+
+ private:
+  using Sides = std::map<std::string, OfSides<bool>>;
+
+  static bool is_in(const Sides& sides, const std::string& field, int axis, bool is_high) {
+    const auto found = sides.find(field);
+    return found != sides.end() && found->second[static_cast<std::size_t>(axis)][is_high ? 1 : 0];
+  }
+
+  static void visit_all(const Expr& value, const Discretiser& at_point, const std::function<void(const Expr&)>& f) {
+    visit(value, f);
+    for (const Let& let : at_point.lets()) visit(let.value, f);
+  }
+
+  bool is_on_walls(const model::State& state, int axis) const {
+    return state.placement[static_cast<std::size_t>(axis)] &&
+           problem_.axes[static_cast<std::size_t>(axis)].topology == Topology::bounded;
+  }
+
+  /// The points on walls are not asked.
+  void add(const model::State& state, const model::Expr& e) {
+    Discretiser at_point = lowering_.discretiser();
+    const Expr value = at_point(e, state.placement);
+    visit_all(value, at_point, [&](const Expr& part) {
+      note(part, in_step_, [&](int axis) { return is_on_walls(state, axis) ? 1 : 0; });
+      const Access* access = std::get_if<Access>(&part->kind);
+      for (int axis = 0; access && axis < lowering_.rank(); ++axis) {
+        const int offset = access->offset[static_cast<std::size_t>(axis)];
+        if (!is_on_walls(state, axis)) continue;
+        std::array<std::string, 2>& walls = on_wall_[access->field][static_cast<std::size_t>(axis)];
+        if (offset <= 0) walls[0] = state.name;
+        if (offset > 0) walls[1] = state.name;
+      }
+    });
+    note_preparations(at_point, in_step_);
+  }
+
+  void add(const model::Expr& quantity) {
+    Discretiser at_point = lowering_.discretiser();
+    const Expr value = cell_share(quantity, lowering_.rank(), at_point);
+    visit_all(value, at_point, [&](const Expr& part) { note(part, elsewhere_, [](int) { return 0; }); });
+    note_preparations(at_point, elsewhere_);
+  }
+
+  /// `last(axis)`: how many cells before the last one the last point is.
+  void note(const Expr& part, Sides& sides, const std::function<int(int)>& last) {
+    if (const Interp* interp = std::get_if<Interp>(&part->kind)) return note_all(interp->field, sides);
+    const Access* access = std::get_if<Access>(&part->kind);
+    for (int axis = 0; access && axis < lowering_.rank(); ++axis) {
+      const int offset = access->offset[static_cast<std::size_t>(axis)];
+      std::array<bool, 2>& along = of(access->field, sides)[static_cast<std::size_t>(axis)];
+      along[0] = along[0] || offset < 0;
+      along[1] = along[1] || offset > last(axis);
+    }
+  }
+
+  /// What is stored before a kernel may be stored beyond walls too: whatever it is made of counts as read there.
+  void note_preparations(const Discretiser& at_point, Sides& sides) {
+    for (const Preparation& preparation : at_point.preparations()) {
+      const Kernel* kernel = std::get_if<Kernel>(&preparation);
+      if (!kernel) continue;
+      for (const Signature::Read& read : signature(*kernel).reads) note_all(read.field, sides);
+    }
+  }
+
+  void note_all(const std::string& field, Sides& sides) {
+    for (std::array<bool, 2>& along : of(field, sides)) along = {true, true};
+  }
+
+  /// dt(u) has the boundary of u.
+  OfSides<bool>& of(const std::string& field, Sides& sides) const {
+    const model::State* state = problem_.find_state(field);
+    return sides[state && !state->velocity_of.empty() ? state->velocity_of : field];
+  }
+
+  const Lowering& lowering_;
+  const model::Problem& problem_;
+  Sides in_step_, elsewhere_;
+  std::map<std::string, OfSides<std::string>> on_wall_;
+};
+
+bool asks_for_something(const model::Side& side) {
+  const bool is_slope = side.kind == SideKind::zero_gradient || side.kind == SideKind::gradient;
+  return !is_slope || !model::is_constant(side.value, 0);
+}
+
+/// Where the condition is written.
+SourceRange range_of(const model::State& state, const model::Side& side) {
+  const SourceRange range = side.value->origin.range;
+  return range.is_known() ? range : state.origin.range;
+}
+
+/// By time, an unknown or a field.
+bool varies(const model::Problem& problem, const model::Side& side) {
+  const auto is_varying = [&](const model::Expr& part) {
+    const auto* param = std::get_if<model::Param>(&part->kind);
+    const model::Parameter* known = param ? problem.find_param(param->name) : nullptr;
+    return std::holds_alternative<model::Field>(part->kind) ||
+           (param && (param->name == "t" || problem.find_control(param->name))) || (known && known->unknown);
+  };
+  return model::any_part(side.value, is_varying) || model::any_part(side.a, is_varying) ||
+         model::any_part(side.b, is_varying);
+}
+
+/// One side of one field.
+struct Idle {
+  const model::State& state;
+  int axis = 0;
+  bool is_high = false;
+  const model::State* holder = nullptr;  // what lies on the wall and would have read the condition
+
+  const model::Side& of(const model::State& any) const {
+    const model::AxisSides& sides = any.boundary[static_cast<std::size_t>(axis)];
+    return is_high ? sides.high : sides.low;
+  }
+};
+
+void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sink) {
+  const model::Side& side = idle.of(idle.state);
+  const std::string &name = idle.state.name,
+                    place = problem.axes[static_cast<std::size_t>(idle.axis)].name + (idle.is_high ? ".high" : ".low");
+  if (!idle.holder) {
+    sink.report("idle-boundary", range_of(idle.state, side), {name, place},
+                "write zero_gradient, which asks for nothing");
+    return;
+  }
+  const std::string& holder = idle.holder->name;
+  // Where the flux has no slope, what it carries stays as it is: an open end.
+  if (!asks_for_something(idle.of(*idle.holder)) && !varies(problem, side)) {
+    sink.report("idle-boundary", range_of(idle.state, side), {name, place},
+                fmt::format("where {} has no slope, {} on the wall stays what it begins with: write zero_gradient",
+                            holder, name));
+    return;
+  }
+  sink.report("boundary-not-read", range_of(idle.state, side), {name, place, holder},
+              fmt::format("write zero_gradient here, and what holds on the wall into the boundary of {1}: with dt({0}) "
+                          "= -c*div({1}), {0} is L(t) there where {1}: {2} = gradient({3}L'(t)/c)",
+                          name, holder, place, idle.is_high ? "-" : ""));
+}
+
+}  // namespace
+
+void check_idle_walls(const Lowering& lowering, DiagnosticSink& sink) {
+  const model::Problem& problem = lowering.problem();
+  if (!problem.program.empty() || model::follows_flow(problem.scheme.advect))
+    return;  // departure points may lie anywhere
+  const Readers readers(lowering);
+  for (const model::State& state : problem.states) {
+    if (!state.rhs || !state.velocity_of.empty()) continue;
+    std::vector<SourceRange> told;
+    for (int axis = 0; axis < lowering.rank(); ++axis) {
+      if (problem.axes[static_cast<std::size_t>(axis)].topology == Topology::periodic ||
+          state.placement[static_cast<std::size_t>(axis)])
+        continue;
+      for (const bool is_high : {false, true}) {
+        const Idle idle{state, axis, is_high, problem.find_state(readers.on_wall(state.name, axis, is_high))};
+        const model::Side& side = idle.of(state);
+        const bool is_read =
+            idle.holder ? readers.in_step(state.name, axis, is_high) : readers.anywhere(state.name, axis, is_high);
+        if (is_read || !asks_for_something(side) || std::ranges::count(told, range_of(state, side)) > 0) continue;
+        told.push_back(range_of(state, side));
+        report(problem, idle, sink);
+      }
+    }
+  }
+}
+
+}  // namespace dpde::stencil

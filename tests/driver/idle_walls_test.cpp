@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Conditions at walls that nothing reads are told.
+#include "driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// The codes of what the compiler says of the scene s or the task t, with the text that they point at.
+std::string told(const std::string& text, const std::string& name) {
+  const SourceFile source("test.dpde", text);
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = name;
+  driver::compile(source, options, sink);
+  std::string all;
+  for (const Diagnostic& d : sink.all()) {
+    EXPECT_TRUE(d.range.is_known());
+    EXPECT_FALSE(d.hint.empty());
+    all += (all.empty() ? "" : "; ") + std::string(d.kind->code) + " " +
+           text.substr(static_cast<std::size_t>(d.range.begin), static_cast<std::size_t>(d.range.end - d.range.begin));
+  }
+  return all;
+}
+
+/// Long waves in a channel, velocities on the walls.
+std::string channel(const std::string& eta, const std::string& u, const std::string& more = "",
+                    const std::string& scheme = "") {
+  return "model tide { field u on faces.x; field eta; param nu, A; dt(eta) = -dx(u)" + more +
+         "; dt(u) = -dx(eta) }\nscheme c { time = rk4" + scheme +
+         " }\nscene s : tide with c {\n  grid x = 0 .. 1, cells 16\n  nu = 0.1\n  A = 0.5\n  boundary eta: " + eta +
+         "\n  boundary u: " + u +
+         "\n  initial eta = 0\n  initial u = 0\n  time 0 .. 0.5, step 1/64\n  observe o = mean(eta) + A*nu\n}\n"
+         "task t : s { unknown A; minimise sample(eta, at = 0.6)^2 + mean((eta - A)^2) }\n";
+}
+
+TEST(IdleWalls, AnErrorWhereThePointOnTheWallHasItsOwn) {
+  EXPECT_EQ(told(channel("x.low = A*sin(3*t), x.high = zero_gradient", "x = zero_gradient"), "t"), "E0558 A*sin(3*t)");
+  EXPECT_EQ(told(channel("x.low = sin(3*t), x.high = zero_gradient", "x = zero_gradient"), "s"), "E0558 sin(3*t)");
+  EXPECT_EQ(told(channel("x.low = zero_gradient, x.high = gradient(A)", "x = 0"), "t"), "E0558 A");
+  EXPECT_EQ(told(channel("x = 2", "x = 0"), "s"), "E0558 2");
+}
+
+/// An open end: what u carries stays what it begins with.
+TEST(IdleWalls, AWarningWhereNothingIsLost) {
+  EXPECT_EQ(told(channel("x = 2", "x = zero_gradient"), "s"), "W0502 2");
+  EXPECT_EQ(told(channel("x.low = 2, x.high = mixed(1, 1, A)", "x = zero_gradient"), "s"), "W0502 2; W0502 A");
+}
+
+TEST(IdleWalls, SilentWhereTheStepReadsThem) {
+  EXPECT_EQ(told(channel("x = zero_gradient", "x = 0"), "s"), "");
+  EXPECT_EQ(told(channel("x = gradient(0)", "x = 0"), "s"), "");
+  EXPECT_EQ(told(channel("x = A*t", "x = 0", " + nu*lap(eta)"), "s"), "");
+  EXPECT_EQ(told(channel("x = A*t", "x = 0", "", "; dx = central(4)"), "s"), "");  // from the second face inside
+}
+
+TEST(IdleWalls, OfFieldsThatNobodyDifferentiates) {
+  const auto ode = [](const std::string& rate, const std::string& observed) {
+    return "model m { field u; dt(u) = " + rate +
+           " }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  boundary u: x.low = 3, x.high = 4\n  initial u = 1\n" +
+           "  time 0 .. 1, step 1/8\n  observe o = " + observed + "\n}\n";
+  };
+  EXPECT_EQ(told(ode("-u", "mean(u)"), "s"), "W0502 3; W0502 4");
+  EXPECT_EQ(told(ode("-u", "mean(dx(u)^2)"), "s"), "");
+  EXPECT_EQ(told(ode("-u", "sample(u, at = 0.5)"), "s"), "");
+  EXPECT_EQ(told(ode("lap(u)", "mean(u)"), "s"), "");
+  EXPECT_EQ(told(ode("-mean(dx(u))", "mean(u)"), "s"), "");
+}
+
+TEST(IdleWalls, DtOfUHasTheBoundaryOfU) {
+  const std::string text =
+      "model m { field u; dt(dt(u)) = lap(dt(u)) - u }\nscene s : m {\n  grid x = 0 .. 1, cells 8\n  boundary u: x = "
+      "3\n  initial u = 3\n"
+      "  initial dt(u) = 0\n  time 0 .. 1, step 1/256\n}\n";
+  EXPECT_EQ(told(text, "s"), "");
+}
+
+}  // namespace
+}  // namespace dpde::testing
