@@ -146,6 +146,11 @@ Expr taken(const std::string& field, const std::vector<Expr>& way, Along along) 
   return interp(value);
 }
 
+Along interpolation(const model::Problem& problem) {
+  return problem.scheme.advect == model::Advection::semi_lagrangian && problem.scheme.advect_order == 3 ? Along::cubic
+                                                                                                        : Along::linear;
+}
+
 /// The least and the greatest of the corners of the cell that `way` leads to.
 struct Bounds {
   Expr least, greatest;
@@ -208,18 +213,18 @@ Stage semi_lagrangian_stage(const Lowering& lowering, const Fields& mid, const s
   reading.time = param("t") + param("dt");
   Discretiser at_point = lowering.discretiser(reading);
   Kernel kernel = lowering.kernel(problem.scene + "_advect");
-  const Along along = problem.scheme.advect_order == 3 ? Along::cubic : Along::linear;
   for (std::size_t i = 0; i < into.size(); ++i) {
     const model::State& state = problem.states[i];
     const std::string field = name_in(mid, state.name);
     const model::Advect* transport = find_transport(state);
-    const Expr value = transport ? taken(field, way(*transport, true, at_point), along) : access(field);
+    const Expr value =
+        transport ? taken(field, way(*transport, true, at_point), interpolation(problem)) : access(field);
     kernel.stores.push_back({into[i], false, value, state.origin});
   }
   return Lowering::stage(std::move(kernel), at_point, reading.time);
 }
 
-/// The step forwards of MacCormack; `ahead` gets the names of its results.
+/// The step forwards with the velocity where it begins; `ahead` gets the names of its results.
 Stage prediction(Lowering& lowering, const Fields& mid, Fields& ahead) {
   const model::Problem& problem = lowering.problem();
   Discretiser at_point = lowering.discretiser();
@@ -229,10 +234,101 @@ Stage prediction(Lowering& lowering, const Fields& mid, Fields& ahead) {
     const model::Advect* transport = find_transport(state);
     if (!transport) continue;
     ahead[state.name] = lowering.field_beside(state.name, "ahead");
-    const Expr value = taken(name_in(mid, state.name), way(*transport, true, at_point), Along::linear);
+    const Expr value = taken(name_in(mid, state.name), way(*transport, true, at_point), interpolation(problem));
     kernel.stores.push_back({ahead[state.name], false, value, state.origin});
   }
   return Lowering::stage(std::move(kernel), at_point, param("t") + param("dt"));
+}
+
+/// What a velocity depends on.
+bool is_of_states(const model::Problem& problem, const model::Advect& advect) {
+  return std::ranges::any_of(advect.velocity, [&](const model::Expr& e) {
+    return std::ranges::any_of(problem.states, [&](const model::State& state) { return model::reads(e, state.name); });
+  });
+}
+
+bool is_of_time(const model::Advect& advect) {
+  return std::ranges::any_of(advect.velocity, [](const model::Expr& e) {
+    return model::any_part(e, [](const model::Expr& part) {
+      const auto* param = std::get_if<model::Param>(&part->kind);
+      return param && param->name == "t";
+    });
+  });
+}
+
+/// The same everywhere and all the time: the way is known as it is.
+bool is_constant(const model::Advect& advect) {
+  return !is_of_time(advect) && std::ranges::all_of(advect.velocity, model::is_uniform);
+}
+
+/// The ways back with the velocities where the step begins, as fields: one set for all states that are carried alike.
+class Ways {
+ public:
+  Ways(Lowering& lowering, const std::string& scene)
+      : lowering_(lowering), at_point_(lowering.discretiser()), kernel_(lowering.kernel(scene + "_trace")) {}
+
+  const std::vector<std::string>& of(const model::Advect& transport, const Origin& origin) {
+    for (const auto& [velocity, fields] : known_) {
+      if (velocity == transport.velocity) return fields;
+    }
+    const std::vector<Expr> back = way(transport, true, at_point_);
+    std::vector<std::string> fields;
+    for (std::size_t axis = 0; axis < back.size(); ++axis) {
+      fields.push_back(lowering_.fresh_field("way_" + axis_letter(static_cast<int>(axis))));
+      kernel_.stores.push_back({fields.back(), false, back[axis], origin});
+    }
+    return known_.emplace_back(transport.velocity, std::move(fields)).second;
+  }
+  Stage stage() { return Lowering::stage(std::move(kernel_), at_point_, param("t") + param("dt")); }
+
+ private:
+  Lowering& lowering_;
+  Discretiser at_point_;
+  Kernel kernel_;
+  std::vector<std::pair<std::vector<model::Expr>, std::vector<std::string>>> known_;
+};
+
+/// Departure points of second order: the way back is the mean of that with the velocity where and when the step ends,
+/// and of that with the velocity where the former leads to, when the step begins.
+std::vector<Stage> traced_stages(Lowering& lowering, const Fields& mid, const std::vector<std::string>& into) {
+  const model::Problem& problem = lowering.problem();
+  std::vector<Stage> stages;
+  Fields ahead = mid;
+  const auto looks_at_states = [&](const model::State& state) {
+    const model::Advect* transport = find_transport(state);
+    return transport && is_of_states(problem, *transport);
+  };
+  if (std::ranges::any_of(problem.states, looks_at_states)) stages.push_back(prediction(lowering, mid, ahead));
+  Ways ways(lowering, problem.scene);
+  Reading reading;
+  reading.fields = ahead;
+  reading.time = param("t") + param("dt");
+  Discretiser at_point = lowering.discretiser(reading);
+  Kernel kernel = lowering.kernel(problem.scene + "_carry");
+  for (std::size_t i = 0; i < into.size(); ++i) {
+    const model::State& state = problem.states[i];
+    Expr value = access(name_in(mid, state.name));
+    if (const model::Advect* transport = find_transport(state)) {
+      std::vector<Expr> back;
+      if (is_constant(*transport)) {
+        back = way(*transport, true, at_point);
+      } else {
+        const std::vector<std::string>& fields = ways.of(*transport, state.origin);
+        const bool is_steady = !is_of_time(*transport) && !is_of_states(problem, *transport);
+        for (std::size_t axis = 0; axis < fields.size() && is_steady; ++axis) back.push_back(access(fields[axis]));
+        if (!is_steady) back = shared_way("back", way(*transport, true, at_point), at_point);
+        const std::vector<Expr> first = back;
+        for (std::size_t axis = 0; axis < fields.size(); ++axis)
+          back[axis] = (first[axis] + taken(fields[axis], first, Along::cubic)) / 2.0;
+        back = shared_way("mean", back, at_point);
+      }
+      value = taken(name_in(mid, state.name), back, Along::cubic);
+    }
+    kernel.stores.push_back({into[i], false, value, state.origin});
+  }
+  stages.push_back(ways.stage());
+  stages.push_back(Lowering::stage(std::move(kernel), at_point, reading.time));
+  return stages;
 }
 
 /// The step backwards and the correction by half of what it leaves.
@@ -281,8 +377,16 @@ void check_semi_lagrangian(const model::Problem& problem, DiagnosticSink& sink) 
 std::vector<Stage> semi_lagrangian_stages(Lowering& lowering, const std::vector<std::string>& into) {
   Fields mid, ahead;
   std::vector<Stage> stages = stages_of_terms(lowering, mid);
-  if (lowering.problem().scheme.advect == model::Advection::semi_lagrangian) {
-    stages.push_back(semi_lagrangian_stage(lowering, mid, into));
+  const model::Problem& problem = lowering.problem();
+  if (problem.scheme.advect == model::Advection::semi_lagrangian) {
+    const bool is_traced =
+        interpolation(problem) == Along::cubic && std::ranges::any_of(problem.states, [](const model::State& state) {
+          const model::Advect* transport = find_transport(state);
+          return transport && !is_constant(*transport);
+        });
+    const std::vector<Stage> traced =
+        is_traced ? traced_stages(lowering, mid, into) : std::vector{semi_lagrangian_stage(lowering, mid, into)};
+    stages.insert(stages.end(), traced.begin(), traced.end());
   } else {
     Stage first = prediction(lowering, mid, ahead);
     if (!first.kernel.stores.empty()) stages.push_back(std::move(first));
