@@ -83,6 +83,36 @@ TEST(PlacedPoints, ReceiversReadWhatIsLinearExactly) {
   }
 }
 
+/// The halo beside a wall with a slope is no point of the line: receivers go on from the first centre with the slope
+/// itself.
+TEST(PlacedPoints, ReceiversBesideSlopesReadWhatIsLinearExactly) {
+  const std::string narrow = ", stretched (exp(2*x) - 1)/(exp(2) - 1)", wide = ", stretched tanh(2*x)/tanh(2)";
+  for (const std::string& kind : {narrow, wide}) {
+    for (const std::string boundary : {"x.low = gradient(-3), x.high = gradient(3)", "x.low = 2, x.high = gradient(3)",
+                                       "x.low = gradient(-3), x.high = 5"}) {
+      for (const char* cells : {"1", "10"}) {
+        const auto task = [&](const std::string& wanted) {
+          return "model m { field u; param a; dt(u) = 0*u }\nscheme s { time = euler }\nscene s : m with s {\n  grid x "
+                 "= 0 .. 1, cells " +
+                 std::string(cells) + kind + "\n  a = 0.01\n  boundary u: " + boundary +
+                 "\n  initial u = 2 + 3*x\n  time 0 .. 0.5, step 0.5\n}\ntask t : s { unknown a; minimise " + wanted +
+                 " }\n";
+        };
+        std::string loss;
+        for (const std::string x : {"0", "0.01", "0.03", "0.3", "0.5", "0.875", "0.99", "1", "a", "1 - a", "0.4 + a"}) {
+          loss += (loss.empty() ? "" : " + ") + ("(sample(u, at = " + x + ") - 2 - 3*(" + x + "))^2");
+        }
+        EXPECT_LT(task_gradient(task(loss), "t").loss, 1e-25) << kind << boundary << cells;
+        if (boundary.find(", x.high = gradient(3)") == std::string::npos) continue;
+        for (const std::string x : {"a", "1 - a"}) {
+          const double slope = task_gradient(task("sample(u, at = " + x + ")"), "t").gradient.at("a")[0];
+          EXPECT_NEAR(slope, x == "a" ? 3 : -3, 1e-12) << kind << boundary << cells;
+        }
+      }
+    }
+  }
+}
+
 /// Around a stretched ring: the piecewise linear interpolant of sin between the points, spelled out here.
 TEST(PlacedPoints, ReceiversOnStretchedRingsReadBetweenThePoints) {
   for (const bool on_faces : {false, true}) {

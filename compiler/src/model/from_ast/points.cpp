@@ -106,13 +106,12 @@ class Hats {
   std::array<bool, 3> is_staggered_{};
 };
 
-/// The value of a field at a place along the axes from `axis` on. Interpolation ends half a cell beyond the centres: before the
-/// first face that lies between walls it is spelled out, from the value on the wall itself.
-Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
-  if (axis == problem.axes.size()) return model::sample(std::move(sample), origin);
+Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin);
+
+/// Interpolation ends half a cell beyond the centres: before the first face that lies between walls it is spelled out,
+/// from the value on the wall itself.
+Expr sampled_on_faces(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
   const Axis& along = problem.axes[axis];
-  const State* state = problem.find_state(sample.field);
-  if (!state || !state->placement[axis] || along.topology == Topology::periodic) return sampled(problem, std::move(sample), axis + 1, origin);
   const int number_of_axis = static_cast<int>(axis);
   const Expr first = minus(place_after(along, number_of_axis, 1), along.low);
   const Expr share = larger(binary(BinaryOp::divide, minus(sample.place[axis], along.low), first), 0.0);
@@ -123,6 +122,50 @@ Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Orig
   };
   const Expr below = times(minus(1.0, share), taken(Along::lower)), above = times(share, taken(Along::upper));
   return select(binary(BinaryOp::less, share, 0.5), plus(below, above), taken(Along::linear), origin);
+}
+
+/// Beside a wall with a slope, across a stretched axis: the halo has that slope over a cell as wide as the map has it
+/// on the wall, which is not twice the way from the wall to the centre. The value goes on from the centre with the
+/// slope itself.
+Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sample sample, std::size_t axis,
+                           const Origin& origin) {
+  const Axis& along = problem.axes[axis];
+  const int number_of_axis = static_cast<int>(axis);
+  const Expr place = sample.place[axis], h = param(uniform_spacing_name(along)), slope = slope_of(along.stretch->map);
+  const auto taken = [&](Along what) {
+    sample.along[axis] = what;
+    return sampled(problem, sample, axis + 1, origin);
+  };
+  Expr value = taken(Along::linear);
+  if (sides.low.kind == SideKind::gradient) {
+    const Expr first = place_after(along, number_of_axis, 0.5);
+    const Expr share = binary(BinaryOp::divide, minus(first, larger(place, along.low)),
+                              times(h, value_at(slope, along.low)));  // of the halo's value
+    value =
+        select(binary(BinaryOp::less, place, first),
+               plus(times(share, taken(Along::lower)), times(minus(1.0, share), taken(Along::upper))), value, origin);
+  }
+  if (sides.high.kind == SideKind::gradient) {
+    const Expr last = place_before(along, number_of_axis, 0.5);
+    const Expr share =
+        binary(BinaryOp::divide, minus(smaller(place, along.high), last), times(h, value_at(slope, along.high)));
+    value = select(binary(BinaryOp::less, place, last), value,
+                   plus(times(minus(1.0, share), taken(Along::lower)), times(share, taken(Along::upper))), origin);
+  }
+  return value;
+}
+
+/// The value of a field at a place along the axes from `axis` on.
+Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Origin& origin) {
+  if (axis == problem.axes.size()) return model::sample(std::move(sample), origin);
+  const Axis& along = problem.axes[axis];
+  const State* state = problem.find_state(sample.field);
+  if (!state || along.topology == Topology::periodic) return sampled(problem, std::move(sample), axis + 1, origin);
+  if (state->placement[axis]) return sampled_on_faces(problem, std::move(sample), axis, origin);
+  const AxisSides& sides = state->boundary[axis];
+  const bool has_slope = sides.low.kind == SideKind::gradient || sides.high.kind == SideKind::gradient;
+  if (along.stretch && has_slope) return sampled_beside_slopes(problem, sides, std::move(sample), axis, origin);
+  return sampled(problem, std::move(sample), axis + 1, origin);
 }
 
 /// Whether `e` has the same value in every run: neither t nor an unknown nor a parameter without a value is in it.
