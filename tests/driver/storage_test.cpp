@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files, the evaluation log, and fields moved between grids.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <stop_token>
+#include <thread>
+#include <vector>
 
 #include "driver/cost.h"
 #include "driver/data.h"
@@ -111,10 +115,24 @@ TEST(Cost, CountsEachFieldOfASweepOnce) {
 }
 
 TEST(Copy, HasAPlausibleRate) {
-  const double rate = driver::measure_copy(1 << 16, 1);
+  const double rate = driver::measure_copy(1 << 16, 1).best;
   EXPECT_GT(rate, 1e8);
   EXPECT_LT(rate, 1e13);
   EXPECT_GT(driver::available_memory(), 1 << 20);
+}
+
+TEST(Copy, NeighboursThatWorkDoNotSlowTheRateDown) {
+  const double quiet = driver::measure_copy(4e6, 2).best;
+  std::vector<std::jthread> neighbours;
+  for (unsigned n = 0; n < 4 * std::max(1u, std::thread::hardware_concurrency()); ++n) {
+    neighbours.emplace_back([](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+      }
+    });
+  }
+  const driver::CopyRate busy = driver::measure_copy(4e6, 2);
+  EXPECT_GT(busy.best, quiet / 4);  // in the time of the clock it is a fifth at most, with two threads a fiftieth
+  EXPECT_TRUE(busy.is_busy);
 }
 
 }  // namespace

@@ -176,7 +176,8 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   const dpde_program* adjoint = compiled.adjoint_of(step);
   const double adjoint_bytes = adjoint == nullptr ? 0 : driver::cost_of(compiled.loop, compiled.derived.at(step).adjoint->program).bytes;
   const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(session, *adjoint, options, reset);
-  const double copy_rate = driver::measure_copy(cost.bytes * cells, thread_count(options));
+  const driver::CopyRate copy = driver::measure_copy(cost.bytes * cells, thread_count(options));
+  const double copy_rate = copy.best;
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the measurement was complete"});
     return;
@@ -188,6 +189,7 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   result["achieved_bytes_per_s"] = json_number(bandwidth);
   result["stream_bytes_per_s"] = json_number(copy_rate);
   result["roofline_fraction"] = json_number(bandwidth / copy_rate);
+  result["machine_busy"] = copy.is_busy;
   result["step_s"] = step_s;
   result["adjoint_step_s"] = adjoint == nullptr ? Json(nullptr) : Json(adjoint_s);
   result["adjoint_ratio"] = adjoint == nullptr ? Json(nullptr) : json_number(adjoint_s / step_s);
@@ -197,6 +199,7 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
   job.say(fmt::format("{}: a step takes {}, {} points/s, {}/s of fields ({:.0f} % of a copy of the same size, {}/s)\n",
                       session.problem().scene, human_seconds(step_s), human_count(rate), human_bytes(bandwidth),
                       100 * bandwidth / copy_rate, human_bytes(copy_rate)));
+  if (copy.is_busy) job.say("the machine is busy: steps are slower than they could be\n");
   if (adjoint != nullptr) {
     job.say(fmt::format("its adjoint takes {}, {:.2f} times as long ({:.2f} times the bytes)\n", human_seconds(adjoint_s), adjoint_s / step_s, adjoint_bytes / cost.bytes));
   }

@@ -83,7 +83,8 @@ Order order_of(const model::Problem& problem) {
   }
   order.time = order_with_parts(problem, order.time);
   if (!model::follows_flow(scheme.advect) || !transports) return order;
-  order.time = split || scheme.advect == model::Advection::semi_lagrangian ? 1 : 2;
+  const bool is_linear = scheme.advect == model::Advection::semi_lagrangian && scheme.advect_order == 1;
+  order.time = split || is_linear ? 1 : 2;
   return order;
 }
 
@@ -185,7 +186,6 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
   const model::Problem& problem = *compiled.problem;
   const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
   const driver::Memory memory = driver::memory_of(compiled);
-  const double copy_rate = driver::measure_copy(std::clamp(memory.run, 32e3, 256e6), thread_count(job.options()));
   result["scene"] = problem.scene;
   result["types"] = types_of(problem);
   std::string text = fmt::format("scene {}:", problem.scene);
@@ -209,9 +209,15 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
   result["conserved"] = nullptr;
   text += report_networks(problem, result);
+  const driver::CopyRate copy =
+      driver::measure_copy(std::clamp(cost.bytes * cells, 32e3, 256e6), thread_count(job.options()));
+  const double copy_rate = copy.best;
   result["cost"] = cost_json(cost, copy_rate);
-  text += fmt::format("a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here\n", cost.bytes, cost.flops,
-                      human_count(copy_rate / std::max(cost.bytes, 1.0)));
+  result["machine_busy"] = copy.is_busy;
+  text += fmt::format(
+      "a step moves {} bytes and takes {} flops a cell; memory allows {} points/s here (best of several copies{})\n",
+      cost.bytes, cost.flops, human_count(copy_rate / std::max(cost.bytes, 1.0)),
+      copy.is_busy ? ", on a busy machine" : "");
   result["memory_bytes"] = memory.run;
   text += fmt::format("memory: {}", human_bytes(memory.run));
   if (problem.task) {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "dpde/runtime/layout.h"
+#include "driver/cpu_time.h"
 #include "driver/savings.h"
 #include "support/match.h"
 
@@ -147,28 +149,33 @@ std::int64_t available_memory() {
   return available;
 }
 
-double measure_copy(double footprint, int threads) {
+CopyRate measure_copy(double footprint, int threads) {
+  constexpr int trials = 9;
+  constexpr double undisturbed = 0.8;  // of a trial's time the thread has the processor
   const std::size_t size = std::max<std::size_t>(static_cast<std::size_t>(footprint / 16), 512) / threads * threads;
   std::vector<double> from(size, 1.0), to(size, 0.0);
-  // Small copies are repeated so that each sample takes long enough for the clock.
-  const int repeats = std::max(1, static_cast<int>(2e6 / static_cast<double>(size)));
-  std::vector<double> rates;
-  for (int sample = 0; sample < 9; ++sample) {
-    double seconds = 0;
-    if (threads == 1 || size < 65536) {
-      const auto start = std::chrono::steady_clock::now();
-      for (int r = 0; r < repeats; ++r) {
-        std::memcpy(to.data(), from.data(), size * sizeof(double));
-        asm volatile("" : : "r"(to.data()) : "memory");
-      }
-      seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / repeats;
-    } else {
-      seconds = copy_once(to, from, threads);
+  // Small copies are repeated so that each trial takes long enough for the clock.
+  const int repeats = std::max(1, static_cast<int>(1e6 / static_cast<double>(size)));
+  const double bytes = 16.0 * static_cast<double>(size);
+  CopyRate rate;
+  double waited = 0, worked = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const double before = thread_cpu_seconds();
+    const auto start = std::chrono::steady_clock::now();
+    for (int r = 0; r < repeats; ++r) {
+      std::memcpy(to.data(), from.data(), size * sizeof(double));
+      asm volatile("" : : "r"(to.data()) : "memory");
     }
-    rates.push_back(16.0 * static_cast<double>(size) / seconds);
+    waited += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = thread_cpu_seconds() - before;  // the time that others had is not counted
+    worked += seconds;
+    rate.best = std::max(rate.best, bytes * repeats / seconds);
+    if (threads > 1 && size >= 65536) rate.best = std::max(rate.best, bytes / copy_once(to, from, threads));
   }
-  std::nth_element(rates.begin(), rates.begin() + 4, rates.end());
-  return rates[4];
+  double load = 0;  // of the last minute: a short trial may find a gap
+  const bool is_known = getloadavg(&load, 1) == 1;
+  rate.is_busy = worked < undisturbed * waited || (is_known && load > std::thread::hardware_concurrency());
+  return rate;
 }
 
 }  // namespace dpde::driver

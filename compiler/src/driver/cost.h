@@ -37,8 +37,14 @@ Memory memory_of(const Compiled& compiled);
 /// Bytes of memory that can be had now (/proc/meminfo and the limits of a container).
 std::int64_t available_memory();
 
-/// Bytes per second of a copy (8 read and 8 written an element) between two arrays of together `footprint` bytes on
-/// `threads` threads; the median of several.
-double measure_copy(double footprint, int threads);
+/// How fast memory is copied: bytes per second (8 read and 8 written an element), and whether others used the processor
+/// meanwhile.
+struct CopyRate {
+  double best = 0;
+  bool is_busy = false;
+};
+/// Between two arrays of together `footprint` bytes, on one thread and on `threads`: the best of several short trials.
+/// What else runs on the machine makes a trial slower, never faster.
+CopyRate measure_copy(double footprint, int threads);
 
 }  // namespace dpde::driver
