@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde emit, fmt and plot: text and pictures.
+#include <algorithm>
+#include <regex>
+
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -17,6 +20,46 @@ TEST_F(EmitCommand, StencilTextIsAFileThatRunsToTheSameResult) {
   EXPECT_EQ(run.json()["error"], dpde("run rod.dpde rod --json").json()["error"]);
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
+
+/// Blocks of a text without its comments.
+std::string without_comments(const std::string& text) {
+  return std::regex_replace(text, std::regex("#[^\n]*\n|\n+$"), "");
+}
+
+/// Each task and scene of a file: programs of starts, losses and tests too, of steps and of adjoints.
+class EmitsExample : public EmitCommand, public ::testing::WithParamInterface<fs::path> {};
+
+TEST_P(EmitsExample, ReadsBackAsItWas) {
+  const std::string text = content(GetParam());
+  const std::regex block("(^|\n)(task|scene) (\\w+)");
+  int blocks = 0;
+  for (auto found = std::sregex_iterator(text.begin(), text.end(), block); found != std::sregex_iterator();
+       ++found, ++blocks) {
+    const std::string name = (*found)[3];
+    for (const std::string stage : {"stencil", "adjoint"}) {
+      const Outcome first = dpde("emit " + GetParam().string() + " " + name + " --stage " + stage);
+      ASSERT_EQ(first.status, 0) << first.err;
+      if (first.out.empty()) continue;  // no task, no adjoint
+      write("again.dpde", first.out);
+      const Outcome again = dpde("emit again.dpde --stage stencil");
+      ASSERT_EQ(again.status, 0) << name << "\n" << again.err;
+      EXPECT_EQ(without_comments(again.out), without_comments(first.out)) << name << " " << stage;
+    }
+  }
+  EXPECT_GT(blocks, 0);
+}
+
+std::vector<fs::path> examples() {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(DPDE_SOURCE_DIR) / "dsl-examples")) {
+    if (entry.path().extension() == ".dpde") found.push_back(entry.path());
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+INSTANTIATE_TEST_SUITE_P(Examples, EmitsExample, ::testing::ValuesIn(examples()),
+                         [](const auto& info) { return info.param.stem().string(); });
 
 /// Copies of a symmetric network with shared weights; outputs without names in initial states.
 TEST_F(EmitCommand, StencilTextWithNetworksRunsToTheSameResult) {

@@ -2,6 +2,7 @@
 // dpde emit: one stage of the compiler as text.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "codegen/cpp/emit_cpp.h"
@@ -11,6 +12,8 @@
 #include "driver/scene_text.h"
 #include "loop/print_loop.h"
 #include "model/print_model.h"
+#include "stencil/from_ast.h"
+#include "stencil/passes/passes.h"
 #include "stencil/print_stencil.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
@@ -40,8 +43,29 @@ std::string model_text(const driver::Compiled& compiled, Job& job) {
   return "";
 }
 
+/// What the command makes of the scene and task, and of a file of hand-written programs those that nothing uses too,
+/// each in its place: text that was emitted before reads back as it was.
+stencil::Module primal(const driver::Compiled& compiled) {
+  const stencil::Module used = driver::extract(compiled.stencil, compiled.primal_programs);
+  if (!compiled.problem || compiled.problem->program.empty()) return used;
+  DiagnosticSink reported;
+  stencil::Module all = stencil::from_ast(compiled.ast, reported);
+  for (const stencil::Pass& pass : stencil::default_passes) all = pass.run(all);
+  const auto take_over = [](auto& into, const auto& from) {
+    for (const auto& each : from) {
+      const auto same = std::ranges::find(into, each.name, [](const auto& known) { return known.name; });
+      if (same == into.end()) into.push_back(each);
+      if (same != into.end()) *same = each;
+    }
+  };
+  take_over(all.kernels, used.kernels);
+  take_over(all.programs, used.programs);
+  stencil::add_networks(all, used.networks);
+  return all;
+}
+
 std::string stencil_text(const driver::Compiled& compiled) {
-  const std::string text = print(driver::extract(compiled.stencil, compiled.primal_programs));
+  const std::string text = print(primal(compiled));
   const std::string scene = compiled.problem ? driver::scene_text(compiled) : "";
   return scene.empty() ? text : text + "\n" + scene;
 }
