@@ -92,13 +92,13 @@ constexpr const char* what_may_help = "bounds of the controls, shorter windows o
 
 void report(Job& job, const std::string& task, const Found& all, Told& told) {
   const std::vector<double> losses = mean_losses(all);
-  double squares = 0;
-  for (const driver::FoundControls& found : all) squares += found.norm * found.norm;
+  double norm = 0;
+  for (const driver::FoundControls& found : all) norm = std::hypot(norm, found.norm);
   told.say(job, fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(), shown(losses.back()), shown(losses.front())));
   told.json["iterations"] = losses.size() - 1;
   told.json["loss"] = json_numbers(losses);
   told.json["windows"] = all.size();
-  told.json["unknowns"] = {{"controls", {{"norm", json_number(std::sqrt(squares))}}}};
+  told.json["unknowns"] = {{"controls", {{"norm", json_number(norm)}}}};
   told.json["test"] = Json::object();
 }
 

@@ -67,9 +67,9 @@ Json gradient(Job& job, const TaskOptions& options) {
   }
   if (!std::isfinite(loss) || !gradient.allFinite()) {
     const bool has_loss = std::isfinite(loss);
-    job.sink().report("loss-not-finite", run.task().losses.front().origin.range, {has_loss ? "finite but its gradient is not" : fmt::format("{}", shown(loss)), "0"},
-                      has_loss ? "a formula has no derivative where the task begins, as sqrt(u) at 0: begin elsewhere (unknown ... from ...), or write one that has"
-                               : "dpde run shows where the scene blows up");
+    job.sink().report("loss-not-finite", run.task().losses.front().origin.range,
+                      {has_loss ? "finite but its gradient is not" : fmt::format("{}", shown(loss)), "0"},
+                      help_at_start(run, has_loss));
     result["loss"] = json_number(loss);
     return result;
   }

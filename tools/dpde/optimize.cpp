@@ -135,8 +135,10 @@ void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int
     job.sink().report("condition-too-coarse", task.losses.front().origin.range, {fmt::format("{} after {} iterations", misfit.condition, result.iterations), misfit.reason}, "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint);
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
-    job.sink().report("loss-not-finite", task.losses.front().origin.range, {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)), fmt::format("{}", result.iterations)},
-                      result.iterations == 0 ? "begin elsewhere: unknown ... from ...; dpde gradient says more"
+    job.sink().report("loss-not-finite", task.losses.front().origin.range,
+                      {std::isfinite(last) ? "finite but its gradient is not" : fmt::format("{}", shown(last)),
+                       fmt::format("{}", result.iterations)},
+                      result.iterations == 0 ? help_at_start(run, std::isfinite(last))
                                              : "a smaller rate or bounds may help, or lbfgs, which shortens its steps");
   }
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "driver/instability.h"
 #include "interrupt.h"
 #include "scene_output.h"
 
@@ -94,10 +95,22 @@ std::string certificate_text(const TaskRun& run) {
   return text + "\n";
 }
 
+std::string help_at_start(const TaskRun& run, bool has_loss) {
+  const std::string unstable = driver::instability(*run.session);
+  if (!unstable.empty())
+    return fmt::format("{}: a smaller step than {} may help (--set step=...)", unstable, run.session->problem().step);
+  if (!has_loss)
+    return "a formula has no value where the task begins, as log(u) at 0: begin elsewhere (unknown ... from ...)";
+  return "a formula has no derivative where the task begins, as sqrt(u) at 0: begin elsewhere (unknown ... from ...), "
+         "or write one that has";
+}
+
 std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {
   return {x.data() + part.offset, x.data() + part.offset + part.size};
 }
 
-double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) { return x.segment(part.offset, part.size).norm(); }
+double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part) {
+  return x.segment(part.offset, part.size).stableNorm();
+}  // squares of 1e-200 are 0
 
 }  // namespace dpde::tools

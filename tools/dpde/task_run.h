@@ -43,6 +43,10 @@ Json certificate_json(const TaskRun& run);
 /// The same as text; "" where there is none.
 std::string certificate_text(const TaskRun& run);
 
+/// What may help where the loss or its gradient is not finite where the task begins. The session's run is another one
+/// afterwards.
+std::string help_at_start(const TaskRun& run, bool has_loss);
+
 /// The part of a flat vector that belongs to an unknown.
 std::vector<double> part_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);
 double norm_of(const Eigen::VectorXd& x, const driver::Inverse::Part& part);

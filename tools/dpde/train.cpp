@@ -156,7 +156,8 @@ Json unknowns_json(Job& job, const driver::Trainer& trainer) {
       job.say(fmt::format("{} = {:.12g}\n", part.name, shown(best[part.offset])));
     } else {
       const auto values = best.segment(part.offset, part.size);
-      unknowns[part.name] = {{"norm", json_number(values.norm())}, {"change", json_number((values - start.segment(part.offset, part.size)).norm())}};
+      unknowns[part.name] = {{"norm", json_number(values.stableNorm())},
+                             {"change", json_number((values - start.segment(part.offset, part.size)).stableNorm())}};
     }
   }
   return unknowns;

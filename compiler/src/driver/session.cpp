@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/session.h"
-#include "driver/weights.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
+#include "dpde/runtime/error.h"
 #include "driver/array_file.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/tuning.h"
-#include "dpde/runtime/error.h"
+#include "driver/weights.h"
+#include "model/build.h"
 #include "model/placement.h"
 #include "stencil/from_model.h"
 #include "support/evaluate.h"
@@ -343,14 +345,47 @@ void report_error(const std::exception& error, DiagnosticSink& sink) {
   sink.report("machine-failed", {}, {memory ? std::string("not enough memory") : std::string(error.what())});
 }
 
+namespace {
+
+double largest_magnitude(const std::vector<double>& values) {
+  double largest = 0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+/// The largest magnitudes of the states one step behind the end of the run; infinite where they are no longer finite.
+std::vector<double> one_step_further(Session& session) {
+  RolloutSetup setup = session.setup();
+  setup.steps = 1;
+  setup.t0 = session.end_time();
+  Rollout further(std::move(setup));
+  session.set_values(further);
+  for (int s = 0; s < further.state_count(); ++s) further.initial(s).copy_in(session.final_state(s));
+  const bool ends = further.run().blow_up.has_value();
+  std::vector<double> result;
+  std::vector<double> values(session.workspace().cell_count());
+  for (int s = 0; s < further.state_count(); ++s) {
+    copy_out(session.workspace().layout(), further.final_states()[static_cast<std::size_t>(s)], values);
+    result.push_back(ends ? std::numeric_limits<double>::infinity() : largest_magnitude(values));
+  }
+  return result;
+}
+
+}  // namespace
+
 std::vector<Growth> growth_of(Session& session) {
   constexpr double suspicious = 1e8;
   std::vector<Growth> result;
+  std::vector<double> further;
   for (int s = 0; s < session.rollout().state_count(); ++s) {
-    Growth growth{session.rollout().state_name(s)};
-    for (const double value : session.initial(s)) growth.before = std::max(growth.before, std::abs(value));
-    for (const double value : session.final_state(s)) growth.after = std::max(growth.after, std::abs(value));
-    if (growth.before > 0 && growth.after > suspicious * growth.before) result.push_back(growth);
+    const Growth growth{session.rollout().state_name(s), largest_magnitude(session.initial(s)),
+                        largest_magnitude(session.final_state(s))};
+    if (growth.before == 0 || growth.after <= suspicious * growth.before) continue;
+    if (further.empty()) further = one_step_further(session);
+    // What is unstable grows by the same factor in each step; what began with next to nothing, and other fields drive,
+    // does not.
+    const double again = std::log(further[static_cast<std::size_t>(s)] / growth.after) * session.steps();
+    if (again >= 0.5 * std::log(growth.after / growth.before)) result.push_back(growth);
   }
   return result;
 }
@@ -364,15 +399,54 @@ void report_growth(Session& session, DiagnosticSink& sink) {
   }
 }
 
+namespace {
+
+/// The states that the equation of `state` reads, and those that theirs read.
+std::set<std::string> read_by(const model::Problem& problem, const std::string& state) {
+  std::set<std::string> found;
+  std::vector<std::string> open{state};
+  while (!open.empty()) {
+    const model::State* reader = problem.find_state(open.back());
+    open.pop_back();
+    if (reader == nullptr || !reader->rhs) continue;
+    for (const model::State& other : problem.states) {
+      if (model::reads(*reader->rhs, other.name) && found.insert(other.name).second) open.push_back(other.name);
+    }
+  }
+  return found;
+}
+
+/// What overflows first may only read what blows up: "c has grown from 1 to 1e+100, and u reads it; ", of a field that
+/// does not read u.
+std::string grown_before(Session& session, const std::string& name) {
+  constexpr double suspicious = 1e3;
+  const model::Problem& problem = session.problem();
+  std::string found;
+  double most = suspicious;
+  for (const std::string& read : read_by(problem, name)) {
+    const int s = session.rollout().state_index(read);
+    if (s < 0 || read_by(problem, read).contains(name)) continue;
+    const double before = largest_magnitude(session.initial(s)), after = largest_magnitude(session.final_state(s)),
+                 growth = after / (before > 0 ? before : 1);
+    if (!(growth > most)) continue;
+    most = growth;
+    found = fmt::format("{} has grown from {:.3g} to {:.3g}, and {} reads it; ", read, before, after, name);
+  }
+  return found;
+}
+
+}  // namespace
+
 void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink) {
   const std::string& name = session.rollout().state_name(blow_up.state);
   const model::State* state = session.problem().find_state(name);
   const SourceRange where = state == nullptr ? SourceRange{} : state->origin.range;
-  sink.report("blow-up", where,
-              {name, fmt::format("{}", blow_up.step), fmt::format("{}", session.steps()), fmt::format("{:.6g}", blow_up.t),
-               session.workspace().cell_text(blow_up.cell), session.workspace().place_text(blow_up.cell)},
-              fmt::format("the value is {}; a smaller step than {} may help (--set step=...)", shown(blow_up.value),
-                          session.problem().step));
+  sink.report(
+      "blow-up", where,
+      {name, fmt::format("{}", blow_up.step), fmt::format("{}", session.steps()), fmt::format("{:.6g}", blow_up.t),
+       session.workspace().cell_text(blow_up.cell), session.workspace().place_text(blow_up.cell)},
+      fmt::format("{}the value is {}; a smaller step than {} may help (--set step=...)", grown_before(session, name),
+                  shown(blow_up.value), session.problem().step));
 }
 
 }  // namespace dpde::driver

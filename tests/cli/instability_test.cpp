@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is said of runs that leave all bounds: which field, and that the step is too large.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using Instability = Command;
+
+std::string rod(const std::string& step, const std::string& more, const std::string& initial = "1e-30*sin(x)") {
+  return "model rod { field u; param k; dt(u) = k*lap(u)" + more +
+         " }\nscheme e { time = euler }\nscene s : rod with e {\n  grid x = 0 .. 2*pi, cells 16, periodic\n  k = 1\n  "
+         "initial u = " +
+         initial + "\n  time 0 .. 40*" + step + ", step " + step + "\n}\n";
+}
+
+/// From 1e-30 a source makes 1, a step that is too large makes 1e-10.
+TEST_F(Instability, WhatGrowsBecauseItIsDrivenIsNoMistake) {
+  write("driven.dpde", rod("0.01", " + 1"));
+  EXPECT_EQ(dpde("run driven.dpde s --json").codes(), std::vector<std::string>{});
+  write("unstable.dpde", rod("0.2", "", "1e-30*sin(x) + 1e-32*cos(8*x)"));
+  EXPECT_EQ(dpde("run unstable.dpde s --json").codes(), std::vector<std::string>{"W0801"});
+}
+
+/// u sees c^3, which overflows before c does.
+TEST_F(Instability, ABlowUpNamesTheFieldThatBlowsUp) {
+  write("pair.dpde", R"(
+model pair { field u, c; dt(u) = c^3 - u; dt(c) = 300*lap(c) - c }
+scheme e { time = euler }
+scene s : pair with e {
+  grid x = 0 .. 2*pi, cells 16, periodic
+  subcycle c in 4
+  initial u = 1
+  initial c = 1 + 0.01*sin(8*x)
+  time 0 .. 100, step 0.1
+})");
+  const Outcome run = dpde("run pair.dpde s --json");
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0801"});
+  const std::string hint = run.json()["diagnostics"][0]["hint"];
+  EXPECT_EQ(hint.find("c has grown from 1.01 to "), 0u) << hint;
+}
+
+/// The start is the same everywhere, and so stays; its gradient does not.
+TEST_F(Instability, AGradientThatOverflowsBlamesTheStep) {
+  write("steep.dpde", rod("0.5", "", "1") + "task t : s { unknown initial u; minimise mean(cos(8*x)*(u - 2)^2) }\n");
+  const std::string text = content(path("steep.dpde"));
+  write("steep.dpde", std::string(text).replace(text.find("40*0.5"), 6, "400*0.5"));
+  const Outcome run = dpde("gradient steep.dpde t");
+  EXPECT_NE(run.err.find("E0803"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("a smaller step than 0.5 may help"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("begin elsewhere"), std::string::npos) << run.err;
+  write("root.dpde",
+        "model m { field u; dt(u) = -u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 0\n  time "
+        "0 .. 1, step 1/8\n}\n"
+        "task t : s { unknown initial u; minimise mean(sqrt(u)) }\n");
+  EXPECT_NE(dpde("gradient root.dpde t").err.find("begin elsewhere"), std::string::npos);
+}
+
+/// Squares of 1e-200 are 0.
+TEST_F(Instability, NormsOfSmallGradientsAreNot0) {
+  write("small.dpde",
+        "model m { field u; param k; dt(u) = -k*u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 1\n  "
+        "initial u = 1\n  time 0 .. 1, step 1/8\n}\n"
+        "task t : s { unknown initial u; minimise 1e-200*mean(u) }\n");
+  const Json u = dpde("gradient small.dpde t --json").json()["gradient"]["u"];
+  EXPECT_NEAR(double(u["norm"]) / double(u["max"]), 2, 1e-12) << u;
+}
+
+}  // namespace
+}  // namespace dpde::testing
