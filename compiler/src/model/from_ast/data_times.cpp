@@ -31,9 +31,9 @@ void check_times(Draft& draft, const Expr& value, const When& when, const Origin
   for (const Datum& datum : problem.task->data) {
     const std::optional<double> own = time_of(problem, datum);
     // where the run begins there is a formula or a file: a pattern to compare with at any time
-    if (!own || !reads(value, datum.name) || std::abs(*own - problem.t_begin) < 1e-6 * problem.step) continue;
+    if (!own || !reads(value, datum.name) || std::abs(*own - problem.t_begin) <= 1e-6 * problem.step) continue;
     for (const double t : times_of(problem, when)) {
-      if (std::abs(t - *own) < 1e-6 * problem.step) continue;
+      if (std::abs(t - *own) <= 1e-6 * problem.step) continue;
       draft.sink.report(
           "data-of-other-time", origin.range, {datum.name, fmt::format("{:.10g}", *own), fmt::format("{:.10g}", t)},
           fmt::format(
