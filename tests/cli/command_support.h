@@ -8,14 +8,14 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+
+#include "support/json.h"
 
 namespace dpde::testing {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 inline std::string content(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -28,7 +28,7 @@ struct Outcome {
   int status = -1;
   std::string out, err;
   Json json() const {
-    const Json parsed = Json::parse(out, nullptr, false);
+    const Json parsed = parse_json(out);
     EXPECT_FALSE(parsed.is_discarded()) << "not JSON: " << out << err;
     return parsed.is_discarded() ? Json::object() : parsed;
   }

@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "dpde/dpde.h"
+#include "support/json.h"
 
 namespace dpde {
 namespace {
@@ -137,7 +137,7 @@ TEST_P(AheadOfTime, InMemoryAgreesWithTheCommand) {
   const std::string command = DPDE_BINARY_DIR "/bin/dpde gradient " + example(c) + " " + c.name + settings(c) + " --json >" + (folder_ / "out").string();
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
   std::ifstream file(folder_ / "out");
-  const nlohmann::json json = nlohmann::json::parse(file);
+  const Json json = parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
   EXPECT_NEAR(sim.gradient(), json["loss"].get<double>(), 1e-12*json["loss"].get<double>());
   for (const std::string& unknown : sim.unknowns()) {
     double square = 0;

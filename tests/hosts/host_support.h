@@ -9,12 +9,12 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "dpde/dpde.h"
+#include "support/json.h"
 
 namespace dpde::testing {
 
@@ -58,11 +58,11 @@ class InFolder : public ::testing::Test {
     return (folder_ / name).string();
   }
   /// dpde VERB ... --json
-  nlohmann::json dpde(const std::string& arguments) {
+  Json dpde(const std::string& arguments) {
     const std::string out = (folder_ / "stdout").string(), command = DPDE_BINARY_DIR "/bin/dpde " + arguments + " --json >" + out;
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
     std::ifstream file(out);
-    return nlohmann::json::parse(file);
+    return parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
   }
   /// The scene of the library that `dpde build` makes.
   const dpde_scene* build(const std::string& file, const std::string& name, const std::string& options = "") {

@@ -75,7 +75,7 @@ TEST_P(Optimise, IsTheCommandToTheLastBit) {
     seen.push_back(now);
     return true;
   });
-  const nlohmann::json json = dpde("optimize " + file + " " + c.task + text_of(c.set) + " --threads 1 --quiet --out " + (folder_ / "out").string());
+  const Json json = dpde("optimize " + file + " " + c.task + text_of(c.set) + " --threads 1 --quiet --out " + (folder_ / "out").string());
   EXPECT_EQ(found.losses, json["loss"].get<std::vector<double>>());
   EXPECT_EQ(found.iterations, json["iterations"]);
   EXPECT_EQ(found.evaluations, json["evaluations"]);
@@ -84,7 +84,7 @@ TEST_P(Optimise, IsTheCommandToTheLastBit) {
   EXPECT_EQ(found.losses.size(), static_cast<std::size_t>(found.iterations) + 1);
   EXPECT_LT(found.losses.back(), found.losses.front());
   for (const std::string& unknown : sim.unknowns()) {
-    const nlohmann::json& from = json["unknowns"][unknown];
+    const Json& from = json["unknowns"][unknown];
     std::vector<double> expected;
     if (from.contains("value")) expected = {from["value"]};
     if (from.contains("values")) expected = from["values"].get<std::vector<double>>();

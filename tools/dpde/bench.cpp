@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process; of a task that learns, where
 // the time of its updates goes.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 // dpde build: a scene ahead of time, as a library and a class for C++ hosts.
 #include "driver/library.h"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <memory>

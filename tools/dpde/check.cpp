@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde check: parses, types, and says what a scene will cost before it runs.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>

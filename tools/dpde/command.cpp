@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.h"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -99,8 +100,8 @@ int Job::finish(Json result) {
     std::fputs(fmt::format("{}", render_text(source_, diagnostic, isatty(STDERR_FILENO) != 0)).c_str(), stderr);
   }
   if (options_.json) {
-    if (!sink_.all().empty()) result["diagnostics"] = Json::parse(render_json(source_, sink_.all()));
-    fmt::print("{}\n", result.dump(-1, ' ', false, Json::error_handler_t::replace));
+    if (!sink_.all().empty()) result["diagnostics"] = parse_json(render_json(source_, sink_.all()));
+    fmt::print("{}\n", json_text(result));
   }
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -2,22 +2,23 @@
 // What every verb shares: the options common to all, exit codes, and the one way results and messages leave the process.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "driver/pipeline.h"
+#include "json.h"
 #include "source/diagnostic.h"
 
-namespace dpde::tools {
+namespace CLI {
+class App;
+}
 
-using Json = nlohmann::ordered_json;
+namespace dpde::tools {
 
 inline constexpr const char* version = "dpde 0.1";
 

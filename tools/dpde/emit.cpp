@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde emit: one stage of the compiler as text.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>

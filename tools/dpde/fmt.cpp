@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde fmt: formats a model file in place.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cstdio>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde gradient: one loss and its gradient.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde: the command. Each verb has a file of its own; this one parses the command line and hands over.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,8 +22,7 @@ int report_usage(const std::string& message, bool json) {
     const dpde::tools::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", message},
                                           {"file", ""},      {"line", 0},           {"column", 0},
                                           {"hint", "dpde VERB --help"}};
-    fmt::print("{}\n", dpde::tools::Json{{"diagnostics", dpde::tools::Json::array({diagnostic})}}.dump(
-                              -1, ' ', false, dpde::tools::Json::error_handler_t::replace));
+    fmt::print("{}\n", dpde::tools::json_text({{"diagnostics", dpde::tools::Json::array({diagnostic})}}));
   }
   return static_cast<int>(dpde::tools::Exit::wrong_input);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde optimize: runs the task's optimiser.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <chrono>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde plot: pictures of an array file, or a picture a stored state.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde run: steps a scene through time.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <memory>

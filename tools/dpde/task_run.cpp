@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "task_run.h"
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "driver/instability.h"

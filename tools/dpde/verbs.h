@@ -2,7 +2,9 @@
 // The verbs of the command, one file each. Each adds its subcommand; the exit status goes to `status`.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace dpde::tools {
 

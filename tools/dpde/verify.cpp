@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde verify: certifies derivatives on the compiled kernels.
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cmath>
