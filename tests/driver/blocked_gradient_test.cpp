@@ -145,7 +145,12 @@ TEST(BlockedGradient, IsTheSameForEveryNumberOfThreads) {
   ASSERT_TRUE(session) << testing::all_messages(source, sink);
   const Found one = gradient_of(*session, 0, 1, 0);
   EXPECT_GT(one.block, 1);
+  const Found single = gradient_of(*session, 1, 1, 0);
+  EXPECT_EQ(single.block, 1);
   for (const int threads : {2, 5, 40}) {
+    const Found steps = gradient_of(*session, 1, threads, 0);
+    EXPECT_EQ(steps.bars, single.bars) << threads;
+    EXPECT_EQ(steps.params, single.params) << threads;
     const Found other = gradient_of(*session, 0, threads, 0);
     EXPECT_EQ(other.block, one.block) << threads;
     EXPECT_EQ(other.stored, one.stored) << threads;

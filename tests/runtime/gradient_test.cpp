@@ -147,20 +147,6 @@ TEST(Gradient, NoStepsAtAll) {
   expect_gradient_of_loss(rollout, burgers.layout, "", 0, 1e-8);
 }
 
-TEST(Gradient, ThreadsChangeNoBit) {
-  BurgersCase burgers;  // 1-D: one row, never on threads; the setting alone must change nothing
-  std::vector<double> bars;
-  for (int threads : {1, 2}) {
-    RolloutSetup setup = burgers.setup(12, {12}, {});
-    setup.threads = threads;
-    Rollout rollout(std::move(setup));
-    rollout.initial(0).copy_in(random_values(cells, 1));
-    const std::vector<double> found = bars_of(burgers.layout, rollout.gradient());
-    if (threads == 1) bars = found;
-    EXPECT_EQ(found, bars);
-  }
-}
-
 // Two states: the wave equation u_next = 2 u - v + c (u[-1] - 2 u + u[+1]), v_next = u. Its adjoint reads no state.
 
 void wave_uniforms(const double* params, double* uniforms) { uniforms[0] = params[0]; }
