@@ -7,6 +7,7 @@
 
 #include "aligned_memory.h"
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/links.h"
 #include "rollout_impl.h"
 
 namespace dpde {
@@ -103,7 +104,8 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
   const dpde_program& program = bound.executor.program();
   for (int p = 0; p < program.param_count; ++p) {
     const std::string_view name = program.params[p];
-    if (name == "t" || name == "loss_bar") continue;
+    const auto is_seed = [&](const dpde_link& link) { return link.kind == DPDE_LINK_SUM && link.derived_kind == DPDE_LINK_PARAM && link.derived == p; };
+    if (name == "t" || std::ranges::any_of(links_of(program), is_seed)) continue;
     if (name == "dt") bound.executor.set_param(p, setup.dt);
     const auto found = std::ranges::find(setup.params, name, &BoundParam::name);
     if (found == setup.params.end() && name != "dt") not_bound(program, "parameter", name);
@@ -193,13 +195,13 @@ void Rollout::Impl::bind_adjoint() {
   std::vector<std::string> own;
   std::vector<int> seeds, results;
   for (const std::string& next : next_names) {
-    const std::string seed = next + "_bar";
+    const int seed = find_derived(program, DPDE_LINK_FIELD, next);
     const auto swaps = std::span(program.swaps, static_cast<size_t>(program.swap_count));
-    const auto found = std::ranges::find_if(swaps, [&](const dpde_swap& swap) { return seed == program.fields[swap.state]; });
-    if (found == swaps.end()) throw Error(ErrorKind::run, fmt::format("program {}: no swap of {}", program.name, seed));
+    const auto found = std::ranges::find(swaps, seed, &dpde_swap::state);
+    if (found == swaps.end()) throw Error(ErrorKind::run, fmt::format("program {}: no swap of the adjoint of {}", program.name, next));
     seeds.push_back(found->state);
     results.push_back(found->next);
-    own.push_back(seed);
+    own.emplace_back(program.fields[seed]);
     own.emplace_back(program.fields[found->next]);
   }
   backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}, {}, {}});
@@ -223,7 +225,7 @@ void Rollout::Impl::place_sought() {
 std::vector<FieldBar> Rollout::Impl::bind_field_bars(const Executor& executor) const {
   std::vector<FieldBar> found;
   for (size_t i = 0; i < setup.sought.size(); ++i) {
-    const int field = executor.field_index(setup.sought[i] + "_bar");
+    const int field = find_derived(executor.program(), DPDE_LINK_FIELD, setup.sought[i]);
     if (field >= executor.program().input_count) found.push_back({field, i});
   }
   return found;
@@ -231,13 +233,11 @@ std::vector<FieldBar> Rollout::Impl::bind_field_bars(const Executor& executor) c
 
 std::vector<ParamBar> Rollout::Impl::bind_param_bars(const dpde_program& program) {
   std::vector<ParamBar> bars_found;
-  for (int s = 0; s < program.sum_count; ++s) {
-    const std::string_view sum = program.sums[s];
-    if (!sum.ends_with("_bar")) continue;
-    const std::string_view name = sum.substr(0, sum.size() - 4);
-    auto place = std::ranges::find(param_bar_names, name);
-    if (place == param_bar_names.end()) place = param_bar_names.emplace(place, name);
-    bars_found.push_back({static_cast<size_t>(s), static_cast<size_t>(place - param_bar_names.begin())});
+  for (const dpde_link& link : links_of(program)) {
+    if (link.kind != DPDE_LINK_PARAM || link.derived < 0) continue;
+    auto place = std::ranges::find(param_bar_names, link.primal);
+    if (place == param_bar_names.end()) place = param_bar_names.emplace(place, link.primal);
+    bars_found.push_back({static_cast<size_t>(link.derived), static_cast<size_t>(place - param_bar_names.begin())});
   }
   return bars_found;
 }
@@ -270,12 +270,16 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   loss.data = bind_data(term, loss.program);
   terms.push_back({term.weight, std::move(loss), std::nullopt});
   if (term.adjoint == nullptr) return;
+  if (term.adjoint->link_count == 0) throw Error(ErrorKind::run, fmt::format("program {} does not say what its derivatives belong to", term.adjoint->name));
   std::vector<int> results;
-  for (const std::string& name : state_names) own.push_back(name + "_bar");
+  for (const std::string& name : state_names) results.push_back(find_derived(*term.adjoint, DPDE_LINK_FIELD, name));
+  for (const int result : results) {
+    if (result >= 0) own.emplace_back(term.adjoint->fields[result]);
+  }
   BoundLossAdjoint adjoint{bind_program(*term.adjoint, own, false), {}, bind_param_bars(*term.adjoint), {}, {}};
   const Executor& executor = adjoint.program.executor;
-  for (const std::string& name : state_names) adjoint.results.push_back(executor.field_index(name + "_bar"));
-  const int seed = executor.param_index(term.sum + "_bar");
+  adjoint.results = std::move(results);
+  const int seed = find_derived(*term.adjoint, DPDE_LINK_SUM, term.sum);
   if (seed >= 0) adjoint.program.executor.set_param(seed, term.weight);
   adjoint.fields = bind_field_bars(executor);
   adjoint.data = bind_data(term, adjoint.program);

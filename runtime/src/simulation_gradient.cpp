@@ -36,14 +36,24 @@ double Simulation::Impl::gradient() {
 void Simulation::Impl::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const {
   for (const Unknown& unknown : unknowns) {
     const std::string& variable = of_rates ? unknown.rate : unknown.name;
-    if (unknown.is_field()) rollout.copy_field_bar(variable, unknown.part_of(to));
-    if (!unknown.is_field()) rollout.copy_param_bar(variable, unknown.part_of(to));
+    if (unknown.is_field() && !variable.empty()) rollout.copy_field_bar(variable, unknown.part_of(to));
+    if (!unknown.is_field() || variable.empty()) rollout.copy_param_bar(variable, unknown.part_of(to));
   }
 }
 
-/// A state at the start, or a coefficient, or the rate of one of them.
+/// The state or coefficient whose rate this is; "" of other names.
+std::string_view Simulation::Impl::value_of_rate(std::string_view rate) const {
+  for (const InitialState& state : initial_states) {
+    if (rate_of(DPDE_LINK_FIELD, state.name) == rate) return state.name;
+  }
+  for (const auto& [name, field] : host_fields) {
+    if (rate_of(DPDE_LINK_FIELD, name) == rate) return name;
+  }
+  return "";
+}
+
+/// A state at the start, or a coefficient.
 bool Simulation::Impl::comes_from_formula(std::string_view field) const {
-  if (field.ends_with("_dot")) field.remove_suffix(4);
   const auto state = std::ranges::find(initial_states, field, &InitialState::name);
   if (state != initial_states.end()) return !state->is_given && !state->is_unknown && state->start == DPDE_START_SCENE;
   const auto coefficient = host_fields.find(field);
@@ -54,7 +64,10 @@ bool Simulation::Impl::comes_from_formula(std::string_view field) const {
 /// by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
 void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial_program,
                                             const dpde_program* coefficient_program, std::span<double> to) {
-  const auto counts = [&](std::string_view name) { return comes_from_formula(name) && (!of_rates || name.ends_with("_dot")); };
+  const auto counts = [&](std::string_view name) {
+    const std::string_view value = value_of_rate(name);
+    return value.empty() ? !of_rates && comes_from_formula(name) : comes_from_formula(value);
+  };
   const auto add = [&](std::string_view param, double value) {
     for (const Unknown& unknown : unknowns) {
       if (unknown.kind == DPDE_UNKNOWN_PARAM && (of_rates ? unknown.rate : unknown.name) == param) to[unknown.offset] += value;
@@ -66,9 +79,8 @@ void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rate
     const std::vector<double>& bars = formula_bars.find(network)->second;
     for (size_t i = 0; i < bars.size(); ++i) to[learned->offset + i] += bars[i];
   };
-  constexpr std::string_view bar = "_bar";
   const auto is_used = [&](const dpde_program& program) {  // where all is given nothing was computed that the adjoint could read
-    return std::any_of(program.fields, program.fields + program.input_count, [&](std::string_view field) { return field.ends_with(bar) && counts(field.substr(0, field.size() - bar.size())); });
+    return std::ranges::any_of(links_of(program), [&](const dpde_link& link) { return is_seed_of_field(program, link) && counts(link.primal); });
   };
   for (const dpde_program* program : {coefficient_program, initial_program}) {
     if (program != nullptr && is_used(*program)) add_through_formula(*this, *program, rollout, counts, add, add_network);

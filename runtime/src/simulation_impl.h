@@ -37,7 +37,7 @@ struct HostField {
 
 /// An unknown and its part of the vector of all of them.
 struct Unknown {
-  std::string name, rate;  // x and x_dot
+  std::string name, rate;  // the rate as tangents call it; "" where none varies by it
   int32_t kind;
   double low, high;
   std::size_t offset, size;
@@ -56,6 +56,8 @@ struct Simulation::Impl {
   void make_layout(const SimulationOptions& options);
   void make_params();
   void make_fields();
+  std::string rate_of(int32_t kind, std::string_view name) const;
+  std::string rate_of(const dpde_unknown& unknown) const;
   void make_unknowns();
   Field& field(std::string_view name);
   /// Of data at several times, and of control fields: the first is field(name).
@@ -112,6 +114,7 @@ struct Simulation::Impl {
   void begin_objective(Rollout& rollout);
   double gradient();
   bool comes_from_formula(std::string_view field) const;
+  std::string_view value_of_rate(std::string_view rate) const;
   void copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const;
   void add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial, const dpde_program* coefficients,
                             std::span<double> to);

@@ -8,25 +8,25 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
+#include "dpde/runtime/links.h"
 #include "simulation_impl.h"
 
 namespace dpde {
-namespace {
-
-const std::string dot = "_dot";
-
-}  // namespace
-
 RolloutSetup Simulation::Impl::second_setup(Curvature curvature) {
   for (int32_t c = 0; c < scene.sought_count; ++c) {
-    field(scene.sought[c] + dot);
+    const std::string rate = rate_of(DPDE_LINK_FIELD, scene.sought[c]);
+    if (rate.empty()) continue;
+    field(rate);
     const HostField& host = host_field_named(scene.sought[c]);
-    if (host.every > 0) make_control_field(scene.sought[c] + dot, host.every, static_cast<int32_t>(host.states));
+    if (host.every > 0) make_control_field(rate, host.every, static_cast<int32_t>(host.states));
   }
   RolloutSetup both = setup();
   both.step = scene.second.tangent;
   both.adjoint = scene.second.adjoint;
-  for (int32_t c = 0; c < scene.sought_count; ++c) both.sought.insert(both.sought.end(), {scene.sought[c], scene.sought[c] + dot});
+  for (int32_t c = 0; c < scene.sought_count; ++c) {
+    both.sought.emplace_back(scene.sought[c]);
+    if (const std::string rate = rate_of(DPDE_LINK_FIELD, scene.sought[c]); !rate.empty()) both.sought.push_back(rate);
+  }
   for (int32_t i = 0; i < scene.loss_count; ++i) {
     const dpde_loss& loss = scene.losses[i];
     const dpde_second& programs = curvature == Curvature::full ? loss.full : loss.squares;
@@ -35,7 +35,7 @@ RolloutSetup Simulation::Impl::second_setup(Curvature curvature) {
     }
     LossTerm term = loss_term(loss, *programs.tangent);
     term.adjoint = programs.adjoint;
-    term.sum = "loss" + dot;
+    term.sum = rate_in(*programs.tangent, DPDE_LINK_SUM, "loss");
     both.losses.push_back(std::move(term));
   }
   return both;
@@ -76,10 +76,10 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
   const auto copy_rates = [&](const std::string& name, const Unknown* unknown, void* to) {
     if (unknown != nullptr) {
       copy_in(layout, to, unknown->part_of(all));
-    } else if (!comes_from_formula(name)) {
+    } else if (!comes_from_formula(name) || rate_of(DPDE_LINK_FIELD, name).empty()) {
       fill_all(layout, to, 0);
-    } else if (to != field(name + dot).base()) {
-      copy_all(layout, to, field(name + dot).base());
+    } else if (Field& rates = field(rate_of(DPDE_LINK_FIELD, name)); to != rates.base()) {
+      copy_all(layout, to, rates.base());
     }
   };
   const auto sought_as = [&](int32_t kind, std::string_view name) {
@@ -87,16 +87,18 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
     return found == unknowns.end() ? nullptr : &*found;
   };
   for (const InitialState& state : initial_states) {
-    const int rate = rollout.state_index(state.name + dot);
+    const int rate = rollout.state_index(rate_of(DPDE_LINK_FIELD, state.name));
     if (rate >= 0) copy_rates(state.name, sought_as(DPDE_UNKNOWN_INITIAL, state.name), rollout.initial(rate).base());
   }
   for (int32_t c = 0; c < scene.sought_count; ++c) {
     const Unknown* unknown = sought_as(DPDE_UNKNOWN_COEFFICIENT, scene.sought[c]);
+    const std::string rate = rate_of(DPDE_LINK_FIELD, scene.sought[c]);
+    if (rate.empty()) continue;
     if (unknown != nullptr && host_field_named(scene.sought[c]).every > 0) {
-      copy_in_all(scene.sought[c] + dot, unknown->part_of(all));
+      copy_in_all(rate, unknown->part_of(all));
       continue;
     }
-    copy_rates(scene.sought[c], sought_as(DPDE_UNKNOWN_COEFFICIENT, scene.sought[c]), field(scene.sought[c] + dot).base());
+    copy_rates(scene.sought[c], sought_as(DPDE_UNKNOWN_COEFFICIENT, scene.sought[c]), field(rate).base());
   }
 }
 

@@ -85,9 +85,12 @@ struct SmallGradient {
     adjoint.sweep(handwritten::burgers1d_adjoint_row,
                   {{"u", -1}, {"u"}, {"u", 1}, {"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"u_bar"}}, {adjoint.fill_of("u_bar")});
     adjoint.swap("u_next_bar", "u_bar");
+    adjoint.bars({"u", "u_next"});
     loss.sums({"loss"});
     loss.sweep(handwritten::square_row, {{"u"}, {"target"}}, {}, {"loss"});
     loss_adjoint.params({"loss_bar"}, test::loss_uniforms, 1);
+    loss_adjoint.bars({"u"});
+    loss_adjoint.bar_of_loss();
     loss_adjoint.sweep(handwritten::square_adjoint_row, {{"u"}, {"target"}, {"u_bar"}});
   }
   RolloutSetup setup() {

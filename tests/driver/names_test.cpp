@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <string>
+#include <vector>
 
+#include "driver_support.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -57,6 +60,61 @@ TEST(Names, AParameterMayBeCalledAsALet) {
 TEST(Names, ACoefficientFieldMayBeCalledAsALet) {
   for (const std::string name : {"tau", "t1", "t2", "hx2"}) {
     expect_right(called("model m { field u, v; coefficient @" + reaction + "}\ntask t : s { unknown @; minimise mean(v^2) }", name), name);
+  }
+}
+
+/// A kernel's let has the name that the adjoint of a parameter, or the rate of a field, would have.
+TEST(Names, ALetMayBeCalledAsADerivative) {
+  for (const std::string name : {"k", "c_bar", "u_bar", "v_bar", "c_dot", "u_dot", "loss_bar", "t1"}) {
+    const std::string text = called(R"(kernel decay(u: field, out v: field, c, dt: param) {
+  let @ = exp(-c*u)
+  v = u - dt*c*u*@*(1 + @)
+}
+program p { run decay; swap u, v }
+scene s : p {
+  grid x = 0 .. 1, cells 8, periodic
+  c = 0.7
+  initial u = 1 + 0.3*sin(2*pi*x)
+  time 0 .. 0.5, step 0.05
+}
+task t : s { unknown c; minimise mean(u^2) }
+)", name);
+    expect_right(text, "c");
+    expect_certified(text, true);
+  }
+}
+
+/// The programs of a scene are called s_step, s_initial, t_loss_1: so may be what a person wrote.
+TEST(Names, ProgramsAndKernelsMayBeCalledAsThoseOfAScene) {
+  for (const std::string name : {"decay", "s_step", "s_initial", "s_coefficients", "t_loss_1", "s_step_adjoint", "t_start"}) {
+    expect_right(called(R"(kernel @(u: field, out v: field, c, dt: param) { v = u - dt*c*u^2 }
+program @ { run @; swap u, v }
+scene s : @ {
+  grid x = 0 .. 1, cells 8, periodic
+  c = 0.7
+  initial u = 1 + 0.3*sin(2*pi*x)
+  time 0 .. 0.5, step 0.05
+}
+task t : s { unknown c; minimise mean(u^2) }
+)", name), "c");
+  }
+}
+
+/// What schemes remember, and the fields of their stages.
+TEST(Names, ParametersMayBeCalledAsFieldsOfASchemeAre) {
+  const std::map<std::string, std::vector<std::string>> names{{"ab2", {"u_rate", "u_rate_now", "u_next"}}, {"leapfrog", {"u_old"}}, {"rk4", {"u_1", "u_2"}}};
+  for (const auto& [scheme, likely] : names) {
+    for (const std::string& name : likely) {
+      expect_right(called("model m { field u; param @; dt(u) = -@*u }\nscheme q { time = " + scheme + R"( }
+scene s : m with q {
+  grid x = 0 .. 1, cells 4, periodic
+  @ = 0.7
+  initial u = 1 + 0.3*sin(2*pi*x)
+  time 0 .. 0.5, step 0.05
+}
+task t : s { unknown @; minimise mean(u^2) }
+)", name), name);
+    }
   }
 }
 

@@ -74,7 +74,7 @@ std::string fuzz_model(std::string_view text) {
     const std::optional<model::Problem> problem = model::from_ast(file, {name, {}, "", false}, sink);
     if (problem && !sink.has_errors()) {
       if (std::string rule = first_of(model::verify(*problem)); !rule.empty()) return name + ": " + rule;
-      const stencil::Module module = stencil::from_model(*problem, sink);
+      const stencil::Module module = stencil::from_model(*problem, stencil::program_names(*problem), sink);
       const std::string rule = sink.has_errors() ? "" : first_of(stencil::verify(module));
       if (!rule.empty()) return name + ": " + rule;
     }

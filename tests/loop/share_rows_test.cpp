@@ -188,7 +188,7 @@ std::size_t rows_of_subcycles(int parts) {
   DiagnosticSink sink;
   const ast::File file = parse(source, sink);
   const auto problem = model::from_ast(file, {}, sink);
-  const stencil::Module module = problem ? stencil::from_model(*problem, sink) : stencil::Module{};
+  const stencil::Module module = problem ? stencil::from_model(*problem, stencil::program_names(*problem), sink) : stencil::Module{};
   for (const Diagnostic& diagnostic : sink.all()) ADD_FAILURE() << diagnostic.message;
   return loop::from_stencil(module, {"run_step"}).rows.size();
 }

@@ -113,7 +113,7 @@ class ProgramCheck {
   /// weights inside an interpolation that cancel, as those of a slope on a single cell, leave `rounding_of_one`.
   bool is_rounding_of_products(const Check& check) {
     if (std::abs(check.forward - check.reverse) <= rounding_of_one) return true;
-    const auto rounded = [](const adjoint::Derivative& d) { return adjoint::Derivative{with_rounding(d.module), d.program, d.names}; };
+    const auto rounded = [](const adjoint::Derivative& d) { return adjoint::Derivative{with_rounding(d.module), d.program, d.links, d.is_adjoint}; };
     const Derivatives noisy{rounded(derived_.tangent), rounded(derived_.adjoint)};
     const Check other = check_derivatives(random_.module, "p", noisy, random_.wrt, random_.grid, random_.seed);
     const double rounding = std::abs(other.forward - check.forward) + std::abs(other.reverse - check.reverse);

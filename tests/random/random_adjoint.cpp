@@ -68,8 +68,8 @@ std::optional<Expr> derived_formula(const Kernel& kernel, const std::string& inp
   const adjoint::Derivative derived = adjoint::adjoint(module, "p", by_input, sink);
   if (sink.has_errors()) return std::nullopt;
   for (const Store& store : kernel.stores) {
-    const auto seed = derived.names.find(store.field);
-    if (seed != derived.names.end() && seed->second != bar_of(store.field)) return std::nullopt;
+    const std::string* const seed = derived.field(store.field);
+    if (seed != nullptr && *seed != bar_of(store.field)) return std::nullopt;
   }
   if (derived.module.kernels.size() != 1) return std::nullopt;
   const Kernel& gather = derived.module.kernels[0];

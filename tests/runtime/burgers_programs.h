@@ -78,9 +78,13 @@ struct BurgersPrograms {
     adjoint.sweep(adjoint_row, {{"u", -1}, {"u"}, {"u", 1}, {"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"u_bar"}},
                   {adjoint.fill_of("u_bar")}, {"nu_bar"});
     adjoint.swap("u_next_bar", "u_bar");
+    adjoint.bars({"u", "u_next"});
+    adjoint.link(DPDE_LINK_PARAM, "nu", DPDE_LINK_SUM, "nu_bar");
     loss.sums({"loss"});
     loss.sweep(square_row, {{"u"}, {"target"}}, {}, {"loss"});
     loss_adjoint.params({"loss_bar"}, loss_uniforms, 1);
+    loss_adjoint.bars({"u"});
+    loss_adjoint.bar_of_loss();
     loss_adjoint.sweep(square_adjoint_row, {{"u"}, {"target"}, {"u_bar"}});
   }
 };

@@ -187,7 +187,9 @@ struct WaveCase {
     adjoint.sweep(wave_adjoint_row, {{"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"v_next_bar"}, {"u_bar"}, {"v_bar"}},
                   {adjoint.fill_of("u_bar")});
     adjoint.swap("u_next_bar", "u_bar");
+    adjoint.bars({"u", "u_next"});
     adjoint.swap("v_next_bar", "v_bar");
+    adjoint.bars({"v", "v_next"});
     target.copy_in(random_values(cells, 77));
   }
   RolloutSetup setup(std::vector<int> at_steps) {
@@ -239,6 +241,7 @@ TEST(Gradient, TheTimeGoesBackwardsInTheAdjoint) {
   adjoint.params({"k", "t"}, growth_uniforms, 2);
   adjoint.sweep(factor_row, {{"u_next_bar"}, {"u_bar"}});
   adjoint.swap("u_next_bar", "u_bar");
+  adjoint.bars({"u", "u_next"});
   BurgersPrograms losses;
   Field zero(line());
   for (int slots : {1, 3, 10}) {
@@ -308,9 +311,12 @@ TEST(Gradient, TwoDimensionsWithWallsTemporariesAndACoefficient) {
   adjoint.sweep(heat_adjoint_row, streams, {}, {}, {1, 1, 0});
   adjoint.fold(adjoint.fill_of("u_bar", walls), {1, 1, 0});
   adjoint.swap("u_next_bar", "u_bar");
+  adjoint.bars({"u", "u_next"});
   loss.sums({"loss"});
   loss.sweep(test::square_row, {{"u"}, {"target"}}, {}, {"loss"});
   loss_adjoint.params({"loss_bar"}, test::loss_uniforms, 1);
+  loss_adjoint.bars({"u"});
+  loss_adjoint.bar_of_loss();
   loss_adjoint.sweep(test::square_adjoint_row, {{"u"}, {"target"}, {"u_bar"}});
   Field c(layout), target(layout);
   c.copy_in(random_values(20, 3));

@@ -46,6 +46,16 @@ class TestProgram {
   }
   void sums(std::vector<std::string> names) { sums_ = std::move(names); }
   void halo(std::array<int64_t, 3> halo) { halo_ = halo; }
+  /// Of a derivative: what `derived` belongs to.
+  void link(int kind, const std::string& primal, int derived_kind, const std::string& derived) {
+    const auto& names = derived_kind == DPDE_LINK_FIELD ? fields_ : derived_kind == DPDE_LINK_PARAM ? params_ : sums_;
+    links_.push_back({kind, primals_.emplace_back(primal).c_str(), derived_kind, index(names, derived)});
+  }
+  /// Of an adjoint: x_bar belongs to x.
+  void bars(const std::vector<std::string>& fields) {
+    for (const std::string& field : fields) link(DPDE_LINK_FIELD, field, DPDE_LINK_FIELD, field + "_bar");
+  }
+  void bar_of_loss() { link(DPDE_LINK_SUM, "loss", DPDE_LINK_PARAM, "loss_bar"); }
   void swap(const std::string& state, const std::string& next) { swaps_.push_back({index(fields_, state), index(fields_, next)}); }
 
   dpde_fill fill_of(const std::string& field, std::array<dpde_boundary, 3> axes = {periodic, periodic, periodic}) const {
@@ -104,6 +114,8 @@ class TestProgram {
     table_.operations = operations_.data();
     table_.swap_count = static_cast<int>(swaps_.size());
     table_.swaps = swaps_.data();
+    table_.link_count = static_cast<int>(links_.size());
+    table_.links = links_.data();
     return table_;
   }
 
@@ -128,6 +140,8 @@ class TestProgram {
   std::vector<dpde_fill> prepare_;
   std::vector<dpde_operation> operations_;
   std::vector<dpde_swap> swaps_;
+  std::deque<std::string> primals_;
+  std::vector<dpde_link> links_;
   dpde_program table_{};
 };
 

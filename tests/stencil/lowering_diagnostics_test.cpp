@@ -16,7 +16,7 @@ Expr at(int begin, const Expr& e) { return Expr(model::Node{e->kind, {{begin, be
 /// "E0551 at 7: message" for each report.
 std::vector<std::string> complaints(const model::Problem& problem) {
   dpde::DiagnosticSink sink;
-  const dpde::stencil::Module module = dpde::stencil::from_model(problem, sink);
+  const dpde::stencil::Module module = dpde::stencil::from_model(problem, dpde::stencil::program_names(problem), sink);
   std::vector<std::string> texts;
   for (const dpde::Diagnostic& d : sink.all()) {
     EXPECT_FALSE(d.hint.empty());

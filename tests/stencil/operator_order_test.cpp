@@ -33,7 +33,7 @@ Outcome outcome_of(const std::string& operators, const std::string& rhs, int axe
   const ast::File file = ast::parse(source, sink);
   const auto problem = model::from_ast(file, {}, sink);
   Outcome outcome;
-  if (problem) from_model(*problem, sink);
+  if (problem) from_model(*problem, program_names(*problem), sink);
   for (const Diagnostic& d : sink.all()) {
     outcome.complaints += fmt::format("{} at {}: {}\n", d.kind->code, d.range.is_known() ? text.substr(d.range.begin, d.range.end - d.range.begin) : "", d.message);
     if (d.kind->code == "E0557" || d.kind->code == "W0501") {

@@ -20,7 +20,7 @@ namespace scene_run {
 /// The module of a problem without errors; it is valid and its text reads back as the same module.
 inline dpde::stencil::Module lower(const dpde::model::Problem& problem) {
   dpde::DiagnosticSink sink;
-  dpde::stencil::Module module = dpde::stencil::from_model(problem, sink);
+  dpde::stencil::Module module = dpde::stencil::from_model(problem, dpde::stencil::program_names(problem), sink);
   for (const dpde::Diagnostic& diagnostic : sink.all()) ADD_FAILURE() << diagnostic.message;
   EXPECT_EQ(dpde::stencil::verify(module), std::vector<std::string>{});
   const std::string text = dpde::stencil::print(module);

@@ -67,7 +67,7 @@ class Checker {
         adjoint_(derived.adjoint) {
     active_fields_ = wrt.fields;
     for (const Swap& swap : program_.swaps) {
-      if (tangent_.names.contains(swap.state)) active_fields_.insert(swap.state);
+      if (tangent_.field(swap.state) != nullptr) active_fields_.insert(swap.state);
     }
     active_params_ = wrt.params;
     const Interface needs = interface_of(module, program_);
@@ -91,16 +91,17 @@ class Checker {
     Run seeded = primal_;
     for (const auto& [field, values] : dots.fields) {
       const std::vector<double> w = draw(-1, 1);
-      seeded.fields[adjoint_.names.at(field)] = w;
+      seeded.fields[*adjoint_.field(field)] = w;
       for (size_t i = 0; i < w.size(); ++i) {
         forward += w[i] * values[i];
         magnitude += std::abs(w[i] * values[i]);
       }
     }
     for (const std::string& sum : interface_of(module_, program_).sums) {
-      if (!adjoint_.names.contains(sum)) continue;
+      const std::string* const bar = adjoint_.sum(sum);
+      if (bar == nullptr) continue;
       const double w = draw_one(-1, 1);
-      seeded.params[adjoint_.names.at(sum)] = w;
+      seeded.params[*bar] = w;
       forward += w * dots.sums.at(sum);
       magnitude += std::abs(w * dots.sums.at(sum));
     }
@@ -120,19 +121,19 @@ class Checker {
   /// Result dots under the primal names of the results.
   Results run_tangent() {
     Run run = primal_;
-    for (const auto& [field, d] : direction_.fields) run.fields[tangent_.names.at(field)] = d;
-    for (const auto& [name, d] : direction_.params) run.params[tangent_.names.at(name)] = d;
+    for (const auto& [field, d] : direction_.fields) run.fields[*tangent_.field(field)] = d;
+    for (const auto& [name, d] : direction_.params) run.params[*tangent_.param(name)] = d;
     const Results raw = run_program(tangent_.module, tangent_.program, grid_, run);
     Results dots;
     const auto take = [&](const std::string& field) {
-      const auto name = tangent_.names.find(field);
-      if (name != tangent_.names.end() && raw.fields.contains(name->second)) dots.fields[field] = raw.fields.at(name->second);
+      const std::string* const dot = tangent_.field(field);
+      if (dot != nullptr && raw.fields.contains(*dot)) dots.fields[field] = raw.fields.at(*dot);
     };
     for (const Swap& swap : program_.swaps) take(swap.next);
     for (const std::string& keep : program_.keeps) take(keep);
     for (const std::string& sum : interface_of(module_, program_).sums) {
-      const auto name = tangent_.names.find(sum);
-      dots.sums[sum] = name != tangent_.names.end() && raw.sums.contains(name->second) ? raw.sums.at(name->second) : 0.0;
+      const std::string* const dot = tangent_.sum(sum);
+      dots.sums[sum] = dot != nullptr && raw.sums.contains(*dot) ? raw.sums.at(*dot) : 0.0;
     }
     return dots;
   }
@@ -182,11 +183,11 @@ class Checker {
       magnitude += std::abs(term);
     };
     for (const auto& [field, d] : direction_.fields) {
-      const std::vector<double>& bar = raw.fields.at(adjoint_.names.at(field));
+      const std::vector<double>& bar = raw.fields.at(*adjoint_.field(field));
       for (size_t i = 0; i < d.size(); ++i) add(bar[i] * d[i]);
     }
     for (const auto& [name, d] : direction_.params) {
-      const auto sum = raw.sums.find(adjoint_.names.at(name));
+      const auto sum = raw.sums.find(*adjoint_.param(name));
       if (sum != raw.sums.end()) add(sum->second * d);
     }
     for (const auto& [name, weights] : raw.weights) {

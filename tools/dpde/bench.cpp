@@ -138,8 +138,7 @@ std::function<void()> resetter(driver::Session& session) {
       if (derived == session.compiled().derived.end() || !derived->second.adjoint) continue;
       const stencil::Program& step = *session.compiled().stencil.find_program(session.compiled().step_name());
       for (const stencil::Swap& swap : step.swaps) {
-        const auto bar = derived->second.adjoint->names.find(swap.next);
-        if (bar != derived->second.adjoint->names.end()) workspace.field(bar->second).fill(1.0);
+        if (const std::string* bar = derived->second.adjoint->field(swap.next)) workspace.field(*bar).fill(1.0);
       }
     }
   };

@@ -42,7 +42,7 @@ std::string state_of(const TaskRun& run, const std::string& datum) {
 bool is_in_loss(const TaskRun& run, const std::string& datum) {
   const stencil::Module& module = run.compiled->stencil;
   for (const stencil::Program& program : module.programs) {
-    if (!program.name.starts_with(run.task().name + "_loss_")) continue;
+    if (std::ranges::find(run.compiled->names.losses, program.name) == run.compiled->names.losses.end()) continue;
     const std::vector<std::string> inputs = stencil::interface_of(module, program).inputs;
     if (std::find(inputs.begin(), inputs.end(), datum) != inputs.end()) return true;
   }

@@ -440,7 +440,8 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   }
   result.module.programs.push_back(std::move(derived));
   for (const std::string& p : wrt.params) names.of(p);
-  result.names = names.all();
+  result.links = names.links(module, *program, wrt);
+  result.is_adjoint = true;
   return result;
 }
 

@@ -31,10 +31,25 @@ struct Surroundings {
   std::map<std::string, double> params;
 };
 
+/// What a value of the primal became. In a tangent the kind stays; in an adjoint fields stay fields, a parameter becomes a sum
+/// and a sum a parameter. The weights of a network are a parameter.
+struct Link {
+  enum class Kind { field, param, sum };
+  Kind kind = Kind::field;  // of the primal
+  std::string primal, derived;
+};
+
 struct Derivative {
-  stencil::Module module;              // holds `program` and every kernel it runs
-  std::string program;                 // NAME_tangent or NAME_adjoint
-  std::map<std::string, std::string> names;  // field, param or sum of the primal -> its x_dot or x_bar
+  stencil::Module module;   // holds `program` and every kernel it runs
+  std::string program;      // NAME_tangent or NAME_adjoint
+  std::vector<Link> links;  // of whatever varies: all that is active has one
+  bool is_adjoint = false;
+
+  /// What it is called here; nullptr where it does not vary.
+  const std::string* derived(Link::Kind kind, const std::string& primal) const;
+  const std::string* field(const std::string& primal) const { return derived(Link::Kind::field, primal); }
+  const std::string* param(const std::string& primal) const { return derived(Link::Kind::param, primal); }
+  const std::string* sum(const std::string& primal) const { return derived(Link::Kind::sum, primal); }
 };
 
 /// NAME_tangent: for inputs x and directions x_dot computes all results of NAME and their directional derivatives.

@@ -99,28 +99,30 @@ class Comparison {
     const bool is_field = inputs_.contains(input_);
     const std::vector<double> direction = draw({-1, 1}, random);
     State forward = start(tangent_);
-    if (is_field) forward.set(tangent_.names.at(input_), direction);
-    if (!is_field) params_[tangent_.names.at(input_)] = direction.front();
+    if (is_field) forward.set(*tangent_.field(input_), direction);
+    if (!is_field) params_[*tangent_.param(input_)] = direction.front();
     const std::map<std::string, double> rates = interpret(tangent_.module, *tangent_.module.find_program(tangent_.program), forward, params_);
     State back = start(adjoint_);
     for (const std::string& result_field : program_.keeps) {
-      if (!tangent_.names.contains(result_field)) continue;
+      const std::string *const rate = tangent_.field(result_field), *const bar = adjoint_.field(result_field);
+      if (rate == nullptr) continue;
       const std::vector<double> seed = draw({-1, 1}, random);
-      if (adjoint_.names.contains(result_field)) back.set(adjoint_.names.at(result_field), seed);
-      add(seed, forward.get(tangent_.names.at(result_field)), result.forward, result.scale);
+      if (bar != nullptr) back.set(*bar, seed);
+      add(seed, forward.get(*rate), result.forward, result.scale);
     }
     for (const std::string& sum : interface_.sums) {
-      const auto rate = tangent_.names.contains(sum) ? rates.find(tangent_.names.at(sum)) : rates.end();
+      const std::string *const dot = tangent_.sum(sum), *const bar = adjoint_.sum(sum);
+      const auto rate = dot != nullptr ? rates.find(*dot) : rates.end();
       if (rate == rates.end()) continue;
       const double seed = draw_one({-1, 1}, random);
-      if (adjoint_.names.contains(sum)) params_[adjoint_.names.at(sum)] = seed;
+      if (bar != nullptr) params_[*bar] = seed;
       add({seed}, {rate->second}, result.forward, result.scale);
     }
     const auto sums = interpret(adjoint_.module, *adjoint_.module.find_program(adjoint_.program), back, params_);
     if (is_field) {
-      add(direction, back.get(adjoint_.names.at(input_)), result.reverse, result.scale);
+      add(direction, back.get(*adjoint_.field(input_)), result.reverse, result.scale);
     } else {
-      const auto sum = sums.find(adjoint_.names.at(input_));
+      const auto sum = sums.find(*adjoint_.param(input_));
       add({direction.front()}, {sum == sums.end() ? 0.0 : sum->second}, result.reverse, result.scale);
     }
     return result;

@@ -163,6 +163,32 @@ const std::string& DerivedNames::of(const std::string& name) {
   return derived_.emplace(name, kept == kept_.end() ? supply_.fresh(name + suffix_) : kept->second).first->second;
 }
 
+std::vector<Link> DerivedNames::links(const Module& module, const Program& program, const Activity& wrt) const {
+  const Interface known = interface_of(module, program);
+  std::set<std::string> fields(known.inputs.begin(), known.inputs.end()), params(known.params.begin(), known.params.end());
+  fields.insert(known.written.begin(), known.written.end());
+  fields.insert(wrt.fields.begin(), wrt.fields.end());
+  for (const Swap& swap : program.swaps) fields.insert({swap.state, swap.next});
+  params.insert(known.networks.begin(), known.networks.end());
+  params.insert(wrt.params.begin(), wrt.params.end());
+  std::vector<Link> links;
+  const auto add = [&](Link::Kind kind, const auto& values) {
+    for (const std::string& value : values) {
+      const auto found = derived_.find(value);
+      if (found != derived_.end()) links.push_back({kind, value, found->second});
+    }
+  };
+  add(Link::Kind::field, fields);
+  add(Link::Kind::param, params);
+  add(Link::Kind::sum, known.sums);
+  return links;
+}
+
+const std::string* Derivative::derived(Link::Kind kind, const std::string& primal) const {
+  const auto found = std::ranges::find_if(links, [&](const Link& link) { return link.kind == kind && link.primal == primal; });
+  return found == links.end() ? nullptr : &found->derived;
+}
+
 Varied find_varied(const Module& module, const Program& program, const Activity& wrt) {
   Varied varied{wrt.fields, wrt.params, {}};
   bool grew = true;

@@ -31,6 +31,8 @@ class DerivedNames {
   /// From now on `name` stands for `derived`; returns what it stood for.
   std::string rebind(const std::string& name, std::string derived) { return std::exchange(derived_.at(name), std::move(derived)); }
   const std::map<std::string, std::string>& all() const { return derived_; }
+  /// Those asked for, with what they belong to.
+  std::vector<Link> links(const stencil::Module& module, const stencil::Program& program, const Activity& wrt) const;
 
  private:
   std::string suffix_;

@@ -297,7 +297,7 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
   for (const std::string& field : wrt.fields) names.of(field);
   for (const std::string& p : wrt.params) names.of(p);
   result.module.programs.push_back(std::move(derived));
-  result.names = names.all();
+  result.links = names.links(module, *program, wrt);
   if (failed) return std::nullopt;
   return result;
 }

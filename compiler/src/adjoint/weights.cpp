@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "adjoint/weights.h"
 
+#include <algorithm>
+
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -9,12 +11,30 @@ using namespace stencil;
 
 namespace {
 
+const Expr* find(const Slopes& slopes, const std::string& name) {
+  const auto found = std::ranges::find_if(slopes, [&](const auto& slope) { return slope.first == name; });
+  return found == slopes.end() ? nullptr : &found->second;
+}
+
+void set(Slopes& slopes, const std::string& name, const Expr& value) {
+  const auto found = std::ranges::find_if(slopes, [&](const auto& slope) { return slope.first == name; });
+  if (found == slopes.end()) {
+    slopes.emplace_back(name, value);
+  } else {
+    found->second = value;
+  }
+}
+
+void add(Slopes& slopes, const std::string& name, const Expr& value) {
+  const Expr* const sum = find(slopes, name);
+  set(slopes, name, sum == nullptr ? value : *sum + value);
+}
+
 /// Adds x * de/dp for each param p of `e`, which is made of params and numbers.
-void add_slopes(const Expr& e, const Expr& x, const Varied& varied, std::map<std::string, Expr>& slopes) {
+void add_slopes(const Expr& e, const Expr& x, const Varied& varied, Slopes& slopes) {
   if (!is_varied(e, varied)) return;
   if (const Param* p = std::get_if<Param>(&e->kind)) {
-    const auto [sum, is_new] = slopes.emplace(p->name, x);
-    if (!is_new) sum->second = sum->second + x;
+    add(slopes, p->name, x);
     return;
   }
   if (const Select* s = std::get_if<Select>(&e->kind)) {
@@ -38,16 +58,11 @@ Offset along(int axis, int cells) {
 /// True in the grown region where the point is at most `layer` cells beyond that side.
 Expr is_within(const WallSide& at, int layer, int grow) { return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow); }
 
-using Slopes = std::map<std::string, Expr>;
-
 /// What the params contribute to the change of mean*a + rise*b.
 Slopes combined(const Slopes& by_a, const Slopes& by_b, const Expr& mean, const Expr& rise) {
   Slopes here;
-  for (const auto& [name, slope] : by_a) here.emplace(name, slope * mean);
-  for (const auto& [name, slope] : by_b) {
-    const auto [sum, is_new] = here.emplace(name, slope * rise);
-    if (!is_new) sum->second = sum->second + slope * rise;
-  }
+  for (const auto& [name, slope] : by_a) add(here, name, slope * mean);
+  for (const auto& [name, slope] : by_b) add(here, name, slope * rise);
   return here;
 }
 
@@ -72,8 +87,8 @@ Slopes on_the_wall(const Slopes& by_a, const Slopes& by_b, const std::string& fi
   const auto has = [&](int cells) { return inside(along(at.axis, (cells - (at.is_low ? 0 : 1) + layers) * inwards), layers); };
   Slopes here;
   for (const auto& [name, value] : three) {
-    const Expr any = select(inside(near, layers), select(has(3), select(inside(far, layers), value, 0.0), two.at(name)), 0.0);
-    here.emplace(name, at.is_low ? any : select(has(2), any, 0.0));
+    const Expr any = select(inside(near, layers), select(has(3), select(inside(far, layers), value, 0.0), *find(two, name)), 0.0);
+    add(here, name, at.is_low ? any : select(has(2), any, 0.0));
   }
   return here;
 }
@@ -106,7 +121,7 @@ Side& side_at(std::vector<AxisBoundary>& axes, const WallSide& at) {
   return at.is_low ? along.low : along.high;
 }
 
-std::map<std::string, Expr> weight_slopes(const std::string& field, const Side& side, const WallSide& at, int layers, const Varied& varied) {
+Slopes weight_slopes(const std::string& field, const Side& side, const WallSide& at, int layers, const Varied& varied) {
   Slopes by_a, by_b, slopes;
   add_slopes(side.a, 1.0, varied, by_a);
   add_slopes(side.b, 1.0, varied, by_b);
@@ -116,9 +131,9 @@ std::map<std::string, Expr> weight_slopes(const std::string& field, const Side& 
     const bool is_wall = side.on_wall && k == 0;
     const Slopes here = is_wall ? on_the_wall(by_a, by_b, field, at, layers) : at_place(by_a, by_b, field, at, 2 * k + 1 - on_wall, layers);
     for (const auto& [name, value] : here) {
-      const auto farther = slopes.find(name);
-      const Expr beyond = farther == slopes.end() ? Expr(0.0) : farther->second;
-      slopes.insert_or_assign(name, select(is_within(at, k + 1 - within, layers), value, beyond));
+      const Expr* const farther = find(slopes, name);
+      const Expr beyond = farther == nullptr ? Expr(0.0) : *farther;
+      set(slopes, name, select(is_within(at, k + 1 - within, layers), value, beyond));
     }
   }
   for (auto& [name, value] : slopes) value = select(is_within(at, -within, layers), 0.0, value);
@@ -127,11 +142,7 @@ std::map<std::string, Expr> weight_slopes(const std::string& field, const Side& 
 
 Kernel adjoint_of_weights(const Fill& fill, const std::vector<std::string>& values, int layers, const Varied& varied, DerivedNames& names,
                           const DerivedField& bar_of_wall) {
-  std::map<std::string, Expr> sums, walls;
-  const auto add = [](std::map<std::string, Expr>& to, const std::string& name, const Expr& value) {
-    const auto [sum, is_new] = to.emplace(name, value);
-    if (!is_new) sum->second = sum->second + value;
-  };
+  Slopes sums, walls;
   const std::vector<WallSide> sides = sides_with_varied_weights(fill.axes, varied);
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const Side& side = side_at(fill.axes, sides[i]);

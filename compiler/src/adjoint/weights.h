@@ -4,8 +4,8 @@
 // transpose gives to c goes on to the weights.
 #pragma once
 
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "adjoint/plan.h"
@@ -24,10 +24,13 @@ std::vector<WallSide> sides_with_varied_weights(const std::vector<stencil::AxisB
 const stencil::Side& side_at(const std::vector<stencil::AxisBoundary>& axes, const WallSide& at);
 stencil::Side& side_at(std::vector<stencil::AxisBoundary>& axes, const WallSide& at);
 
+/// By param, in the order in which they are met: terms are added up in no order of letters.
+using Slopes = std::vector<std::pair<std::string, stencil::Expr>>;
+
 /// What each param p contributes to the change of m*a + s*b in `layers` halo cells beyond that side of `field`, which is filled, and
 /// at its points on the walls:
 /// m*da/dp + s*db/dp there, 0 elsewhere. For a kernel that runs on the region grown by `layers`.
-std::map<std::string, stencil::Expr> weight_slopes(const std::string& field, const stencil::Side& side, const WallSide& at, int layers,
+Slopes weight_slopes(const std::string& field, const stencil::Side& side, const WallSide& at, int layers,
                                                    const Varied& varied);
 
 /// From what a fold gave to c of each side with varied weights, the fields `values`, to the sums of the weights' params and, where c

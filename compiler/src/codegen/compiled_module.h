@@ -21,6 +21,7 @@ class CompiledModule {
   /// nullptr when there is no such program.
   const dpde_program* find(const std::string& name) const { return tables_.find(name); }
   std::vector<std::string> names() const { return tables_.names(); }
+  void set_links(const std::string& program, const std::vector<TableLink>& links) { tables_.set_links(program, links); }
 
  protected:
   ProgramTables& tables() { return tables_; }

@@ -20,10 +20,14 @@ struct Names {
   }
   Names(const Names&) = delete;
   int32_t count() const { return static_cast<int32_t>(names.size()); }
-  int32_t index_of(const std::string& name) const {
+  int32_t find(const std::string& name) const {
     const auto found = std::find(names.begin(), names.end(), name);
-    require(found != names.end(), "the program knows the name");
-    return static_cast<int32_t>(found - names.begin());
+    return found == names.end() ? -1 : static_cast<int32_t>(found - names.begin());
+  }
+  int32_t index_of(const std::string& name) const {
+    const int32_t index = find(name);
+    require(index >= 0, "the program knows the name");
+    return index;
   }
 
   std::vector<std::string> names;
@@ -90,6 +94,7 @@ struct ProgramTables::Table {
                            const RowResolver& row_code, const Strings& shared);
   int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
   dpde_inference inference(const loop::Infer& infer, const Strings& shared);
+  void set_links(const std::vector<TableLink>& given, const Names& params);
 
   std::string name;
   Names fields, sums;
@@ -101,6 +106,8 @@ struct ProgramTables::Table {
   std::vector<dpde_swap> swaps;
   std::deque<std::vector<int32_t>> lists;
   std::vector<const dpde_network*> networks;
+  std::deque<std::string> primals;
+  std::vector<dpde_link> links;
   dpde_program program{};
 };
 
@@ -198,6 +205,15 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
   return result;
 }
 
+void ProgramTables::Table::set_links(const std::vector<TableLink>& given, const Names& params) {
+  for (const TableLink& link : given) {
+    const Names& names = link.derived_kind == DPDE_LINK_FIELD ? fields : link.derived_kind == DPDE_LINK_PARAM ? params : sums;
+    links.push_back({link.kind, primals.emplace_back(link.primal).c_str(), link.derived_kind, names.find(link.derived)});
+  }
+  program.link_count = static_cast<int32_t>(links.size());
+  program.links = links.data();
+}
+
 ProgramTables::Table::Table(const loop::Module& module, const loop::Program& source, const RowResolver& row_code,
                             const Strings& shared, ComputeUniforms compute_uniforms)
     : name(source.name), fields(source.fields), sums(source.sums) {
@@ -253,6 +269,13 @@ std::vector<std::string> ProgramTables::names() const {
   std::vector<std::string> names;
   for (const auto& table : tables_) names.push_back(table->name);
   return names;
+}
+
+void ProgramTables::set_links(const std::string& program, const std::vector<TableLink>& links) {
+  for (const auto& table : tables_) {
+    if (table->name == program) return table->set_links(links, strings_->params);
+  }
+  unreachable("the program is in the tables");
 }
 
 void ProgramTables::set_interpreter(const std::string& program, Interpret interpret, void* context) {

@@ -26,6 +26,14 @@ using ComputeUniforms = void (*)(const double* params, double* uniforms);
 using Interpret = void (*)(void* context, const dpde_layout* layout, void* const* fields, const double* params,
                            const dpde_weights* weights, double* sums);
 
+/// See dpde_link. Kinds are DPDE_LINK_FIELD, DPDE_LINK_PARAM, DPDE_LINK_SUM.
+struct TableLink {
+  int kind;
+  std::string primal;
+  int derived_kind;
+  std::string derived;
+};
+
 class ProgramTables {
  public:
   /// An interpreter that needs no code passes {} and nullptr and calls set_interpreter for each program.
@@ -38,6 +46,8 @@ class ProgramTables {
   const dpde_program* find(const std::string& name) const;
   /// Names in the order of the module.
   std::vector<std::string> names() const;
+  /// Of a derivative. What the program has no field, param or sum for gets the index -1.
+  void set_links(const std::string& program, const std::vector<TableLink>& links);
   void set_interpreter(const std::string& program, Interpret interpret, void* context);
 
  private:

@@ -48,7 +48,7 @@ double Tangent::loss_rate(const Snapshot& snapshot) {
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const std::vector<int> steps = session_.steps_of(task.losses[i].when);
     if (std::find(steps.begin(), steps.end(), snapshot.step) == steps.end()) continue;
-    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    const std::string& name = compiled_.names.losses[i];
     const dpde_program* program = compiled_.tangent_of(name);
     if (program == nullptr) continue;
     std::map<std::string, void*> bound;
@@ -57,12 +57,12 @@ double Tangent::loss_rate(const Snapshot& snapshot) {
       const std::string& step_name = names_[s];
       for (const auto& [state, rates] : directions_.state_rates()) {
         if (step_name == state) bound[state] = snapshot.states[s];
-        if (step_name != directions_.dot_of(compiled_.step_name(), state)) continue;
-        const std::string dot = directions_.dot_of(name, state);
+        if (step_name != directions_.dot_of(compiled_.step_name(), adjoint::Link::Kind::field, state)) continue;
+        const std::string dot = directions_.dot_of(name, adjoint::Link::Kind::field, state);
         if (!dot.empty()) bound[dot] = snapshot.states[s];
       }
     }
-    rate += session_.evaluate(*program, directions_.dot_of(name, "loss"), snapshot.t, bound);
+    rate += session_.evaluate(*program, directions_.dot_of(name, adjoint::Link::Kind::sum, "loss"), snapshot.t, bound);
   }
   return rate;
 }

@@ -5,19 +5,21 @@
 
 namespace dpde::driver {
 
-std::string Directions::dot_of(const std::string& primal, const std::string& name) const {
+using Kind = adjoint::Link::Kind;
+
+std::string Directions::dot_of(const std::string& primal, adjoint::Link::Kind kind, const std::string& name) const {
   const auto& all = session_.compiled().derived;
   const auto derived = all.find(primal);
   if (derived == all.end() || !derived->second.tangent) return "";
-  const auto found = derived->second.tangent->names.find(name);
-  return found == derived->second.tangent->names.end() ? "" : found->second;
+  const std::string* const found = derived->second.tangent->derived(kind, name);
+  return found == nullptr ? "" : *found;
 }
 
 void Directions::assign(const Eigen::VectorXd& x, const Eigen::VectorXd& d) {
   inverse_.assign(x);
   for (const auto& [primal, derived] : session_.compiled().derived) {
     for (const Inverse::Part& part : inverse_.parts()) {
-      const std::string dot = part.is_field() ? "" : dot_of(primal, part.name);
+      const std::string dot = part.is_field() ? "" : dot_of(primal, Kind::param, part.name);
       if (!dot.empty()) inverse_.set_values(dot, part, d);
     }
   }
@@ -31,10 +33,10 @@ void Directions::run_formulas(const Eigen::VectorXd& x, const Eigen::VectorXd& d
     const dpde_program* program = session_.compiled().tangent_of(formula);
     if (program != nullptr) workspace.run(*program, session_.problem().t_begin);
   }
-  const std::string initial = session_.problem().scene + "_initial";
+  const std::string& initial = session_.compiled().names.initial;
   for (int s = 0; s < session_.rollout().state_count(); ++s) {
     const std::string& state = session_.rollout().state_name(s);
-    const std::string dot = dot_of(initial, state);
+    const std::string dot = dot_of(initial, Kind::field, state);
     state_rates_[state] = dot.empty() ? std::vector<double>(workspace.cell_count()) : workspace.dense(dot);
   }
   for (const Inverse::Part& part : inverse_.parts()) {
@@ -46,7 +48,7 @@ void Directions::run_formulas(const Eigen::VectorXd& x, const Eigen::VectorXd& d
     }
     workspace.set_dense(part.name, {x.data() + part.offset, rates.size()});  // a formula has written it
     for (const auto& [primal, derived] : session_.compiled().derived) {
-      const std::string dot = dot_of(primal, part.name);
+      const std::string dot = dot_of(primal, Kind::field, part.name);
       if (dot.empty()) continue;
       workspace.make_like(dot, part.name);
       workspace.set_dense(dot, rates);
@@ -62,7 +64,7 @@ void Directions::start(Rollout& rollout) const {
     const int own = session_.rollout().state_index(name);
     if (own >= 0) rollout.initial(s).copy_in(session_.initial(own));
     for (const auto& [state, rates] : state_rates_) {
-      if (name == dot_of(step, state)) rollout.initial(s).copy_in(rates);
+      if (name == dot_of(step, Kind::field, state)) rollout.initial(s).copy_in(rates);
     }
   }
 }

@@ -21,7 +21,7 @@ class Directions {
   /// Makes a rollout of the step's tangent start from there: states, rates and parameters.
   void start(Rollout& rollout) const;
   /// What the tangent of a program calls the rate of `name`; "" when it has none.
-  std::string dot_of(const std::string& primal, const std::string& name) const;
+  std::string dot_of(const std::string& primal, adjoint::Link::Kind kind, const std::string& name) const;
   /// Rates of the states at the start, by state.
   const std::map<std::string, std::vector<double>>& state_rates() const { return state_rates_; }
 

@@ -36,8 +36,8 @@ class Tangent {
     for (int s = 0; s < rollout_->state_count(); ++s) {
       for (const model::State& state : session_->problem().states) {
         if (rollout_->state_name(s) == state.name) states_.emplace_back(s, state.name);
-        const auto rate = tangent.names.find(state.name);
-        if (rate != tangent.names.end() && rollout_->state_name(s) == rate->second) rates_.push_back(s);
+        const std::string* const rate = tangent.field(state.name);
+        if (rate != nullptr && rollout_->state_name(s) == *rate) rates_.push_back(s);
       }
     }
     cells_.resize(session_->workspace().cell_count());
@@ -71,7 +71,7 @@ class Tangent {
       const auto value = values_.find(network);
       if (value != values_.end()) weights.values = value->second;
     }
-    if (const dpde_program* formulas = session_->compiled().program(session_->problem().scene + "_coefficients")) workspace.run(*formulas, on_.times.front());
+    if (const dpde_program* formulas = session_->compiled().program(session_->compiled().names.coefficients)) workspace.run(*formulas, on_.times.front());
     for (const model::Coefficient& coefficient : session_->problem().coefficients) {
       const auto value = values_.find(coefficient.name);
       if (value != values_.end()) workspace.set_dense(coefficient.name, value->second);

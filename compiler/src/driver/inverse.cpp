@@ -10,9 +10,9 @@
 
 #include "driver/array_file.h"
 #include "driver/data.h"
+#include "driver/links.h"
 #include "dpde/runtime/through_formula.h"
 #include "model/placement.h"
-#include "stencil/from_model.h"
 
 namespace dpde::driver {
 
@@ -91,7 +91,7 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   for (const Part& part : parts_) {
     if (part.is_field()) own_[part.name] = part.is_initial() ? session_.initial(part.index) : workspace.dense(part.name);
   }
-  const dpde_program* program = session_.compiled().program(session_.problem().task->name + "_start");
+  const dpde_program* program = session_.compiled().program(session_.compiled().names.start);
   if (program != nullptr) {
     workspace.run(*program, session_.problem().t_begin);
     for (const Part& part : parts_) {
@@ -101,7 +101,7 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   for (const Part& part : parts_) {
     const model::Coefficient* control = control_field(part);
     if (control == nullptr || !unknown_of(part).from.formula) continue;
-    workspace.run_for_intervals(*session_.compiled().program(stencil::control_start_program(session_.problem(), part.name)), part.name);
+    workspace.run_for_intervals(*session_.compiled().program(session_.compiled().names.control_starts.at(part.name)), part.name);
     from_formula[part.name] = workspace.dense(part.name);
   }
   for (const Part& part : parts_) {
@@ -223,29 +223,46 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
   return last_->loss;
 }
 
+/// As tangents call it; "" where none varies by it.
+std::string Inverse::rate_of(const Part& part) const {
+  return driver::rate_of(session_.compiled(), part.is_field() ? adjoint::Link::Kind::field : adjoint::Link::Kind::param, part.name);
+}
+
+/// Of states and coefficients.
+std::set<std::string, std::less<>> Inverse::rates_of_fields() const {
+  std::set<std::string, std::less<>> rates;
+  for (const auto& [program, derived] : session_.compiled().derived) {
+    for (std::size_t i = 0; derived.tangent && i < derived.tangent->links.size(); ++i) {
+      const adjoint::Link& link = derived.tangent->links[i];
+      if (link.kind == adjoint::Link::Kind::field) rates.insert(link.derived);
+    }
+  }
+  return rates;
+}
+
 void Inverse::copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& to) const {
   for (const Part& part : parts_) {
     const std::span<double> values(to.data() + part.offset, static_cast<std::size_t>(part.size));
-    const std::string variable = of_rates ? part.name + "_dot" : part.name;
-    if (part.is_field()) rollout.copy_field_bar(variable, values);
-    if (!part.is_field()) rollout.copy_param_bar(variable, values);
+    const std::string variable = of_rates ? rate_of(part) : part.name;
+    if (part.is_field() && !variable.empty()) rollout.copy_field_bar(variable, values);
+    if (!part.is_field() || variable.empty()) rollout.copy_param_bar(variable, values);
   }
 }
 
 void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates, Eigen::VectorXd& to) {
-  const auto counts = [&](std::string_view field) {
-    if (of_rates && !field.ends_with("_dot")) return false;
-    if (field.ends_with("_dot")) field.remove_suffix(4);
-    return std::ranges::none_of(parts_, [&](const Part& p) { return p.is_field() && p.name == field; });  // else the formula is not used
+  const std::set<std::string, std::less<>> rates = rates_of_fields();
+  const auto counts = [&](std::string_view field) {  // where the field is sought its formula is not used
+    if (of_rates && !rates.contains(field)) return false;
+    return std::ranges::none_of(parts_, [&](const Part& p) { return p.is_field() && (p.name == field || rate_of(p) == field); });
   };
   const auto add = [&](std::string_view param, double value) {
     for (const Part& part : parts_) {
-      const std::string variable = of_rates ? part.name + "_dot" : part.name;
+      const std::string variable = of_rates ? rate_of(part) : part.name;
       if (part.kind == model::Unknown::Kind::parameter && variable == param) to[part.offset] += value;
     }
   };
   const auto add_network = [&](std::string_view network) {
-    const auto learned = [&](const Part& part) { return part.is_network() && network == (of_rates ? part.name + "_dot" : part.name); };
+    const auto learned = [&](const Part& part) { return part.is_network() && network == (of_rates ? rate_of(part) : part.name); };
     const auto part = std::ranges::find_if(parts_, learned);
     if (part == parts_.end()) return;
     const std::vector<double>& bars = session_.workspace().weights().at(std::string(network)).bars;
@@ -269,7 +286,7 @@ std::vector<std::pair<std::string, double>> Inverse::tests(const Eigen::VectorXd
     for (std::size_t i = 0; i < task.tests.size(); ++i) {
       if (!wanted[i].contains(snapshot.step)) continue;
       const std::string& name = task.tests[i].quantity.name;
-      const dpde_program* program = session_.compiled().program(task.name + "_test_" + name);
+      const dpde_program* program = session_.compiled().program(session_.compiled().names.tests.at(name));
       values[i].second += session_.evaluate(*program, name, snapshot.t, snapshot.states);
     }
   };

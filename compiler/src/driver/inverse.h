@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <set>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +75,8 @@ class Inverse {
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
   bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
+  std::string rate_of(const Part& part) const;
+  std::set<std::string, std::less<>> rates_of_fields() const;
   bool has_walls(const Eigen::VectorXd& x);
   bool reads_unknown(const dpde_program& program) const;
   Eigen::Index size_of(const model::Unknown& unknown) const;

@@ -8,6 +8,7 @@
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/cpp/emit_library.h"
 #include "driver/files.h"
+#include "driver/links.h"
 #include "driver/scene_table.h"
 #include "syntax/parser.h"
 
@@ -47,6 +48,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
   std::optional<Compiled> compiled = compile_for_hosts(source, options.selection, std::nullopt, options.second_order, sink);
   if (!compiled) return std::nullopt;
   compiled->code = std::make_shared<codegen::CompiledModule>(codegen::ProgramTables(compiled->loop, {}, nullptr));
+  for (const LinkedProgram& derivative : linked_programs(*compiled)) compiled->code->set_links(derivative.program, derivative.links);
   const auto kept = std::make_shared<const Compiled>(std::move(*compiled));
   const std::shared_ptr<const SceneTable> table = SceneTable::make(kept, source, sink);
   if (!table) return std::nullopt;

@@ -17,7 +17,7 @@ void check_losses(const Compiled& compiled, DiagnosticSink& sink) {
   const model::Optimiser* newton = newton_of(compiled);
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
     const SourceRange range = task.losses[i].origin.range;
-    const auto loss = compiled.derived.find(fmt::format("{}_loss_{}", task.name, i + 1));
+    const auto loss = compiled.derived.find(compiled.names.losses[i]);
     if (loss == compiled.derived.end()) {
       sink.report("no-useful-derivative", range, {fmt::format("loss {} of task", i + 1), task.name},
                   "it depends on no state and nothing that is sought: leave it out, or write it as a test");

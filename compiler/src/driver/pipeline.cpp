@@ -11,6 +11,7 @@
 #include "codegen/llvm/jit.h"
 #include "driver/activity.h"
 #include "driver/interpreter_backend.h"
+#include "driver/links.h"
 #include "driver/lone_models.h"
 #include "driver/losses.h"
 #include "driver/over_time.h"
@@ -20,6 +21,7 @@
 #include "loop/verify_loop.h"
 #include "model/build.h"
 #include "model/print_model.h"
+#include "model/stretch.h"
 #include "model/verify_model.h"
 #include "stencil/build.h"
 #include "stencil/from_ast.h"
@@ -121,7 +123,7 @@ bool selects_program(const ast::File& file, const std::string& name) {
 }
 
 /// The programs of the scene and its task: from equations and formulas, or as written by hand.
-stencil::Module lower(const Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
+stencil::Module lower(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   stencil::Module written = stencil::from_ast(compiled.ast, sink);
   if (sink.has_errors()) return {};
   for (const std::string& rule : stencil::verify(written)) sink.report("broken-program", {}, {rule});
@@ -139,12 +141,13 @@ stencil::Module lower(const Compiled& compiled, const CompileOptions& options, D
     }
     return extract(written, {name});
   }
-  stencil::Module module = stencil::from_model(spread_over_time(*compiled.problem), sink);
+  compiled.names = stencil::program_names(*compiled.problem, names_of(written.programs));
+  stencil::Module module = stencil::from_model(spread_over_time(*compiled.problem), compiled.names, sink);
   if (compiled.problem->program.empty()) return module;
   std::vector<std::string> wanted = names_of(module.programs);
   wanted.push_back(compiled.problem->program);
   stencil::Module result = extract(written, wanted);
-  merge(result, module);
+  merge(result, with_own_kernels(module, result));
   return result;
 }
 
@@ -154,20 +157,18 @@ std::vector<std::string> differentiable_programs(const Compiled& compiled) {
   std::vector<std::string> names;
   const std::string step = compiled.step_name();
   const std::vector<std::string> formulas = compiled.formula_programs();
-  const std::string loss = compiled.problem->task ? compiled.problem->task->name + "_loss_" : "";
   for (const std::string& name : compiled.primal_programs) {
-    const bool is_loss = !loss.empty() && name.starts_with(loss);
-    if (name == step || contains(formulas, name) || is_loss) names.push_back(name);
+    if (name == step || contains(formulas, name) || contains(compiled.names.losses, name)) names.push_back(name);
   }
   return names;
 }
 
 /// The directions of `wrt`, and those beside what they belong to.
-adjoint::Activity directions_of(const adjoint::Activity& wrt, const std::map<std::string, std::string>& dots, bool with_values) {
+adjoint::Activity directions_of(const adjoint::Activity& wrt, const adjoint::Derivative& tangent, bool with_values) {
   adjoint::Activity result;
   if (with_values) result = wrt;
-  for (const std::string& field : wrt.fields) result.fields.insert(dots.at(field));
-  for (const std::string& param : wrt.params) result.params.insert(dots.at(param));
+  for (const std::string& field : wrt.fields) result.fields.insert(*tangent.field(field));
+  for (const std::string& param : wrt.params) result.params.insert(*tangent.param(param));
   return result;
 }
 
@@ -186,13 +187,13 @@ std::optional<adjoint::Derivative> adjoint_of_derivative(const Compiled& compile
 void differentiate_twice(Compiled& compiled, const std::string& name, const adjoint::Activity& wrt, stencil::Module& derivatives) {
   Derived& derived = compiled.derived.at(name);
   const auto add = [&](const adjoint::Derivative& derivative) { merge(derivatives, with_own_kernels(derivative.module, derivatives)); };
-  derived.second = adjoint_of_derivative(compiled, *derived.tangent, directions_of(wrt, derived.tangent->names, true));
+  derived.second = adjoint_of_derivative(compiled, *derived.tangent, directions_of(wrt, *derived.tangent, true));
   if (derived.second) add(*derived.second);
-  if (!compiled.problem || !compiled.problem->task || !name.starts_with(compiled.problem->task->name + "_loss_")) return;
+  if (!contains(compiled.names.losses, name)) return;
   DiagnosticSink sink;
   derived.squares = adjoint::squares_of_tangent(compiled.stencil, name, wrt, sink);
   if (!derived.squares || sink.has_errors()) return;
-  derived.squares_adjoint = adjoint_of_derivative(compiled, *derived.squares, directions_of(wrt, derived.squares->names, false));
+  derived.squares_adjoint = adjoint_of_derivative(compiled, *derived.squares, directions_of(wrt, *derived.squares, false));
   if (!derived.squares_adjoint) return;
   add(*derived.squares);
   add(*derived.squares_adjoint);
@@ -265,7 +266,11 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
       compiled.code = interpreted(compiled.stencil, loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs), compiled.real()));
       break;
   }
-  if (!compiled.code) sink.report("machine-failed", {}, {"the back end failed: " + error});
+  if (!compiled.code) {
+    sink.report("machine-failed", {}, {"the back end failed: " + error});
+    return;
+  }
+  for (const LinkedProgram& derivative : linked_programs(compiled)) compiled.code->set_links(derivative.program, derivative.links);
 }
 
 /// Unknown: every state, and every parameter that no coefficient's formula holds. Loss: sum of u_probe*(u + u^2/2) over
@@ -275,7 +280,8 @@ void add_certifying_task(model::Problem& problem) {
   task.name = problem.scene + "_certificate";
   model::Expr total = 0.0;
   for (const model::State& state : problem.states) {
-    const std::string probe = state.name + "_probe";
+    std::string probe = state.name + "_probe";
+    while (model::is_taken(problem, probe)) probe += "_";
     const model::Expr u = model::field(state.name);
     const model::Expr square = model::binary(BinaryOp::multiply, model::binary(BinaryOp::multiply, 0.5, u), u);
     const model::Expr value = model::binary(BinaryOp::add, u, square);
@@ -374,13 +380,8 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
   return wrt;
 }
 
-std::string Compiled::step_name() const {
-  if (!problem) return "";
-  return problem->program.empty() ? problem->scene + "_step" : problem->program;
-}
-
 std::vector<std::string> Compiled::formula_programs() const {
-  return {problem->scene + "_coefficients", problem->scene + "_initial"};
+  return {names.coefficients, names.initial};
 }
 
 const dpde_program* Compiled::tangent_of(const std::string& name) const {

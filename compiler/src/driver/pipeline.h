@@ -21,6 +21,7 @@
 #include "model/from_ast.h"
 #include "model/model.h"
 #include "source/diagnostic.h"
+#include "stencil/from_model.h"
 #include "stencil/stencil.h"
 #include "syntax/ast.h"
 
@@ -71,7 +72,8 @@ struct Compiled {
   Precision real() const { return problem ? problem->scheme.real : Precision::f64; }
   /// Whether it computes anything in single precision: fields, or networks.
   bool is_single() const;
-  std::string step_name() const;  // "" without a problem
+  stencil::ProgramNames names;             // of the scene's programs
+  std::string step_name() const { return names.step; }  // "" without a problem
   /// Those that turn parameters into fields before the first step; each may be missing.
   std::vector<std::string> formula_programs() const;
   std::vector<std::string> derivative_programs(bool adjoint) const;

@@ -68,12 +68,11 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// <x_bar, x_dot> with the adjoint program.
 double ProgramCheck::backward(double& scale) {
-  const std::map<std::string, std::string>& names = adjoint_.names;
   for (const auto& [result, seed] : seeds_) {
-    if (names.contains(result)) workspace_.field(names.at(result)).copy_in(seed);
+    if (const std::string* bar = adjoint_.field(result)) workspace_.field(*bar).copy_in(seed);
   }
   for (const auto& [sum, seed] : sum_seeds_) {
-    if (names.contains(sum)) workspace_.set_param(names.at(sum), seed);
+    if (const std::string* bar = adjoint_.sum(sum)) workspace_.set_param(*bar, seed);
   }
   const std::map<std::string, double> sums = workspace_.run(*compiled_.program(adjoint_.program), 0);
   double total = 0;
@@ -82,10 +81,11 @@ double ProgramCheck::backward(double& scale) {
     scale += std::abs(term);
   };
   for (const auto& [field, rate] : rates_) {
-    if (names.contains(field)) add(dot(workspace_.dense(names.at(field)), rate));
+    if (const std::string* bar = adjoint_.field(field)) add(dot(workspace_.dense(*bar), rate));
   }
   for (const auto& [param, rate] : param_rates_) {
-    const auto sum = names.contains(param) ? sums.find(names.at(param)) : sums.end();
+    const std::string* const bar = adjoint_.param(param);
+    const auto sum = bar != nullptr ? sums.find(*bar) : sums.end();
     if (sum != sums.end()) add(sum->second * rate);
   }
   for (const auto& [network, rates] : weight_rates_) {
@@ -97,12 +97,11 @@ double ProgramCheck::backward(double& scale) {
 
 /// <y_bar, y_dot> with the tangent program.
 double ProgramCheck::forward() {
-  const std::map<std::string, std::string>& names = tangent_.names;
   for (const auto& [field, rate] : rates_) {
-    if (names.contains(field)) forward_.field(names.at(field)).copy_in(rate);
+    if (const std::string* dot = tangent_.field(field)) forward_.field(*dot).copy_in(rate);
   }
   for (const auto& [param, rate] : param_rates_) {
-    if (names.contains(param)) forward_.set_param(names.at(param), rate);
+    if (const std::string* dot = tangent_.param(param)) forward_.set_param(*dot, rate);
   }
   for (const auto& [network, rates] : weight_rates_) {
     const auto weights = forward_.weights().find(network);
@@ -111,10 +110,10 @@ double ProgramCheck::forward() {
   const std::map<std::string, double> sums = forward_.run(tangent_code_, 0);
   double total = 0;
   for (const auto& [result, seed] : seeds_) {
-    if (names.contains(result)) total += dot(seed, forward_.dense(names.at(result)));
+    if (const std::string* rate = tangent_.field(result)) total += dot(seed, forward_.dense(*rate));
   }
   for (const auto& [sum, seed] : sum_seeds_) {
-    if (names.contains(sum)) total += seed * sums.at(names.at(sum));
+    if (const std::string* rate = tangent_.sum(sum)) total += seed * sums.at(*rate);
   }
   return total;
 }

@@ -116,8 +116,7 @@ void Roller::take_values(int run) {
     const auto weights = workspace_.weights().find(network);
     if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
   }
-  const model::Problem& problem = *scene_.compiled->problem;
-  if (const dpde_program* formulas = scene_.compiled->program(problem.scene + "_coefficients")) workspace_.run(*formulas, on_.times.front());
+  if (const dpde_program* formulas = scene_.compiled->program(scene_.compiled->names.coefficients)) workspace_.run(*formulas, on_.times.front());
   for (const auto& [name, values] : scene_.given_fields) workspace_.set_dense(name, values);
   for (const model::Unknown& unknown : scene_.task().unknowns) {
     if (unknown.is_field()) workspace_.set_dense(unknown.name, simulation_->value_of(unknown.name));

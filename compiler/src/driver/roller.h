@@ -36,7 +36,7 @@ class Roller {
   double cost(const model::Test& test, double at_least);
 
  private:
-  std::string name_of(const model::Test& test) const { return scene_.task().name + "_test_" + test.quantity.name; }
+  const std::string& name_of(const model::Test& test) const { return scene_.compiled->names.tests.at(test.quantity.name); }
   int frames_of(const model::Test& test) const { return driver::frames_of(test, scene_, on_); }
   void begin(int run);
   void take_values(int run);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/savings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -50,11 +48,11 @@ bool reads_states_back(const Compiled& compiled) { return reads_states(compiled,
 
 bool keeps_states(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
-  if (reads_states_back(compiled) || reads_states(compiled, problem.scene + "_rate")) return true;
+  if (reads_states_back(compiled) || reads_states(compiled, compiled.names.rate)) return true;
   const std::vector<model::Loss>& losses = problem.task->losses;
   const double last = last_loss(problem);
   for (std::size_t i = 0; i < losses.size(); ++i) {
-    const auto derived = compiled.derived.find(fmt::format("{}_loss_{}", problem.task->name, i + 1));
+    const auto derived = compiled.derived.find(compiled.names.losses[i]);
     if (derived == compiled.derived.end() || !derived->second.adjoint) continue;
     if (begin_of(losses[i].when, problem) < last && reads_states(compiled, derived->second.adjoint->program)) return true;
   }

@@ -12,7 +12,6 @@
 #include "codegen/network_table.h"
 #include "driver/inverse.h"
 #include "driver/weights.h"
-#include "stencil/from_model.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -57,7 +56,7 @@ struct SceneTable::Storage {
   dpde_instants instants(const model::When& when);
   void add_coefficient(const model::Coefficient& coefficient);
   void add_task(const model::Task& task);
-  void add_unknown(const model::Task& task, const model::Unknown& unknown);
+  void add_unknown(const model::Unknown& unknown);
   std::string why_no_second(const model::Task& task) const;
   void add_second(const model::Task& task);
   dpde_second second_of(const std::string& program) const;
@@ -119,22 +118,22 @@ void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient)
     return;
   }
   const model::Source* from = &coefficient.value;
-  std::string program = stencil::control_program(problem, coefficient.name);
+  std::string program = compiled->names.controls.at(coefficient.name);
   if (const model::Unknown* unknown = problem.find_unknown(coefficient)) {
-    program = stencil::control_start_program(problem, coefficient.name);
+    program = compiled->names.control_starts.at(coefficient.name);
     from = &unknown->from;
   }
   coefficients.push_back({text(coefficient.name), from->formula.has_value(), coefficient.every, problem.intervals(coefficient.every),
                           from->formula ? compiled->program(program) : nullptr});
 }
 
-void SceneTable::Storage::add_unknown(const model::Task& task, const model::Unknown& unknown) {
+void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
   int32_t start = DPDE_START_SCENE;
   const model::Coefficient* coefficient = compiled->problem->find_coefficient(unknown.name);
   const bool is_control_field = unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
   if (unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
   if (unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
-  if (start == DPDE_START_FORMULA && compiled->program(task.name + "_start") == nullptr) start = DPDE_START_SCENE;
+  if (start == DPDE_START_FORMULA && compiled->program(compiled->names.start) == nullptr) start = DPDE_START_SCENE;
   int32_t kind = DPDE_UNKNOWN_PARAM;
   switch (unknown.kind) {
     case model::Unknown::Kind::parameter: break;
@@ -158,9 +157,6 @@ std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
   }
   for (const auto& [name, derived] : compiled->derived) {
     if (!derived.second) return fmt::format("task {}: program {} has no second derivatives", task.name, name);
-    for (const auto& [of, dot] : derived.tangent->names) {
-      if (dot != of + "_dot") return fmt::format("task {}: program {} has something called {}_dot, as the rate of {} would be", task.name, name, of, of);
-    }
   }
   return "";
 }
@@ -179,7 +175,7 @@ void SceneTable::Storage::add_second(const model::Task& task) {
   scene.coefficient_second = second_of(compiled->formula_programs()[0]);
   scene.initial_second = second_of(compiled->formula_programs()[1]);
   for (std::size_t i = 0; i < losses.size(); ++i) {
-    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    const std::string& name = compiled->names.losses[i];
     const auto found = compiled->derived.find(name);
     if (found == compiled->derived.end()) continue;  // nothing that is sought reaches it
     const Derived& loss = found->second;
@@ -191,10 +187,10 @@ void SceneTable::Storage::add_second(const model::Task& task) {
 
 void SceneTable::Storage::add_task(const model::Task& task) {
   scene.task = text(task.name);
-  scene.start = compiled->program(task.name + "_start");
+  scene.start = compiled->program(compiled->names.start);
   const auto is_read = [&](const std::string& name) {
     for (std::size_t i = 0; i < task.losses.size(); ++i) {
-      const dpde_program* loss = compiled->program(fmt::format("{}_loss_{}", task.name, i + 1));
+      const dpde_program* loss = compiled->program(compiled->names.losses[i]);
       const char* const* end = loss->fields + loss->field_count;
       if (std::find_if(loss->fields, end, [&](const char* field) { return name == field; }) != end) return true;
     }
@@ -207,12 +203,12 @@ void SceneTable::Storage::add_task(const model::Task& task) {
     data.push_back({text(datum.name), at});
   }
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
-    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
+    const std::string& name = compiled->names.losses[i];
     losses.push_back({compiled->program(name), compiled->adjoint_of(name), instants(task.losses[i].when), {}, {}});
   }
   for (const model::Unknown::Kind kind : unknown_kinds) {
     for (const model::Unknown& unknown : task.unknowns) {
-      if (unknown.kind == kind) add_unknown(task, unknown);
+      if (unknown.kind == kind) add_unknown(unknown);
     }
   }
   scene.optimiser = optimiser_of(task.optimiser.value_or(model::Optimiser{}));
@@ -247,8 +243,8 @@ void SceneTable::Storage::fill() {
   for (const model::Coefficient& c : problem.coefficients) {
     if (compiled->activity.fields.contains(c.name)) sought.push_back(text(c.name));
   }
-  const std::string initial = problem.scene + "_initial", formulas = problem.scene + "_coefficients";
-  scene.rate = compiled->program(problem.scene + "_rate");
+  const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
+  scene.rate = compiled->program(compiled->names.rate);
   scene.courant = problem.courant;
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
@@ -256,7 +252,7 @@ void SceneTable::Storage::fill() {
   scene.initial_adjoint = compiled->adjoint_of(initial);
   scene.coefficient_formulas = compiled->program(formulas);
   scene.coefficient_adjoint = compiled->adjoint_of(formulas);
-  scene.observe = compiled->program(problem.scene + "_observe");
+  scene.observe = compiled->program(compiled->names.observe);
   if (problem.task) add_task(*problem.task);
   const auto set = [](int32_t& count, auto& pointer, const auto& items) {
     count = static_cast<int32_t>(items.size());

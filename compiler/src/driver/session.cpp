@@ -12,11 +12,11 @@
 #include "driver/array_file.h"
 #include "driver/cost.h"
 #include "driver/data.h"
+#include "driver/links.h"
 #include "driver/tuning.h"
 #include "driver/weights.h"
 #include "model/build.h"
 #include "model/placement.h"
-#include "stencil/from_model.h"
 #include "support/evaluate.h"
 
 namespace dpde::driver {
@@ -100,14 +100,14 @@ bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) 
   }
   for (const model::Coefficient& coefficient : problem().coefficients) {
     if (!coefficient.is_control() || !coefficient.value.formula) continue;
-    workspace_->run_for_intervals(*compiled_->program(stencil::control_program(problem(), coefficient.name)), coefficient.name);
+    workspace_->run_for_intervals(*compiled_->program(compiled_->names.controls.at(coefficient.name)), coefficient.name);
   }
   reset_coefficients();
   return true;
 }
 
 void Session::reset_coefficients() {
-  const dpde_program* program = compiled_->program(problem().scene + "_coefficients");
+  const dpde_program* program = compiled_->program(compiled_->names.coefficients);
   if (program != nullptr) workspace_->run(*program, problem().t_begin);
 }
 
@@ -134,7 +134,7 @@ void Session::set_values(Rollout& rollout) const {
 
 void Session::reset_initial() {
   set_values(*rollout_);
-  const dpde_program* program = compiled_->program(problem().scene + "_initial");
+  const dpde_program* program = compiled_->program(compiled_->names.initial);
   if (program != nullptr) workspace_->run(*program, problem().t_begin);
   std::vector<double> values(workspace_->cell_count());
   for (int s = 0; s < rollout_->state_count(); ++s) {
@@ -152,7 +152,7 @@ RolloutSetup Session::setup() {
   setup.steps = steps_;
   setup.t0 = problem().t_begin;
   setup.dt = problem().step;
-  setup.rate = compiled_->program(problem().scene + "_rate");
+  setup.rate = compiled_->program(compiled_->names.rate);
   if (setup.rate != nullptr) setup.courant = problem().courant;
   setup.threads = workspace_->team();
   setup.checkpoint_bytes = options_.checkpoint_bytes;
@@ -172,7 +172,7 @@ RolloutSetup Session::setup() {
   // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
   for (int p = 0; p < setup.step->param_count; ++p) {
     const std::string name = setup.step->params[p];
-    if (!workspace_->params().contains(name) && name != "t" && name != "loss_bar") setup.params.push_back({name, 0.0});
+    if (!workspace_->params().contains(name) && name != "t") setup.params.push_back({name, 0.0});
   }
   return setup;
 }
@@ -205,11 +205,17 @@ Session::~Session() {
 std::unique_ptr<Rollout> Session::second_order_rollout(bool gauss_newton) {
   const auto step = compiled_->derived.find(compiled_->step_name());
   if (step == compiled_->derived.end() || !step->second.second) return nullptr;
-  for (const std::string& name : rollout_->sought()) workspace_->make_like(name + "_dot", name);
+  std::vector<std::string> sought = rollout_->sought();
+  for (const std::string& name : rollout_->sought()) {
+    const std::string rate = rate_of(*compiled_, adjoint::Link::Kind::field, name);
+    if (rate.empty()) continue;
+    workspace_->make_like(rate, name);
+    sought.push_back(rate);
+  }
   RolloutSetup both = setup();
   both.step = compiled_->program(step->second.tangent->program);
   both.adjoint = compiled_->program(step->second.second->program);
-  for (const std::string& name : rollout_->sought()) both.sought.insert(both.sought.end(), {name, name + "_dot"});
+  both.sought = std::move(sought);
   const auto pick = [&](const std::string& name) -> LossPrograms {
     const auto found = compiled_->derived.find(name);
     if (found == compiled_->derived.end()) return {};
@@ -217,7 +223,7 @@ std::unique_ptr<Rollout> Session::second_order_rollout(bool gauss_newton) {
     const std::optional<adjoint::Derivative>& value = gauss_newton ? loss.squares : loss.tangent;
     const std::optional<adjoint::Derivative>& adjoint = gauss_newton ? loss.squares_adjoint : loss.second;
     if (!value || !adjoint) return {};
-    return {compiled_->program(value->program), compiled_->program(adjoint->program), value->names.at("loss")};
+    return {compiled_->program(value->program), compiled_->program(adjoint->program), *value->sum("loss")};
   };
   DiagnosticSink silent;  // the first rollout has reported what data are missing
   if (!add_losses(both, pick, silent)) return nullptr;
@@ -228,8 +234,7 @@ bool Session::add_losses(RolloutSetup& setup, const PickLoss& pick, DiagnosticSi
   if (!problem().task) return true;
   const model::Task& task = *problem().task;
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
-    const std::string name = fmt::format("{}_loss_{}", task.name, i + 1);
-    const LossPrograms programs = pick(name);
+    const LossPrograms programs = pick(compiled_->names.losses[i]);
     if (programs.value == nullptr) return false;
     LossTerm term;
     term.loss = programs.value;
@@ -294,7 +299,7 @@ double Session::evaluate(const dpde_program& program, const std::string& sum, do
 }
 
 std::vector<std::pair<std::string, double>> Session::observe(double t, const std::vector<void*>& states) {
-  const dpde_program* program = compiled_->program(problem().scene + "_observe");
+  const dpde_program* program = compiled_->program(compiled_->names.observe);
   std::vector<std::pair<std::string, double>> values;
   if (program == nullptr) return values;
   const std::map<std::string, double> sums = workspace_->run(*program, t, bind_states(states));
@@ -306,13 +311,13 @@ std::vector<std::pair<std::string, double>> Session::observe(double t, const std
 }
 
 std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& states) {
-  const dpde_program* program = compiled_->program(problem().scene + "_exact");
+  const dpde_program* program = compiled_->program(compiled_->names.exact);
   std::vector<ErrorNorms> norms;
   if (program == nullptr) return norms;
   workspace_->run(*program, t);
   std::vector<double> computed(workspace_->cell_count());
   // The program keeps one field for each state with an exact solution, in the order of the states.
-  auto kept = compiled_->stencil.find_program(problem().scene + "_exact")->keeps.begin();
+  auto kept = compiled_->stencil.find_program(compiled_->names.exact)->keeps.begin();
   for (const model::State& state : problem().states) {
     const int index = rollout_->state_index(state.name);
     if (!state.exact) continue;

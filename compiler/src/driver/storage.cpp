@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/storage.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "codegen/program_table.h"
 #include "driver/cost.h"
+#include "driver/links.h"
 
 namespace dpde::driver {
 
@@ -24,7 +23,7 @@ const dpde_program* adjoint_in(const codegen::ProgramTables& tables, const Compi
 bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, RolloutSetup& setup) {
   const model::Problem& problem = *compiled.problem;
   for (std::size_t i = 0; i < problem.task->losses.size(); ++i) {
-    const std::string name = fmt::format("{}_loss_{}", problem.task->name, i + 1);
+    const std::string& name = compiled.names.losses[i];
     LossTerm term;
     term.loss = tables.find(name);
     term.adjoint = adjoint_in(tables, compiled, name);
@@ -66,11 +65,12 @@ std::vector<int> steps_of(const model::When& when, const model::Problem& problem
 
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options) {
   const model::Problem& problem = *compiled.problem;
-  const codegen::ProgramTables tables(compiled.loop, {}, nullptr);
+  codegen::ProgramTables tables(compiled.loop, {}, nullptr);
+  for (const LinkedProgram& derivative : linked_programs(compiled)) tables.set_links(derivative.program, derivative.links);
   RolloutSetup setup;
   setup.step = tables.find(compiled.step_name());
   setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
-  setup.rate = tables.find(problem.scene + "_rate");
+  setup.rate = tables.find(compiled.names.rate);
   if (setup.rate != nullptr) setup.courant = problem.courant;
   setup.layout = layout_of(compiled);
   setup.steps = problem.steps;

@@ -51,7 +51,7 @@ const char* word_for(model::Test::Kind kind) {
 /// What is asked of the data needs all of the scene's fields that it may read there.
 bool has_states(const model::Test& test, const TrainingScene& scene, const Trajectories& on, DiagnosticSink& sink) {
   if (test.kind == model::Test::Kind::number) return true;
-  const dpde_program& program = *scene.compiled->program(scene.task().name + "_test_" + test.quantity.name);
+  const dpde_program& program = *scene.compiled->program(scene.compiled->names.tests.at(test.quantity.name));
   for (const model::State& state : scene.compiled->problem->states) {
     const bool is_read = std::ranges::any_of(std::span(program.fields, static_cast<std::size_t>(program.field_count)), [&](const char* field) { return state.name == field; });
     if (!is_read || std::ranges::find(on.states, state.name) != on.states.end()) continue;

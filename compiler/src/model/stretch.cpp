@@ -11,17 +11,18 @@
 
 namespace dpde::model {
 
+bool is_taken(const Problem& problem, const std::string& name) {
+  const auto is_datum = [&](const Datum& datum) { return datum.name == name; };
+  const auto is_test = [&](const Test& test) { return test.quantity.name == name; };
+  return problem.find_state(name) || problem.find_coefficient(name) || problem.find_param(name) || problem.find_network(name) ||
+         std::ranges::any_of(problem.observables, [&](const Quantity& observable) { return observable.name == name; }) ||
+         (problem.task && (std::ranges::any_of(problem.task->data, is_datum) || std::ranges::any_of(problem.task->tests, is_test)));
+}
+
 namespace {
 
 Expr times(const Expr& a, const Expr& b) { return binary(BinaryOp::multiply, a, b); }
 Expr over(const Expr& a, const Expr& b, Origin origin = {}) { return binary(BinaryOp::divide, a, b, origin); }
-
-bool is_taken(const Problem& problem, const std::string& name) {
-  const auto is_datum = [&](const Datum& datum) { return datum.name == name; };
-  return problem.find_state(name) || problem.find_coefficient(name) || problem.find_param(name) ||
-         std::ranges::any_of(problem.observables, [&](const Quantity& observable) { return observable.name == name; }) ||
-         (problem.task && std::ranges::any_of(problem.task->data, is_datum));
-}
 
 /// 1 over the mean of the slope, at the centres or at the upper faces of the cells.
 double normalisation(const Axis& axis, const Expr& slope, bool on_faces) {

@@ -26,6 +26,9 @@ namespace dpde::model {
 std::string size_name(const Axis& axis);
 std::string uniform_spacing_name(const Axis& axis);
 
+/// Whether the problem has a value of this name.
+bool is_taken(const Problem& problem, const std::string& name);
+
 /// The problem in the uniform coordinates; itself where nothing is stretched.
 Problem in_uniform_coordinates(Problem problem);
 

@@ -234,4 +234,14 @@ Expr select(const Expr& condition, const Expr& yes, const Expr& no) {
   return make(Select{condition, yes, no});
 }
 
+std::string add_kernel(Module& module, Kernel kernel) {
+  const std::string wish = kernel.name;
+  for (int n = 2; const Kernel* other = module.find_kernel(kernel.name); ++n) {
+    if (*other == kernel) return kernel.name;
+    kernel.name = wish + "_" + std::to_string(n);
+  }
+  module.kernels.push_back(std::move(kernel));
+  return module.kernels.back().name;
+}
+
 }  // namespace dpde::stencil

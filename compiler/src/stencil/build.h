@@ -87,6 +87,9 @@ std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::f
 /// Halo each field of the program needs, an axis: reads at offsets plus the grown regions of the runs.
 std::map<std::string, std::array<int, max_rank>> required_halo(const Module& module, const Program& program);
 
+/// Adds the kernel, under a name of its own where another one has its name; returns that.
+std::string add_kernel(Module& module, Kernel kernel);
+
 /// Applies `f` to every expression of a kernel.
 Kernel map_kernel(const Kernel& kernel, const std::function<Expr(const Expr&)>& f);
 

@@ -19,6 +19,7 @@
 #include "stencil/subcycles.h"
 #include "stencil/time_schemes.h"
 #include "stencil/wall_parabola.h"
+#include "support/name_supply.h"
 
 namespace dpde::stencil {
 
@@ -170,14 +171,14 @@ std::vector<Formula> start_formulas(const Lowering& lowering, const model::Task&
   return formulas;
 }
 
-void add_control_fields(Module& module, const Lowering& lowering) {
+void add_control_fields(Module& module, const Lowering& lowering, const ProgramNames& names) {
   const model::Problem& problem = lowering.problem();
   for (const model::Coefficient& c : problem.coefficients) {
     if (!c.is_control()) continue;
-    if (c.value.formula) add_formulas(module, lowering, control_program(problem, c.name), {{c.name, *c.value.formula, c.value.origin, c.placement}});
+    if (c.value.formula) add_formulas(module, lowering, names.controls.at(c.name), {{c.name, *c.value.formula, c.value.origin, c.placement}});
     const model::Unknown* u = problem.find_unknown(c);
     if (u == nullptr || !u->from.formula) continue;
-    add_formulas(module, lowering, control_start_program(problem, c.name), {{c.name, *u->from.formula, u->origin, c.placement}});
+    add_formulas(module, lowering, names.control_starts.at(c.name), {{c.name, *u->from.formula, u->origin, c.placement}});
   }
 }
 
@@ -189,7 +190,7 @@ std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& low
   return formulas;
 }
 
-void add_step(Module& module, Lowering& lowering) {
+void add_step(Module& module, Lowering& lowering, const std::string& name) {
   const model::Problem& problem = lowering.problem();
   const auto has_equation = [](const model::State& state) { return state.rhs || !state.history_of.empty(); };
   if (!problem.program.empty() || problem.states.empty()) return;
@@ -197,7 +198,6 @@ void add_step(Module& module, Lowering& lowering) {
 
   std::vector<std::string> next;
   for (const model::State& state : problem.states) next.push_back(lowering.field_beside(state.name, "next"));
-  const std::string name = problem.scene + "_step";
   std::vector<Stage> stages;
   if (model::follows_flow(problem.scheme.advect)) {
     stages = semi_lagrangian_stages(lowering, next);
@@ -246,13 +246,13 @@ std::vector<Formula> test_formulas(Lowering& lowering, const model::Test& test) 
   return formulas;
 }
 
-void add_task(Module& module, Lowering& lowering, const model::Task& task) {
+void add_task(Module& module, Lowering& lowering, const model::Task& task, const ProgramNames& names) {
   for (std::size_t i = 0; i < task.losses.size(); ++i) {
-    add_sums(module, lowering, task.name + "_loss_" + std::to_string(i + 1), {{"loss", task.losses[i].value}});
+    add_sums(module, lowering, names.losses[i], {{"loss", task.losses[i].value}});
   }
   for (const model::Test& test : task.tests) {
     const model::Quantity& quantity = test.quantity;
-    const std::string name = task.name + "_test_" + quantity.name;
+    const std::string& name = names.tests.at(quantity.name);
     if (test.has_fields()) {
       add_formulas(module, lowering, name, test_formulas(lowering, test));
     } else {
@@ -263,31 +263,48 @@ void add_task(Module& module, Lowering& lowering, const model::Task& task) {
 
 }  // namespace
 
-std::string control_program(const model::Problem& problem, const std::string& field) {
-  return problem.scene + "_control_" + std::to_string(number_of(problem, field));
+ProgramNames program_names(const model::Problem& problem, const std::vector<std::string>& taken) {
+  NameSupply supply;
+  for (const std::string& name : taken) supply.reserve(name);
+  const std::string& scene = problem.scene;
+  ProgramNames names;
+  names.coefficients = supply.fresh(scene + "_coefficients");
+  names.initial = supply.fresh(scene + "_initial");
+  names.step = problem.program.empty() ? supply.fresh(scene + "_step") : problem.program;
+  names.rate = supply.fresh(scene + "_rate");
+  names.exact = supply.fresh(scene + "_exact");
+  names.observe = supply.fresh(scene + "_observe");
+  for (const model::Coefficient& c : problem.coefficients) {
+    if (c.is_control()) names.controls[c.name] = supply.fresh(scene + "_control_" + std::to_string(number_of(problem, c.name)));
+  }
+  if (!problem.task) return names;
+  const std::string& task = problem.task->name;
+  names.start = supply.fresh(task + "_start");
+  for (const auto& [field, program] : names.controls) {
+    names.control_starts[field] = supply.fresh(task + "_control_" + std::to_string(number_of(problem, field)));
+  }
+  for (std::size_t i = 0; i < problem.task->losses.size(); ++i) names.losses.push_back(supply.fresh(task + "_loss_" + std::to_string(i + 1)));
+  for (const model::Test& test : problem.task->tests) names.tests[test.quantity.name] = supply.fresh(task + "_test_" + test.quantity.name);
+  return names;
 }
 
-std::string control_start_program(const model::Problem& problem, const std::string& field) {
-  return problem.task->name + "_control_" + std::to_string(number_of(problem, field));
-}
-
-Module from_model(const model::Problem& problem, DiagnosticSink& sink) {
+Module from_model(const model::Problem& problem, const ProgramNames& names, DiagnosticSink& sink) {
   Module module;
   Lowering lowering(problem);
   if (!check(lowering, sink) || !check_stated_orders(problem, sink)) return module;
   check_idle_walls(lowering, sink);
   if (sink.has_errors()) return module;
-  add_formulas(module, lowering, problem.scene + "_coefficients", coefficient_formulas(problem));
-  add_formulas(module, lowering, problem.scene + "_initial", initial_formulas(problem));
-  if (problem.task) add_formulas(module, lowering, problem.task->name + "_start", start_formulas(lowering, *problem.task));
-  add_control_fields(module, lowering);
-  add_step(module, lowering);
-  if (problem.rate) add_formulas(module, lowering, problem.scene + "_rate", {{"courant_rate", *problem.rate, problem.time_origin}});
-  add_formulas(module, lowering, problem.scene + "_exact", exact_formulas(problem, lowering));
+  add_formulas(module, lowering, names.coefficients, coefficient_formulas(problem));
+  add_formulas(module, lowering, names.initial, initial_formulas(problem));
+  if (problem.task) add_formulas(module, lowering, names.start, start_formulas(lowering, *problem.task));
+  add_control_fields(module, lowering, names);
+  add_step(module, lowering, names.step);
+  if (problem.rate) add_formulas(module, lowering, names.rate, {{"courant_rate", *problem.rate, problem.time_origin}});
+  add_formulas(module, lowering, names.exact, exact_formulas(problem, lowering));
   std::vector<NamedValue> observables;
   for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});
-  add_sums(module, lowering, problem.scene + "_observe", observables);
-  if (problem.task) add_task(module, lowering, *problem.task);
+  add_sums(module, lowering, names.observe, observables);
+  if (problem.task) add_task(module, lowering, *problem.task, names);
   return module;
 }
 

@@ -10,18 +10,29 @@
 // and one loop of S_step over the steps. A problem whose step is a hand-written program gets no step and no loop.
 #pragma once
 
+#include <map>
+#include <string>
+#include <vector>
+
 #include "model/model.h"
 #include "source/diagnostic.h"
 #include "stencil/stencil.h"
 
 namespace dpde::stencil {
 
-/// The programs of a control field: of the scene's formula, and of the formula a task starts with. Run once for each interval,
-/// with t in its middle.
-std::string control_program(const model::Problem& problem, const std::string& field);
-std::string control_start_program(const model::Problem& problem, const std::string& field);
+/// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
+struct ProgramNames {
+  std::string step, coefficients, initial, rate, exact, observe, start;
+  std::vector<std::string> losses;                           // in the order of the task
+  std::map<std::string, std::string> tests;                  // by the quantity
+  /// Of control fields: of the scene's formula, and of the formula a task starts with. Run once for each interval, with t in its
+  /// middle.
+  std::map<std::string, std::string> controls, control_starts;
+};
+/// `taken`: programs that a person wrote. `step` is the problem's own where that is one of them.
+ProgramNames program_names(const model::Problem& problem, const std::vector<std::string>& taken = {});
 
 /// Lowers a verified problem. What no scheme can discretise is reported to `sink`; the module is empty then.
-Module from_model(const model::Problem& problem, DiagnosticSink& sink);
+Module from_model(const model::Problem& problem, const ProgramNames& names, DiagnosticSink& sink);
 
 }  // namespace dpde::stencil

@@ -129,6 +129,7 @@ Lowering::Lowering(const model::Problem& problem) : problem_(problem), placement
   for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
   for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);
   for (const model::Quantity& observable : problem.observables) names_.reserve(observable.name);
+  for (const network::Network& network : problem.networks) names_.reserve(network.name);
   for (const model::State& state : problem.states) {
     names_.reserve(state.name);
     state_of_[state.name] = state.name;
@@ -250,10 +251,9 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
       program.body.push_back(Fill{read.field, std::move(boundary)});
     }
   };
-  const auto run = [&](const Kernel& kernel, int grow) {
-    program.body.push_back(Run{kernel.name, grow});
+  const auto run = [&](Kernel kernel, int grow) {
     for (const std::string& field : signature(kernel).writes) filled.erase(field);
-    module.kernels.push_back(kernel);
+    program.body.push_back(Run{add_kernel(module, std::move(kernel)), grow});
   };
   for (const Stage& stage : stages) {
     const std::vector<int> grows = grows_of(stage, has_walls);

@@ -110,15 +110,14 @@ std::string Walls::stored(const std::string& state, const Expr& value, const Ori
   if (found != stored_.end()) return found->second;
   const std::string field = names_.fresh(state + "_wall");
   Kernel kernel;
-  kernel.name = names_.fresh(without_dots(program.name + "_" + field));
+  kernel.name = without_dots(program.name + "_" + field);
   kernel.rank = static_cast<int>(problem_.axes.size());
   kernel.stores.push_back({field, false, value, origin});
   for (const Signature::Read& read : signature(kernel).reads) {
     const bool is_coefficient = problem_.find_coefficient(read.field) != nullptr;
     if (is_coefficient && filled_.insert(read.field).second) program.body.push_back(Fill{read.field, mirrored_});
   }
-  program.body.push_back(Run{kernel.name, width_});
-  module.kernels.push_back(std::move(kernel));
+  program.body.push_back(Run{add_kernel(module, std::move(kernel)), width_});
   stored_.emplace_back(value, field);
   return field;
 }

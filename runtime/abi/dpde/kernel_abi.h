@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 10
+#define DPDE_ABI_VERSION 11
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -145,6 +145,16 @@ typedef struct dpde_swap {
   int32_t state, next; /* field indices: after a step `next` becomes `state` */
 } dpde_swap;
 
+enum { DPDE_LINK_FIELD = 0, DPDE_LINK_PARAM = 1, DPDE_LINK_SUM = 2 };
+/* In a tangent or an adjoint: what a value of the program it was made of became here. In a tangent the kind stays; in an adjoint
+ * a parameter becomes a sum and a sum a parameter. What varies and has no link is an error of whoever asks for it. */
+typedef struct dpde_link {
+  int32_t kind;         /* DPDE_LINK_...: of the value there */
+  const char* primal;   /* its name there */
+  int32_t derived_kind;
+  int32_t derived;      /* index among the fields, params or sums here; -1: nothing acts through it, its derivative is 0 */
+} dpde_link;
+
 typedef struct dpde_program {
   int32_t version; /* DPDE_ABI_VERSION */
   const char* name;
@@ -169,6 +179,8 @@ typedef struct dpde_program {
   const dpde_swap* swaps;
   int32_t network_count;
   const dpde_network* const* networks;
+  int32_t link_count; /* of a tangent or an adjoint */
+  const dpde_link* links;
   /* Not null: runs the whole program in place of the operations above (the reference interpreter).
    * fields: base pointers, one a field. weights: one a network. sums: set to the program's sums. */
   void (*interpret)(void* context, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights* weights, double* sums);

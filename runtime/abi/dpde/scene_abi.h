@@ -66,7 +66,7 @@ typedef struct dpde_datum {
   dpde_instants at;
 } dpde_datum;
 
-/* For products of second derivatives: a tangent and the adjoint of that. The rate of x is called x_dot there. */
+/* For products of second derivatives: a tangent and the adjoint of that. All tangents of a scene call the rate of a value alike. */
 typedef struct dpde_second {
   const dpde_program* tangent;
   const dpde_program* adjoint;
@@ -121,11 +121,11 @@ typedef struct dpde_scene {
   const dpde_network* const* networks; /* those that programs apply */
   const double* const* weights;        /* what each begins with; null: as initial_weights() of dpde/runtime/network.h says */
   int32_t sought_count;
-  const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep <name>_bar */
+  const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep their derivatives */
   const dpde_program* program;         /* one step */
   const dpde_program* adjoint;         /* null without a task, as are the others that do not apply */
   const dpde_program* initial;         /* keeps the states that have a formula */
-  const dpde_program* initial_adjoint; /* reads <state>_bar, has sums <param>_bar */
+  const dpde_program* initial_adjoint; /* reads the adjoints of the states, has the sums of parameters */
   const dpde_program* coefficient_formulas;
   const dpde_program* coefficient_adjoint; /* as initial_adjoint */
   const dpde_program* start;   /* keeps the unknown fields with DPDE_START_FORMULA */

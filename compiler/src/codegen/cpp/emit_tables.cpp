@@ -132,6 +132,8 @@ std::string Tables::program(const dpde_program* source) {
       array("dpde_operation", "operations", texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o, p); }));
   const std::string networks = array("dpde_network* const", "networks", texts(p.networks, p.network_count, [&](const dpde_network* n) { return network(n); }));
   const std::string swaps = array("dpde_swap", "swaps", texts(p.swaps, p.swap_count, swap));
+  const auto link = [](const dpde_link& l) { return fmt::format("{{{}, {}, {}, {}}}", l.kind, quoted(l.primal), l.derived_kind, l.derived); };
+  const std::string links = array("dpde_link", "links", texts(p.links, p.link_count, link));
   const std::string name = fmt::format("dpde_program_{}", programs_.size());
   out_ += fmt::format("static const dpde_program {} = {{\n", name);
   out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {}, {},\n", quoted(p.name), p.rank, p.real == DPDE_F32 ? "DPDE_F32" : "DPDE_F64", three(p.halo));
@@ -139,7 +141,7 @@ std::string Tables::program(const dpde_program* source) {
   out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params, p.uniform_count);
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
   out_ += fmt::format("    {}, {}, {}, {}, {}, {},  // prepare, operations, swaps\n", p.prepare_count, prepare, p.operation_count, operations, p.swap_count, swaps);
-  out_ += fmt::format("    {}, {},  // networks\n", p.network_count, networks);
+  out_ += fmt::format("    {}, {}, {}, {},  // networks, links\n", p.network_count, networks, p.link_count, links);
   out_ += "    nullptr, nullptr};\n";
   return programs_[source] = "&" + name;
 }

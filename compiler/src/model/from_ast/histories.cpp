@@ -37,6 +37,15 @@ void check_velocity(Draft& draft, const State& velocity) {
   for (const Test& test : problem.task->tests) check(is_free(test.quantity.value), test.quantity.origin);
 }
 
+/// u_rate of u, or u_rate_2 where something of the file is called so.
+std::string history_name(const Draft& draft, const State& state) {
+  const std::string suffix = is_ab2(draft) ? "_rate" : "_old";
+  const auto is_taken = [&](const std::string& name) { return draft.scope.find(name) != nullptr || (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr); };
+  std::string name = name_beside(state.name, suffix);
+  for (int n = 2; is_taken(name); ++n) name = name_beside(state.name, suffix + "_" + std::to_string(n));
+  return name;
+}
+
 }  // namespace
 
 void add_histories(Draft& draft) {
@@ -44,7 +53,7 @@ void add_histories(Draft& draft) {
   for (const State& state : draft.problem.states) {
     if (!needs_history(draft, state)) continue;
     State history;
-    history.name = name_beside(state.name, is_ab2(draft) ? "_rate" : "_old");
+    history.name = history_name(draft, state);
     history.history_of = state.name;
     history.boundary = state.boundary;
     history.placement = state.placement;

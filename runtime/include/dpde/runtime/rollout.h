@@ -10,11 +10,11 @@
 //  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field, but for the
 //    states between the parts of steps that a Courant number splits: those once, when they are first needed.
 //
-// Names: the step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds u_next_bar and swaps
-// (u_next_bar, u_bar); a loss adjoint reads the parameter loss_bar (see LossTerm::sum) and keeps u_bar. Sums <param>_bar of both are the
-// gradient with respect to parameters. Parameters `t` (time at the start of the step, or of the loss's state) are set by
-// the rollout; all others by the caller. A field x of the caller that is `sought` has its gradient in x_bar, kept by those
-// adjoints that depend on it; the rollout adds up what all steps and losses contribute.
+// The step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds of u_next and swaps these with the
+// adjoint of u; a loss adjoint reads the seed of the loss (see LossTerm::sum), a parameter, and keeps the adjoint of u. Sums of both
+// are the gradient with respect to parameters. Which is which say the adjoints' links (dpde/runtime/links.h), no names. Parameters `t`
+// (time at the start of the step, or of the loss's state) are set by the rollout; all others by the caller. A field of the caller that
+// is `sought` has its gradient kept by those adjoints that depend on it; the rollout adds up what all steps and losses contribute.
 #pragma once
 
 #include <algorithm>
@@ -73,7 +73,7 @@ struct LossTerm {
   std::vector<int> at_steps;              // strictly increasing, 0 .. steps
   double weight = 1;
   std::vector<LossData> data;
-  std::string sum = "loss";               // the sum that counts; its seed is the parameter <sum>_bar
+  std::string sum = "loss";               // the sum that counts
 };
 
 /// Which of `count` intervals of `every` steps step n, or the state after n steps, lies in; the last one beyond.
@@ -239,7 +239,7 @@ class Rollout {
   void copy_field_bar(std::string_view field, std::span<double> to) const;
   /// Of a parameter, of a control for each interval, or of the weights of a network; zeros where the loss does not depend on it.
   void copy_param_bar(std::string_view param, std::span<double> to) const;
-  /// Parameters whose gradient the adjoint programs compute (without `_bar`).
+  /// Parameters whose gradient the adjoint programs compute.
   const std::vector<std::string>& param_bar_names() const;
   /// As in the setup.
   const std::vector<std::string>& sought() const;
