@@ -28,15 +28,15 @@ bool keeps_subnormals() {
   return half != 0;
 }
 
-TEST(FloatMode, SubnormalStatesAreZeroOnEveryBackEnd) {
+TEST(FloatMode, NoBackEndMakesSubnormalStates) {
   if (mode_without_subnormals() == float_mode()) GTEST_SKIP() << "this processor's mode cannot be set";
   for (const auto& [real, smallest] : {std::pair{"f64", -std::numeric_limits<double>::min_exponent + 1}, {"f32", -std::numeric_limits<float>::min_exponent + 1}}) {
     for (const HostBackend backend : {HostBackend::jit, HostBackend::cpp, HostBackend::interpreter}) {
       Simulation sim = compile_text(halving, {.name = "fall", .set = {{"real", real}}, .backend = backend});
       sim.step(smallest);
       EXPECT_EQ(sim.state("u")[3], std::ldexp(1.0, -smallest)) << real;
-      sim.step();
-      EXPECT_EQ(sim.state("u")[3], 0.0) << real;
+      sim.step();  // u - u/2: half of it is 0 where the product is rounded before the difference
+      EXPECT_TRUE(sim.state("u")[3] == 0 || sim.state("u")[3] == std::ldexp(1.0, -smallest)) << real << " " << sim.state("u")[3];
     }
   }
 }
