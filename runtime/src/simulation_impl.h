@@ -56,8 +56,8 @@ struct Simulation::Impl {
   void make_layout(const SimulationOptions& options);
   void make_params();
   void make_fields();
-  std::string rate_of(int32_t kind, std::string_view name) const;
-  std::string rate_of(const dpde_unknown& unknown) const;
+  std::string_view rate_of(int32_t kind, std::string_view name) const;
+  std::string_view rate_of(const dpde_unknown& unknown) const;
   void make_unknowns();
   Field& field(std::string_view name);
   /// Of data at several times, and of control fields: the first is field(name).

@@ -14,7 +14,7 @@
 namespace dpde {
 RolloutSetup Simulation::Impl::second_setup(Curvature curvature) {
   for (int32_t c = 0; c < scene.sought_count; ++c) {
-    const std::string rate = rate_of(DPDE_LINK_FIELD, scene.sought[c]);
+    const std::string rate(rate_of(DPDE_LINK_FIELD, scene.sought[c]));
     if (rate.empty()) continue;
     field(rate);
     const HostField& host = host_field_named(scene.sought[c]);
@@ -25,7 +25,7 @@ RolloutSetup Simulation::Impl::second_setup(Curvature curvature) {
   both.adjoint = scene.second.adjoint;
   for (int32_t c = 0; c < scene.sought_count; ++c) {
     both.sought.emplace_back(scene.sought[c]);
-    if (const std::string rate = rate_of(DPDE_LINK_FIELD, scene.sought[c]); !rate.empty()) both.sought.push_back(rate);
+    if (const std::string rate(rate_of(DPDE_LINK_FIELD, scene.sought[c])); !rate.empty()) both.sought.push_back(rate);
   }
   for (int32_t i = 0; i < scene.loss_count; ++i) {
     const dpde_loss& loss = scene.losses[i];
@@ -92,7 +92,7 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
   }
   for (int32_t c = 0; c < scene.sought_count; ++c) {
     const Unknown* unknown = sought_as(DPDE_UNKNOWN_COEFFICIENT, scene.sought[c]);
-    const std::string rate = rate_of(DPDE_LINK_FIELD, scene.sought[c]);
+    const std::string rate(rate_of(DPDE_LINK_FIELD, scene.sought[c]));
     if (rate.empty()) continue;
     if (unknown != nullptr && host_field_named(scene.sought[c]).every > 0) {
       copy_in_all(rate, unknown->part_of(all));

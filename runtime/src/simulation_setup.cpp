@@ -131,17 +131,17 @@ void Simulation::Impl::make_fields() {
 }
 
 /// What the tangents, which agree on it, call the rate of a value; "" where none of them varies by it.
-std::string Simulation::Impl::rate_of(int32_t kind, std::string_view name) const {
+std::string_view Simulation::Impl::rate_of(int32_t kind, std::string_view name) const {
   std::vector<const dpde_program*> tangents{scene.second.tangent, scene.coefficient_second.tangent, scene.initial_second.tangent};
   for (int32_t i = 0; i < scene.loss_count; ++i) tangents.push_back(scene.losses[i].full.tangent);
   for (const dpde_program* tangent : tangents) {
     const std::string_view rate = tangent == nullptr ? "" : rate_in(*tangent, kind, name);
-    if (!rate.empty()) return std::string(rate);
+    if (!rate.empty()) return rate;
   }
   return "";
 }
 
-std::string Simulation::Impl::rate_of(const dpde_unknown& unknown) const {
+std::string_view Simulation::Impl::rate_of(const dpde_unknown& unknown) const {
   const bool is_field = unknown.kind == DPDE_UNKNOWN_INITIAL || unknown.kind == DPDE_UNKNOWN_COEFFICIENT;
   return rate_of(is_field ? DPDE_LINK_FIELD : DPDE_LINK_PARAM, unknown.name);
 }
@@ -155,7 +155,7 @@ void Simulation::Impl::make_unknowns() {
     if (unknown.kind == DPDE_UNKNOWN_NETWORK) count = weights_named(unknown.name).size();
     if (unknown.kind == DPDE_UNKNOWN_CONTROL) count = control_named(unknown.name).size();
     if (unknown.kind == DPDE_UNKNOWN_COEFFICIENT) count = size * static_cast<std::size_t>(host_field_named(unknown.name).states);
-    unknowns.push_back({unknown.name, rate_of(unknown), unknown.kind, unknown.low, unknown.high, gradient_values.size(), count});
+    unknowns.push_back({unknown.name, std::string(rate_of(unknown)), unknown.kind, unknown.low, unknown.high, gradient_values.size(), count});
     gradient_values.resize(gradient_values.size() + count);
     const auto seek = [&](auto& field) {
       field.is_unknown = true;

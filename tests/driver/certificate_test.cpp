@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certification must pass what is right and, above all, fail what is wrong.
 #include "driver/certificate.h"
+#include "driver/links.h"
 
 #include <cmath>
 
@@ -122,6 +123,7 @@ std::shared_ptr<driver::Compiled> with_changed_adjoint(const SourceFile& source,
   for (const stencil::Program& program : scene->stencil.programs) names.push_back(program.name);
   scene->loop = loop::from_stencil(scene->stencil, names);
   scene->code = codegen::jit(scene->loop).module;
+  for (const driver::LinkedProgram& linked : driver::linked_programs(*scene)) scene->code->set_links(linked.program, linked.links);
   return scene;
 }
 

@@ -137,7 +137,7 @@ TEST_P(AheadOfTime, InMemoryAgreesWithTheCommand) {
   const std::string command = DPDE_BINARY_DIR "/bin/dpde gradient " + example(c) + " " + c.name + settings(c) + " --json >" + (folder_ / "out").string();
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
   std::ifstream file(folder_ / "out");
-  const Json json = parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
+  const testing::Json json = testing::parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
   EXPECT_NEAR(sim.gradient(), json["loss"].get<double>(), 1e-12*json["loss"].get<double>());
   for (const std::string& unknown : sim.unknowns()) {
     double square = 0;

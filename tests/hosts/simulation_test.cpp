@@ -280,7 +280,7 @@ TEST(Simulation, AsManySteps_FarFromTheTimeZero) {
   for (int k = 1; k < 8; ++k) {
     std::string later = text;
     later.replace(later.find("1e8 .. 1e8 + 1"), 14, "1e8 + " + std::to_string(k) + "/64 .. 1e8 + 1 + " + std::to_string(k) + "/64");
-    Simulation sim = compile_text(later, {.name = "find"});
+    Simulation sim = compile_text(later, {.name = "rod"});
     EXPECT_TRUE(sim.run());
     EXPECT_EQ(sim.steps_done(), 1000) << k;
     sim.reset();

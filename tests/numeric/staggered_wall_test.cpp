@@ -157,7 +157,7 @@ std::string plate_scene(const std::string& x, const std::string& y, const std::s
          "\n  a = 0.6\n  b = 0.3\n  A = 0.5\n  g = 1 + y\n"
          "  boundary u.x: x.low = gradient(g*A*cos(t)), x.high = mixed(a, b*(1 + t), A)" + (y.ends_with("periodic") ? "" : ", y = zero_gradient") +
          "\n  boundary u.y: x = zero_gradient" + (y.ends_with("periodic") ? "" : ", y.low = mixed(1 + a^2, sin(b), A*x), y.high = zero_gradient") +
-         "\n  boundary p: x = 0" + (y.ends_with("periodic") ? "" : ", y = zero_gradient") +
+         "\n  boundary p: x = zero_gradient" + (y.ends_with("periodic") ? "" : ", y = zero_gradient") +
          "\n  initial u = (x, 0.3*y)\n  initial p = 1 + x\n  time 0 .. 1/32, step 1/256\n}\n"
          "task t : s {\n  unknown a\n  unknown b\n  unknown A\n  unknown g\n  unknown initial u\n  minimise mean(u.x^3) + mean(u.y^2) + mean(dx(u.x)^2)\n}\n";
 }

@@ -55,8 +55,11 @@ stencil::Module primal(const driver::Compiled& compiled) {
   const auto take_over = [](auto& into, const auto& from) {
     for (const auto& each : from) {
       const auto same = std::ranges::find(into, each.name, [](const auto& known) { return known.name; });
-      if (same == into.end()) into.push_back(each);
-      if (same != into.end()) *same = each;
+      if (same != into.end()) {
+        *same = each;
+      } else {
+        into.push_back(each);
+      }
     }
   };
   take_over(all.kernels, used.kernels);

@@ -141,13 +141,15 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
     }
     return extract(written, {name});
   }
-  compiled.names = stencil::program_names(*compiled.problem, names_of(written.programs));
+  compiled.names = stencil::program_names(*compiled.problem);
   stencil::Module module = stencil::from_model(spread_over_time(*compiled.problem), compiled.names, sink);
   if (compiled.problem->program.empty()) return module;
+  // Programs that stand in the text under the names of the scene's are the scene's: text that was emitted reads back.
   std::vector<std::string> wanted = names_of(module.programs);
   wanted.push_back(compiled.problem->program);
   stencil::Module result = extract(written, wanted);
-  merge(result, with_own_kernels(module, result));
+  std::erase_if(wanted, [&](const std::string& name) { return result.find_program(name) != nullptr; });
+  merge(result, with_own_kernels(extract(module, wanted), result));
   return result;
 }
 

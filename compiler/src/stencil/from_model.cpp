@@ -263,9 +263,9 @@ void add_task(Module& module, Lowering& lowering, const model::Task& task, const
 
 }  // namespace
 
-ProgramNames program_names(const model::Problem& problem, const std::vector<std::string>& taken) {
+ProgramNames program_names(const model::Problem& problem) {
   NameSupply supply;
-  for (const std::string& name : taken) supply.reserve(name);
+  if (!problem.program.empty()) supply.reserve(problem.program);
   const std::string& scene = problem.scene;
   ProgramNames names;
   names.coefficients = supply.fresh(scene + "_coefficients");

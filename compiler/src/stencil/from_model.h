@@ -29,8 +29,8 @@ struct ProgramNames {
   /// middle.
   std::map<std::string, std::string> controls, control_starts;
 };
-/// `taken`: programs that a person wrote. `step` is the problem's own where that is one of them.
-ProgramNames program_names(const model::Problem& problem, const std::vector<std::string>& taken = {});
+/// `step` is the problem's own program where a person wrote one; the others are called otherwise.
+ProgramNames program_names(const model::Problem& problem);
 
 /// Lowers a verified problem. What no scheme can discretise is reported to `sink`; the module is empty then.
 Module from_model(const model::Problem& problem, const ProgramNames& names, DiagnosticSink& sink);

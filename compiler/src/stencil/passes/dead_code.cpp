@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "stencil/build.h"
 #include "stencil/given.h"
@@ -16,24 +17,23 @@ namespace {
 
 using Names = std::set<std::string>;
 
-bool reads_local(const Expr& e, const std::string& name) {
-  bool found = false;
-  visit(e, [&](const Expr& part) {
-    const Local* l = std::get_if<Local>(&part->kind);
-    found = found || (l && l->name == name);
-  });
-  return found;
-}
-
+/// From the last let to the first, each looked at once: a let is read by what stands behind it only.
 Kernel without_unused_lets(Kernel kernel) {
-  for (std::size_t i = kernel.lets.size(); i-- > 0;) {
-    bool used = false;
-    map_kernel(kernel, [&](const Expr& e) {
-      used = used || reads_local(e, kernel.lets[i].name);
-      return e;
+  Names used;
+  const auto note = [&](const Expr& e) {
+    visit(e, [&](const Expr& part) {
+      if (const Local* l = std::get_if<Local>(&part->kind)) used.insert(l->name);
     });
-    if (!used) kernel.lets.erase(kernel.lets.begin() + static_cast<std::ptrdiff_t>(i));
+    return e;
+  };
+  std::vector<Let> lets = std::exchange(kernel.lets, {});
+  map_kernel(kernel, note);
+  for (auto let = lets.rbegin(); let != lets.rend(); ++let) {
+    if (!used.contains(let->name)) continue;
+    note(let->value);
+    kernel.lets.push_back(std::move(*let));
   }
+  std::reverse(kernel.lets.begin(), kernel.lets.end());
   return kernel;
 }
 

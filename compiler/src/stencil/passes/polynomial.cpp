@@ -137,6 +137,8 @@ void Expansion::add_weights(const Expr& e, double scale, std::map<std::string, d
 }
 
 Polynomial Expansion::expand(const Expr& e, const std::set<std::string>& carried) {
+  ++work_;
+  if (!is_complete()) return {};
   if (is_uniform(e)) {
     const Coefficient value = uniform(e);
     return value.empty() ? Polynomial{} : Polynomial{{{}, value}};
@@ -158,11 +160,16 @@ Polynomial Expansion::expand_binary(const Expr& e, const Binary& b, const std::s
   const bool both = b.op == BinaryOp::add || b.op == BinaryOp::subtract || b.op == BinaryOp::multiply;
   if (!both && !below && !square) return atom(e);
   const Polynomial left = expand(b.left, carried);  // first: atoms are numbered in order of appearance
-  if (below) return product(closed(left, carried), Polynomial{{{}, *below}});
-  if (square) return product(closed(left, {}), closed(left, {}));
+  if (below) return times(closed(left, carried), Polynomial{{{}, *below}});
+  if (square) return times(closed(left, {}), closed(left, {}));
   const Polynomial right = expand(b.right, carried);
-  if (b.op == BinaryOp::multiply) return product(closed(left, carried), closed(right, carried));
+  if (b.op == BinaryOp::multiply) return times(closed(left, carried), closed(right, carried));
   return sum(left, b.op == BinaryOp::add ? right : negated(right));
+}
+
+Polynomial Expansion::times(const Polynomial& a, const Polynomial& b) {
+  work_ += a.size() * b.size();
+  return is_complete() ? product(a, b) : Polynomial{};
 }
 
 bool Expansion::is_open(const Monomial& monomial, const std::set<std::string>& carried) const {

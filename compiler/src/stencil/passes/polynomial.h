@@ -54,6 +54,8 @@ class Expansion {
   Expansion(const Kernel& kernel, Atoms& atoms) : kernel_(kernel), atoms_(atoms) {}
 
   Polynomial expand(const Expr& e, const std::set<std::string>& carried);
+  /// False once lets of lets, or sums multiplied out, have taken too long; what `expand` gives is not to be used then.
+  bool is_complete() const { return work_ <= most_work; }
   /// Fields u with a term u[k] * (number + ...) in `e`: an update u + dt*(...) has rounding errors of the size of u's, so
   /// that c*u[k] may be added to it in any order while |c| is at most about 1.
   std::set<std::string> carried_fields(const Expr& e);
@@ -69,9 +71,12 @@ class Expansion {
   Coefficient uniform(const Expr& e);
   std::optional<Coefficient> uniform_binary(const Binary& b);
   std::optional<Coefficient> inverse(const Expr& e);
+  Polynomial times(const Polynomial& a, const Polynomial& b);
 
+  static constexpr std::size_t most_work = 100'000;  // nodes met and terms multiplied
   const Kernel& kernel_;
   Atoms& atoms_;
+  std::size_t work_ = 0;
 };
 
 }  // namespace dpde::stencil

@@ -233,12 +233,13 @@ std::optional<Updates> updates_of(const Kernel& kernel, const Stages& stages) {
   for (std::size_t s = 0; s < kernel.stores.size(); ++s) {
     const Expr& value = kernel.stores[s].value;
     const std::set<std::string> carried = stages.carried(kernel, value, expansion);
+    if (!expansion.is_complete()) return std::nullopt;
     if (carried.empty()) continue;
     updates.stores.push_back(s);
     updates.parts.emplace_back().add(value, false, carried);
     updates.values.push_back(expansion.expand(updates.parts.back().rest, carried));
     terms += updates.values.back().size();
-    if (!is_finite(updates.values.back()) || terms > most_terms) return std::nullopt;
+    if (!expansion.is_complete() || !is_finite(updates.values.back()) || terms > most_terms) return std::nullopt;
   }
   return updates;
 }

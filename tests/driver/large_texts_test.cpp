@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never ends.
+#include <string>
+
+#include "driver_support.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::testing {
+namespace {
+
+driver::CompileOptions of_task(const char* name) {
+  driver::CompileOptions options;
+  options.selection.name = name;
+  options.adjoint = true;
+  return options;
+}
+
+/// Each let is the square of the one before it: 2^40 factors when they are put in place.
+TEST(LargeTexts, SquaresOfSquaresStayLets) {
+  std::string lets;
+  for (int i = 1; i <= 40; ++i) lets += "  let a" + std::to_string(i) + " = a" + std::to_string(i - 1) + "*a" + std::to_string(i - 1) + "\n";
+  const SourceFile source("squares.dpde", "kernel k(u: field, out v: field) {\n  let a0 = u*0.5\n" + lets + R"(  v = a40
+}
+program p { run k; swap u, v }
+scene s : p { grid x = 0 .. 1, cells 8, periodic; initial u = 0.1; time 0 .. 1, step 0.1 }
+task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
+)");
+  const auto code = compiled(source, of_task("g"));
+  ASSERT_NE(code, nullptr);
+  EXPECT_LT(stencil::print(code->stencil).size(), 5000u);
+}
+
+/// The fourth derivative by eight points in a stretched coordinate nests products of sums of sums.
+TEST(LargeTexts, FourthDerivativesOnStretchedAxes) {
+  const SourceFile source("fourth.dpde", R"(model m { field u; param k; dt(u) = k*lap(u) }
+scheme c { dx = central(8); lap = central(8); time = euler }
+scene s : m with c {
+  grid x = 0 .. 1, cells 32, periodic, stretched x + 0.1*sin(2*pi*x)
+  k = 1e-6
+  initial u = sin(2*pi*x)
+  time 0 .. 0.1, step 0.01
+}
+task g : s { unknown initial u from 0; minimise mean(d(u, x, 4)^2) at t = 0.1 }
+)");
+  const auto code = compiled(source, of_task("g"));
+  ASSERT_NE(code, nullptr);
+}
+
+}  // namespace
+}  // namespace dpde::testing
