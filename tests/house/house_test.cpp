@@ -115,8 +115,7 @@ const std::vector<Level> levels{
     {"model", {"syntax/"}, {"data_set"}},
     {"stencil",
      {"syntax/", "model/"},
-     {"apply", "discretise", "events", "idle_walls", "lowering", "multistep", "operator_order", "quantities", "semi_lagrangian", "subcycles", "time_schemes", "wall_parabola",
-      "walls"}},
+     {"apply", "discretise", "events", "idle_walls", "lowering", "multistep", "operator_order", "quantities", "semi_lagrangian", "subcycles", "time_schemes", "walls"}},
     {"loop", {"stencil/"}, {"rows", "uniforms"}},
 };
 

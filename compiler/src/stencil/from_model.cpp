@@ -18,7 +18,6 @@
 #include "stencil/semi_lagrangian.h"
 #include "stencil/subcycles.h"
 #include "stencil/time_schemes.h"
-#include "stencil/wall_parabola.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -233,7 +232,7 @@ void add_sums(Module& module, const Lowering& lowering, const std::string& name,
   Discretiser at_point = lowering.discretiser();
   Kernel kernel = lowering.kernel(name);
   for (const NamedValue& v : values) kernel.sums.push_back({v.sum, cell_share(v.value, lowering.rank(), at_point)});
-  lowering.add_program(module, name, {with_parabolas_at_walls(lowering, Lowering::stage(std::move(kernel), at_point))});
+  lowering.add_program(module, name, {Lowering::stage(std::move(kernel), at_point)});
 }
 
 /// What a spectrum or a correlation is of, each component where it lies.

@@ -191,6 +191,7 @@ std::vector<AxisBoundary> Lowering::boundary_of(const std::string& field) const 
   return boundary;
 }
 
+/// The state whose boundary holds for `field`: also for data that are the same field of another scene's run.
 const model::State* Lowering::state_beyond_walls(const std::string& field) const {
   const auto found = state_of_.find(field);
   if (found != state_of_.end()) return problem_.find_state(found->second);

@@ -47,9 +47,6 @@ class Lowering {
   /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that reads it, else
   /// at that of the results.
   Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages, const Expr& time_of_results = Reading().time) const;
-  /// The state whose boundary holds for `field`: also for data that are the same field of another scene's run; nullptr
-  /// where there is none.
-  const model::State* state_beyond_walls(const std::string& field) const;
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
 
  private:
@@ -58,6 +55,7 @@ class Lowering {
   std::vector<AxisBoundary> plain_boundary() const;
   bool needs_fill(const Signature::Read& read) const;
   std::vector<AxisBoundary> boundary_of(const std::string& field) const;
+  const model::State* state_beyond_walls(const std::string& field) const;
 
   const model::Problem& problem_;
   model::Placements placements_;
