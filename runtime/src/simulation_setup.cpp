@@ -132,11 +132,12 @@ void Simulation::Impl::make_fields() {
 
 /// What the tangents, which agree on it, call the rate of a value; "" where none of them varies by it.
 std::string_view Simulation::Impl::rate_of(int32_t kind, std::string_view name) const {
-  std::vector<const dpde_program*> tangents{scene.second.tangent, scene.coefficient_second.tangent, scene.initial_second.tangent};
-  for (int32_t i = 0; i < scene.loss_count; ++i) tangents.push_back(scene.losses[i].full.tangent);
-  for (const dpde_program* tangent : tangents) {
-    const std::string_view rate = tangent == nullptr ? "" : rate_in(*tangent, kind, name);
-    if (!rate.empty()) return rate;
+  const auto rate = [&](const dpde_program* tangent) { return tangent == nullptr ? std::string_view() : rate_in(*tangent, kind, name); };
+  for (const dpde_program* tangent : {scene.second.tangent, scene.coefficient_second.tangent, scene.initial_second.tangent}) {
+    if (!rate(tangent).empty()) return rate(tangent);
+  }
+  for (int32_t i = 0; i < scene.loss_count; ++i) {
+    if (!rate(scene.losses[i].full.tangent).empty()) return rate(scene.losses[i].full.tangent);
   }
   return "";
 }

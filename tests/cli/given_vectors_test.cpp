@@ -67,7 +67,7 @@ scene s : m {
   grid x = 0 .. 1, cells 5
   grid y = 0 .. 1, cells 4
   boundary u.x: all = 0
-  boundary u.y: y = 0, x.low = 0.1, x.high = 0.2*y
+  boundary u.y: y = 0, x = zero_gradient
   boundary eta: all = zero_gradient
   boundary n: x = 0.1, y.low = zero_gradient, y.high = 0.2
   initial u = (sin(3*x)*y, x + y^2)
