@@ -238,10 +238,11 @@ RunResult Rollout::Impl::advance(int count) {
   forward->program.bind_states(buffers[static_cast<size_t>(current)]);
   for (const int field : forward->program.states) forward->program.executor.prepare(field);
   forward->program.prepare_inputs();
-  for (int n = 0; n < count && !(done.stopped = stopping()); ++n, ++reached) {
-    const int next = free_buffer(current, current);
-    step(reached, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
+  for (const int until = reached + count; reached < until && !(done.stopped = stopping());) {
+    const int next = free_buffer(current, current), now = steps_at_once(reached, until);
+    steps(reached, now, buffers[static_cast<size_t>(current)], buffers[static_cast<size_t>(next)]);
     current = next;
+    reached += now;
   }
   done.steps_done = reached;
   final_states = buffers[static_cast<size_t>(current)];

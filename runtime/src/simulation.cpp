@@ -392,7 +392,10 @@ bool Simulation::run(const ProgressCallback& progress, int every) {
 double Simulation::loss() {
   Rollout& objective = impl_->objective();
   impl_->begin_objective(objective);
-  return objective.loss();
+  const double loss = objective.loss();
+  const bool stopped = impl_->options.stop != nullptr && impl_->options.stop->load();
+  if (!stopped && !std::isfinite(loss)) impl_->require_finite_run(objective);
+  return loss;
 }
 
 }  // namespace dpde

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "dpde/runtime/error.h"
@@ -94,7 +95,21 @@ const Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
   throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
 }
 
-double Simulation::gradient() { return impl_->gradient(); }
+/// Optimisers do not ask for it: to them a step that blows up is one that is too long.
+void Simulation::Impl::require_finite_run(Rollout& rollout) const {
+  const std::optional<BlowUp> first = rollout.run().blow_up;
+  if (!first) return;
+  throw Error(ErrorKind::run, fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
+                                          "a smaller step than {} may help",
+                                          rollout.state_name(first->state), first->step, scene.steps, first->t,
+                                          first->cell.x, first->cell.y, first->cell.z, scene.step));
+}
+
+double Simulation::gradient() {
+  const double loss = impl_->gradient();
+  if (!impl_->was_stopped && !std::isfinite(loss)) impl_->require_finite_run(impl_->objective());
+  return loss;
+}
 
 std::span<const double> Simulation::gradient_vector() const { return impl_->gradient_values; }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "dpde/runtime/error.h"
@@ -124,6 +125,10 @@ std::vector<double> Simulation::hessian_vector(Values direction, Curvature curva
   return product;
 }
 
-void Simulation::hessian_vector(Values direction, Target product, Curvature curvature) { impl_->product(direction, product, curvature); }
+void Simulation::hessian_vector(Values direction, Target product, Curvature curvature) {
+  impl_->product(direction, product, curvature);
+  const bool finite = std::ranges::all_of(product, [](double value) { return std::isfinite(value); });
+  if (!impl_->was_stopped && !finite) impl_->require_finite_run(impl_->second_order(curvature));
+}
 
 }  // namespace dpde

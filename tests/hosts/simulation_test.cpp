@@ -408,6 +408,54 @@ TEST(Simulation, MistakesAreErrorsThatSayWhere) {
   }
 }
 
+/// Large fields make several steps in one pass where the host asks for several: bits are those of steps one by one.
+TEST(Simulation, StepsAtOnceAreStepsOneByOne) {
+  const std::string plate = "model plate {\n  field u\n  param k\n  dt(u) = k*(dx(dx(u)) + dy(dy(u))) - u*u + t\n}\n"
+                            "scheme forward { time = euler }\nscene s : plate with forward {\n  k = 0.2\n  grid x = 0 .. 512, cells 512, periodic\n  grid y = 0 .. 300, cells 300\n  boundary u: y = zero_gradient\n"
+                            "  initial u = sin(0.1*x)*cos(0.3*y)\n  time 0 .. 4, step 0.1\n}\n";
+  Simulation one = compile_text(plate);
+  std::vector<std::vector<double>> expected;
+  for (int n = 1; n <= 45; ++n) {  // beyond the scene's end
+    if (n == 20) one.set("k", 0.3);
+    one.step();
+    if (n == 19 || n == 45) expected.push_back(one.state("u"));
+  }
+  for (const int threads : {1, 2, 3}) {
+    Simulation sim = compile_text(plate, {.threads = threads});
+    sim.step(19);
+    EXPECT_EQ(sim.state("u"), expected[0]);
+    sim.set("k", 0.3);
+    sim.step(26);
+    EXPECT_EQ(sim.state("u"), expected[1]);
+    EXPECT_EQ(sim.steps_done(), 45);
+  }
+}
+
+/// u is squared once a step: 1e10, 1e20, ... 1e320 is not finite after step 5. Optimisers go on.
+TEST(Simulation, LossesOfRunsThatBlowUpAreErrors) {
+  Simulation sim = compile_text("model m {\n  field u\n  param p\n  dt(u) = p*u*u - u\n}\n"
+                                "scheme forward { time = euler }\nscene s : m with forward {\n  p = 1\n  grid x = 0 .. 4, cells 4, periodic\n  initial u = if(x > 2 and x < 3, 1e10, 0.5)\n"
+                                "  time 0 .. 9, step 1\n}\n"
+                                "task seek : s {\n  unknown p from 1\n  minimise mean(u^2) at t = 9\n}\n",
+                                {.second_order = true});
+  const auto message = [&](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::run);
+      return error.what();
+    }
+    return "no error";
+  };
+  const std::string expected = "u is no longer finite after step 5 of 9 (t = 5) in cell (2, 0, 0); a smaller step than 1 may help";
+  EXPECT_EQ(message([&] { sim.loss(); }), expected);
+  EXPECT_EQ(message([&] { sim.gradient(); }), expected);
+  EXPECT_EQ(message([&] { sim.hessian_vector(std::vector{1.0}); }), expected);
+  EXPECT_EQ(sim.optimise().reason, StopReason::not_finite);
+  sim.set("p", 0);
+  EXPECT_TRUE(std::isfinite(sim.loss()));
+}
+
 /// Two dimensions: x is fastest.
 TEST(Simulation, OrderOfValues) {
   Simulation sim = compile_text(R"(model still {

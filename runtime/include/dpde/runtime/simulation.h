@@ -117,7 +117,7 @@ class Simulation {
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
 
-  // With a task only.
+  // With a task only. @throws Error(run) where the run blows up: which state, after which step, in which cell.
   double loss();
   /// The loss; its gradient with respect to each unknown is kept.
   double gradient();
