@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "aligned_memory.h"
+#include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
 #include "real.h"
 
@@ -82,9 +83,14 @@ int64_t wrapped(int64_t i, int64_t n) { return ((i % n) + n) % n; }
 
 }  // namespace
 
+int64_t allocated_bytes(int64_t wanted) {
+  const int64_t whole = wanted >= least_huge_bytes ? huge_page_bytes : page_bytes;
+  return (wanted + whole - 1) / whole * whole;
+}
+
 char* allocate_bytes(int64_t wanted) {
   const int64_t alignment = wanted >= least_huge_bytes ? huge_page_bytes : wanted > page_bytes ? page_bytes : line_bytes;
-  const int64_t whole = std::max(alignment, page_bytes), bytes = (wanted + whole - 1) / whole * whole;
+  const int64_t bytes = allocated_bytes(wanted);
   // Linux may promise more than there is and kill the process later: refuse what can never fit.
   void* memory = bytes > physical_bytes() ? nullptr : std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
   if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));

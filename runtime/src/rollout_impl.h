@@ -141,7 +141,7 @@ struct WeightBars {
 };
 
 struct Rollout::Impl {
-  enum class Purpose { run, plan };  // plan: nothing is bound and there is no memory; only plan_storage() has a result
+  enum class Purpose { run, plan };  // plan: nothing is bound, and memory is counted only
   explicit Impl(RolloutSetup from, Purpose purpose = Purpose::run);
 
   // Preparation (rollout_setup.cpp)
@@ -162,6 +162,7 @@ struct Rollout::Impl {
   int64_t recomputed_steps(int slots);
   void plan_storage();
   void allocate_states();
+  FieldPool make_pool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
   template <class Visit>
   void for_each_program(const Visit& visit);
   void set_clocks(GradientSeconds& seconds);
@@ -248,6 +249,7 @@ struct Rollout::Impl {
   const Purpose purpose;
   std::vector<std::string> state_names, next_names;
   std::vector<Field> initial;
+  int64_t bytes_of_fields = 0;  // of all pools in memory, and the initial states
   std::optional<BoundStep> forward;
   std::optional<BoundRate> rate;
   std::vector<FieldPool> part_pools;     // states between the parts of a step: two to work in, and in gradient() those that are stored

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "aligned_memory.h"
+#include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/links.h"
 #include "rollout_impl.h"
@@ -75,8 +76,8 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
   control_every.assign(param_bar_names.size(), 1);
   schedule_losses();
   plan_storage();
-  if (purpose == Purpose::plan) return;
   allocate_states();
+  if (purpose == Purpose::plan) return;
   if (backward) make_frames();
   for_each_program([&](BoundProgram& program) {
     program.executor.update_uniforms();
@@ -88,7 +89,7 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
 GradientPlan plan_gradient(RolloutSetup setup) {
   const Rollout::Impl impl(std::move(setup), Rollout::Impl::Purpose::plan);
   const int block = impl.marks.empty() ? 1 : impl.backward->block->steps();
-  return {impl.keeps_trajectory, block, impl.result.stored_states, impl.result.recomputed_steps, impl.result.checkpoint_bytes, impl.result.tape_bytes};
+  return {impl.keeps_trajectory, block, impl.result.stored_states, impl.result.recomputed_steps, impl.result.checkpoint_bytes, impl.result.tape_bytes, impl.bytes_of_fields};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
@@ -139,6 +140,8 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
     const auto found = std::ranges::find(setup.fields, name, &BoundField::name);
     if (f >= program.input_count) {
       temporaries.push_back(f);
+    } else if (purpose == Purpose::plan) {
+      continue;
     } else if (found == setup.fields.end() || found->base == nullptr) {
       not_bound(program, "field", name);
     } else {
@@ -148,7 +151,8 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
       if (control != setup.control_fields.end()) bound.control_fields.emplace_back(f, control - setup.control_fields.begin());
     }
   }
-  bound.temporaries = FieldPool(setup.layout, static_cast<int64_t>(temporaries.size()));
+  bound.temporaries = make_pool(setup.layout, static_cast<int64_t>(temporaries.size()));
+  if (purpose == Purpose::plan) return;
   for (size_t i = 0; i < temporaries.size(); ++i) bound.executor.bind(temporaries[i], bound.temporaries.base(static_cast<int64_t>(i)));
 }
 
@@ -167,7 +171,7 @@ BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std:
     if (field >= 0 && !is_filled && bound.executor.prepares(field)) bound.fill_states.push_back(field);
     own.push_back(name);
   }
-  if (purpose == Purpose::run) bind_inputs(bound, own);
+  bind_inputs(bound, own);
   return bound;
 }
 
@@ -177,6 +181,7 @@ void Rollout::Impl::bind_step() {
   for (int s = 0; s < program.swap_count; ++s) {
     state_names.emplace_back(program.fields[program.swaps[s].state]);
     next_names.emplace_back(program.fields[program.swaps[s].next]);
+    bytes_of_fields += allocated_bytes(field_bytes(setup.layout) + stagger_of(setup.layout, s));
     if (purpose == Purpose::run) initial.emplace_back(setup.layout, s);
   }
   forward.emplace(BoundStep{bind_program(program, next_names, true), {}});
@@ -341,9 +346,23 @@ void Rollout::Impl::plan_storage() {
   part_slots = setup.slots > 0 ? setup.slots : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
 }
 
+/// What a plan counts is what a run takes, since both come here.
+FieldPool Rollout::Impl::make_pool(const dpde_layout& layout, int64_t count, const std::string& folder) {
+  if (folder.empty()) bytes_of_fields += allocated_bytes(count * FieldPool::stride_of(layout));
+  return purpose == Purpose::plan ? FieldPool() : FieldPool(layout, count, folder);
+}
+
 void Rollout::Impl::allocate_states() {
   const auto states = static_cast<int64_t>(state_names.size());
-  pool = FieldPool(setup.layout, buffer_count * states, backward ? setup.checkpoint_folder : "");
+  const auto bar_count = sought.empty() ? 0 : static_cast<int64_t>(sought.back().first + sought.back().count);
+  bar_layout = setup.layout;
+  bar_layout.real = DPDE_F64;
+  pool = make_pool(setup.layout, buffer_count * states, backward ? setup.checkpoint_folder : "");
+  if (backward) {
+    bar_pool = make_pool(setup.layout, 3 * states);
+    field_bar_pool = make_pool(bar_layout, bar_count);
+  }
+  if (purpose == Purpose::plan) return;
   buffers.emplace_back();
   for (Field& field : initial) buffers.front().push_back(field.base());
   for (int64_t b = 0; b < buffer_count; ++b) {
@@ -354,15 +373,10 @@ void Rollout::Impl::allocate_states() {
   free_list.reserve(buffers.size());
   final_states = buffers.front();
   if (!backward) return;
-  bar_pool = FieldPool(setup.layout, 3 * states);
   for (int64_t b = 0; b < 3; ++b) {
     StateBuffer& buffer = bars.emplace_back();
     for (int64_t s = 0; s < states; ++s) buffer.push_back(bar_pool.base(b * states + s));
   }
-  const auto bar_count = sought.empty() ? 0 : static_cast<int64_t>(sought.back().first + sought.back().count);
-  bar_layout = setup.layout;
-  bar_layout.real = DPDE_F64;
-  field_bar_pool = FieldPool(bar_layout, bar_count);
   for (int64_t i = 0; i < bar_count; ++i) result.field_bars.push_back({&bar_layout, field_bar_pool.base(i)});
   is_seeded.assign(state_names.size(), 0);
   result.state_bars.assign(state_names.size(), {});

@@ -45,7 +45,9 @@ TEST_F(PrecisionCommand, HalvesWhatCheckSaysOfMemory) {
   const Json doubles = dpde("check rod.dpde find --json --set cells=65536").json();
   const Json floats = dpde("check rod.dpde find --json --set cells=65536 --set real=f32").json();
   EXPECT_EQ(floats["cost"]["bytes_per_point"].get<double>(), doubles["cost"]["bytes_per_point"].get<double>() / 2);
-  for (const char* key : {"memory_bytes", "gradient_memory_bytes"}) EXPECT_NEAR(floats[key].get<double>() / doubles[key].get<double>(), 0.5, 0.02);
+  const auto ratio = [&](const char* key) { return floats[key].get<double>() / doubles[key].get<double>(); };
+  EXPECT_NEAR(ratio("gradient_memory_bytes"), 0.5, 0.02);
+  EXPECT_LT(ratio("memory_bytes"), 0.65) << "the curve that a run shows is made of doubles";
 }
 
 TEST_F(PrecisionCommand, IsCertifiedAsDoublesAndAsFloats) {

@@ -11,6 +11,7 @@
 #include "driver/beside.h"
 #include "driver/data.h"
 #include "driver/cost.h"
+#include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "driver/storage.h"
 #include "model/build.h"
@@ -171,12 +172,16 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   const double stored = plan ? memory.gradient + static_cast<double>(plan->checkpoint_bytes + plan->tape_bytes) : 0;
   result["gradient_memory_bytes"] = plan ? Json(stored) : Json(nullptr);
   result["checkpoints"] = nullptr;
+  result["gradient_peak_bytes"] = nullptr;
   if (!plan) return "";
+  const double peak = driver::peak_of_gradient(compiled, *plan, job.source());
+  result["gradient_peak_bytes"] = peak;
   result["checkpoints"] = {{"stored", plan->stored_states}, {"recomputed_steps", plan->recomputed_steps}, {"bytes", plan->checkpoint_bytes}, {"block_steps", plan->block_steps}, {"tape_bytes", plan->tape_bytes}};
   std::string stores = "stores none";
   if (plan->stores_states) stores = plan->recomputed_steps == 0 ? "stores every step" : fmt::format("stores {} state{} and makes {} steps again", plan->stored_states, plan->stored_states == 1 ? "" : "s", plan->recomputed_steps);
   if (plan->block_steps > 1) stores += fmt::format(" ({} steps at once)", plan->block_steps);
-  std::string text = fmt::format(", and {} for a gradient that {}", human_bytes(stored), stores);
+  std::string text = fmt::format(", and {} for a gradient that {}", human_bytes(peak), stores);
+  if (plan->stores_states) text += fmt::format(": {}", human_bytes(stored));
   if (plan->tape_bytes > 0) text += fmt::format(" and keeps {} of what networks compute", human_bytes(static_cast<double>(plan->tape_bytes)));
   if (!options.checkpoint_folder.empty()) text += " in a file";
   if (memory.part > 0) text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
@@ -220,7 +225,8 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
       cost.bytes, cost.flops, human_count(copy_rate / std::max(cost.bytes, 1.0)),
       copy.is_busy ? ", on a busy machine" : "");
   result["memory_bytes"] = memory.run;
-  text += fmt::format("memory: {}", human_bytes(memory.run));
+  result["output_memory_bytes"] = driver::bytes_of_outputs(compiled);
+  text += fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run), human_bytes(driver::bytes_of_outputs(compiled)));
   if (problem.task) {
     const auto adjoint = compiled.derived.find(compiled.step_name());
     if (adjoint != compiled.derived.end() && adjoint->second.adjoint) {

@@ -50,7 +50,6 @@ class Run {
   const RunOptions& options_;
   std::shared_ptr<const driver::Compiled> compiled_;
   std::unique_ptr<driver::Session> session_;
-  std::vector<NamedState> initial_;
   RunResult outcome_;
   std::unique_ptr<Record> record_;
   CheckpointInterval interval_;
@@ -61,10 +60,6 @@ class Run {
 Json Run::operator()() {
   Json result = Json::object();
   if (!open()) return result;
-  const Rollout& rollout = session_->rollout();
-  for (int s = 0; s < rollout.state_count(); ++s) {
-    initial_.push_back({rollout.state_name(s), session_->initial(s), placement_of(*session_, rollout.state_name(s))});
-  }
   record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
   if (!prepare_checkpoints() || !step()) return result;
   if (!outcome_.blow_up) driver::report_growth(*session_, job_.sink());
@@ -200,16 +195,21 @@ void Run::write_files() {
   if (options_.out.empty()) return;
   driver::Workspace& workspace = session_->workspace();
   std::vector<NamedState> states;
-  for (std::size_t s = 0; s < initial_.size(); ++s) {
-    std::vector<double> values = session_->final_state(int(s));
-    save_state(job_, workspace, initial_[s].title, values);
-    states.push_back({initial_[s].title, std::move(values), initial_[s].placement});
+  const Rollout& rollout = session_->rollout();
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    const std::string& name = rollout.state_name(s);
+    std::vector<double> values = session_->final_state(s);
+    save_state(job_, workspace, name, values);
+    states.push_back({name, std::move(values), placement_of(*session_, name)});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
   save_netcdf(job_, *session_, *record_);
   const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
   if (workspace.axes().size() == 1) {
-    for (const NamedState& start : initial_) states.push_back({start.title + " at the start", start.values, start.placement});
+    for (int s = 0; s < rollout.state_count(); ++s) {
+      const std::string& name = rollout.state_name(s);
+      states.push_back({name + " at the start", session_->initial(s), placement_of(*session_, name)});
+    }
   }
   save_picture(job_, session_->problem().scene, panels_of(workspace, when, states));
 }
@@ -229,10 +229,11 @@ void Run::show_curve() {
   if (session_->workspace().axes().size() != 1 || options_.quiet || options_.json) return;
   LinePanel panel;
   panel.x_label = "x";
-  for (std::size_t s = 0; s < initial_.size(); ++s) {
-    const std::vector<double> places = places_along_x(session_->workspace(), initial_[s].placement);
-    panel.curves.push_back({initial_[s].title, places, session_->final_state(int(s))});
-    panel.title += (s > 0 ? ", " : "") + initial_[s].title;
+  const Rollout& rollout = session_->rollout();
+  for (int s = 0; s < rollout.state_count(); ++s) {
+    const std::string& name = rollout.state_name(s);
+    panel.curves.push_back({name, places_along_x(session_->workspace(), placement_of(*session_, name)), session_->final_state(s)});
+    panel.title += (s > 0 ? ", " : "") + name;
   }
   panel.title += fmt::format(" at t = {:.6g}", session_->time_of(outcome_.steps_done));
   job_.say(text_plot(panel, terminal_is_utf8()));

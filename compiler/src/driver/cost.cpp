@@ -15,6 +15,7 @@
 
 #include "dpde/runtime/layout.h"
 #include "driver/cpu_time.h"
+#include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "support/match.h"
 
@@ -112,20 +113,10 @@ dpde_layout layout_of(const Compiled& compiled) {
 
 Memory memory_of(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
-  std::set<std::string> fields;
-  for (const loop::Program& program : compiled.loop.programs) {
-    if (program.name == compiled.step_name()) fields.insert(program.fields.begin(), program.fields.end());
-  }
-  for (const model::Axis& axis : problem.axes) fields.insert(axis.name);
   const double field = static_cast<double>(field_bytes(layout_of(compiled)));
   const double states = static_cast<double>(problem.states.size());
   Memory memory;
-  // Beside the fields of the step: the initial states as given and as run, and the last state known to be finite.
-  memory.run = field * (static_cast<double>(fields.size()) + 3 * states);
-  memory.run += field * static_cast<double>(problem.noises().size());
-  for (const model::Coefficient& c : problem.coefficients) {
-    if (c.is_control()) memory.run += field * (problem.intervals(c.every) - 1);
-  }
+  memory.run = peak_of_run(compiled);
   if (!problem.task) return memory;
   if (problem.rate && reads_states_back(compiled)) memory.part = field * states;
   for (const model::Coefficient& c : problem.coefficients) {

@@ -27,7 +27,7 @@ Cost cost_of(const loop::Module& module, const std::string& program);
 /// How fields of the scene lie in memory.
 dpde_layout layout_of(const Compiled& compiled);
 
-/// Bytes that `run` takes for fields of the scene, and what a gradient adds beside the states it stores (driver/storage.h): sums of
+/// Bytes that `run` takes at its peak (driver/memory_plan.h), and what a gradient adds beside the states it stores (driver/storage.h): sums of
 /// control fields. `part` comes for each part of the step that a Courant number splits into most; 0 where that stores nothing.
 struct Memory {
   double run = 0, gradient = 0, part = 0;

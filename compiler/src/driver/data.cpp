@@ -62,15 +62,15 @@ std::vector<double> times_of(const Session& session, const model::When& when) {
 
 /// Settings for the scene that makes the data, so that the task's --set cells, step and end reach it: along an axis where
 /// it would no longer fit it keeps its ratio to the task's scene, or takes the same cells; a finer grid needs its steps too.
-std::map<std::string, std::string> followed_settings(const Session& session, const model::Datum& datum) {
-  const model::Selection& selection = session.compiled().options.selection;
+std::map<std::string, std::string> followed_settings(const Compiled& compiled, const model::Datum& datum) {
+  const model::Selection& selection = compiled.options.selection;
   std::map<std::string, std::string> settings;
   if (selection.overrides.contains("end")) settings["end"] = selection.overrides.at("end");
   DiagnosticSink ignored;
   const auto as_written = [&](const std::string& name) {
-    return model::from_ast(session.compiled().ast, {name, {}, ""}, ignored).value_or(model::Problem{});
+    return model::from_ast(compiled.ast, {name, {}, ""}, ignored).value_or(model::Problem{});
   };
-  const model::Problem other = as_written(datum.scene), own = as_written(session.problem().scene), &now = session.problem();
+  const model::Problem other = as_written(datum.scene), own = as_written(compiled.problem->scene), &now = *compiled.problem;
   if (other.axes.size() != now.axes.size() || own.axes.size() != now.axes.size()) return settings;
   bool follows = false;
   for (std::size_t a = 0; a < now.axes.size(); ++a) {
@@ -100,12 +100,7 @@ std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session
     sink.report("data-of-other-scene", where, {datum.scene, reason});
     return std::nullopt;
   };
-  CompileOptions options;
-  options.selection.name = datum.scene;
-  options.selection.overrides = followed_settings(session, datum);
-  options.backend = Backend::jit;
-  options.cache = session.compiled().options.cache;
-  std::optional<Compiled> compiled = compile(source, options, sink);
+  std::optional<Compiled> compiled = compile(source, options_of_maker(session.compiled(), datum), sink);
   if (!compiled) return std::nullopt;
   SessionOptions session_options;
   session_options.threads = session.options().threads;
@@ -183,6 +178,15 @@ std::optional<std::vector<std::vector<double>>> from_file(Session& session, cons
 }
 
 }  // namespace
+
+CompileOptions options_of_maker(const Compiled& compiled, const model::Datum& datum) {
+  CompileOptions options;
+  options.selection.name = datum.scene;
+  options.selection.overrides = followed_settings(compiled, datum);
+  options.backend = Backend::jit;
+  options.cache = compiled.options.cache;
+  return options;
+}
 
 std::vector<double> made_up_values(std::size_t count) {
   std::mt19937_64 random(1);

@@ -21,6 +21,9 @@ std::vector<double> average_down(const std::vector<double>& fine, const std::vec
 std::vector<double> resample(const std::vector<double>& values, const std::vector<model::Axis>& from,
                              const std::vector<model::Axis>& to);
 
+/// How the scene is compiled whose run makes a datum of a task.
+CompileOptions options_of_maker(const Compiled& compiled, const model::Datum& datum);
+
 /// Values between 0.5 and 1.5, in place of a file that is not read.
 std::vector<double> made_up_values(std::size_t count);
 

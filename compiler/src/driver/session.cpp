@@ -136,13 +136,16 @@ void Session::reset_initial() {
   set_values(*rollout_);
   const dpde_program* program = compiled_->program(compiled_->names.initial);
   if (program != nullptr) workspace_->run(*program, problem().t_begin);
-  std::vector<double> values(workspace_->cell_count());
   for (int s = 0; s < rollout_->state_count(); ++s) {
     const std::string& name = rollout_->state_name(s);
     const auto file = state_files_.find(name);
-    if (file == state_files_.end()) workspace_->field(name).copy_out(values);
-    rollout_->initial(s).copy_in(file == state_files_.end() ? values : file->second);
+    if (file != state_files_.end()) {
+      rollout_->initial(s).copy_in(file->second);
+    } else {
+      copy_interior(workspace_->layout(), rollout_->initial(s).base(), {&workspace_->layout(), workspace_->field(name).base()});
+    }
   }
+  if (program != nullptr) workspace_->release(*program);
 }
 
 RolloutSetup Session::setup() {
@@ -335,6 +338,7 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
     norm.l2 = std::sqrt(norm.l2 / static_cast<double>(computed.size()));
     norms.push_back(norm);
   }
+  workspace_->release(*program);
   return norms;
 }
 
@@ -352,10 +356,26 @@ void report_error(const std::exception& error, DiagnosticSink& sink) {
 
 namespace {
 
-double largest_magnitude(const std::vector<double>& values) {
+/// Of the interior; nothing of the size of the field is made.
+double largest_magnitude(const dpde_layout& layout, const void* base) {
   double largest = 0;
-  for (const double value : values) largest = std::max(largest, std::abs(value));
+  const auto look = [&](const auto* values) {
+    for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
+      for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
+        const auto* row = values + index_of(layout, 0, y, z);
+        for (std::int64_t x = 0; x < layout.cells[0]; ++x) largest = std::max(largest, std::abs(static_cast<double>(row[x])));
+      }
+    }
+  };
+  layout.real == DPDE_F32 ? look(static_cast<const float*>(base)) : look(static_cast<const double*>(base));
   return largest;
+}
+
+double first_magnitude(Session& session, int state) {
+  return largest_magnitude(session.workspace().layout(), session.rollout().initial(state).base());
+}
+double last_magnitude(Session& session, int state) {
+  return largest_magnitude(session.workspace().layout(), session.rollout().final_states()[static_cast<std::size_t>(state)]);
 }
 
 /// The largest magnitudes of the states one step behind the end of the run; infinite where they are no longer finite.
@@ -368,10 +388,9 @@ std::vector<double> one_step_further(Session& session) {
   for (int s = 0; s < further.state_count(); ++s) further.initial(s).copy_in(session.final_state(s));
   const bool ends = further.run().blow_up.has_value();
   std::vector<double> result;
-  std::vector<double> values(session.workspace().cell_count());
   for (int s = 0; s < further.state_count(); ++s) {
-    copy_out(session.workspace().layout(), further.final_states()[static_cast<std::size_t>(s)], values);
-    result.push_back(ends ? std::numeric_limits<double>::infinity() : largest_magnitude(values));
+    const void* const last = further.final_states()[static_cast<std::size_t>(s)];
+    result.push_back(ends ? std::numeric_limits<double>::infinity() : largest_magnitude(session.workspace().layout(), last));
   }
   return result;
 }
@@ -383,8 +402,7 @@ std::vector<Growth> growth_of(Session& session) {
   std::vector<Growth> result;
   std::vector<double> further;
   for (int s = 0; s < session.rollout().state_count(); ++s) {
-    const Growth growth{session.rollout().state_name(s), largest_magnitude(session.initial(s)),
-                        largest_magnitude(session.final_state(s))};
+    const Growth growth{session.rollout().state_name(s), first_magnitude(session, s), last_magnitude(session, s)};
     if (growth.before == 0 || growth.after <= suspicious * growth.before) continue;
     if (further.empty()) further = one_step_further(session);
     // What is unstable grows by the same factor in each step; what began with next to nothing, and other fields drive,
@@ -431,7 +449,7 @@ std::string grown_before(Session& session, const std::string& name) {
   for (const std::string& read : read_by(problem, name)) {
     const int s = session.rollout().state_index(read);
     if (s < 0 || read_by(problem, read).contains(name)) continue;
-    const double before = largest_magnitude(session.initial(s)), after = largest_magnitude(session.final_state(s)),
+    const double before = first_magnitude(session, s), after = last_magnitude(session, s),
                  growth = after / (before > 0 ? before : 1);
     if (!(growth > most)) continue;
     most = growth;

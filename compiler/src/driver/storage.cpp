@@ -34,6 +34,16 @@ bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, 
   return true;
 }
 
+RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& compiled) {
+  RolloutSetup setup;
+  setup.step = tables.find(compiled.step_name());
+  setup.rate = tables.find(compiled.names.rate);
+  if (setup.rate != nullptr) setup.courant = compiled.problem->courant;
+  setup.layout = layout_of(compiled);
+  setup.steps = compiled.problem->steps;
+  return setup;
+}
+
 }  // namespace
 
 std::int64_t budget_of_states(const StorageOptions& options) {
@@ -63,17 +73,17 @@ std::vector<int> steps_of(const model::When& when, const model::Problem& problem
   return steps;
 }
 
+double bytes_of_rollout(const Compiled& compiled) {
+  const codegen::ProgramTables tables(compiled.loop, {}, nullptr);
+  return static_cast<double>(plan_gradient(setup_of_run(tables, compiled)).field_bytes);
+}
+
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options) {
   const model::Problem& problem = *compiled.problem;
   codegen::ProgramTables tables(compiled.loop, {}, nullptr);
   for (const LinkedProgram& derivative : linked_programs(compiled)) tables.set_links(derivative.program, derivative.links);
-  RolloutSetup setup;
-  setup.step = tables.find(compiled.step_name());
+  RolloutSetup setup = setup_of_run(tables, compiled);
   setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
-  setup.rate = tables.find(compiled.names.rate);
-  if (setup.rate != nullptr) setup.courant = problem.courant;
-  setup.layout = layout_of(compiled);
-  setup.steps = problem.steps;
   setup.threads = options.threads;
   setup.checkpoint_bytes = budget_of_states(options);
   if (setup.adjoint == nullptr || !add_losses(tables, compiled, setup)) return std::nullopt;

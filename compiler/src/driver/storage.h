@@ -26,6 +26,9 @@ std::int64_t budget_of_states(const StorageOptions& options);
 /// The states at which a quantity counts, as step numbers of a run of so many steps.
 std::vector<int> steps_of(const model::When& when, const model::Problem& problem, int run_steps);
 
+/// Of the fields that the rollout of a run holds.
+double bytes_of_rollout(const Compiled& compiled);
+
 /// nullopt where the step or a loss has no adjoint. @throws Error(input) where the budget is too small for any gradient.
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options);
 

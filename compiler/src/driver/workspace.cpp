@@ -134,6 +134,10 @@ Field& Workspace::field(const std::string& name) {
   return *slot;
 }
 
+void Workspace::release(const dpde_program& program) {
+  for (int f = program.input_count; f < program.field_count; ++f) fields_.erase(program.fields[f]);
+}
+
 std::vector<std::string> Workspace::field_names() const {
   std::vector<std::string> names;
   for (const auto& [name, field] : fields_) names.push_back(name);
@@ -176,9 +180,13 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
   if (!executor) executor = std::make_unique<Executor>(program, layout_, team_);
   for (int f = 0; f < program.field_count; ++f) {
     const auto given = bound.find(program.fields[f]);
+    if (given != bound.end()) {
+      executor->bind(f, given->second);
+      continue;
+    }
     const ControlField* control = find_control_field(program.fields[f]);
-    void* const own = control != nullptr ? control->at[interval_at(t, control->every, control->at.size())] : field(program.fields[f]).base();
-    executor->bind(f, given != bound.end() ? given->second : own);
+    executor->bind(f, control != nullptr ? control->at[interval_at(t, control->every, control->at.size())]
+                                         : field(program.fields[f]).base());
   }
   for (int p = 0; p < program.param_count; ++p) {
     executor->set_param(p, param_at(program.params[p], t));

@@ -40,6 +40,8 @@ class Workspace {
 
   /// A field by name; made (all zero) when it is not there.
   Field& field(const std::string& name);
+  /// Gives back what the program computes; it is made again when it is asked for.
+  void release(const dpde_program& program);
   /// Fields made so far.
   std::vector<std::string> field_names() const;
   /// Its values; of a control field those of all intervals, one after the other.

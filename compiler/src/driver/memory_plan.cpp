@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver/memory_plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include "dpde/runtime/allocation.h"
+#include "dpde/runtime/layout.h"
+#include "driver/cost.h"
+#include "driver/data.h"
+
+namespace dpde::driver {
+
+namespace {
+
+/// The fields of a Workspace by name, in the order of a Session's work; the largest sum of all that is there is kept.
+class Planner {
+ public:
+  explicit Planner(const Compiled& compiled) : compiled_(compiled), problem_(*compiled.problem) {
+    const dpde_layout layout = layout_of(compiled);
+    field_ = static_cast<double>(allocated_bytes(field_bytes(layout)));
+    array_ = static_cast<double>(8 * cell_count(layout));
+    for (const model::Axis& axis : problem_.axes) hold(axis.name);
+    for (const std::uint64_t seed : problem_.noises()) hold(model::noise_name(seed));
+  }
+
+  double peak() const { return peak_; }
+  double array() const { return array_; }
+  double field() const { return field_; }
+  void hold(const std::string& name, double count = 1) {
+    fields_.insert(name);
+    others_ += (count - 1) * field_;
+    note();
+  }
+  /// Bytes that stay.
+  void keep(double bytes) {
+    others_ += bytes;
+    note();
+  }
+  /// Bytes that are there for a moment.
+  void note(double bytes = 0) { peak_ = std::max(peak_, static_cast<double>(fields_.size()) * field_ + others_ + bytes); }
+
+  /// Workspace::execute, with states bound elsewhere.
+  void execute(const std::string& name, bool states_given = false) {
+    const loop::Program* program = find(name);
+    if (program == nullptr) return;
+    for (const std::string& field : program->fields) {
+      if (!states_given || problem_.find_state(field) == nullptr) fields_.insert(field);
+    }
+    note();
+  }
+  /// Workspace::release.
+  void release(const std::string& name) {
+    const loop::Program* program = find(name);
+    if (program == nullptr) return;
+    for (std::size_t f = static_cast<std::size_t>(program->input_count); f < program->fields.size(); ++f) fields_.erase(program->fields[f]);
+  }
+
+  void coefficients() {
+    for (const model::Coefficient& coefficient : problem_.coefficients) {
+      const double count = coefficient.is_control() ? problem_.intervals(coefficient.every) : 1;
+      hold(coefficient.name, count);
+      if (!coefficient.value.formula) note(count * array_);
+      if (coefficient.is_control() && coefficient.value.formula) execute(compiled_.names.controls.at(coefficient.name));
+    }
+    execute(compiled_.names.coefficients);
+    for (const model::State& state : problem_.states) keep(state.initial.file.empty() ? 0 : array_);
+  }
+  void initial() {
+    execute(compiled_.names.initial);
+    release(compiled_.names.initial);
+  }
+  /// What is said at the end of a run.
+  void report() {
+    execute(compiled_.names.observe, true);
+    if (find(compiled_.names.exact) != nullptr) {
+      execute(compiled_.names.exact);
+      note(2 * array_);
+      release(compiled_.names.exact);
+    }
+    if (problem_.axes.size() == 1) note(2 * static_cast<double>(problem_.states.size()) * array_);  // curves
+  }
+
+ private:
+  const loop::Program* find(const std::string& name) const {
+    const auto found = std::ranges::find(compiled_.loop.programs, name, &loop::Program::name);
+    return found == compiled_.loop.programs.end() ? nullptr : &*found;
+  }
+
+  const Compiled& compiled_;
+  const model::Problem& problem_;
+  double field_ = 0, array_ = 0;
+  std::set<std::string> fields_;
+  double others_ = 0, peak_ = 0;
+};
+
+/// load_datum: the run of another scene, its states, and the fields they become.
+void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& datum, const SourceFile& source) {
+  double count = 1;
+  if (!datum.trajectories && datum.when.kind == model::When::Kind::at) count = static_cast<double>(datum.when.times.size());
+  if (!datum.trajectories && datum.when.kind != model::When::Kind::at && datum.when.kind != model::When::Kind::end) count = compiled.problem->steps + 1;
+  const double arrays = count * planner.array();
+  if (!datum.scene.empty()) {
+    DiagnosticSink silent;
+    CompileOptions options = options_of_maker(compiled, datum);
+    options.backend.reset();
+    const std::optional<Compiled> maker = compile(source, options, silent);
+    if (maker && maker->problem) planner.note(peak_of_run(*maker) + 2 * arrays);
+  } else if (!datum.file.empty()) {
+    planner.note(2 * arrays);
+  }
+  planner.note(arrays + count * planner.field());
+  planner.hold(datum.name, count);
+}
+
+}  // namespace
+
+double peak_of_run(const Compiled& compiled) {
+  Planner planner(compiled);
+  planner.coefficients();
+  planner.keep(bytes_of_rollout(compiled));
+  planner.initial();
+  planner.report();
+  return planner.peak();
+}
+
+double bytes_of_outputs(const Compiled& compiled) {
+  const model::Problem& problem = *compiled.problem;
+  double states = 0;
+  for (const model::Output& output : problem.outputs) {
+    states += static_cast<double>(output.fields.size()) * (problem.steps / std::max(output.every, 1) + 1 + (output.every > 0 && problem.steps % output.every != 0));
+  }
+  const double of_end = static_cast<double>(problem.states.size());
+  if (problem.outputs.empty()) states = 2 * of_end;
+  // Each as it was recorded, as a variable of the file, and in the file's bytes, with a copy of those.
+  return static_cast<double>(8 * cell_count(layout_of(compiled))) * (4 * states + of_end);
+}
+
+double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
+  const model::Problem& problem = *compiled.problem;
+  Planner planner(compiled);
+  planner.coefficients();
+  for (const model::Datum& datum : problem.task->data) plan_datum(planner, compiled, datum, source);
+  planner.keep(static_cast<double>(plan.field_bytes + plan.tape_bytes));
+  planner.initial();
+  double unknowns = 0, largest = 0;
+  for (const model::Unknown& unknown : problem.task->unknowns) {
+    if (!unknown.is_field()) continue;
+    const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
+    const double count = coefficient != nullptr && coefficient->is_control() ? problem.intervals(coefficient->every) : 1;
+    unknowns += count * planner.array();
+    largest = std::max(largest, count * planner.array());
+  }
+  planner.keep(2 * unknowns);  // the scene's own values and the start
+  planner.execute(compiled.names.start);
+  planner.note(unknowns);
+  planner.initial();
+  planner.keep(2 * unknowns);  // two gradients: the second one is timed
+  planner.note(largest);
+  for (const std::string& formula : compiled.formula_programs()) {
+    const auto derived = compiled.derived.find(formula);
+    if (derived != compiled.derived.end() && derived->second.adjoint) planner.execute(derived->second.adjoint->program);
+  }
+  return planner.peak();
+}
+
+}  // namespace dpde::driver

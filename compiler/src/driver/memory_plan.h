@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run or a gradient takes of memory at its peak, before it runs: fields as a session makes and drops them, one step after
+// the other, and what the runtime counts of a rollout (driver/storage.h). Code, libraries and the compiler itself come on top.
+#pragma once
+
+#include "driver/storage.h"
+
+namespace dpde::driver {
+
+/// Of `dpde run` without --out, in bytes.
+double peak_of_run(const Compiled& compiled);
+
+/// What `dpde run --out` takes more: all states of its outputs, as they are kept until the file is written.
+double bytes_of_outputs(const Compiled& compiled);
+
+/// Of `dpde gradient`, with the runs of scenes that make its data; `plan` is that of plan_of_gradient().
+double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source);
+
+}  // namespace dpde::driver

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// The memory that `dpde check` says beforehand against the peak that the system measures of the process. All examples:
+// tools/check_memory.
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <vector>
+
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+class PeakMemory : public Command {
+ protected:
+  /// Largest resident set of `dpde <arguments>` in bytes.
+  double peak(const std::vector<std::string>& arguments) const {
+    std::vector<std::string> words{"dpde"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    const pid_t child = fork();
+    if (child == 0) {
+      const bool there = chdir(folder().c_str()) == 0;
+      setenv("DPDE_CACHE", ".cache", 1);
+      if (there) execv(DPDE_BINARY_DIR "/bin/dpde", argv.data());
+      _exit(127);
+    }
+    int status = -1;
+    rusage usage{};
+    wait4(child, &status, 0, &usage);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << arguments[0] << " ended with " << status;
+    return 1024.0 * static_cast<double>(usage.ru_maxrss);
+  }
+  fs::path folder() const { return path("."); }
+
+  /// What a process takes without fields is that of the same command on a few cells.
+  void expect_within_a_tenth(const std::string& verb, const std::string& name, const std::string& key) {
+    const auto command = [&](const char* cells) {
+      return std::vector<std::string>{verb, "heat.dpde", name, "--quiet", "--set", std::string("cells=") + cells};
+    };
+    const double base = peak(command("8")), measured = peak(command("2048")) - base;
+    const double predicted = dpde("check heat.dpde " + name + " --json --set cells=2048").json()[key];
+    EXPECT_GT(predicted, 2.0 * 8 * 2048 * 2048) << "two time levels at least";
+    EXPECT_NEAR(measured, predicted, 0.1 * predicted) << verb << ": " << measured / 0x1p20 << " of " << predicted / 0x1p20 << " MiB";
+  }
+};
+
+std::string text_of(const std::string& model, const std::string& value, const std::string& task) {
+  return fmt::format("model heat {{ field u; param k; {} }}\nscene s : heat {{\n  grid x = 0 .. 1, cells 64, periodic\n"
+                     "  grid y = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)*cos(2*pi*y)\n  k = 1e-9\n{}"
+                     "  time 0 .. 4/1024, step 1/1024\n}}\ntask t : s {{ {} }}\n",
+                     model, value, task);
+}
+
+TEST_F(PeakMemory, OfRunsAndGradientsIsPredicted) {
+  write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
+  expect_within_a_tenth("run", "s", "memory_bytes");
+  expect_within_a_tenth("gradient", "t", "gradient_peak_bytes");
+}
+
+TEST_F(PeakMemory, OfStoredStatesAndDataOfOtherScenesIsPredicted) {
+  write("heat.dpde", text_of("coefficient c; dt(u) = k*lap(u) - c*u^2", "  c = 1 + x/10\n",
+                             "data seen = u from scene s at t = 2/1024, 4/1024\n  unknown c from 1\n"
+                             "  minimise mean((u - seen)^2) at t = 2/1024, 4/1024"));
+  expect_within_a_tenth("gradient", "t", "gradient_peak_bytes");
+}
+
+}  // namespace
+}  // namespace dpde::testing
