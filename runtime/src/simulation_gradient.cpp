@@ -37,8 +37,14 @@ double Simulation::Impl::gradient() {
 void Simulation::Impl::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const {
   for (const Unknown& unknown : unknowns) {
     const std::string& variable = of_rates ? unknown.rate : unknown.name;
-    if (unknown.is_field() && !variable.empty()) rollout.copy_field_bar(variable, unknown.part_of(to));
-    if (!unknown.is_field() || variable.empty()) rollout.copy_param_bar(variable, unknown.part_of(to));
+    const std::span<double> values = unknown.part_of(to);
+    if (variable.empty()) {
+      std::ranges::fill(values, 0.0);  // nothing varies by its rate
+    } else if (unknown.is_field()) {
+      rollout.copy_field_bar(variable, values);
+    } else {
+      rollout.copy_param_bar(variable, values);
+    }
   }
 }
 

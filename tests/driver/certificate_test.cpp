@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certification must pass what is right and, above all, fail what is wrong.
 #include "driver/certificate.h"
-#include "driver/links.h"
 
 #include <cmath>
 
-#include "codegen/llvm/jit.h"
 #include "driver_support.h"
-#include "loop/from_stencil.h"
 #include "stencil/build.h"
 
 namespace dpde::testing {
@@ -119,11 +116,7 @@ std::shared_ptr<driver::Compiled> with_changed_adjoint(const SourceFile& source,
     }
   }
   EXPECT_GT(changed, 0);
-  std::vector<std::string> names;
-  for (const stencil::Program& program : scene->stencil.programs) names.push_back(program.name);
-  scene->loop = loop::from_stencil(scene->stencil, names);
-  scene->code = codegen::jit(scene->loop).module;
-  for (const driver::LinkedProgram& linked : driver::linked_programs(*scene)) scene->code->set_links(linked.program, linked.links);
+  compile_stencil_again(*scene);
   return scene;
 }
 

@@ -7,8 +7,11 @@
 #include <memory>
 #include <string>
 
+#include "codegen/llvm/jit.h"
 #include "driver/certificate.h"
+#include "driver/links.h"
 #include "driver/pipeline.h"
+#include "loop/from_stencil.h"
 #include "source/render.h"
 
 namespace dpde::testing {
@@ -25,6 +28,17 @@ inline std::shared_ptr<driver::Compiled> compiled(const SourceFile& source, driv
   std::optional<driver::Compiled> result = driver::compile(source, options, sink);
   EXPECT_TRUE(result.has_value()) << all_messages(source, sink);
   return result ? std::make_shared<driver::Compiled>(std::move(*result)) : nullptr;
+}
+
+/// Code of the stencil programs as they are now, for tests that spoil them after they were compiled.
+inline void compile_stencil_again(driver::Compiled& scene) {
+  std::vector<std::string> names;
+  for (const stencil::Program& program : scene.stencil.programs) names.push_back(program.name);
+  scene.loop = loop::from_stencil(scene.stencil, names);
+  scene.code = codegen::jit(scene.loop).module;
+  for (const driver::LinkedProgram& linked : driver::linked_programs(scene)) {
+    scene.code->set_links(linked.program, linked.links);
+  }
 }
 
 /// What certify() says of the task t of the text, with second derivatives or without; a diagnostic fails the running test.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certificates of compiled derivatives: made, kept, made again, refused.
-#include "driver/links.h"
 #include "driver/quick_certificate.h"
 
 #include <algorithm>
@@ -138,15 +137,12 @@ TEST_F(QuickCertificates, OfSinglePrecisionAllowForItsRounding) {
 }
 
 /// The scene compiled again after `change` to its adjoints.
-std::shared_ptr<driver::Compiled> with_changed(std::shared_ptr<driver::Compiled> scene, const std::function<void(stencil::Module&)>& change) {
+std::shared_ptr<driver::Compiled> with_changed(std::shared_ptr<driver::Compiled> scene,
+                                               const std::function<void(stencil::Module&)>& change) {
   const stencil::Module before = scene->stencil;
   change(scene->stencil);
   EXPECT_NE(print(scene->stencil), print(before));
-  std::vector<std::string> names;
-  for (const stencil::Program& program : scene->stencil.programs) names.push_back(program.name);
-  scene->loop = loop::from_stencil(scene->stencil, names);
-  scene->code = codegen::jit(scene->loop).module;
-  for (const driver::LinkedProgram& linked : driver::linked_programs(*scene)) scene->code->set_links(linked.program, linked.links);
+  compile_stencil_again(*scene);
   return scene;
 }
 

@@ -244,8 +244,13 @@ void Inverse::copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& 
   for (const Part& part : parts_) {
     const std::span<double> values(to.data() + part.offset, static_cast<std::size_t>(part.size));
     const std::string variable = of_rates ? rate_of(part) : part.name;
-    if (part.is_field() && !variable.empty()) rollout.copy_field_bar(variable, values);
-    if (!part.is_field() || variable.empty()) rollout.copy_param_bar(variable, values);
+    if (variable.empty()) {
+      std::ranges::fill(values, 0.0);  // nothing varies by its rate
+    } else if (part.is_field()) {
+      rollout.copy_field_bar(variable, values);
+    } else {
+      rollout.copy_param_bar(variable, values);
+    }
   }
 }
 
