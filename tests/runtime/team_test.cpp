@@ -40,19 +40,19 @@ TEST(Team, DoesEveryPartOnce) {
 
 /// What one work leaves is there for the next: nothing of an earlier one is done late.
 TEST(Team, WorksOneAfterTheOther) {
-  std::vector<std::int64_t> values(64, 0);
+  std::vector<std::uint64_t> values(64, 0);  // they wrap around
   Team team(4);
   for (std::int64_t round = 0; round < 4000; ++round) {
     if (round % 40 == 0) team = 4;  // on a busy machine one that has worked for long rests
     team.run(1 + round % 64, [&](std::int64_t part, int) {
-      std::int64_t& value = values[static_cast<std::size_t>(part)];
-      value = value * 31 + round;
+      std::uint64_t& value = values[static_cast<std::size_t>(part)];
+      value = value * 31 + static_cast<std::uint64_t>(round);
     });
   }
-  std::vector<std::int64_t> wanted(64, 0);
-  for (std::int64_t round = 0; round < 4000; ++round) {
-    for (std::int64_t part = 0; part <= round % 64; ++part) {
-      std::int64_t& value = wanted[static_cast<std::size_t>(part)];
+  std::vector<std::uint64_t> wanted(64, 0);
+  for (std::uint64_t round = 0; round < 4000; ++round) {
+    for (std::uint64_t part = 0; part <= round % 64; ++part) {
+      std::uint64_t& value = wanted[part];
       value = value * 31 + round;
     }
   }
