@@ -11,6 +11,7 @@
 #include "driver/directions.h"
 #include "driver/generic_point.h"
 #include "driver/quick_certificate.h"
+#include "driver/rounding_between.h"
 #include "driver/second_order.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
@@ -86,18 +87,33 @@ std::string grid_text(const Workspace& workspace) {
   return text;
 }
 
-/// Of a loss: what rounding leaves of a derivative that is 0.
-constexpr double rounding_of_loss = 1e-15;
-
-/// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes.
-struct Comparison {
-  std::string grid, what;
-  double forward = 0, backward = 0, scale = 0, loss = 0;
-  bool is_finite = true;
+/// How far tangent and adjoint may be apart in a precision.
+struct Tolerance {
+  double largest_error;
+  double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
+  double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
+  double epsilon;       // the distance of 1 to the next number
+  const char* not_finite;
 };
 
+/// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes, `rounding` what was measured of it.
+struct Comparison {
+  std::string grid, what;
+  double forward = 0, backward = 0, scale = 0, loss = 0, rounding = 0;
+  bool is_finite = true;
+
+  double error(double scale_weight) const { return relative_difference(forward, backward, scale_weight * scale); }
+};
+
+void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
+  nudge({values.data(), static_cast<std::size_t>(values.size())}, epsilon, random);
+}
+
+/// What rounding of values that may be as large as `size` and in differences of high order can amount to.
+double most_rounding(double epsilon, double size) { return 1e7 * epsilon * size; }
+
 std::optional<Comparison> compare(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
-                                  const SessionOptions& options, Random& random, DiagnosticSink& sink) {
+                                  const SessionOptions& options, const Tolerance& tolerance, Random& random, DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
   if (!session) return std::nullopt;
   const auto inverse = Inverse::open(*session, source, sink);
@@ -111,42 +127,41 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   result.loss = loss;
   result.is_finite = std::isfinite(loss) && std::isfinite(result.forward) && std::isfinite(result.backward);
+  if (result.is_finite && result.error(tolerance.scale_weight) > tolerance.largest_error) {
+    const auto nudged = [&] {
+      Point near = point;
+      nudge_all(near.x, tolerance.epsilon, random);
+      nudge_all(near.direction, tolerance.epsilon, random);
+      inverse->value_and_gradient(near.x, gradient);
+      const double forward = Tangent(*session, *inverse)(near);
+      return TwoWays{forward, gradient.dot(near.direction)};
+    };
+    const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
+    result.rounding = rounding_between(nudged, most_rounding(tolerance.epsilon, size));
+  }
   return result;
 }
 
-/// The terms of a derivative that is 0 on one grid, as that of a difference is on a periodic cell, may be rounding themselves: what
-/// they would be is seen on the other grids (not on the largest of them, where the run may be unstable).
-double usual_scale(const std::vector<Comparison>& found) {
+void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped) {
   std::vector<double> scales;
   for (const Comparison& one : found) {
     if (one.is_finite) scales.push_back(one.scale);
   }
-  std::ranges::sort(scales);
-  return scales.empty() ? 0 : scales[scales.size() / 2];
-}
-
-/// How far tangent and adjoint may be apart in a precision.
-struct Tolerance {
-  double largest_error;
-  double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
-  double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
-  const char* not_finite;
-};
-
-void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped) {
-  const double usual = usual_scale(found);
+  const double usual = usual_scale(scales);
   for (const Comparison& one : found) {
     if (!one.is_finite) {
       skipped.push_back(one.grid + " cells: " + tolerance.not_finite);
       continue;
     }
     DotCase& result = cases.emplace_back(DotCase{one.grid, one.what});
-    result.relative_error = relative_difference(one.forward, one.backward, tolerance.scale_weight * one.scale);
+    result.relative_error = one.error(tolerance.scale_weight);
     result.difference = std::abs(one.forward - one.backward);
-    result.rounding = tolerance.rounding * std::max(std::abs(one.loss), usual);
+    result.rounding = std::max(tolerance.rounding * std::max(std::abs(one.loss), usual), one.rounding);
     result.is_rounding = result.relative_error > tolerance.largest_error && result.difference <= result.rounding;
   }
 }
+
+constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, ""};
 
 /// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
 bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
@@ -171,8 +186,18 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
     second->product(point.x, w, hw);
     if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
-    found.push_back({grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()), w.dot(hv), v.dot(hw),
-                     std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+    Comparison& result = found.emplace_back(Comparison{grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
+                                                       w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+    if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
+    const auto nudged = [&] {
+      Eigen::VectorXd x = point.x, near_v = v, near_w = w;
+      for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, second_order_tolerance.epsilon, random);
+      second->product(x, near_v, hv);
+      second->product(x, near_w, hw);
+      return TwoWays{near_w.dot(hv), near_v.dot(hw)};
+    };
+    const double size = w.lpNorm<1>() * v.lpNorm<Eigen::Infinity>();
+    result.rounding = rounding_between(nudged, most_rounding(second_order_tolerance.epsilon, size));
   }
   return true;
 }
@@ -250,14 +275,17 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
     hessian->product(point.x, point.direction, product);
     bend = point.direction.dot(product);
   }
+  const Line along = [&](double step) { return inverse->value(point.x + step * point.direction); };
   std::vector<Remainder> with_hessian;
   for (int k = 0; k < 16; ++k) {
     const double step = 1e-2 * std::exp2(-k);
-    const double rest = inverse->value(point.x + step * point.direction) - loss - step * slope;
+    const double rest = along(step) - loss - step * slope;
     certificate.remainders.push_back({step, std::abs(rest)});
     with_hessian.push_back({step, std::abs(rest - 0.5 * step * step * bend)});
   }
-  const double rounding = 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps());
+  // Of a loss whose terms cancel it is more than its size tells. A kink between points so close adds next to nothing.
+  const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
+  const double rounding = std::max(measured, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps()));
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
@@ -271,8 +299,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
         finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(), [&](const Remainder& r) { return r.value <= 100 * rounding; });
   }
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
-    certificate.quotients = quotients_along([&](double step) { return inverse->value(point.x + step * point.direction); },
-                                            {slope, largest_dot_error * scale});
+    certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
   inverse->assign(point.x);
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
@@ -303,7 +330,7 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const Comp
     small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
     if (!add_symmetry_case(source, compiled, small, random, found, sink)) return false;
   }
-  add_cases(found, {largest_asymmetry, rounding_of_loss, 1, ""}, certificate.second->cases, certificate.skipped);
+  add_cases(found, second_order_tolerance, certificate.second->cases, certificate.skipped);
   if (certificate.second->cases.empty()) certificate.second.reset();
   return true;
 }
@@ -341,6 +368,11 @@ std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<ne
   return grids;
 }
 
+double usual_scale(std::vector<double> scales) {
+  std::ranges::sort(scales);
+  return scales.empty() ? 0 : scales[scales.size() / 2];
+}
+
 double relative_difference(double a, double b, double scale) {
   const double size = std::max({std::abs(a), std::abs(b), 1e-3 * scale});
   return size > 0 ? std::abs(a - b) / size : 0;
@@ -374,7 +406,7 @@ bool compare_all(const SourceFile& source, const std::shared_ptr<const Compiled>
                  const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped, DiagnosticSink& sink) {
   std::vector<Comparison> found;
   for (const SessionOptions& run : runs_to_compare(*compiled, options)) {
-    std::optional<Comparison> one = compare(source, compiled, run, random, sink);
+    std::optional<Comparison> one = compare(source, compiled, run, tolerance, random, sink);
     if (!one) return false;
     found.push_back(std::move(*one));
   }
@@ -388,7 +420,7 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
                                    const CertifyOptions& options, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   Certificate certificate;
-  const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, "the run is not finite"};
+  const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run is not finite"};
   if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink)) return std::nullopt;
   const SessionOptions own = runs_to_compare(*compiled, options).front();
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
@@ -400,7 +432,7 @@ bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Co
                               Certificate& certificate, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   SinglePrecisionCheck& check = certificate.single.emplace();
-  const Tolerance tolerance{largest_single_error, rounding_of_loss * 0x1p29, 100, "the run in single precision is not finite"};
+  const Tolerance tolerance{largest_single_error, single_rounding_of_loss, 100, 0x1p-23, "the run in single precision is not finite"};
   return compare_all(source, compiled, options, random, tolerance, check.cases, certificate.skipped, sink);
 }
 

@@ -26,7 +26,14 @@ struct DotCase {
   double relative_error = 0;
   double difference = 0, rounding = 0;  // of the two numbers, and what rounding of the loss and of their terms may leave of it
   bool is_rounding = false;             // both are 0 but for that: the relative error says nothing
+  double scale = 0;                     // the sum of the magnitudes of the adjoint's terms
 };
+
+/// Of a loss of size 1, or of the terms of a derivative: what rounding leaves where the derivative is 0.
+constexpr double rounding_of_loss = 1e-15, single_rounding_of_loss = 0x1p29 * rounding_of_loss;
+/// The terms of a derivative that is 0 on one grid, as that of a difference is on a periodic cell, may be rounding themselves:
+/// what they would be is seen on the other grids. The median, as on the largest the run may be unstable.
+double usual_scale(std::vector<double> scales);
 struct SecondOrderCheck {
   std::vector<DotCase> cases;      // v.Hw against w.Hv
   std::optional<double> slope;     // of the remainder with the Hessian; absent when it is all rounding

@@ -3,6 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
+
+#include "driver/quick_certificate.h"
+#include "driver/rounding_between.h"
 
 namespace dpde::driver {
 
@@ -28,18 +33,25 @@ std::vector<std::string> ProgramCheck::results() const {
 void ProgramCheck::choose_inputs() {
   const std::vector<std::string> given = workspace_.field_names();  // coordinates
   for (const std::string& field : interface_.inputs) {
-    if (std::find(given.begin(), given.end(), field) != given.end()) continue;
-    inputs_[field] = randoms(0.5, 1.5);
+    const bool is_given = std::find(given.begin(), given.end(), field) != given.end();
+    inputs_[field] = is_given ? workspace_.dense(field) : randoms(0.5, 1.5);
+    if (is_given) continue;
     if (compiled_.activity.fields.contains(field)) rates_[field] = randoms(-1, 1);
-    for (Workspace* workspace : {&workspace_, &forward_}) workspace->field(field).copy_in(inputs_[field]);
   }
   for (const std::string& param : interface_.params) {
     const auto known = workspace_.params().find(param);
     params_[param] = known == workspace_.params().end() ? uniform(0.1, 0.9) : known->second;
-    for (Workspace* workspace : {&workspace_, &forward_}) workspace->set_param(param, params_[param]);
     if (compiled_.activity.params.contains(param)) param_rates_[param] = uniform(-1, 1);
   }
+  set_inputs();
   choose_weight_rates();
+}
+
+void ProgramCheck::set_inputs() {
+  for (Workspace* workspace : {&workspace_, &forward_}) {
+    for (const auto& [field, values] : inputs_) workspace->field(field).copy_in(values);
+    for (const auto& [param, value] : params_) workspace->set_param(param, value);
+  }
 }
 
 /// The weights stay as they begin.
@@ -63,6 +75,11 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
   for (std::size_t i = 0; i < a.size(); ++i) total += a[i] * b[i];
   return total;
 }
+
+double add_magnitude(double sum, double value) { return sum + std::abs(value); }
+
+std::span<double> values_of(std::vector<double>& values) { return values; }
+std::span<double> values_of(double& value) { return {&value, 1}; }
 
 }  // namespace
 
@@ -118,14 +135,60 @@ double ProgramCheck::forward() {
   return total;
 }
 
-DotCase ProgramCheck::dot_product(double least_scale) {
+/// From all inputs, coordinates and spacings too, rates and seeds moved by roundings; they are as before afterwards.
+double ProgramCheck::rounding(double epsilon) {
+  const auto inputs = inputs_, rates = rates_, seeds = seeds_, weight_rates = weight_rates_;
+  const auto params = params_, param_rates = param_rates_, sum_seeds = sum_seeds_;
+  double sizes = 0, largest_seed = 0;
+  for (const auto& [field, values] : rates) sizes += std::accumulate(values.begin(), values.end(), 0.0, add_magnitude);
+  for (const auto& [field, values] : weight_rates) sizes += std::accumulate(values.begin(), values.end(), 0.0, add_magnitude);
+  for (const auto& [param, value] : param_rates) sizes += std::abs(value);
+  for (const auto& [field, values] : seeds) {
+    for (const double value : values) largest_seed = std::max(largest_seed, std::abs(value));
+  }
+  for (const auto& [sum, value] : sum_seeds) largest_seed = std::max(largest_seed, std::abs(value));
+  const auto nudged = [&] {
+    const auto move = [&](auto& moved, const auto& from) {
+      moved = from;
+      for (auto& [name, values] : moved) nudge(values_of(values), epsilon, random_);
+    };
+    move(inputs_, inputs);
+    move(params_, params);
+    move(rates_, rates);
+    move(weight_rates_, weight_rates);
+    move(param_rates_, param_rates);
+    move(seeds_, seeds);
+    move(sum_seeds_, sum_seeds);
+    set_inputs();
+    double scale = 0;
+    const double reverse = backward(scale);
+    return TwoWays{forward(), reverse};
+  };
+  constexpr double most_roundings = 1e7;  // as terms of differences of high order have
+  const double result = rounding_between(nudged, most_roundings * epsilon * sizes * largest_seed);
+  inputs_ = inputs, rates_ = rates, seeds_ = seeds, weight_rates_ = weight_rates;
+  params_ = params, param_rates_ = param_rates, sum_seeds_ = sum_seeds;
+  set_inputs();
+  return result;
+}
+
+DotCase ProgramCheck::dot_product(bool single) {
   choose_inputs();
   choose_seeds();
   std::string grid;
   for (const model::Axis& axis : workspace_.axes()) grid += (grid.empty() ? "" : " x ") + std::to_string(axis.cells);
   double scale = 0;
-  const double reverse = backward(scale);
-  return {grid, program_.name, relative_difference(forward(), reverse, 1e3 * least_scale * scale)};
+  const double reverse = backward(scale), along = forward();
+  DotCase result{grid, program_.name, relative_difference(along, reverse, (single ? 100 : 1) * scale), std::abs(along - reverse)};
+  result.scale = scale;
+  if (result.relative_error > (single ? largest_single_error : largest_dot_error)) {
+    double loss = 0;
+    const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);
+    for (const auto& [sum, seed] : sum_seeds_) loss += std::abs(seed * sums.at(sum));
+    result.rounding = std::max(rounding(single ? 0x1p-23 : 0x1p-52), (single ? single_rounding_of_loss : rounding_of_loss) * loss);
+    result.is_rounding = result.difference <= result.rounding;
+  }
+  return result;
 }
 
 /// seeds . results + (seeds . results^2)/2, so that a linear program too has a remainder.

@@ -22,8 +22,9 @@ class ProgramCheck {
                const codegen::CompiledModule& tangents, const model::Problem& problem, const std::vector<int>& cells,
                std::mt19937_64& random);
 
-  /// `least_scale`: errors are relative to the larger of the two numbers and to so much of the sum of the terms' magnitudes.
-  DotCase dot_product(double least_scale = 1e-3);
+  /// Errors are relative to the larger of the two numbers and to a thousandth of the sum of the terms' magnitudes, of programs
+  /// in single precision to a tenth. An error above the limit may be rounding: that is measured, and said.
+  DotCase dot_product(bool single = false);
   /// Adds remainders of the gradient and their slope.
   void taylor(Certificate& certificate);
 
@@ -39,6 +40,8 @@ class ProgramCheck {
   double functional();
   double forward();
   double backward(double& scale);
+  void set_inputs();
+  double rounding(double epsilon);
 
   const Compiled& compiled_;
   const adjoint::Derivative &tangent_, &adjoint_;

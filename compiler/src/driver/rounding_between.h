@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far rounding alone sets two ways to one number apart. A derivative that is 0 because its terms cancel, as that of
+// sum(u*dx(u)) does on every periodic grid, is computed as rounding by the tangent and by the adjoint: they have no digit in
+// common, and no size of their own terms tells so. Moving the inputs by roundings does: what rounding makes changes at random,
+// what a wrong derivative makes stays.
+#pragma once
+
+#include <functional>
+#include <random>
+#include <span>
+
+namespace dpde::driver {
+
+/// A directional derivative by the tangent and by the adjoint.
+struct TwoWays {
+  double forward = 0, backward = 0;
+};
+
+/// Each value times 1, 1 +- epsilon or 1 +- 2 epsilon.
+void nudge(std::span<double> values, double epsilon, std::mt19937_64& random);
+
+/// Some times the spread of both and of their difference over some calls of `nudged`, each from inputs moved by roundings.
+/// 0 where that is more than `most`: a choice has changed between the calls, which is not rounding.
+double rounding_between(const std::function<TwoWays()>& nudged, double most);
+
+}  // namespace dpde::driver

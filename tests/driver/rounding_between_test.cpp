@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What rounding is, and what is not: derivatives whose terms cancel, wrong ones, and choices that change.
+#include "driver/rounding_between.h"
+
+#include "driver/quick_certificate.h"
+#include "driver_support.h"
+
+namespace dpde::testing {
+namespace {
+
+/// Derivatives of a difference of two equal products: the first is rounded, the second is not.
+double cancelled(double a, double b) { return std::fma(a, b, -(a * b)); }
+
+TEST(RoundingBetween, IsWhatIsLeftOfTermsThatCancel) {
+  std::mt19937_64 random(1);
+  const auto both = [&] {
+    double values[] = {0.3, 1.7, 0.7};
+    driver::nudge(values, 0x1p-52, random);
+    return driver::TwoWays{cancelled(values[0], values[1]), cancelled(values[1], values[2])};
+  };
+  const double rounding = driver::rounding_between(both, 1e-9);
+  EXPECT_GT(rounding, std::abs(cancelled(0.3, 1.7) - cancelled(1.7, 0.7)));
+  EXPECT_LT(rounding, 1e-14);
+}
+
+TEST(RoundingBetween, DoesNotExcuseAWrongDerivative) {
+  std::mt19937_64 random(1);
+  for (const double wrong : {1e-3, 1e-9, 1e-12}) {  // of terms of size 1
+    const auto both = [&] {
+      double value = 1.3;
+      driver::nudge({&value, 1}, 0x1p-52, random);
+      return driver::TwoWays{value, value * (1 + wrong)};
+    };
+    EXPECT_LT(driver::rounding_between(both, 1e-9), wrong == 1e-12 ? 1e-13 : 1e-2 * wrong);
+  }
+}
+
+TEST(RoundingBetween, DoesNotExcuseAChoiceThatChanges) {
+  int calls = 0;
+  EXPECT_EQ(driver::rounding_between([&] { return driver::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9}; }, 1e-9), 0);
+  EXPECT_EQ(driver::rounding_between([] { return driver::TwoWays{NAN, 1}; }, 1e-9), 0);
+}
+
+struct Cancelling : ::testing::TestWithParam<const char*> {};
+
+/// On a periodic grid these sums, or their derivatives, are 0 but for rounding; on one cell each difference is.
+TEST_P(Cancelling, LossesAreCertified) {
+  const SourceFile source("cancel.dpde", fmt::format(R"(
+model m {{ field u; dt(u) = 0 }}
+scheme q {{ }}
+scene s : m with q {{
+  grid x = 0 .. 3.53, cells 4, periodic
+  initial u = 1 + 0.3*sin(1.78*x)
+  time 0 .. 0.04, step 0.02
+}}
+task t : s {{ unknown initial u; minimise {} }}
+)", GetParam()));
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::jit;
+  options.tangent = options.adjoint = options.second = true;
+  const auto code = compiled(source, options);
+  ASSERT_NE(code, nullptr);
+  DiagnosticSink sink;
+  EXPECT_TRUE(driver::certify_quickly(source, code, driver::Certifying::always, sink).has_value()) << all_messages(source, sink);
+  const auto certificate = driver::certify(source, code, {}, sink);
+  ASSERT_TRUE(certificate.has_value());
+  EXPECT_TRUE(certificate->passed()) << certificate->worst() << " " << certificate->note;
+}
+
+INSTANTIATE_TEST_SUITE_P(Losses, Cancelling,
+                         ::testing::Values("sum(u*dx(u)) over time", "sum(u*dx(u + sin(1.4*x))) at t = 0.04",
+                                           "sum(u*0.02*d(u, x, 4)) over time", "sum(dx(u^2))",
+                                           "integral((u - (0.02*d(u, x, 4) + (u - 1)))^2)"));
+
+}  // namespace
+}  // namespace dpde::testing
