@@ -97,5 +97,24 @@ TEST_F(EarlyCtrlC, LeavesNoTemporaryFolders) {
   }
 }
 
+/// A sum that takes long to compile, and a signal in the middle of it: the first one ends the command, in order.
+TEST_F(EarlyCtrlC, IsHeardWhileCompiling) {
+  std::string sum = "k*lap(u)";
+  for (int i = 1; i <= 600; ++i)
+    sum += " + 0.001*sin(" + std::to_string(i) + "*u)*exp(-u^2/" + std::to_string(i + 1) + ")";
+  write("sum.dpde", with(rod_text, "k*lap(u)", sum));
+  fs::create_directories(path("tmp"));
+  std::vector<Outcome> all;
+  for (const std::string verb : {"check", "verify", "gradient", "optimize", "emit --stage adjoint"})
+    all.push_back(interrupted(verb + " sum.dpde find", "0.3"));
+  all.push_back(
+      shell("export TMPDIR=$PWD/tmp; timeout --preserve-status -k 30 -s INT 1 $DPDE run sum.dpde rod --backend cpp"));
+  for (const Outcome& stopped : all) {
+    EXPECT_EQ(stopped.status, 1) << stopped.err;  // 130 or 137 where a signal ended it
+    EXPECT_NE(stopped.err.find("error[E0807]: stopped before"), std::string::npos) << stopped.err;
+  }
+  EXPECT_TRUE(fs::is_empty(path("tmp")));
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -108,7 +108,10 @@ TEST_F(Netcdf, TellsHowToMakeItAgain) {
 
 TEST_F(Netcdf, AnInterruptedRunKeepsItsLastState) {
   write("rod.dpde", rod_text);
-  ASSERT_EQ(interrupted("run rod.dpde rod --set end=1e8 --quiet --out o", "0.5").status, 1);
+  ASSERT_EQ(
+      interrupted("run rod.dpde rod --set end=1e8 --quiet --checkpoint-every 1000 --out o", "0.1", "o/rod.restart")
+          .status,
+      1);
   const NetcdfFile file(path("o/rod.nc").string());
   const std::size_t states = file.values("time").size();  // the first one alone when the signal came before the first step
   EXPECT_TRUE(states == 1 || states == 2) << states;

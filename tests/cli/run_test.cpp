@@ -116,10 +116,12 @@ TEST_F(RunCommand, WarnsWhenARunHasGrownBeyondReason) {
 TEST_F(RunCommand, StopsAtCtrlCAndWritesWhatThereIs) {
   write("rod.dpde", rod_text);
   for (const std::string wait : {"0", "0.05", "0.5"}) {
-    const Outcome run = interrupted("run rod.dpde --set end=1e8 --json --out o" + wait, wait);
+    const std::string out = "o" + wait;
+    const Outcome run = interrupted("run rod.dpde --set end=1e8 --json --checkpoint-every 1000 --out " + out, wait,
+                                    out + "/rod.restart");
     EXPECT_EQ(run.status, 1) << run.err;
     EXPECT_EQ(run.codes(), std::vector<std::string>{"E0802"}) << run.err;
-    EXPECT_EQ(values_of(path("o" + wait + "/u.npy")).size(), 16u);
+    EXPECT_EQ(values_of(path(out + "/u.npy")).size(), 16u);
   }
 }
 

@@ -16,6 +16,7 @@
 #include "driver/trainer.h"
 #include "driver/window_controls.h"
 #include "interrupt.h"
+#include "preparing.h"
 #include "train.h"
 #include "verbs.h"
 
@@ -214,6 +215,7 @@ Json bench(Job& job, const BenchOptions& options) {
   compile_options->adjoint = true;
   compile_options->selection.keeps_params = learns_from_trajectories(job);  // as its training does
   compile_options->cache.reset();  // compile_s is measured
+  std::optional<Preparing> preparing(std::in_place, job);
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
   if (!compiled->problem) {
@@ -226,6 +228,7 @@ Json bench(Job& job, const BenchOptions& options) {
   session_options.stop = &interrupt_flag();
   session_options.slots = 1;  // the gradient's own memory is not needed here
   const auto session = driver::Session::open(job.source(), shared, session_options, job.sink());
+  preparing.reset();
   if (!session) return result;
   bench_step(job, options, *session, *shared, result);
   const model::Problem& problem = *shared->problem;

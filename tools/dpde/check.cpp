@@ -15,6 +15,7 @@
 #include "driver/savings.h"
 #include "driver/storage.h"
 #include "model/build.h"
+#include "preparing.h"
 #include "stencil/operator_order.h"
 #include "task_run.h"
 #include "verbs.h"
@@ -264,6 +265,7 @@ int check(const TaskOptions& options) {
     compile_options->backend.reset();
     compile_options->verify = true;
     compile_options->adjoint = true;
+    const Preparing preparing(job, "stopped before the check was complete");
     const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
     if (!compiled) return;
     if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());

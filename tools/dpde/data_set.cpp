@@ -15,6 +15,7 @@
 #include "driver/restart_file.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
+#include "preparing.h"
 #include "progress.h"
 #include "scene_output.h"
 #include "support/evaluate.h"
@@ -175,6 +176,7 @@ std::unique_ptr<driver::DataSetMaker> open(Job& job) {
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!set || !compile_options) return nullptr;
   const driver::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache, thread_count(job.options()), &interrupt_flag()};
+  const Preparing preparing(job);
   return driver::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }
 

@@ -13,6 +13,7 @@
 #include "driver/scene_text.h"
 #include "loop/print_loop.h"
 #include "model/print_model.h"
+#include "preparing.h"
 #include "stencil/from_ast.h"
 #include "stencil/passes/passes.h"
 #include "stencil/print_stencil.h"
@@ -85,6 +86,7 @@ std::string stage_text(Job& job, const EmitOptions& options) {
   compile_options->backend.reset();
   compile_options->tangent = options.stage == "tangent";
   compile_options->adjoint = options.stage.starts_with("adjoint");
+  const Preparing preparing(job, "stopped before anything was emitted");
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return "";
   if (options.stage == "model") return model_text(*compiled, job);

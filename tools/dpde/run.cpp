@@ -10,6 +10,7 @@
 #include "data_set.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
+#include "preparing.h"
 #include "progress.h"
 #include "record.h"
 #include "run_checkpoint.h"
@@ -97,6 +98,7 @@ bool Run::open() {
   std::optional<driver::CompileOptions> options = job_.compile_options();
   if (!options) return false;
   options->without_task = true;
+  const Preparing preparing(job_);
   std::optional<driver::Compiled> compiled = driver::compile(job_.source(), *options, job_.sink());
   if (!compiled) return false;
   if (!compiled->problem) {

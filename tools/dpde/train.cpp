@@ -10,6 +10,7 @@
 #include "driver/files.h"
 #include "interrupt.h"
 #include "find_controls.h"
+#include "preparing.h"
 #include "progress.h"
 #include "run_checkpoint.h"
 #include "support/evaluate.h"
@@ -257,6 +258,7 @@ bool learns_from_trajectories(Job& job) {
   if (!options) return false;
   options->backend.reset();
   DiagnosticSink silent;
+  const Preparing preparing(job);
   const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, silent);
   return compiled && compiled->problem && compiled->problem->task && compiled->problem->task->training;
 }
@@ -269,6 +271,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::optional<CheckpointInterval> interval = interval_of(job, options);
   if (!compile_options || !bytes || !interval) return json;
   compile_options->selection.keeps_params = true;  // each run of the data may have its own
+  std::optional<Preparing> preparing(std::in_place, job);
   if (!compile_task(job, options, *compile_options, run)) return json;
   if (options.iterations > 0 && !driver::seeks_controls(*run.compiled->problem)) {
     job.sink().report("bad-option", {}, {"--iterations is for tasks that do not learn from trajectories: --epochs"});
@@ -279,8 +282,12 @@ Json train(Job& job, const OptimizeOptions& options) {
   if (!tests) return json;
   driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;
-  if (driver::seeks_controls(*run.compiled->problem)) return find_controls(job, options, run, *scene, batch);
+  if (driver::seeks_controls(*run.compiled->problem)) {
+    preparing.reset();
+    return find_controls(job, options, run, *scene, batch);
+  }
   const std::unique_ptr<driver::Trials> trials = driver::Trials::open(*scene, options.epochs, batch, job.sink());
+  preparing.reset();
   if (!trials) return json;
   TrainingCheckpoint checkpoint(job, *trials, *interval);
   if (options.resume && !checkpoint.resume(*trials)) return json;

@@ -9,6 +9,7 @@
 #include "command.h"
 #include "driver/certificate.h"
 #include "interrupt.h"
+#include "preparing.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -123,6 +124,7 @@ Json verify(Job& job) {
   if (!job.load_source()) return result;
   std::optional<driver::CompileOptions> options = job.compile_options();
   if (!options) return result;
+  const Preparing preparing(job, "stopped before the certificate was complete");
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
