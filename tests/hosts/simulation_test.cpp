@@ -27,6 +27,10 @@ std::atomic<long> allocations{0};
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#ifdef __SANITIZE_ADDRESS__
+// Libraries that came before take the sanitizer's own new.
+extern "C" const char* __asan_default_options() { return "alloc_dealloc_mismatch=0"; }
+#endif
 
 namespace dpde {
 namespace {

@@ -63,7 +63,13 @@ class ProgramCheck {
     return problems.empty() || fail(check, problems[0] + "\n" + print(module));
   }
 
-  bool is_finite_itself() { return is_finite(interpreted(random_.module, "p")) || fail("generator", "a result is not a number"); }
+  /// Few programs overflow: a power of a power, or many divisions by the spacing.
+  bool is_finite_itself() {
+    if (is_finite(interpreted(random_.module, "p"))) return true;
+    verdict_.kind = Verdict::Kind::refused;
+    verdict_.detail = "overflow";
+    return false;
+  }
 
   bool reads_back(const Module& module, const std::string& check) {
     const std::string text = print(module);
@@ -102,10 +108,12 @@ class ProgramCheck {
       return fail("adjoint", fmt::format("dot product: {:.3e}", check.dot_product));
     }
     if (check.finite_difference <= largest_difference) return true;
-    if (!(check.finite_difference <= check.bend)) {
-      return fail("tangent", fmt::format("against differences: {:.3e}, bend {:.3e}", check.finite_difference, check.bend));
+    // Between the one-sided differences; or differences agree on nothing, as those of the sine of what was divided by hx^10.
+    if (!(check.finite_difference <= std::max(check.bend, 10 * check.spread))) {
+      return fail("tangent", fmt::format("against differences: {:.3e}, bend {:.3e}, spread {:.3e}", check.finite_difference, check.bend,
+                                         check.spread));
     }
-    verdict_.kind = Verdict::Kind::kink;  // between the one-sided differences
+    verdict_.kind = Verdict::Kind::kink;
     return true;
   }
 

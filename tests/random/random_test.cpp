@@ -83,12 +83,13 @@ TEST(RandomPrograms, AgreeEverywhere) {
     }
     for_cpp.clear();
   }
-  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.wrong_adjoints << " given a wrong adjoint, " << total.kinks << " at a kink, " << total.failed
+  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.wrong_adjoints << " given a wrong adjoint, "
+            << total.kinks << " at a kink or too steep, " << total.failed
             << " failed; dot products to " << total.dot_product << ", differences to " << total.finite_difference << ", back ends to "
             << total.back_end << "\n";
   const int all = total.passed + total.refused + total.wrong_adjoints + total.kinks + total.failed;
-  EXPECT_LE(total.refused, all / 8);  // what has no derivative is refused, but not everything
   if (all >= 200) {
+    EXPECT_LE(total.refused, all / 8);  // what has no derivative is refused, but not everything
     EXPECT_GE(total.wrong_adjoints, all / 400);
   }
   EXPECT_LE(total.kinks, all / 100);

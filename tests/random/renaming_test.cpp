@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 
@@ -47,7 +46,8 @@ struct Numbers {
 };
 
 bool same_bits(const Numbers& a, const Numbers& b) {
-  return a.refused == b.refused && a.values.size() == b.values.size() && std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(double)) == 0;
+  const auto is_same = [](double left, double right) { return std::bit_cast<std::uint64_t>(left) == std::bit_cast<std::uint64_t>(right); };
+  return a.refused == b.refused && std::ranges::equal(a.values, b.values, is_same);
 }
 
 std::string first_difference(const Numbers& a, const Numbers& b) {

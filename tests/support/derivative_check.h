@@ -2,6 +2,7 @@
 // Checks of derived programs by the reference interpreter: tangent against central differences, adjoint against tangent.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -18,6 +19,7 @@ struct Check {
   double dot_product = 0;      // | <w, J d> - <J^T w, d> | / (sum of the magnitudes of all products)
   double finite_difference = 0;  // largest |J d - central difference| relative to the largest |J d| (or 0.1)
   double bend = 0;             // the difference of the one-sided differences, likewise: large where a kink is crossed
+  double spread = INFINITY;    // the least difference of central differences by two steps, likewise: large where none is exact
   double forward = 0, reverse = 0;  // <w, J d> and <J^T w, d>
   double magnitude = 0;        // |<w, J d>|: a check of zeros checks nothing
 };
