@@ -146,10 +146,12 @@ class Checker {
     for (const double h : {1e-6, 1e-5, 1e-4, 1e-7}) {
       const Results up = displaced(h), down = displaced(-h);
       double worst = 0, bend = 0, largest = 0.1;  // inputs and directions are of order 1
+      double spread = 0;  // at least what rounding of the values makes
       std::vector<double> differences;
       const auto add = [&](double value, double above, double here, double below) {
         const double difference = (above - below) / (2 * h), error = std::abs(value - difference);
         largest = std::max(largest, std::abs(difference));
+        spread = std::max(spread, 0x1p-51 * std::max(std::abs(above), std::abs(below)) / h);
         differences.push_back(difference);
         worst = std::isfinite(error) ? std::max(worst, error) : INFINITY;
         bend = std::max(bend, std::abs(above - 2 * here + below) / h);
@@ -163,7 +165,6 @@ class Checker {
       if (worst / largest < result.finite_difference) result.finite_difference = worst / largest;
       result.bend = bend / largest;
       if (result.finite_difference < 1e-6) return;
-      double spread = 0;
       for (size_t i = 0; i < before.size(); ++i) spread = std::max(spread, std::abs(differences[i] - before[i]));
       if (!before.empty()) result.spread = std::min(result.spread, spread / largest);
       before = std::move(differences);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "adjoint/given_places.h"
+#include "adjoint/rounding_between.h"
 #include "stencil/build.h"
 #include "stencil/given.h"
 #include "stencil/interpret.h"
@@ -72,10 +73,13 @@ Grid grid_for(const Kernel& kernel) {
 
 int cells_of(const Grid& grid) { return grid.cells[0] * grid.cells[1] * grid.cells[2]; }
 
-/// Both numbers that must agree, and the sizes of their terms.
+/// Both numbers that must agree, the sizes of their terms, and what rounding may set them apart by.
 struct Products {
-  double forward = 0, reverse = 0, scale = 0;
-  double error() const { return std::abs(forward - reverse) / std::max({std::abs(forward), std::abs(reverse), scale, 1e-300}); }
+  double forward = 0, reverse = 0, scale = 0, rounding = 0;
+  double error() const {
+    const double difference = std::abs(forward - reverse);
+    return difference <= rounding ? 0 : difference / std::max({std::abs(forward), std::abs(reverse), scale, 1e-300});
+  }
 };
 
 constexpr double spacing = 0.3;  // of the cells, where nobody says more
@@ -95,9 +99,25 @@ class Comparison {
       if (!is_coordinate(field)) inputs_[field] = draw(range, random);
     }
     draw_params(range, known, random);
+    direction_ = draw({-1, 1}, random);
+    draw_seeds(random);
+    Products result = products();
+    if (std::isfinite(result.forward - result.reverse) && result.error() > largest_error) result.rounding = rounding(random);
+    return result;
+  }
+
+ private:
+  void draw_seeds(std::mt19937_64& random) {
+    seeds_.clear();
+    sum_seeds_.clear();
+    for (const std::string& field : program_.keeps) seeds_[field] = draw({-1, 1}, random);
+    for (const std::string& sum : interface_.sums) sum_seeds_[sum] = draw_one({-1, 1}, random);
+  }
+
+  Products products() {
     Products result;
     const bool is_field = inputs_.contains(input_);
-    const std::vector<double> direction = draw({-1, 1}, random);
+    const std::vector<double>& direction = direction_;
     State forward = start(tangent_);
     if (is_field) forward.set(*tangent_.field(input_), direction);
     if (!is_field) params_[*tangent_.param(input_)] = direction.front();
@@ -106,7 +126,7 @@ class Comparison {
     for (const std::string& result_field : program_.keeps) {
       const std::string *const rate = tangent_.field(result_field), *const bar = adjoint_.field(result_field);
       if (rate == nullptr) continue;
-      const std::vector<double> seed = draw({-1, 1}, random);
+      const std::vector<double>& seed = seeds_.at(result_field);
       if (bar != nullptr) back.set(*bar, seed);
       add(seed, forward.get(*rate), result.forward, result.scale);
     }
@@ -114,7 +134,7 @@ class Comparison {
       const std::string *const dot = tangent_.sum(sum), *const bar = adjoint_.sum(sum);
       const auto rate = dot != nullptr ? rates.find(*dot) : rates.end();
       if (rate == rates.end()) continue;
-      const double seed = draw_one({-1, 1}, random);
+      const double seed = sum_seeds_.at(sum);
       if (bar != nullptr) params_[*bar] = seed;
       add({seed}, {rate->second}, result.forward, result.scale);
     }
@@ -128,7 +148,30 @@ class Comparison {
     return result;
   }
 
- private:
+  /// From inputs, parameters, direction and seeds moved by roundings.
+  double rounding(std::mt19937_64& random) {
+    constexpr double epsilon = 0x1p-52, most_roundings = 1e7;  // as terms of differences of high order have
+    const Comparison as_drawn = *this;
+    double size = 0;
+    for (const double value : direction_) size += std::abs(value);
+    for (const auto& [field, values] : inputs_) {
+      for (const double value : values) size = std::max(size, std::abs(value));
+    }
+    const auto nudged = [&] {
+      Comparison near = as_drawn;
+      for (auto* fields : {&near.inputs_, &near.seeds_}) {
+        for (auto& [field, values] : *fields) nudge(values, epsilon, random);
+      }
+      for (auto* scalars : {&near.params_, &near.sum_seeds_}) {
+        for (auto& [name, value] : *scalars) nudge({&value, 1}, epsilon, random);
+      }
+      nudge(near.direction_, epsilon, random);
+      const Products both = near.products();
+      return TwoWays{both.forward, both.reverse};
+    };
+    return rounding_between(nudged, most_roundings * epsilon * size);
+  }
+
   double draw_one(const std::array<double, 2>& range, std::mt19937_64& random) {
     return std::uniform_real_distribution<double>(range[0], range[1])(random);
   }
@@ -174,7 +217,9 @@ class Comparison {
   const Derivative &tangent_, &adjoint_;
   const std::string input_;
   Box box_;
-  std::map<std::string, std::vector<double>> inputs_;
+  std::map<std::string, std::vector<double>> inputs_, seeds_;
+  std::vector<double> direction_;
+  std::map<std::string, double> sum_seeds_;
   Params params_;
 };
 

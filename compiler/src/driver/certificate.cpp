@@ -11,7 +11,7 @@
 #include "driver/directions.h"
 #include "driver/generic_point.h"
 #include "driver/quick_certificate.h"
-#include "driver/rounding_between.h"
+#include "adjoint/rounding_between.h"
 #include "driver/second_order.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
@@ -106,7 +106,7 @@ struct Comparison {
 };
 
 void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
-  nudge({values.data(), static_cast<std::size_t>(values.size())}, epsilon, random);
+  adjoint::nudge({values.data(), static_cast<std::size_t>(values.size())}, epsilon, random);
 }
 
 /// What rounding of values that may be as large as `size` and in differences of high order can amount to.
@@ -134,10 +134,10 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
       nudge_all(near.direction, tolerance.epsilon, random);
       inverse->value_and_gradient(near.x, gradient);
       const double forward = Tangent(*session, *inverse)(near);
-      return TwoWays{forward, gradient.dot(near.direction)};
+      return adjoint::TwoWays{forward, gradient.dot(near.direction)};
     };
     const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
-    result.rounding = rounding_between(nudged, most_rounding(tolerance.epsilon, size));
+    result.rounding = adjoint::rounding_between(nudged, most_rounding(tolerance.epsilon, size));
   }
   return result;
 }
@@ -194,10 +194,10 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
       for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, second_order_tolerance.epsilon, random);
       second->product(x, near_v, hv);
       second->product(x, near_w, hw);
-      return TwoWays{near_w.dot(hv), near_v.dot(hw)};
+      return adjoint::TwoWays{near_w.dot(hv), near_v.dot(hw)};
     };
     const double size = w.lpNorm<1>() * v.lpNorm<Eigen::Infinity>();
-    result.rounding = rounding_between(nudged, most_rounding(second_order_tolerance.epsilon, size));
+    result.rounding = adjoint::rounding_between(nudged, most_rounding(second_order_tolerance.epsilon, size));
   }
   return true;
 }

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "driver/quick_certificate.h"
-#include "driver/rounding_between.h"
+#include "adjoint/rounding_between.h"
 
 namespace dpde::driver {
 
@@ -150,7 +150,7 @@ double ProgramCheck::rounding(double epsilon) {
   const auto nudged = [&] {
     const auto move = [&](auto& moved, const auto& from) {
       moved = from;
-      for (auto& [name, values] : moved) nudge(values_of(values), epsilon, random_);
+      for (auto& [name, values] : moved) adjoint::nudge(values_of(values), epsilon, random_);
     };
     move(inputs_, inputs);
     move(params_, params);
@@ -162,10 +162,10 @@ double ProgramCheck::rounding(double epsilon) {
     set_inputs();
     double scale = 0;
     const double reverse = backward(scale);
-    return TwoWays{forward(), reverse};
+    return adjoint::TwoWays{forward(), reverse};
   };
   constexpr double most_roundings = 1e7;  // as terms of differences of high order have
-  const double result = rounding_between(nudged, most_roundings * epsilon * sizes * largest_seed);
+  const double result = adjoint::rounding_between(nudged, most_roundings * epsilon * sizes * largest_seed);
   inputs_ = inputs, rates_ = rates, seeds_ = seeds, weight_rates_ = weight_rates;
   params_ = params, param_rates_ = param_rates, sum_seeds_ = sum_seeds;
   set_inputs();

@@ -3,12 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "stencil/build.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
 
 namespace {
+
+constexpr int most_cost = 1 << 29;  // squares of squares cost twice as much each time
 
 /// The node without its children, as text; sets its own cost and whether it varies by itself.
 std::string describe(const Expr& e, Value& value) {
@@ -51,7 +55,7 @@ int Numbering::find_number(const Expr& e) {
   for_each_child(e, [&](const Expr& child) { value.children.push_back(number(child)); });
   for (const int child : value.children) {
     key += fmt::format(" {}", child);
-    value.cost += values_[child].cost;
+    value.cost = std::min(value.cost + values_[child].cost, most_cost);
     value.uniform = value.uniform && values_[child].uniform;
   }
   if (value.uniform) value.cost = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rounding is, and what is not: derivatives whose terms cancel, wrong ones, and choices that change.
-#include "driver/rounding_between.h"
+#include "adjoint/rounding_between.h"
 
 #include "driver/quick_certificate.h"
 #include "driver_support.h"
@@ -15,10 +15,10 @@ TEST(RoundingBetween, IsWhatIsLeftOfTermsThatCancel) {
   std::mt19937_64 random(1);
   const auto both = [&] {
     double values[] = {0.3, 1.7, 0.7};
-    driver::nudge(values, 0x1p-52, random);
-    return driver::TwoWays{cancelled(values[0], values[1]), cancelled(values[1], values[2])};
+    adjoint::nudge(values, 0x1p-52, random);
+    return adjoint::TwoWays{cancelled(values[0], values[1]), cancelled(values[1], values[2])};
   };
-  const double rounding = driver::rounding_between(both, 1e-9);
+  const double rounding = adjoint::rounding_between(both, 1e-9);
   EXPECT_GT(rounding, std::abs(cancelled(0.3, 1.7) - cancelled(1.7, 0.7)));
   EXPECT_LT(rounding, 1e-14);
 }
@@ -28,17 +28,17 @@ TEST(RoundingBetween, DoesNotExcuseAWrongDerivative) {
   for (const double wrong : {1e-3, 1e-9, 1e-12}) {  // of terms of size 1
     const auto both = [&] {
       double value = 1.3;
-      driver::nudge({&value, 1}, 0x1p-52, random);
-      return driver::TwoWays{value, value * (1 + wrong)};
+      adjoint::nudge({&value, 1}, 0x1p-52, random);
+      return adjoint::TwoWays{value, value * (1 + wrong)};
     };
-    EXPECT_LT(driver::rounding_between(both, 1e-9), wrong == 1e-12 ? 1e-13 : 1e-2 * wrong);
+    EXPECT_LT(adjoint::rounding_between(both, 1e-9), wrong == 1e-12 ? 1e-13 : 1e-2 * wrong);
   }
 }
 
 TEST(RoundingBetween, DoesNotExcuseAChoiceThatChanges) {
   int calls = 0;
-  EXPECT_EQ(driver::rounding_between([&] { return driver::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9}; }, 1e-9), 0);
-  EXPECT_EQ(driver::rounding_between([] { return driver::TwoWays{NAN, 1}; }, 1e-9), 0);
+  EXPECT_EQ(adjoint::rounding_between([&] { return adjoint::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9}; }, 1e-9), 0);
+  EXPECT_EQ(adjoint::rounding_between([] { return adjoint::TwoWays{NAN, 1}; }, 1e-9), 0);
 }
 
 struct Cancelling : ::testing::TestWithParam<const char*> {};

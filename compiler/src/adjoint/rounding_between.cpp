@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "driver/rounding_between.h"
+#include "adjoint/rounding_between.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace dpde::driver {
+namespace dpde::adjoint {
 
 namespace {
 
@@ -40,4 +40,4 @@ double rounding_between(const std::function<TwoWays()>& nudged, double most) {
   return spread <= most ? allowance * spread : 0;
 }
 
-}  // namespace dpde::driver
+}  // namespace dpde::adjoint

@@ -9,7 +9,7 @@
 #include <random>
 #include <span>
 
-namespace dpde::driver {
+namespace dpde::adjoint {
 
 /// A directional derivative by the tangent and by the adjoint.
 struct TwoWays {
@@ -23,4 +23,4 @@ void nudge(std::span<double> values, double epsilon, std::mt19937_64& random);
 /// 0 where that is more than `most`: a choice has changed between the calls, which is not rounding.
 double rounding_between(const std::function<TwoWays()>& nudged, double most);
 
-}  // namespace dpde::driver
+}  // namespace dpde::adjoint
