@@ -17,6 +17,12 @@ namespace dpde::testing {
 
 namespace fs = std::filesystem;
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool is_sanitized = true;
+#else
+constexpr bool is_sanitized = false;
+#endif
+
 inline std::string content(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::stringstream text;

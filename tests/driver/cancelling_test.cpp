@@ -73,5 +73,30 @@ INSTANTIATE_TEST_SUITE_P(Losses, Cancelling,
                                            "sum(u*0.02*d(u, x, 4)) over time", "sum(dx(u^2))",
                                            "integral((u - (0.02*d(u, x, 4) + (u - 1)))^2)"));
 
+/// A control field is an input of several fields, one a time.
+TEST(RoundingBetween, ProgramsThatReadControlFieldsAreCertified) {
+  const SourceFile source("control.dpde", R"(
+model m { field u; control field G; dt(u) = G*u }
+scheme q { }
+scene s : m with q {
+  grid x = 0 .. 1, cells 3
+  boundary u: x = zero_gradient
+  G = (1 + t)*x every 0.1
+  initial u = 1 + x
+  time 0 .. 0.2, step 0.1
+}
+task t : s { unknown initial u; minimise mean(u^2) }
+)");
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::jit;
+  options.adjoint = true;
+  const auto code = compiled(source, options);
+  ASSERT_NE(code, nullptr);
+  DiagnosticSink sink;
+  const auto certificate = driver::certify_quickly(source, code, driver::Certifying::always, sink);
+  EXPECT_TRUE(certificate.has_value()) << all_messages(source, sink);
+}
+
 }  // namespace
 }  // namespace dpde::testing

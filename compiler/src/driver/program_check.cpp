@@ -49,7 +49,7 @@ void ProgramCheck::choose_inputs() {
 
 void ProgramCheck::set_inputs() {
   for (Workspace* workspace : {&workspace_, &forward_}) {
-    for (const auto& [field, values] : inputs_) workspace->field(field).copy_in(values);
+    for (const auto& [field, values] : inputs_) workspace->set_dense(field, values);
     for (const auto& [param, value] : params_) workspace->set_param(param, value);
   }
 }
