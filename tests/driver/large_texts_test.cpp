@@ -30,6 +30,19 @@ task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
   EXPECT_LT(stencil::print(code->stencil).size(), 5000u);
 }
 
+/// Factors in sums in factors: the instructions of each were once counted twice by the level above, 2^24 times here.
+TEST(LargeTexts, NestedProductsAreCountedOnce) {
+  std::string value = "0.5";
+  for (int i = 1; i <= 24; ++i) value = "(0.01*v + u*" + value + ")";
+  const SourceFile source("nested.dpde", "kernel k(u: field, v: field, out w: field) {\n  w = " + value + R"(
+}
+program p { run k; swap u, w }
+scene s : p { grid x = 0 .. 1, cells 8, periodic; initial u = 0.1; v = 0.2; time 0 .. 1, step 0.1 }
+task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
+)");
+  ASSERT_NE(compiled(source, of_task("g")), nullptr);
+}
+
 /// The fourth derivative by eight points in a stretched coordinate nests products of sums of sums.
 TEST(LargeTexts, FourthDerivativesOnStretchedAxes) {
   const SourceFile source("fourth.dpde", R"(model m { field u; param k; dt(u) = k*lap(u) }

@@ -2,6 +2,7 @@
 #include "adjoint/plan.h"
 
 #include <algorithm>
+#include <map>
 
 #include "adjoint/weights.h"
 #include "support/assert.h"
@@ -67,23 +68,27 @@ void grow_varied(const Module& module, const Program& program, Varied& varied) {
   }
 }
 
-/// Whether `e` is made of the let, also by way of others.
-bool is_made_of(const Kernel& kernel, const Expr& e, const std::string& name) {
-  bool found = false;
-  visit(e, [&](const Expr& part) {
-    const Local* l = std::get_if<Local>(&part->kind);
-    if (!l || found) return;
-    found = l->name == name;
-    for (const Let& let : kernel.lets) found = found || (let.name == l->name && is_made_of(kernel, let.value, name));
-  });
-  return found;
+/// Of each let the first store that is made of it, also by way of others.
+std::map<std::string, const Store*> first_stores(const Kernel& kernel) {
+  std::map<std::string, const Expr*> values;
+  for (const Let& let : kernel.lets) values.emplace(let.name, &let.value);
+  std::map<std::string, const Store*> first;
+  const std::function<void(const Expr&, const Store&)> note = [&](const Expr& e, const Store& store) {
+    visit(e, [&](const Expr& part) {
+      const Local* l = std::get_if<Local>(&part->kind);
+      if (l && first.emplace(l->name, &store).second) note(*values.at(l->name), store);
+    });
+  };
+  for (const Store& store : kernel.stores) note(store.value, store);
+  return first;
 }
 
 /// Calls `f` on every value, with the place that it comes from: of a let that of the first store made of it.
 void for_each_value(const Kernel& kernel, const std::function<void(const Expr&, SourceRange)>& f) {
+  const std::map<std::string, const Store*> first = first_stores(kernel);
   for (const Let& let : kernel.lets) {
-    const auto store = std::find_if(kernel.stores.begin(), kernel.stores.end(), [&](const Store& s) { return is_made_of(kernel, s.value, let.name); });
-    f(let.value, store == kernel.stores.end() ? SourceRange{} : store->origin.range);
+    const auto store = first.find(let.name);
+    f(let.value, store == first.end() ? SourceRange{} : store->second->origin.range);
   }
   for (const Store& store : kernel.stores) f(store.value, store.origin.range);
   for (const Sum& sum : kernel.sums) f(sum.value, {});

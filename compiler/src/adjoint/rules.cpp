@@ -98,7 +98,8 @@ bool is_varied(const Expr& e, const Varied& varied) {
       [&](const Neg& n) { return is_varied(n.operand, varied); },
       [&](const Binary& b) {
         if (precedence(b.op) < precedence(BinaryOp::add)) return false;  // comparisons and logic
-        return is_varied(b.left, varied) || is_varied(b.right, varied);
+        // the right one first: sums are deep on the left, and the walk asks at each level
+        return is_varied(b.right, varied) || is_varied(b.left, varied);
       },
       [&](const Call& c) {
         if (c.fn == Fn::sign) return false;

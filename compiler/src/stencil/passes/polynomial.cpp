@@ -28,13 +28,17 @@ const Coefficient one = {{{}, 1.0}};
 
 }  // namespace
 
+/// Ends at the first value that varies. Right operands come first: sums are deep on the left, and passes ask at each
+/// level.
 bool is_uniform(const Expr& e) {
+  const Kind& kind = e->kind;
+  if (std::holds_alternative<Access>(kind) || std::holds_alternative<Local>(kind) ||
+      std::holds_alternative<Interp>(kind) || std::holds_alternative<Inside>(kind)) {
+    return false;
+  }
+  if (const Binary* b = std::get_if<Binary>(&kind)) return is_uniform(b->right) && is_uniform(b->left);
   bool uniform = true;
-  visit(e, [&](const Expr& part) {
-    const Kind& kind = part->kind;
-    uniform = uniform && !std::holds_alternative<Access>(kind) && !std::holds_alternative<Local>(kind) &&
-              !std::holds_alternative<Interp>(kind) && !std::holds_alternative<Inside>(kind);
-  });
+  for_each_child(e, [&](const Expr& child) { uniform = uniform && is_uniform(child); });
   return uniform;
 }
 
@@ -159,12 +163,12 @@ Polynomial Expansion::expand_binary(const Expr& e, const Binary& b, const std::s
   const bool square = b.op == BinaryOp::power && exponent && exponent->value == 2;
   const bool both = b.op == BinaryOp::add || b.op == BinaryOp::subtract || b.op == BinaryOp::multiply;
   if (!both && !below && !square) return atom(e);
-  const Polynomial left = expand(b.left, carried);  // first: atoms are numbered in order of appearance
+  Polynomial left = expand(b.left, carried);  // first: atoms are numbered in order of appearance
   if (below) return times(closed(left, carried), Polynomial{{{}, *below}});
   if (square) return times(closed(left, {}), closed(left, {}));
   const Polynomial right = expand(b.right, carried);
   if (b.op == BinaryOp::multiply) return times(closed(left, carried), closed(right, carried));
-  return sum(left, b.op == BinaryOp::add ? right : negated(right));
+  return sum(std::move(left), b.op == BinaryOp::add ? right : negated(right));
 }
 
 Polynomial Expansion::times(const Polynomial& a, const Polynomial& b) {

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "stencil/build.h"
 #include "stencil/passes/polynomial.h"
@@ -11,8 +12,6 @@
 namespace dpde::stencil {
 
 namespace {
-
-int instructions(const Expr& e);
 
 bool is_product(const Expr& e) {
   if (const Neg* n = std::get_if<Neg>(&e->kind)) return is_product(n->operand);
@@ -22,10 +21,9 @@ bool is_product(const Expr& e) {
 
 /// A product at a point: all its uniform factors are one.
 struct Product {
-  int factors = 0;  // that vary
+  std::vector<Expr> factors;  // that vary
   bool scaled = false;
-  int inside = 0;  // instructions that make the factors
-  int multiplications() const { return factors - (scaled ? 0 : 1); }
+  int multiplications() const { return static_cast<int>(factors.size()) - (scaled ? 0 : 1); }
 
   void add(const Expr& e) {
     if (is_uniform(e)) {
@@ -36,8 +34,7 @@ struct Product {
       add(std::get<Binary>(e->kind).left);
       add(std::get<Binary>(e->kind).right);
     } else {
-      ++factors;
-      inside += instructions(e);
+      factors.push_back(e);
     }
   }
 };
@@ -51,8 +48,12 @@ Product product_of(const Expr& e) {
 /// Instructions of an expression at each point; an addition next to a multiplication costs nothing (FMA).
 int instructions(const Expr& e) {
   if (is_uniform(e)) return 0;
-  if (is_product(e)) return product_of(e).inside + product_of(e).multiplications();
   int total = 0;
+  if (is_product(e)) {
+    const Product product = product_of(e);
+    for (const Expr& factor : product.factors) total += instructions(factor);
+    return total + product.multiplications();
+  }
   for_each_child(e, [&](const Expr& child) { total += instructions(child); });
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (!b) return total + (std::holds_alternative<Call>(e->kind) || std::holds_alternative<Select>(e->kind) ? 1 : 0);
