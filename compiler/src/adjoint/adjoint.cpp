@@ -78,8 +78,9 @@ class Reversal {
   /// never changed, and holds values on the interior only. So does the transpose of a scatter to a result need a copy.
   void copy_seeds_read_inside() {
     Kernel copy{names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    const std::set<std::string> read = fields_read_inside();
     for (auto& [field, bar] : bars_) {
-      if (!is_read(field)) continue;
+      if (!read.contains(field)) continue;
       const std::string seed = names_.of(field), total = names_.fresh(seed + "_total");
       const Expr value = access(seed);
       copy.stores.push_back({total, false, reach_ > 0 ? select(inside({}, 0), value, 0.0) : value, {}});
@@ -89,23 +90,29 @@ class Reversal {
     if (!copy.stores.empty()) run(std::move(copy), reach_);
   }
 
-  bool is_read(const std::string& field) const {
-    return std::any_of(program_.body.begin(), program_.body.end(), [&](const Statement& statement) {
-      const Run* run = std::get_if<Run>(&statement);
-      const Fill* fill = std::get_if<Fill>(&statement);
-      const Fold* fold = std::get_if<Fold>(&statement);
-      if (fill && wall_fields(fill->axes).contains(field)) return true;
-      if (fill && fill->field == field && is_on_walls(fill->axes)) return true;
-      const Reduce* reduce = std::get_if<Reduce>(&statement);
-      if (reduce && reduce->field == field) return true;
-      const Infer* infer = std::get_if<Infer>(&statement);
-      if (infer && std::find(infer->inputs.begin(), infer->inputs.end(), field) != infer->inputs.end()) return true;
-      if (fold && (fold->field == field || wall_fields(fold->axes).contains(field))) return true;
-      if (!run) return false;
-      const Kernel& kernel = *module_.find_kernel(run->kernel);
-      const auto is_target = [&](const Scatter& scatter) { return scatter.target.field == field; };
-      return signature(kernel).find_read(field) || std::any_of(kernel.scatters.begin(), kernel.scatters.end(), is_target);
-    });
+  /// The fields that the program reads, sets on walls or scatters to.
+  std::set<std::string> fields_read_inside() const {
+    std::set<std::string> read;
+    for (const Statement& statement : program_.body) {
+      match(
+          statement,
+          [&](const Fill& fill) {
+            read.merge(wall_fields(fill.axes));
+            if (is_on_walls(fill.axes)) read.insert(fill.field);
+          },
+          [&](const Fold& fold) {
+            read.merge(wall_fields(fold.axes));
+            read.insert(fold.field);
+          },
+          [&](const Reduce& reduce) { read.insert(reduce.field); },
+          [&](const Infer& infer) { read.insert(infer.inputs.begin(), infer.inputs.end()); },
+          [&](const Run& run) {
+            const Kernel& kernel = *module_.find_kernel(run.kernel);
+            for (const auto& one : signature(kernel).reads) read.insert(one.field);
+            for (const Scatter& scatter : kernel.scatters) read.insert(scatter.target.field);
+          });
+    }
+    return read;
   }
 
   void reverse_fill(const Fill& fill, int index) {
@@ -278,20 +285,24 @@ class Reversal {
     }
     for (const Kernel* part : {&derived.shared, &derived.gather}) check_halos(kernel, *part, primal.grow);
     if (!derived.shared.stores.empty()) run(std::move(derived.shared), derived.shared_grow);
+    const std::set<std::string> gathered_around = read_around(derived.gather, program_.axes);
     for (const std::string& field : derived.stored) {
-      if (reads_around(derived.gather, field, program_.axes)) body.push_back(Fill{field, seed_boundary()});
+      if (gathered_around.contains(field)) body.push_back(Fill{field, seed_boundary()});
     }
     if (!derived.gather.stores.empty() || !derived.gather.sums.empty()) run(std::move(derived.gather), context.target_grow);
     if (!derived.scatter.scatters.empty()) run(std::move(derived.scatter), primal.grow);
-    for (const std::string& field : derived.contributed) contribute(kernel, field, primal.grow, context.target_grow);
+    const std::map<std::string, int> extents = extents_of(kernel, primal.grow, program_.axes);
+    for (const std::string& field : derived.contributed) contribute(kernel, field, extents, context.target_grow);
     for (const std::string& field : consumed_) bars_.erase(field);
     consumed_.clear();
   }
 
   /// What is added to beyond the region where a bar holds values is lost.
-  void contribute(const Kernel& kernel, const std::string& field, int grow, int target_grow) {
+  void contribute(const Kernel& kernel, const std::string& field, const std::map<std::string, int>& extents,
+                  int target_grow) {
     Bar& bar = bars_.try_emplace(field, Bar{target_grow}).first->second;
-    bar = {std::min(bar.grow, target_grow), false, std::max(bar.extent, extent_of(kernel, field, grow, program_.axes))};
+    const auto extent = extents.find(field);
+    bar = {std::min(bar.grow, target_grow), false, std::max(bar.extent, extent == extents.end() ? 0 : extent->second)};
     if (bar.extent > bar.grow) refused.emplace(kernel.name, "reading " + field + " beyond walls before it is added to or folded");
   }
 
@@ -299,8 +310,9 @@ class Reversal {
   /// scatter needs values.
   void check_halos(const Kernel& primal, const Kernel& gather, int grow) {
     if (!has_bounded_axis(program_.axes)) return;
+    const std::set<std::string> around = read_around(gather, program_.axes);
     for (const auto& [field, bar] : bars_) {
-      if (bar.is_around || bar.grow == 0 || !reads_around(gather, names_.of(field), program_.axes)) continue;
+      if (bar.is_around || bar.grow == 0 || !around.contains(names_.of(field))) continue;
       const bool is_consumed = std::find(consumed_.begin(), consumed_.end(), field) != consumed_.end();
       const bool is_target = std::any_of(primal.scatters.begin(), primal.scatters.end(),
                                          [&](const Scatter& scatter) { return scatter.target.field == field; });
@@ -314,7 +326,7 @@ class Reversal {
     }
     for (const Signature::Read& read : signature(gather).reads) {
       const bool is_grown = grown_.contains(read.field) && !filled_.contains(read.field);
-      if (!is_grown || !reads_around(gather, read.field, program_.axes)) continue;
+      if (!is_grown || !around.contains(read.field)) continue;
       refused.emplace(primal.name, "reading " + read.field + ", computed beyond walls and not filled, beside a periodic axis");
     }
   }
@@ -330,12 +342,13 @@ class Reversal {
   /// Appends a run, after the periodic fills of what it reads at offsets: bars, and primal fields that the primal itself
   /// reads at the centre only.
   void run(Kernel kernel, int grow) {
+    const std::set<std::string> around = read_around(kernel, program_.axes);
     for (const auto& read : signature(kernel).reads) {
-      if (!needed.contains(read.field) || is_coordinate(read.field) || !reads_around(kernel, read.field, program_.axes)) continue;
+      if (!needed.contains(read.field) || is_coordinate(read.field) || !around.contains(read.field)) continue;
       if (filled_.insert(read.field).second) body.push_back(Fill{read.field, primal_boundary(read.field)});
     }
     for (auto& [field, bar] : bars_) {
-      if (bar.is_around || !reads_around(kernel, names_.of(field), program_.axes)) continue;
+      if (bar.is_around || !around.contains(names_.of(field))) continue;
       body.push_back(Fill{names_.of(field), seed_boundary()});
       bar = {0, true, 0};
     }

@@ -23,17 +23,25 @@ bool refills(const Program& program, size_t index) {
   return false;
 }
 
-/// `is_grown`: the field was computed beyond the interior, where its first fill changes it too.
-bool changes(const Module& module, const Program& program, size_t index, const std::string& field, bool is_grown) {
+/// The last run that adds to each field, and its place in the program.
+std::map<std::string, size_t> last_updates(const Module& module, const Program& program) {
+  std::map<std::string, size_t> last;
+  for (size_t i = 0; i < program.body.size(); ++i) {
+    const Run* run = std::get_if<Run>(&program.body[i]);
+    if (!run) continue;
+    for (const std::string& field : signature(*module.find_kernel(run->kernel)).updates) last[field] = i;
+  }
+  return last;
+}
+
+/// A statement but for a run. `is_grown`: the field was computed beyond the interior, where its first fill changes it
+/// too.
+bool changes(const Program& program, size_t index, const std::string& field, bool is_grown) {
   return match(
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
-      [](const Reduce&) { return false; }, [](const Infer&) { return false; },
-      [&](const Run& run) {
-        const Signature s = signature(*module.find_kernel(run.kernel));
-        return std::find(s.updates.begin(), s.updates.end(), field) != s.updates.end();
-      });
+      [](const Reduce&) { return false; }, [](const Infer&) { return false; }, [](const Run&) { return false; });
 }
 
 }  // namespace
@@ -89,15 +97,19 @@ bool check_overwritten(const Module& module, const Program& program, const std::
                        DiagnosticSink& sink) {
   bool good = true;
   const std::set<std::string> grown = grown_fields(module, program);
-  for (const auto& [field, first] : needed) {
-    for (size_t i = first; i < program.body.size(); ++i) {
-      if (!changes(module, program, i, field, grown.contains(field))) continue;
-      const Run* run = std::get_if<Run>(&program.body[first]);
-      sink.report("overwritten-value", {}, {run ? run->kernel : program.name, field},
-                  "store the changed value in a field of its own");
-      good = false;
-      break;
+  const std::map<std::string, size_t> updates = last_updates(module, program);
+  for (const auto& [field, index] : needed) {
+    const size_t first = index;
+    const auto update = updates.find(field);
+    bool is_changed = update != updates.end() && update->second >= first;
+    for (size_t i = first; i < program.body.size() && !is_changed; ++i) {
+      is_changed = changes(program, i, field, grown.contains(field));
     }
+    if (!is_changed) continue;
+    const Run* run = std::get_if<Run>(&program.body[first]);
+    sink.report("overwritten-value", {}, {run ? run->kernel : program.name, field},
+                "store the changed value in a field of its own");
+    good = false;
   }
   return good;
 }

@@ -52,17 +52,18 @@ int reach(const Module& module, const Program& program, const Varied& varied) {
   return result;
 }
 
-bool reads_around(const Kernel& kernel, const std::string& field, const std::vector<Topology>& axes) {
-  bool found = false;
+std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topology>& axes) {
+  std::set<std::string> fields;
   map_kernel(kernel, [&](const Expr& value) {
     visit(value, [&](const Expr& e) {
       const Access* a = std::get_if<Access>(&e->kind);
-      if (!a || a->field != field) return;
-      for (size_t axis = 0; axis < axes.size(); ++axis) found |= axes[axis] == Topology::periodic && a->offset[axis] != 0;
+      for (size_t axis = 0; a && axis < axes.size(); ++axis) {
+        if (axes[axis] == Topology::periodic && a->offset[axis] != 0) fields.insert(a->field);
+      }
     });
     return value;
   });
-  return found;
+  return fields;
 }
 
 std::set<std::string> filled_at_the_end(const Module& module, const Program& program) {
@@ -84,8 +85,12 @@ std::set<std::string> filled_at_the_end(const Module& module, const Program& pro
   return filled;
 }
 
-int extent_of(const Kernel& kernel, const std::string& field, int grow, const std::vector<Topology>& axes) {
-  int extent = 0;
+std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes) {
+  std::map<std::string, int> extents;
+  const auto note = [&](const std::string& field, int cells) {
+    int& extent = extents[field];
+    extent = std::max(extent, cells);
+  };
   const std::function<void(const Expr&, const Insides&)> look = [&](const Expr& e, const Insides& insides) {
     if (const Select* select = std::get_if<Select>(&e->kind)) {
       Insides inner = insides;
@@ -96,20 +101,19 @@ int extent_of(const Kernel& kernel, const std::string& field, int grow, const st
     }
     const Access* a = std::get_if<Access>(&e->kind);
     const Interp* i = std::get_if<Interp>(&e->kind);
-    if (i && i->field == field) extent = std::max(extent, reach_of(*i, axes));
-    for (size_t axis = 0; axis < axes.size(); ++axis) {
+    if (i) note(i->field, reach_of(*i, axes));
+    for (size_t axis = 0; a && axis < axes.size(); ++axis) {
       if (axes[axis] == Topology::periodic) continue;
-      if (!a || a->field != field) continue;
       int most = grow + std::abs(a->offset[axis]);
       for (const Inside& inside : insides) {
         most = std::min(most, inside.grow + std::abs(a->offset[axis] - inside.offset[axis]));
       }
-      extent = std::max(extent, most);
+      note(a->field, most);
     }
     for_each_child(e, [&](const Expr& child) { look(child, insides); });
   };
   map_kernel(kernel, [&](const Expr& value) { return look(value, {}), value; });
-  return extent;
+  return extents;
 }
 
 std::set<std::string> grown_fields(const Module& module, const Program& program) {

@@ -2,6 +2,7 @@
 // How far beyond the interior fields are read, written and known: what the adjoint has to know of walls.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,12 +18,12 @@ bool has_bounded_axis(const std::vector<Topology>& axes);
 /// to varied fields (their transposes read the first halo cell).
 int reach(const stencil::Module& module, const stencil::Program& program, const Varied& varied);
 
-/// True if `kernel` reads `field` at an offset along a periodic axis. Interpolation wraps by itself.
-bool reads_around(const stencil::Kernel& kernel, const std::string& field, const std::vector<Topology>& axes);
+/// The fields that `kernel` reads at an offset along a periodic axis. Interpolation wraps by itself.
+std::set<std::string> read_around(const stencil::Kernel& kernel, const std::vector<Topology>& axes);
 
-/// How far outside a kernel that runs `grow` cells beyond the interior uses what it reads of `field`. Behind inside[o] grow g
-/// the point i has i+o at most g outside, so that a read of i+k lies at most g + |k-o| outside.
-int extent_of(const stencil::Kernel& kernel, const std::string& field, int grow, const std::vector<Topology>& axes);
+/// How far outside a kernel that runs `grow` cells beyond the interior uses what it reads of each field. Behind
+/// inside[o] grow g the point i has i+o at most g outside, so that a read of i+k lies at most g + |k-o| outside.
+std::map<std::string, int> extents_of(const stencil::Kernel& kernel, int grow, const std::vector<Topology>& axes);
 
 /// Fields whose periodic halo is right when the program has run.
 std::set<std::string> filled_at_the_end(const stencil::Module& module, const stencil::Program& program);

@@ -175,6 +175,7 @@ std::optional<GivenProblem> find_problem(const Kernel& kernel, const Given& give
 }
 
 Kernel without_idle_formulas(Kernel kernel) {
+  if (kernel.given.empty()) return kernel;
   const Signature s = signature(kernel);
   std::erase_if(kernel.given, [&](const Given& given) {
     return !s.find_read(given.input) && std::find(s.params.begin(), s.params.end(), given.input) == s.params.end();

@@ -2,6 +2,9 @@
 // What kernels and programs touch: fields read and written, params, sums, and the halo they need.
 #include <algorithm>
 #include <cstdlib>
+#include <map>
+#include <set>
+#include <utility>
 
 #include "stencil/build.h"
 #include "support/assert.h"
@@ -13,56 +16,84 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-bool contains(const Names& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-void add_once(Names& names, const std::string& name) {
-  if (!contains(names, name)) names.push_back(name);
-}
-
-Signature::Read& read_of(Signature& s, const std::string& field) {
-  for (Signature::Read& read : s.reads) {
-    if (read.field == field) return read;
+/// Names in the order in which they first appear.
+class Distinct {
+ public:
+  void add(const std::string& name) {
+    if (known_.insert(name).second) names_.push_back(name);
   }
-  return s.reads.emplace_back(Signature::Read{field, {}, false});
-}
+  bool contains(const std::string& name) const { return known_.contains(name); }
+  Names take() { return std::move(names_); }
 
-void add_leaf(Signature& s, const Expr& e, int rank) {
-  if (const Param* p = std::get_if<Param>(&e->kind)) {
-    add_once(s.params, p->name);
-  } else if (const Access* a = std::get_if<Access>(&e->kind)) {
-    Signature::Read& read = read_of(s, a->field);
-    for (int axis = 0; axis < rank; ++axis) read.halo[axis] = std::max(read.halo[axis], std::abs(a->offset[axis]));
-  } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
-    Signature::Read& read = read_of(s, i->field);
-    read.interpolated = true;
-    for (int axis = 0; axis < rank; ++axis) read.halo[axis] = std::max(read.halo[axis], reach_of(i->along[axis]));
+ private:
+  std::set<std::string> known_;
+  Names names_;
+};
+
+/// Collects what the expressions of a kernel touch.
+class Touched {
+ public:
+  explicit Touched(int rank) : rank_(rank) {}
+
+  void add(const Expr& e) {
+    visit(e, [&](const Expr& part) { add_leaf(part); });
   }
-}
+  Distinct params;
+  std::vector<Signature::Read> reads;
 
-void add_boundary_params(Names& params, const std::vector<AxisBoundary>& axes) {
+ private:
+  void add_leaf(const Expr& e) {
+    if (const Param* p = std::get_if<Param>(&e->kind)) {
+      params.add(p->name);
+    } else if (const Access* a = std::get_if<Access>(&e->kind)) {
+      Signature::Read& read = read_of(a->field);
+      for (int axis = 0; axis < rank_; ++axis) read.halo[axis] = std::max(read.halo[axis], std::abs(a->offset[axis]));
+    } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
+      Signature::Read& read = read_of(i->field);
+      read.interpolated = true;
+      for (int axis = 0; axis < rank_; ++axis) read.halo[axis] = std::max(read.halo[axis], reach_of(i->along[axis]));
+    }
+  }
+
+  Signature::Read& read_of(const std::string& field) {
+    const auto [found, is_new] = places_.emplace(field, reads.size());
+    if (is_new) reads.push_back({field, {}, false});
+    return reads[found->second];
+  }
+
+  const int rank_;
+  std::map<std::string, std::size_t> places_;  // in reads
+};
+
+void add_boundary_params(Distinct& params, const std::vector<AxisBoundary>& axes) {
   for_each_side_value(axes, [&](const Expr& value) {
     visit(value, [&](const Expr& e) {
-      if (const Param* p = std::get_if<Param>(&e->kind)) add_once(params, p->name);
+      if (const Param* p = std::get_if<Param>(&e->kind)) params.add(p->name);
     });
   });
 }
 
-void add_input(Interface& result, const std::string& field) {
-  if (!contains(result.written, field)) add_once(result.inputs, field);
-}
+/// An interface that grows.
+struct Known {
+  Distinct inputs, written, params, sums, networks;
 
-void add_run(Interface& result, const Kernel& kernel) {
-  const Signature s = signature(kernel);
-  for (const Signature::Read& read : s.reads) add_input(result, read.field);
-  for (const std::string& field : s.updates) {
-    if (!contains(s.writes, field)) add_input(result, field);
+  void add_input(const std::string& field) {
+    if (!written.contains(field)) inputs.add(field);
   }
-  for (const std::string& field : s.writes) add_once(result.written, field);
-  for (const std::string& field : s.updates) add_once(result.written, field);
-  for (const std::string& name : s.params) add_once(result.params, name);
-  for (const std::string& name : s.sums) add_once(result.sums, name);
+  void add_run(const Kernel& kernel);
+};
+
+void Known::add_run(const Kernel& kernel) {
+  const Signature s = signature(kernel);
+  for (const Signature::Read& read : s.reads) add_input(read.field);
+  const std::set<std::string> writes(s.writes.begin(), s.writes.end());
+  for (const std::string& field : s.updates) {
+    if (!writes.contains(field)) add_input(field);
+  }
+  for (const std::string& field : s.writes) written.add(field);
+  for (const std::string& field : s.updates) written.add(field);
+  for (const std::string& name : s.params) params.add(name);
+  for (const std::string& name : s.sums) sums.add(name);
 }
 
 using Halo = std::array<int, max_rank>;
@@ -184,53 +215,65 @@ int reach_of(const Interp& i, const std::vector<Topology>& axes) {
 }
 
 Signature signature(const Kernel& kernel) {
-  Signature s;
-  const auto add = [&](const Expr& e) { visit(e, [&](const Expr& part) { add_leaf(s, part, kernel.rank); }); };
-  for (const Let& let : kernel.lets) add(let.value);
+  Touched touched(kernel.rank);
+  Distinct writes, updates, sums;
+  for (const Let& let : kernel.lets) touched.add(let.value);
   for (const Store& store : kernel.stores) {
-    add(store.value);
-    add_once(store.accumulate ? s.updates : s.writes, store.field);
+    touched.add(store.value);
+    (store.accumulate ? updates : writes).add(store.field);
   }
   for (const Sum& sum : kernel.sums) {
-    add(sum.value);
-    add_once(s.sums, sum.name);
+    touched.add(sum.value);
+    sums.add(sum.name);
   }
   for (const Scatter& scatter : kernel.scatters) {
-    for (const Expr& d : scatter.target.displacement) add(d);
-    add(scatter.value);
-    add_once(s.updates, scatter.target.field);
+    for (const Expr& d : scatter.target.displacement) touched.add(d);
+    touched.add(scatter.value);
+    updates.add(scatter.target.field);
   }
+  Signature s;
+  s.reads = std::move(touched.reads);
+  s.writes = writes.take();
+  s.updates = updates.take();
+  s.params = touched.params.take();
+  s.sums = sums.take();
   return s;
 }
 
 Interface interface_of(const Module& module, const Program& program) {
-  Interface result;
+  Known known;
   for (const Statement& statement : program.body) {
     match(
         statement,
         [&](const Fill& fill) {
-          add_input(result, fill.field);
-          for (const std::string& field : wall_fields(fill.axes)) add_input(result, field);
-          add_boundary_params(result.params, fill.axes);
+          known.add_input(fill.field);
+          for (const std::string& field : wall_fields(fill.axes)) known.add_input(field);
+          add_boundary_params(known.params, fill.axes);
         },
         [&](const Fold& fold) {
           std::set<std::string> folded = wall_fields(fold.axes);
           folded.insert(fold.field);
-          for (const std::string& field : folded) add_input(result, field);
-          for (const std::string& field : folded) add_once(result.written, field);
-          add_boundary_params(result.params, fold.axes);
+          for (const std::string& field : folded) known.add_input(field);
+          for (const std::string& field : folded) known.written.add(field);
+          add_boundary_params(known.params, fold.axes);
         },
         [&](const Reduce& reduce) {
-          add_input(result, reduce.field);
-          add_once(result.written, reduce.result);
+          known.add_input(reduce.field);
+          known.written.add(reduce.result);
         },
         [&](const Infer& infer) {
-          for (const std::string& field : fields_read(infer)) add_input(result, field);
-          for (const std::string& field : fields_written(infer)) add_once(result.written, field);
-          add_once(result.networks, infer.network);
+          for (const std::string& field : fields_read(infer)) known.add_input(field);
+          for (const std::string& field : fields_written(infer)) known.written.add(field);
+          known.networks.add(infer.network);
         },
-        [&](const Run& run) { add_run(result, kernel_of(module, run)); });
+        [&](const Run& run) { known.add_run(kernel_of(module, run)); });
   }
+  Interface result;
+  result.inputs = known.inputs.take();
+  result.written = known.written.take();
+  result.params = known.params.take();
+  result.sums = known.sums.take();
+  result.networks = known.networks.take();
   return result;
 }
 
