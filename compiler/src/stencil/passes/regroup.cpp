@@ -24,7 +24,8 @@ namespace dpde::stencil {
 namespace {
 
 const Coefficient one = {{{}, 1.0}};
-constexpr std::size_t most_terms = 200;  // of a kernel: above that the search takes longer than it saves
+/// Of a kernel, with those of the sums that are atoms: above that the search takes longer than it saves.
+constexpr std::size_t most_terms = 200;
 
 /// Writes polynomials as expressions; what atoms stand for becomes a let.
 class Writer {
@@ -225,6 +226,13 @@ class Stages {
   std::map<std::string, std::string> roots_;
 };
 
+/// Terms of the sums that stand as one in others.
+std::size_t defined_terms(const Atoms& atoms) {
+  std::size_t terms = 0;
+  for (int i = 0; i < atoms.size(); ++i) terms += atoms[i].definition ? atoms[i].definition->size() : 0;
+  return terms;
+}
+
 /// None if a number overflows or there are too many terms.
 std::optional<Updates> updates_of(const Kernel& kernel, const Stages& stages) {
   Updates updates;
@@ -241,6 +249,7 @@ std::optional<Updates> updates_of(const Kernel& kernel, const Stages& stages) {
     terms += updates.values.back().size();
     if (!expansion.is_complete() || !is_finite(updates.values.back()) || terms > most_terms) return std::nullopt;
   }
+  if (terms + defined_terms(updates.atoms) > most_terms) return std::nullopt;
   return updates;
 }
 
