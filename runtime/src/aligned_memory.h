@@ -9,6 +9,8 @@
 
 namespace dpde {
 
+constexpr int64_t line_bytes = 64, page_bytes = 4096;
+
 /// 64-byte aligned (4 KiB from one page on, 2 MiB and in huge pages where there are some from 4 MiB on), all zero; free with std::free. @throws Error(machine) naming the bytes.
 char* allocate_bytes(int64_t bytes);
 

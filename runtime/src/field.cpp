@@ -19,7 +19,7 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t line_bytes = 64, page_bytes = 4096, huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_bytes;
+constexpr int64_t huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_bytes;
 
 void check_length(const dpde_layout& layout, size_t length) {
   if (static_cast<int64_t>(length) == cell_count(layout)) return;

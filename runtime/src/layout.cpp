@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "aligned_memory.h"
 #include "dpde/runtime/error.h"
 
 namespace dpde {
 namespace {
 
-constexpr int64_t line_bytes = 64, page_bytes = 4096;
 constexpr int64_t most_elements = int64_t{1} << 44;  // 128 TiB of doubles: beyond every machine, far from overflow
 constexpr int64_t most_single_cells = int64_t{1} << 24;  // whole numbers that a float tells apart
 

@@ -18,10 +18,6 @@ namespace {
 constexpr int most_parts = 100000;  // of a step: what needs more has blown up
 constexpr int check_interval = 64;  // a check reads the states once: under 1 % of 64 steps
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 /// The fields of the interval that step n, or a loss at state n, lies in. Halos are filled when an interval begins: its field may

@@ -14,10 +14,6 @@
 namespace dpde {
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) {
   if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
   for (const BoundTerm& term : terms) {

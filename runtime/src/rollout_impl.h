@@ -17,6 +17,10 @@
 
 namespace dpde {
 
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 /// A parameter that has values[n / every] in step n, the last one beyond.
 struct Control {
   std::string name;

@@ -105,10 +105,10 @@ const Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
 void Simulation::Impl::require_finite_run(Rollout& rollout) const {
   const std::optional<BlowUp> first = rollout.run().blow_up;
   if (!first) return;
-  throw Error(ErrorKind::run, fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
-                                          "a smaller step than {} may help",
-                                          rollout.state_name(first->state), first->step, scene.steps, first->t,
-                                          first->cell.x, first->cell.y, first->cell.z, scene.step));
+  throw NotFinite(fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
+                              "a smaller step than {} may help",
+                              rollout.state_name(first->state), first->step, scene.steps, first->t,
+                              first->cell.x, first->cell.y, first->cell.z, scene.step));
 }
 
 double Simulation::gradient() {

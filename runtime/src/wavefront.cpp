@@ -15,7 +15,6 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-constexpr int64_t line_bytes = 64, page_bytes = 4096;
 /// What the rings of a tile may take, measured on Zen 5 (1 MiB of second-level cache a core, 32 MiB of third): strips do best
 /// in the core's own cache, or a little beyond it rather than one more of them, planes of 3-D grids with many steps in the shared
 /// one (256^3: 1.2 times the plain sweep, 0.9 else).

@@ -33,22 +33,22 @@ std::size_t count_of(const std::vector<int64_t>& shape) {
 }
 
 /// An array of a network: its name behind "<network>.", its shape, and where it begins among the weights.
-struct Place {
+struct WeightsPlace {
   std::string name;
   std::vector<int64_t> shape;
   int64_t begin;
 };
 
-std::vector<Place> places_of(const dpde_network& network) {
+std::vector<WeightsPlace> places_of(const dpde_network& network) {
   if (network.is_host != 0) return {{"weights", {network.weight_count}, 0}};
   std::vector<int64_t> channels{network.inputs};
-  std::vector<Place> places;
+  std::vector<WeightsPlace> places;
   for (int32_t l = 0; l < network.layer_count; ++l) {
     const dpde_layer& layer = network.layers[l];
     channels.push_back(layer.channels);
-    const auto has_begun = [&](const Place& place) { return place.begin == layer.weights; };  // weights that several layers share
+    const auto has_begun = [&](const WeightsPlace& place) { return place.begin == layer.weights; };  // weights that several layers share
     if (layer.kind != DPDE_CONV || std::ranges::any_of(places, has_begun)) continue;
-    Place weight{fmt::format("v{}.weight", l + 1), {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)}, layer.weights};
+    WeightsPlace weight{fmt::format("v{}.weight", l + 1), {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)}, layer.weights};
     weight.shape.insert(weight.shape.end(), static_cast<std::size_t>(network.rank), layer.extent);
     places.push_back(std::move(weight));
     if (layer.bias >= 0) places.push_back({fmt::format("v{}.bias", l + 1), {layer.channels}, layer.bias});
@@ -94,7 +94,7 @@ std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const d
     throw Error(ErrorKind::input, fmt::format("network {} has {} weights, not {}", network.name, network.weight_count, weights.size()));
   }
   std::vector<NamedArray> arrays;
-  for (const Place& place : places_of(network)) {
+  for (const WeightsPlace& place : places_of(network)) {
     const auto values = weights.subspan(static_cast<std::size_t>(place.begin), count_of(place.shape));
     arrays.push_back({fmt::format("{}.{}", network.name, place.name), place.shape, {values.begin(), values.end()}});
   }
@@ -105,7 +105,7 @@ std::vector<double> weights_of(const dpde_network& network, std::span<const Name
   std::vector<double> weights(static_cast<std::size_t>(network.weight_count));
   const std::string prefix = prefix_in(network, arrays);
   std::size_t used = 0;
-  for (const Place& place : places_of(network)) {
+  for (const WeightsPlace& place : places_of(network)) {
     const auto array = std::ranges::find(arrays, prefix + place.name, &NamedArray::name);
     if (array == arrays.end()) {
       std::vector<std::string> names;

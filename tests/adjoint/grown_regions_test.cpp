@@ -35,7 +35,7 @@ void expect_right(const Case& c) {
   EXPECT_GT(magnitude, 0.1);
 }
 
-const Case cases[] = {
+const Case grown_cases[] = {
     {"a scatter to a result next to walls", 1,
      "kernel zero(out w: field) { w = 1 }\n"
      "kernel add(v: field, q: field, inout w: field) { interp(w[+1], v) += q }\n"
@@ -98,7 +98,7 @@ const Case cases[] = {
 };
 
 TEST(GrownRegions, AdjointIsTheTransposeOfTheTangent) {
-  for (const Case& c : cases) expect_right(c);
+  for (const Case& c : grown_cases) expect_right(c);
 }
 
 struct Refused {

@@ -50,7 +50,7 @@ TEST_P(EmitsExample, ReadsBackAsItWas) {
   EXPECT_GT(blocks, 0);
 }
 
-std::vector<fs::path> examples() {
+std::vector<fs::path> example_files() {
   std::vector<fs::path> found;
   for (const auto& entry : fs::recursive_directory_iterator(fs::path(DPDE_SOURCE_DIR) / "dsl-examples")) {
     if (entry.path().extension() == ".dpde") found.push_back(entry.path());
@@ -59,7 +59,7 @@ std::vector<fs::path> examples() {
   return found;
 }
 
-INSTANTIATE_TEST_SUITE_P(Examples, EmitsExample, ::testing::ValuesIn(examples()),
+INSTANTIATE_TEST_SUITE_P(Examples, EmitsExample, ::testing::ValuesIn(example_files()),
                          [](const auto& info) { return info.param.stem().string(); });
 
 /// Copies of a symmetric network with shared weights; outputs without names in initial states.

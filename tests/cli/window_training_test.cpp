@@ -9,17 +9,17 @@
 namespace dpde::testing {
 namespace {
 
-const std::string burgers = R"(
-model burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
+const std::string window_burgers = R"(
+model window_burgers { field u; param nu; param a; param phase; dt(u) = -u*dx(u) + nu*lap(u) }
 scheme plain { time = rk2 }
 network corrector(u) { initial he, seed 1; conv 8, 5; tanh; conv out, 5, gain = 0.01 }
-scene truth : burgers with plain {
+scene truth : window_burgers with plain {
   grid x = 0 .. 2*pi, cells 32, periodic
   nu = 0.05; a = 1; phase = 0
   initial u = a*sin(x) + 0.3*cos(2*x + phase)
   time 0 .. 1, step 1/32
 }
-scene coarse : burgers with plain {
+scene coarse : window_burgers with plain {
   grid x = 0 .. 2*pi, cells 8, periodic
   nu = 0.05; a = 1; phase = 0
   initial u = a*sin(x) + 0.3*cos(2*x + phase)
@@ -31,17 +31,17 @@ dataset few : truth { runs 4; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 6
 )";
 
 std::string viscosity(const std::string& options, const std::string& unknown = "unknown nu from 0.2 in 0 .. 1") {
-  return burgers + "task learn : truth { data r = trajectories(\"train.nc\", u); " + unknown + "; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
+  return window_burgers + "task learn : truth { data r = trajectories(\"train.nc\", u); " + unknown + "; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
 }
 std::string network(const std::string& options) {
-  return burgers + "task learn : coarse { data r = trajectories(\"few.nc\", u); learn corrector; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
+  return window_burgers + "task learn : coarse { data r = trajectories(\"few.nc\", u); learn corrector; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
 }
 
 class AllWindows : public Command {
  protected:
   void SetUp() override {
     Command::SetUp();
-    write("data.dpde", burgers);
+    write("data.dpde", window_burgers);
     for (const std::string set : {"train", "few"}) ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json").status, 0);
   }
   Outcome learn(const std::string& text, const std::string& arguments) const {

@@ -12,7 +12,6 @@
 namespace dpde::codegen::testing {
 namespace {
 
-constexpr Topology P = Topology::periodic, B = Topology::bounded;
 
 using Names = std::vector<std::string>;
 

@@ -5,7 +5,6 @@
 namespace dpde::codegen::testing {
 namespace {
 
-constexpr Topology P = Topology::periodic, B = Topology::bounded;
 const std::vector<std::vector<Topology>> all_axes{{P},    {B},       {P, P},    {B, P},   {P, B},
                                                   {B, B}, {P, B, P}, {B, P, B}, {B, B, B}};
 const std::vector<std::array<int, 3>> sizes{{1, 1, 1}, {2, 1, 3}, {3, 2, 1}, {17, 3, 2}, {19, 4, 5}, {67, 2, 2}};

@@ -9,6 +9,8 @@
 
 namespace dpde::codegen::testing {
 
+constexpr Topology P = Topology::periodic, B = Topology::bounded;
+
 class Reference {
  public:
   Reference(const loop::Module& module, Memory& memory, const Params& params) : module_(module), memory_(memory) {

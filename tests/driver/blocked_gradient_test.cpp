@@ -12,14 +12,12 @@
 namespace dpde::driver {
 namespace {
 
+using testing::grid;
+
 struct Case {
   std::string name, text;
   bool blocks = true;
 };
-
-std::string grid(const std::string& axis, int cells, bool periodic = true) {
-  return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
-}
 
 std::string task(const std::string& model, const std::string& scheme, const std::string& scene, const std::string& losses) {
   return model + "\nscheme s { " + scheme + " }\nscene go : m with s {\n" + scene + "time 0 .. 0.017, step 1e-3\n}\ntask t : go {\n" +

@@ -11,21 +11,19 @@
 namespace dpde::driver {
 namespace {
 
-struct Case {
+using testing::grid;
+
+struct BlockingCase {
   std::string name, text;
   bool blocks = true;
 };
-
-std::string grid(const std::string& axis, int cells, bool periodic) {
-  return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
-}
 
 std::string heat(const std::string& axes, const std::string& walls, const std::string& scheme) {
   return "model heat { field u; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*t - u*dx(u) }\nscheme s { " + scheme + " }\nscene go : heat with s {\n" +
          axes + walls + "kappa = 0.01\nq = 1 + x\ninitial u = 0\ntime 0 .. 1, step 1e-3\n}\n";
 }
 
-std::vector<Case> cases() {
+std::vector<BlockingCase> blocking_cases() {
   const std::string walls_y = "boundary u: y.low = 1, y.high = zero_gradient\n";
   // The reader of f needs rows below those for which f is computed.
   const std::string one_sided = "kernel a(u: field halo 1, out f: field) { f = 0.5*u[0, +1] + 0.4*u[+1, 0] + 0.1*u[-1, 0] }\n"
@@ -91,7 +89,7 @@ std::vector<double> states_after(Session& session, int block_steps, int threads,
   return values;
 }
 
-void expect_states_of_single_steps(const Case& example, Precision real) {
+void expect_states_of_single_steps(const BlockingCase& example, Precision real) {
   SCOPED_TRACE(example.name);
   const SourceFile source("blocking.dpde", example.text);
   DiagnosticSink sink;
@@ -108,11 +106,11 @@ void expect_states_of_single_steps(const Case& example, Precision real) {
 }
 
 TEST(Blocking, StatesAreThoseOfSingleSteps) {
-  for (const Case& example : cases()) expect_states_of_single_steps(example, Precision::f64);
+  for (const BlockingCase& example : blocking_cases()) expect_states_of_single_steps(example, Precision::f64);
 }
 
 TEST(Blocking, StatesAreThoseOfSingleStepsInSinglePrecision) {
-  for (const Case& example : cases()) expect_states_of_single_steps(example, Precision::f32);
+  for (const BlockingCase& example : blocking_cases()) expect_states_of_single_steps(example, Precision::f32);
 }
 
 /// How many steps a run does at once by itself.

@@ -69,4 +69,9 @@ inline void expect_certified(const std::string& text, bool second) {
   EXPECT_TRUE(certificate->second->passed());
 }
 
+/// Of square cells, 1/40 wide.
+inline std::string grid(const std::string& axis, int cells, bool periodic = true) {
+  return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
+}
+
 }  // namespace dpde::testing

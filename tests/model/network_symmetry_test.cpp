@@ -89,12 +89,12 @@ double distance(const Tensor& a, const Tensor& b) {
   return most;
 }
 
-struct Case {
+struct SymmetryCase {
   int rank, cells;
   std::string block;  // below the signature (u: vector, s, v: vector) -> vector
 };
 
-Network network_of(const Case& c, const std::string& symmetries) {
+Network network_of(const SymmetryCase& c, const std::string& symmetries) {
   std::string text = "model m { vector u, v; field s; dt(u) = n(u, s, v); dt(v) = 0*v; dt(s) = 0*s }\nscene r : m {\n";
   const char* sides[] = {", periodic", "", ", periodic"};
   for (int axis = 0; axis < c.rank; ++axis) text += "grid " + std::string(1, "xyz"[axis]) + " = 0 .. 1, cells " + std::to_string(c.cells) + (c.rank == 1 ? sides[1] : sides[0]) + "\n";
@@ -110,7 +110,7 @@ const std::string pointwise = "dense 7; tanh; dense out";
 
 /// The images by which the network commutes, and no others.
 template <class Member>
-void expect_equivariance(const Case& c, const std::string& symmetries, const Member& member) {
+void expect_equivariance(const SymmetryCase& c, const std::string& symmetries, const Member& member) {
   const Network network = network_of(c, symmetries);
   EXPECT_EQ(network::weight_count(network), network::weight_count(network_of(c, "")));
   const std::vector<bool> vectors{true, false, true};

@@ -27,7 +27,7 @@ scene b : m with second {
 task t : b with third { unknown k; minimise mean(u) }
 )";
 
-Problem with(const std::string& name, const std::map<std::string, std::string>& overrides,
+Problem overridden(const std::string& name, const std::map<std::string, std::string>& overrides,
              const std::string& scheme = "") {
   return problem_of(two_scenes, {name, overrides, scheme});
 }
@@ -50,8 +50,8 @@ TEST(Selection, NamesInOrder) {
 TEST(Selection, TheOnlyTaskElseTheOnlyScene) {
   EXPECT_EQ(problem_of(two_scenes).task->name, "t");
   EXPECT_EQ(problem_of(two_scenes).scene, "b");
-  EXPECT_EQ(with("a", {}).scene, "a");
-  EXPECT_FALSE(with("b", {}).task.has_value());
+  EXPECT_EQ(overridden("a", {}).scene, "a");
+  EXPECT_FALSE(overridden("b", {}).task.has_value());
   EXPECT_EQ(problem_of(text_with("u*w*k*c")).scene, "s");
   EXPECT_EQ(outcome_of(two_scenes, {"tt", {}, ""}).code_and_hint(), "E0318 did you mean t?");
   EXPECT_EQ(outcome_of(two_scenes, {"wave", {}, ""}).code_and_hint(), "E0318 known here: t, a, b");
@@ -60,16 +60,16 @@ TEST(Selection, TheOnlyTaskElseTheOnlyScene) {
 }
 
 TEST(Selection, WhichScheme) {
-  EXPECT_EQ(with("a", {}).scheme.name, "first");
-  EXPECT_EQ(with("b", {}).scheme.name, "second");
-  EXPECT_EQ(with("t", {}).scheme.name, "third");
-  EXPECT_EQ(with("t", {}, "first").scheme.name, "first");
+  EXPECT_EQ(overridden("a", {}).scheme.name, "first");
+  EXPECT_EQ(overridden("b", {}).scheme.name, "second");
+  EXPECT_EQ(overridden("t", {}).scheme.name, "third");
+  EXPECT_EQ(overridden("t", {}, "first").scheme.name, "first");
   EXPECT_EQ(problem_of(text_with("u*w*k*c")).scheme.name, "default");
   EXPECT_EQ(outcome_of(two_scenes, {"b", {}, "secnd"}).code_and_hint(), "E0318 did you mean second?");
 }
 
 TEST(Selection, WhatSchemesSay) {
-  const Scheme second = with("b", {}).scheme, third = with("t", {}).scheme,
+  const Scheme second = overridden("b", {}).scheme, third = overridden("t", {}).scheme,
                built_in = problem_of(text_with("u*w*k*c")).scheme;
   EXPECT_EQ(second.time, TimeScheme::rk2);
   EXPECT_EQ(second.advect, Advection::upwind);
@@ -84,15 +84,15 @@ TEST(Selection, WhatSchemesSay) {
 }
 
 TEST(Settings, ParametersAndNumbers) {
-  EXPECT_EQ(with("a", {{"k", "1/4"}}).find_param("k")->value, 0.25);
-  EXPECT_EQ(with("a", {{"step", "1/16"}}).steps, 16);
-  EXPECT_EQ(with("a", {{"end", "2"}}).steps, 16);
-  EXPECT_EQ(with("a", {{"end", "2"}, {"step", "0.5"}}).steps, 4);
+  EXPECT_EQ(overridden("a", {{"k", "1/4"}}).find_param("k")->value, 0.25);
+  EXPECT_EQ(overridden("a", {{"step", "1/16"}}).steps, 16);
+  EXPECT_EQ(overridden("a", {{"end", "2"}}).steps, 16);
+  EXPECT_EQ(overridden("a", {{"end", "2"}, {"step", "0.5"}}).steps, 4);
 }
 
 TEST(Settings, Cells) {
   const auto cells = [](const std::map<std::string, std::string>& overrides) {
-    const Problem p = with("a", overrides);
+    const Problem p = overridden("a", overrides);
     return std::vector<int>{p.axes[0].cells, p.axes[1].cells};
   };
   EXPECT_EQ(cells({}), (std::vector<int>{8, 4}));
@@ -102,17 +102,17 @@ TEST(Settings, Cells) {
 }
 
 TEST(Settings, SchemeKeys) {
-  EXPECT_EQ(with("a", {{"time", "rk2"}}).scheme.time, TimeScheme::rk2);
-  EXPECT_EQ(with("a", {{"advect", "semi_lagrangian"}}).scheme.advect, Advection::semi_lagrangian);
-  EXPECT_EQ(with("a", {{"advect", "maccormack"}}).scheme.advect, Advection::maccormack);
-  EXPECT_EQ(with("a", {{"advect", "central4"}}).scheme.advect_order, 4);
-  EXPECT_EQ(with("a", {{"advect", "upwind1"}}).scheme.advect, Advection::upwind);
-  EXPECT_EQ(with("a", {{"dx", "central(4)"}}).scheme.derivative_order, 4);
-  EXPECT_EQ(with("a", {{"lap", "central4"}}).scheme.laplacian_order, 4);
-  EXPECT_EQ(with("a", {{"real", "f64"}}).scheme.name, "first");
-  EXPECT_EQ(with("a", {}).scheme.real, Precision::f64);
-  EXPECT_EQ(with("a", {{"real", "f32"}}).scheme.real, Precision::f32);
-  EXPECT_NE(print(with("a", {{"real", "f32"}}).scheme).find("; real = f32 }"), std::string::npos);
+  EXPECT_EQ(overridden("a", {{"time", "rk2"}}).scheme.time, TimeScheme::rk2);
+  EXPECT_EQ(overridden("a", {{"advect", "semi_lagrangian"}}).scheme.advect, Advection::semi_lagrangian);
+  EXPECT_EQ(overridden("a", {{"advect", "maccormack"}}).scheme.advect, Advection::maccormack);
+  EXPECT_EQ(overridden("a", {{"advect", "central4"}}).scheme.advect_order, 4);
+  EXPECT_EQ(overridden("a", {{"advect", "upwind1"}}).scheme.advect, Advection::upwind);
+  EXPECT_EQ(overridden("a", {{"dx", "central(4)"}}).scheme.derivative_order, 4);
+  EXPECT_EQ(overridden("a", {{"lap", "central4"}}).scheme.laplacian_order, 4);
+  EXPECT_EQ(overridden("a", {{"real", "f64"}}).scheme.name, "first");
+  EXPECT_EQ(overridden("a", {}).scheme.real, Precision::f64);
+  EXPECT_EQ(overridden("a", {{"real", "f32"}}).scheme.real, Precision::f32);
+  EXPECT_NE(print(overridden("a", {{"real", "f32"}}).scheme).find("; real = f32 }"), std::string::npos);
 }
 
 TEST(Settings, Refusals) {

@@ -24,7 +24,7 @@ scene ring : advection with s {
 }
 )";
 
-const std::string heat = R"(
+const std::string heat_equation = R"(
 model heat { field u; param kappa; dt(u) = kappa*lap(u) }
 scheme s { lap = central(2); time = rk4 }
 scene rod : heat with s {
@@ -182,17 +182,17 @@ TEST(Order, SemiLagrangianIsExactAtWholeCourantNumbers) {
 
 TEST(Order, OfDiffusionInSpace) {
   const std::vector<Overrides> cells{{{"cells", "16"}}, {{"cells", "32"}}, {{"cells", "64"}}};
-  expect_order(heat, "rod", with({{"lap", "central2"}}, cells), 2, 1e-3);
-  expect_order(heat, "rod", with({{"lap", "central4"}}, cells), 4, 1e-5);
+  expect_order(heat_equation, "rod", with({{"lap", "central2"}}, cells), 2, 1e-3);
+  expect_order(heat_equation, "rod", with({{"lap", "central4"}}, cells), 4, 1e-5);
   const std::vector<Overrides> coarse{{{"cells", "10"}}, {{"cells", "20"}}, {{"cells", "40"}}};
-  expect_order(heat, "rod", with({{"lap", "central6"}}, coarse), 6, 1e-6);
-  expect_order(heat, "rod", with({{"lap", "central8"}}, coarse), 8, 1e-8);
+  expect_order(heat_equation, "rod", with({{"lap", "central6"}}, coarse), 6, 1e-6);
+  expect_order(heat_equation, "rod", with({{"lap", "central8"}}, coarse), 8, 1e-8);
 }
 
 TEST(Order, OfDiffusionIn2DAnd3DWithWalls) {
   const std::vector<Overrides> cells{{{"cells", "8"}}, {{"cells", "16"}}, {{"cells", "32"}}};
-  expect_order(heat, "plate", with({}, cells), 2, 2e-3);
-  expect_order(heat, "block", with({}, cells), 2, 2e-3);
+  expect_order(heat_equation, "plate", with({}, cells), 2, 2e-3);
+  expect_order(heat_equation, "block", with({}, cells), 2, 2e-3);
 }
 
 TEST(Order, OfAVectorOnOneTwoAndThreeAxes) {

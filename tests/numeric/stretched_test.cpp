@@ -130,7 +130,7 @@ TEST(Stretched, CourantStepsLookAtTheNarrowestCell) {
   EXPECT_NEAR(with_parts, whole, 1e-9 * whole);
 }
 
-const std::string basin = R"(
+const std::string stretched_basin = R"(
 model m { field u; param k; dt(u) = div((k + u^2)*grad(u)) }
 )" + scheme + R"(
 scene s : m with s {
@@ -146,20 +146,20 @@ task all : s { unknown initial u from 1; minimise integral(u) at t = 0 }
 )";
 
 TEST(Stretched, WhatFlowsInFluxFormIsConserved) {
-  const double before = task_gradient(basin, "before").loss, after = task_gradient(basin, "total").loss;
+  const double before = task_gradient(stretched_basin, "before").loss, after = task_gradient(stretched_basin, "total").loss;
   EXPECT_NEAR(after, before, 1e-13 * before);
   EXPECT_GT(std::abs(before - 1), 1e-2);
   // and with it the gradient of the total at the end by each cell at the start: the volume of the cell
-  const auto volumes = task_gradient(basin, "all").gradient.at("u"), kept = task_gradient(basin, "total").gradient.at("u");
+  const auto volumes = task_gradient(stretched_basin, "all").gradient.at("u"), kept = task_gradient(stretched_basin, "total").gradient.at("u");
   for (std::size_t i = 0; i < volumes.size(); ++i) EXPECT_NEAR(kept[i], volumes[i], 1e-13) << i;
 }
 
 TEST(Stretched, MeansWeighCellsByTheirVolume) {
-  EXPECT_NEAR(task_gradient(basin, "one").loss, 1, 4e-16);
-  EXPECT_NEAR(task_gradient(basin, "all").loss, 1, 4e-16);
-  for (const char* cells : {"1", "2", "3", "7"}) EXPECT_NEAR(task_gradient(basin, "one", {{"cells", cells}}).loss, 1, 4e-16) << cells;
+  EXPECT_NEAR(task_gradient(stretched_basin, "one").loss, 1, 4e-16);
+  EXPECT_NEAR(task_gradient(stretched_basin, "all").loss, 1, 4e-16);
+  for (const char* cells : {"1", "2", "3", "7"}) EXPECT_NEAR(task_gradient(stretched_basin, "one", {{"cells", cells}}).loss, 1, 4e-16) << cells;
   // integral(x^2) is 1/3 to the order of the rule of midpoints
-  std::string text = basin;
+  std::string text = stretched_basin;
   text.replace(text.find("from 1; minimise integral(u)"), 28, "from x^2; minimise integral(u)");
   const double coarse = task_gradient(text, "all", {{"cells", "16"}}).loss - 1.0 / 3, fine = task_gradient(text, "all", {{"cells", "32"}}).loss - 1.0 / 3;
   EXPECT_NEAR(std::log2(coarse / fine), 2, 0.1);

@@ -8,7 +8,7 @@
 namespace dpde::testing {
 namespace {
 
-std::string plate(const std::string& boundary, const std::string& cells = "6", const std::string& y = "cells 5, periodic", const std::string& rest = "") {
+std::string heated_plate(const std::string& boundary, const std::string& cells = "6", const std::string& y = "cells 5, periodic", const std::string& rest = "") {
   return "model m { field u; coefficient g, k; dt(u) = div(k*grad(u)) + g }\nscheme c { time = rk2 }\nscene s : m with c {\n"
          "  grid x = 0 .. 1, cells " + cells + "\n  grid y = 0 .. 1, " + y + "\n  g = cos(6.283185307179586*y)\n  k = 0.1 + 0.02*x\n" + boundary +
          "\n  initial u = x\n  time 0 .. 1/8, step 1/256\n" + rest + "}\n";
@@ -17,7 +17,7 @@ std::string plate(const std::string& boundary, const std::string& cells = "6", c
 TEST(WallCoefficient, IsThatOfTheCellAtTheWall) {
   const std::string by_name = "  boundary u: x.low = g*t, x.high = gradient(2*g)";
   const std::string spelled = "  boundary u: x.low = cos(6.283185307179586*y)*t, x.high = gradient(2*cos(6.283185307179586*y))";
-  const std::vector<double> named = run_scene(plate(by_name), "s").state.at("u"), written = run_scene(plate(spelled), "s").state.at("u");
+  const std::vector<double> named = run_scene(heated_plate(by_name), "s").state.at("u"), written = run_scene(heated_plate(spelled), "s").state.at("u");
   ASSERT_EQ(named.size(), 30u);
   for (std::size_t i = 0; i < named.size(); ++i) EXPECT_NEAR(named[i], written[i], 1e-14);
 }
@@ -27,7 +27,7 @@ TEST(WallCoefficient, DerivativesAreCertified) {
     for (const std::string y : {"cells 5, periodic", "cells 1", "cells 4"}) {
       const std::string ends = y == "cells 5, periodic" ? "" : ", y.low = g^2, y.high = mixed(1, 1, k*g)";
       SCOPED_TRACE(cells + " " + y);
-      expect_certified(plate("  boundary u: x.low = g*(1 + t), x.high = gradient(k*g)" + ends, cells, y) +
+      expect_certified(heated_plate("  boundary u: x.low = g*(1 + t), x.high = gradient(k*g)" + ends, cells, y) +
                            "task t : s {\n  unknown g from 0.5\n  unknown k\n  minimise mean(u^3)\n}\n", cells == "2");
     }
   }
@@ -42,7 +42,7 @@ TEST(WallCoefficient, HoldsOnStaggeredWalls) {
 }
 
 TEST(WallCoefficient, MayNotBeStaggeredNorAState) {
-  const SourceFile source("test.dpde", plate("  boundary u: x = u"));
+  const SourceFile source("test.dpde", heated_plate("  boundary u: x = u"));
   DiagnosticSink sink;
   EXPECT_FALSE(driver::compile(source, {}, sink));
   ASSERT_FALSE(sink.all().empty());

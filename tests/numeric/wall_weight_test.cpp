@@ -29,7 +29,7 @@ TEST(WallWeight, HasTheGradientOfTheClosedForm) {
   EXPECT_NEAR(result.gradient.at("b").at(0), 2 * end * dt * 2 * image_by_a(0, 1), 1e-14);
 }
 
-std::string plate(const std::string& boundary, const std::string& x, const std::string& y, const std::string& scheme) {
+std::string mixed_plate(const std::string& boundary, const std::string& x, const std::string& y, const std::string& scheme) {
   return "model m { field u; coefficient g; param a, b, A; dt(u) = 0.1*lap(u) - 0.2*u*dx(u) }\nscheme c { " + scheme + " }\nscene s : m with c {\n"
          "  grid x = 0 .. 1, cells " + x + "\n  grid y = 0 .. 1, cells " + y + "\n  a = 0.6\n  b = 0.3\n  A = 0.5\n  g = 1 + y\n" + boundary +
          "\n  initial u = 1 + x\n  time 0 .. 1/32, step 1/256\n}\n"
@@ -41,7 +41,7 @@ TEST(WallWeight, DerivativesAreCertified) {
     for (const std::string y : {"4, periodic", "1", "3"}) {
       SCOPED_TRACE(x + " x " + y);
       const std::string ends = y == "4, periodic" ? "" : ", y.low = mixed(1, A, a), y.high = A*x";
-      expect_certified(plate("  boundary u: x.low = mixed(a, b*(1 + t), g*A), x.high = mixed(1 + a^2, sin(b), 0.5)" + ends, x, y, "time = rk2"), x == "2" || y == "3");
+      expect_certified(mixed_plate("  boundary u: x.low = mixed(a, b*(1 + t), g*A), x.high = mixed(1 + a^2, sin(b), 0.5)" + ends, x, y, "time = rk2"), x == "2" || y == "3");
     }
   }
 }
@@ -49,7 +49,7 @@ TEST(WallWeight, DerivativesAreCertified) {
 /// Differences that reach over several halo cells, also beyond the far wall of few cells.
 TEST(WallWeight, DerivativesOfWideDifferencesAreCertified) {
   for (const std::string x : {"1", "2", "5"}) {
-    expect_certified(plate("  boundary u: x = mixed(a, b, A), y = mixed(b, 1, 0)", x, "3", "time = euler; dx = central(4); lap = central(4)"), true);
+    expect_certified(mixed_plate("  boundary u: x = mixed(a, b, A), y = mixed(b, 1, 0)", x, "3", "time = euler; dx = central(4); lap = central(4)"), true);
   }
 }
 

@@ -8,14 +8,10 @@
 
 #include "random/check_model.h"
 #include "random/random_model.h"
+#include "random/setting.h"
 
 namespace dpde::testing {
 namespace {
-
-std::uint64_t setting(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text ? std::strtoull(text, nullptr, 10) : otherwise;
-}
 
 /// Fails in the same way; what is refused, with the same code.
 std::string smallest(const Part& model, const ModelVerdict& verdict, const ModelChecks& checks) {

@@ -17,8 +17,6 @@ namespace {
 
 constexpr int longest_formula = 200;  // nodes
 
-bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
-
 /// Inside and interpolation are no part of formulas that hold away from walls.
 bool may_have_formula(const Kernel& kernel) {
   bool may = kernel.sums.empty() && kernel.scatters.empty();

@@ -13,6 +13,7 @@
 #include "random/check_program.h"
 #include "random/isolated.h"
 #include "random/shrink.h"
+#include "random/setting.h"
 #include "stencil/build.h"
 #include "support/derivative_check.h"
 
@@ -21,11 +22,6 @@ namespace {
 
 constexpr int programs_in_a_file = 20;
 constexpr double longest = 600, longest_trial = 20;  // seconds of a check, and of one while a program is made smaller
-
-std::uint64_t setting(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text ? std::strtoull(text, nullptr, 10) : otherwise;
-}
 
 /// The same failure of the smallest program that has it.
 std::string smallest(const RandomProgram& program, const Verdict& verdict, const Checks& checks) {

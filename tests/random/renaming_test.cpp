@@ -16,6 +16,7 @@
 #include "random/random_model.h"
 #include "random/random_program.h"
 #include "random/renaming.h"
+#include "random/setting.h"
 #include "source/render.h"
 #include "stencil/build.h"
 #include "stencil/from_ast.h"
@@ -28,11 +29,6 @@
 
 namespace dpde::testing {
 namespace {
-
-std::uint64_t setting(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text ? std::strtoull(text, nullptr, 10) : otherwise;
-}
 
 /// By the JIT and with all scenes; else by the interpreter, which compiles nothing.
 bool is_full() { return std::getenv("DPDE_RENAMED") != nullptr; }

@@ -8,49 +8,13 @@
 #include <vector>
 
 #include "stencil/build.h"
-#include "stencil/decisions.h"
 #include "stencil/passes/passes.h"
+#include "stencil/with_rounding.h"
 #include "support/split_mix.h"
 
 namespace dpde::testing {
 
 using namespace stencil;
-
-namespace {
-
-double largest(const Outcome& outcome) {
-  double result = 1;
-  for (const auto& [field, values] : outcome.fields) {
-    for (const double v : values) result = std::max(result, std::abs(v));
-  }
-  for (const auto& [sum, value] : outcome.sums) result = std::max(result, std::abs(value));
-  return result;
-}
-
-Expr with_rounding(const Expr& e, int& nodes, double phase) {
-  if (is_decision(e)) return e;
-  const Expr inner = map_children(e, [&](const Expr& child) { return with_rounding(child, nodes, phase); });
-  const bool rounds = std::holds_alternative<Binary>(e->kind) || std::holds_alternative<Call>(e->kind) || std::holds_alternative<Interp>(e->kind);
-  if (!rounds) return inner;
-  ++nodes;
-  const Expr place = 100.0 * nodes * access("x") + phase * nodes;
-  return inner * (1.0 + 1e-15 * call(Fn::sin, {place}));
-}
-
-}  // namespace
-
-Module with_rounding(Module module, double phase) {
-  int nodes = 0;
-  for (Kernel& kernel : module.kernels) {
-    const std::set<std::string> decisive = decisive_lets(kernel);
-    const std::vector<Let> lets = kernel.lets;
-    kernel = map_kernel(kernel, [&](const Expr& value) { return with_rounding(value, nodes, phase); });
-    for (std::size_t i = 0; i < lets.size(); ++i) {
-      if (decisive.contains(lets[i].name)) kernel.lets[i] = lets[i];
-    }
-  }
-  return module;
-}
 
 bool is_rounding(double error, const Module& module, const std::string& name, const Grid& grid, std::uint64_t seed) {
   if (error <= 1e-11) return true;
@@ -64,6 +28,15 @@ bool is_rounding(double error, const Module& module, const std::string& name, co
     rounding = std::max(rounding, one);
   }
   return error <= 10 * rounding;
+}
+
+double largest(const Outcome& outcome) {
+  double result = 1;
+  for (const auto& [field, values] : outcome.fields) {
+    for (const double v : values) result = std::max(result, std::abs(v));
+  }
+  for (const auto& [sum, value] : outcome.sums) result = std::max(result, std::abs(value));
+  return result;
 }
 
 void add_to(Variants& variants, const Module& module, const std::string& program) {

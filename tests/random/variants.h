@@ -23,16 +23,14 @@ void add_to(Variants& variants, const stencil::Module& module, const std::string
 /// Fields between 0.5 and 1.5, params between 0.2 and 0.8, spacings around 1; two steps, as the halo of a swapped state is filled between.
 RunInputs inputs_for(const stencil::Module& module, const std::string& program, const stencil::Grid& grid, std::uint64_t seed);
 
+/// The largest value, or 1.
+double largest(const Outcome& outcome);
+
 /// The largest difference relative to the largest value (or 1); infinite where a value is missing or not a number.
 double distance(const Outcome& got, const Outcome& wanted);
 
 /// What code is generated from: after all passes, or as it is.
 stencil::Module lowered(stencil::Module module, bool with_passes);
-
-/// The module with the result of every operation off by up to 1e-15 of it, otherwise at each node and place: how far its
-/// results are from those of the module measures how it amplifies rounding (stochastic arithmetic, as in CADNA). Operands of decisions
-/// are as they were: all back ends compute them as they are written, so what a tie decides is no matter of rounding.
-stencil::Module with_rounding(stencil::Module module, double phase = 1.7);
 
 /// Whether `error`, of another order of the operations of `program`, may be rounding: below 1e-11, or ten times what
 /// with_rounding() makes of it. Products of what two steps have made grow to some millions, and a sine of that has as many

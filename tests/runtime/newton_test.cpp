@@ -31,7 +31,7 @@ TEST(NewtonCg, SolvesAQuadraticInFewSteps) {
   EXPECT_GT(result.hessian_products, 0);
 }
 
-double rosenbrock(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
+double rosenbrock_with_hessian(const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
   const double a = 1 - x[0], b = x[1] - x[0] * x[0];
   gradient[0] = -2 * a - 400 * x[0] * b;
   gradient[1] = 200 * b;
@@ -47,7 +47,7 @@ void rosenbrock_hessian(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eige
 TEST(NewtonCg, FollowsTheValleyOfRosenbrock) {
   Eigen::VectorXd start(2);
   start << -1.2, 1.0;
-  const OptimiseResult result = minimise(NewtonCg{}, rosenbrock, rosenbrock_hessian, start, 100, {}, 1e-10);
+  const OptimiseResult result = minimise(NewtonCg{}, rosenbrock_with_hessian, rosenbrock_hessian, start, 100, {}, 1e-10);
   EXPECT_NEAR(result.x[0], 1, 1e-9);
   EXPECT_NEAR(result.x[1], 1, 1e-9);
   EXPECT_LT(result.iterations, 40);

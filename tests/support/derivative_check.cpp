@@ -84,7 +84,7 @@ class Checker {
   }
 
   Check check() {
-    const Results dots = run_tangent();
+    const Results dots = run_tangent(primal_);
     Check result;
     against_differences(dots, result);
     double forward = 0, magnitude = 0;
@@ -119,8 +119,7 @@ class Checker {
   double draw_one(double low, double high) { return random_.uniform(low, high); }
 
   /// Result dots under the primal names of the results.
-  Results run_tangent() {
-    Run run = primal_;
+  Results run_tangent(Run run) {
     for (const auto& [field, d] : direction_.fields) run.fields[*tangent_.field(field)] = d;
     for (const auto& [name, d] : direction_.params) run.params[*tangent_.param(name)] = d;
     const Results raw = run_program(tangent_.module, tangent_.program, grid_, run);
@@ -168,10 +167,28 @@ class Checker {
       for (size_t i = 0; i < before.size(); ++i) spread = std::max(spread, std::abs(differences[i] - before[i]));
       if (!before.empty()) result.spread = std::min(result.spread, spread / largest);
       before = std::move(differences);
+      result.change = change_over(h, dots) / largest;
     }
   }
 
-  Results displaced(double h) {
+  /// The largest change of J d between here and half a step up or down. A wave far shorter than the step has differences of its
+  /// bounded height alone, while its slope changes by all of itself.
+  double change_over(double h, const Results& dots) {
+    double change = 0;
+    const auto add = [&](double there, double here) { change = std::max(change, std::abs(there - here)); };
+    for (const double part : {-0.5, 0.5}) {
+      const Results there = run_tangent(at(part * h));
+      for (const auto& [field, values] : dots.fields) {
+        for (size_t i = 0; i < values.size(); ++i) add(there.fields.at(field)[i], values[i]);
+      }
+      for (const auto& [sum, value] : dots.sums) add(there.sums.at(sum), value);
+    }
+    return change;
+  }
+
+  Results displaced(double h) { return run_program(module_, program_.name, grid_, at(h)); }
+
+  Run at(double h) const {
     Run run = primal_;
     for (const auto& [field, d] : direction_.fields) {
       for (size_t i = 0; i < d.size(); ++i) run.fields[field][i] += h * d[i];
@@ -180,7 +197,7 @@ class Checker {
     for (auto& [name, weights] : run.weights) {
       for (size_t i = 0; i < weights.rates.size(); ++i) weights.values[i] += h * weights.rates[i];
     }
-    return run_program(module_, program_.name, grid_, run);
+    return run;
   }
 
   double run_adjoint(const Run& seeded, double& magnitude) {

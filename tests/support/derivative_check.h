@@ -20,6 +20,7 @@ struct Check {
   double finite_difference = 0;  // largest |J d - central difference| relative to the largest |J d| (or 0.1)
   double bend = 0;             // the difference of the one-sided differences, likewise: large where a kink is crossed
   double spread = INFINITY;    // the least difference of central differences by two steps, likewise: large where none is exact
+  double change = 0;           // of J d over the smallest step, likewise: large where no step resolves the function
   double forward = 0, reverse = 0;  // <w, J d> and <J^T w, d>
   double magnitude = 0;        // |<w, J d>|: a check of zeros checks nothing
 };

@@ -8,7 +8,7 @@ namespace dpde::ast {
 namespace {
 
 template <class Block>
-Block only_block(const std::string& text) {
+Block only_network_block(const std::string& text) {
   const SourceFile source("t.dpde", text);
   DiagnosticSink sink;
   const File file = parse(source, sink);
@@ -34,7 +34,7 @@ TEST(Networks, AsLayers) {
       "  conv out, 5, gain = 0.01, initial = zero\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
-  const Network network = only_block<Network>(text);
+  const Network network = only_network_block<Network>(text);
   ASSERT_EQ(network.inputs.size(), 2u);
   EXPECT_TRUE(network.inputs[0].vector);
   EXPECT_FALSE(network.inputs[1].vector);
@@ -67,7 +67,7 @@ TEST(Networks, WithSymmetriesAndSharedWeights) {
       "  repeat 2 shared { conv 3, 3; relu }\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
-  const Network network = only_block<Network>(text);
+  const Network network = only_network_block<Network>(text);
   const auto& parts = std::get<SymmetryItem>(network.items.at(0).kind).parts;
   ASSERT_EQ(parts.size(), 6u);
   EXPECT_FALSE(parts[0].axis);
@@ -91,7 +91,7 @@ TEST(Networks, AsValues) {
       "  out = conv(v2, out, 1)\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
-  const Network network = only_block<Network>(text);
+  const Network network = only_network_block<Network>(text);
   EXPECT_EQ(network.input_channels, 3);
   EXPECT_EQ(network.output_channels, 2);
   EXPECT_TRUE(network.inputs.empty() && network.outputs.empty());
@@ -151,7 +151,7 @@ TEST(Statements, OfNetworks) {
       "  }\n"
       "}\n";
   EXPECT_EQ(formatted(text), text);
-  const Program program = only_block<Program>(text);
+  const Program program = only_network_block<Program>(text);
   const auto& value = std::get<ApplyItem>(program.items[0].kind);
   EXPECT_EQ(value.mode, ApplyItem::Mode::value);
   EXPECT_EQ(value.network.name, "corrector");

@@ -20,8 +20,6 @@ using namespace stencil;
 
 namespace {
 
-bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
-
 /// Writes the reverse part of the adjoint program, statement by statement.
 class Reversal {
  public:

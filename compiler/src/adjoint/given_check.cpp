@@ -14,6 +14,7 @@
 #include "stencil/given.h"
 #include "stencil/interpret.h"
 #include "stencil/print_stencil.h"
+#include "stencil/with_rounding.h"
 
 namespace dpde::adjoint {
 
@@ -28,8 +29,6 @@ constexpr std::size_t longest_hint = 200;
 
 /// Where inputs are drawn from: functions may have no value for some, and other branches for others.
 constexpr std::array<std::array<double, 2>, 4> input_ranges{{{0.5, 1.5}, {-1.5, 1.5}, {5, 15}, {-15, -5}}};
-
-bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
 
 /// Walls that leave nothing to chance: what lies beyond is neither the cell's value nor minus that, but a third or a fifth of it.
 AxisBoundary walls(int axis, Topology topology) {
@@ -82,6 +81,10 @@ struct Products {
   }
 };
 
+Derivative rounded(const Derivative& exact, double phase) {
+  return {with_rounding(exact.module, phase), exact.program, exact.links, exact.is_adjoint};
+}
+
 constexpr double spacing = 0.3;  // of the cells, where nobody says more
 
 /// A program with its derivatives by one input.
@@ -101,7 +104,7 @@ class Comparison {
     draw_params(range, known, random);
     direction_ = draw({-1, 1}, random);
     draw_seeds(random);
-    Products result = products();
+    Products result = products(tangent_, adjoint_);
     if (std::isfinite(result.forward - result.reverse) && result.error() > largest_error) result.rounding = rounding(random);
     return result;
   }
@@ -114,41 +117,42 @@ class Comparison {
     for (const std::string& sum : interface_.sums) sum_seeds_[sum] = draw_one({-1, 1}, random);
   }
 
-  Products products() {
+  Products products(const Derivative& tangent, const Derivative& adjoint) {
     Products result;
     const bool is_field = inputs_.contains(input_);
     const std::vector<double>& direction = direction_;
-    State forward = start(tangent_);
-    if (is_field) forward.set(*tangent_.field(input_), direction);
-    if (!is_field) params_[*tangent_.param(input_)] = direction.front();
-    const std::map<std::string, double> rates = interpret(tangent_.module, *tangent_.module.find_program(tangent_.program), forward, params_);
-    State back = start(adjoint_);
+    State forward = start(tangent);
+    if (is_field) forward.set(*tangent.field(input_), direction);
+    if (!is_field) params_[*tangent.param(input_)] = direction.front();
+    const std::map<std::string, double> rates = interpret(tangent.module, *tangent.module.find_program(tangent.program), forward, params_);
+    State back = start(adjoint);
     for (const std::string& result_field : program_.keeps) {
-      const std::string *const rate = tangent_.field(result_field), *const bar = adjoint_.field(result_field);
+      const std::string *const rate = tangent.field(result_field), *const bar = adjoint.field(result_field);
       if (rate == nullptr) continue;
       const std::vector<double>& seed = seeds_.at(result_field);
       if (bar != nullptr) back.set(*bar, seed);
       add(seed, forward.get(*rate), result.forward, result.scale);
     }
     for (const std::string& sum : interface_.sums) {
-      const std::string *const dot = tangent_.sum(sum), *const bar = adjoint_.sum(sum);
+      const std::string *const dot = tangent.sum(sum), *const bar = adjoint.sum(sum);
       const auto rate = dot != nullptr ? rates.find(*dot) : rates.end();
       if (rate == rates.end()) continue;
       const double seed = sum_seeds_.at(sum);
       if (bar != nullptr) params_[*bar] = seed;
       add({seed}, {rate->second}, result.forward, result.scale);
     }
-    const auto sums = interpret(adjoint_.module, *adjoint_.module.find_program(adjoint_.program), back, params_);
+    const auto sums = interpret(adjoint.module, *adjoint.module.find_program(adjoint.program), back, params_);
     if (is_field) {
-      add(direction, back.get(*adjoint_.field(input_)), result.reverse, result.scale);
+      add(direction, back.get(*adjoint.field(input_)), result.reverse, result.scale);
     } else {
-      const auto sum = sums.find(*adjoint_.param(input_));
+      const auto sum = sums.find(*adjoint.param(input_));
       add({direction.front()}, {sum == sums.end() ? 0.0 : sum->second}, result.reverse, result.scale);
     }
     return result;
   }
 
-  /// From inputs, parameters, direction and seeds moved by roundings.
+  /// From inputs, parameters, direction, seeds and the results of all operations moved by roundings: (-1 + 1e-13)*d + d keeps
+  /// three digits, and rounds in the same way for all d close by.
   double rounding(std::mt19937_64& random) {
     constexpr double epsilon = 0x1p-52, most_roundings = 1e7;  // as terms of differences of high order have
     const Comparison as_drawn = *this;
@@ -166,7 +170,8 @@ class Comparison {
         for (auto& [name, value] : *scalars) nudge({&value, 1}, epsilon, random);
       }
       nudge(near.direction_, epsilon, random);
-      const Products both = near.products();
+      const double phase = draw_one({1, 10}, random);
+      const Products both = near.products(rounded(tangent_, phase), rounded(adjoint_, phase + 1));
       return TwoWays{both.forward, both.reverse};
     };
     return rounding_between(nudged, most_roundings * epsilon * size);

@@ -30,16 +30,13 @@
 #include "stencil/print_stencil.h"
 #include "stencil/verify_stencil.h"
 #include "support/assert.h"
+#include "support/contains.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
 
 namespace dpde::driver {
 
 namespace {
-
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 /// Tells the observer and reports broken invariants; false when there are some.
 class Stages {

@@ -14,7 +14,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view magic = "dpderst2";
+constexpr std::string_view restart_magic = "dpderst2";
 
 std::uint64_t hash_of(std::string_view bytes) { return hash_bytes(bytes.data(), bytes.size()); }
 
@@ -150,7 +150,7 @@ bool save_restart(const std::filesystem::path& path, const Restart& restart, Dia
   out.number(static_cast<std::int64_t>(restart.states.size()));
   for (const std::vector<double>& state : restart.states) out.values(state);
   out.text(restart.record);
-  return write_file(path, sealed(std::string(magic) + out.bytes()), sink);
+  return write_file(path, sealed(std::string(restart_magic) + out.bytes()), sink);
 }
 
 std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity, DiagnosticSink& sink) {
@@ -161,8 +161,8 @@ std::optional<Restart> load_restart(const std::filesystem::path& path, const Run
     return std::nullopt;
   };
   const std::optional<std::string_view> content = unsealed(*bytes);
-  if (!content || !content->starts_with(magic)) return damaged();
-  ByteReader in(content->substr(magic.size()));
+  if (!content || !content->starts_with(restart_magic)) return damaged();
+  ByteReader in(content->substr(restart_magic.size()));
   Restart restart;
   for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
     const std::string name = in.text();

@@ -15,7 +15,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view magic = "dpdetrn2";
+constexpr std::string_view training_magic = "dpdetrn2";
 constexpr std::array<std::string_view, 14> names_of_options{"task", "length of windows", "optimiser", "rate", "momentum", "decay", "clip", "batch", "seed", "unroll", "cut", "noise", "validate", "number of epochs"};
 
 std::vector<double> numbers_in(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
@@ -137,7 +137,7 @@ std::string Trainer::save() const {
     out.text(value);
   }
   write(out, state_);
-  return sealed(std::string(magic) + out.bytes());
+  return sealed(std::string(training_magic) + out.bytes());
 }
 
 bool Trainer::restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink) {
@@ -146,8 +146,8 @@ bool Trainer::restore(std::string_view bytes, const std::string& file, Diagnosti
     return false;
   };
   const std::optional<std::string_view> content = unsealed(bytes);
-  if (!content || !content->starts_with(magic)) return damaged();
-  ByteReader in(content->substr(magic.size()));
+  if (!content || !content->starts_with(training_magic)) return damaged();
+  ByteReader in(content->substr(training_magic.size()));
   const RunIdentity wanted = identity();
   if (in.number() != static_cast<std::int64_t>(wanted.size())) return damaged();
   for (const auto& [name, value] : wanted) {

@@ -11,7 +11,7 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view magic = "dpdetrl2";  // then of each trial its seconds, and its checkpoint with its length and its own checksum
+constexpr std::string_view trials_magic = "dpdetrl2";  // then of each trial its seconds, and its checkpoint with its length and its own checksum
 constexpr std::string_view without_seconds = "dpdetrls";
 
 }  // namespace
@@ -66,20 +66,20 @@ std::string Trials::save() const {
   };
   for (const Trial& trial : trials_) add(trial.cpu_seconds, trial.trainer->save());
   for (const Kept& kept : kept_) add(kept.cpu_seconds, kept.checkpoint);
-  return std::string(magic) + out.bytes();
+  return std::string(trials_magic) + out.bytes();
 }
 
 namespace {
 
 /// nullopt when it is damaged. Older files do not know the seconds.
 std::optional<std::vector<std::pair<double, std::string>>> parts_of(std::string_view bytes) {
-  const bool has_seconds = bytes.starts_with(magic);
+  const bool has_seconds = bytes.starts_with(trials_magic);
   std::vector<std::pair<double, std::string>> parts;
   if (!has_seconds && !bytes.starts_with(without_seconds)) {
     parts.emplace_back(std::nan(""), bytes);
     return parts;
   }
-  ByteReader in(bytes.substr(magic.size()));
+  ByteReader in(bytes.substr(trials_magic.size()));
   for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) {
     const std::vector<double> seconds = has_seconds ? in.values() : std::vector<double>{std::nan("")};
     if (seconds.size() != 1) return std::nullopt;

@@ -91,6 +91,19 @@ void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> w
   });
 }
 
+namespace {
+
+/// A run that blows up has no loss; the training names the window.
+double finite_or_nan(const std::function<double()>& loss) {
+  try {
+    return loss();
+  } catch (const NotFinite&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+}  // namespace
+
 /// Many windows go some at a time, so that not all their gradients are there at once.
 WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd* gradient) {
   constexpr std::size_t at_once = 64;
@@ -102,7 +115,7 @@ WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<co
   for (std::size_t first = 0; first < windows.size(); first += at_once) {
     const std::size_t count = std::min(windows.size() - first, at_once);
     for_each(x, windows.subspan(first, count), noise, first, [&](Simulation& simulation, std::size_t i) {
-      losses[i] = gradient != nullptr ? simulation.gradient() : simulation.loss();
+      losses[i] = finite_or_nan([&] { return gradient != nullptr ? simulation.gradient() : simulation.loss(); });
       if (gradient != nullptr) gradients_[i] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
     });
     for (std::size_t i = 0; i < count; ++i) {

@@ -16,8 +16,6 @@ namespace dpde::model {
 
 namespace {
 
-constexpr std::string_view axis_names[] = {"x", "y", "z"};
-
 bool is_comparison(BinaryOp op) { return precedence(op) == precedence(BinaryOp::less); }
 bool is_logical(BinaryOp op) { return op == BinaryOp::logical_and || op == BinaryOp::logical_or; }
 bool is_condition(const Expr& e) {
@@ -67,7 +65,7 @@ class Verifier {
     demand(!problem_.axes.empty() && problem_.axes.size() <= 3, fmt::format("{} axes", problem_.axes.size()));
     for (std::size_t i = 0; i < problem_.axes.size() && i < 3; ++i) {
       const Axis& axis = problem_.axes[i];
-      demand(axis.name == axis_names[i], fmt::format("axis {} is called {}", i, axis.name));
+      demand(axis.name == std::string(1, "xyz"[i]), fmt::format("axis {} is called {}", i, axis.name));
       demand(axis.cells >= 1, fmt::format("axis {} has {} cells", axis.name, axis.cells));
       demand(std::isfinite(axis.low) && std::isfinite(axis.high) && axis.low < axis.high,
              fmt::format("axis {} reaches from {} to {}", axis.name, axis.low, axis.high));

@@ -130,6 +130,8 @@ Expr access(std::string field, Offset offset) { return make(Access{std::move(fie
 Expr inside(Offset offset, int grow) { return make(Inside{offset, grow}); }
 Expr interp(Interp value) { return make(std::move(value)); }
 
+bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
+
 bool is_literal(const Expr& e) { return as<Literal>(e) != nullptr; }
 bool is_literal(const Expr& e, double value) {
   const Literal* literal = as<Literal>(e);

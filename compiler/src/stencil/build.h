@@ -31,6 +31,9 @@ Expr select(const Expr& condition, const Expr& yes, const Expr& no);
 bool is_literal(const Expr& e);
 bool is_literal(const Expr& e, double value);
 
+/// The fields of coordinates, see stencil.h.
+bool is_coordinate(const std::string& field);
+
 /// Rebuilds `e` with `f` applied to each direct child (leaves come back unchanged), through the constructors above.
 Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f);
 /// Calls `f` on each direct child.

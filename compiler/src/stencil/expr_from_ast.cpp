@@ -16,12 +16,12 @@ std::vector<std::string> callable_names() {
   return names;
 }
 
+}  // namespace
+
 std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
   const std::string nearest = nearest_name(name, candidates);
   return nearest.empty() ? "" : fmt::format("did you mean {}?", nearest);
 }
-
-}  // namespace
 
 bool check_distance(int cells, int least, SourceRange range, DiagnosticSink& sink) {
   if (cells >= least && cells <= max_distance) return true;

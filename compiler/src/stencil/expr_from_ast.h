@@ -15,6 +15,9 @@ namespace dpde::stencil {
 /// Offsets and grown regions beyond this are errors: every cell of them is memory around each field.
 constexpr int max_distance = 1000;
 
+/// A hint; empty where no candidate is near.
+std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates);
+
 class ExprReader {
  public:
   explicit ExprReader(DiagnosticSink& sink) : sink_(sink) {}

@@ -23,11 +23,6 @@ namespace {
 
 constexpr std::string_view axis_names = "xyz";
 
-std::string did_you_mean(const std::string& name, const std::vector<std::string>& candidates) {
-  const std::string nearest = nearest_name(name, candidates);
-  return nearest.empty() ? "" : fmt::format("did you mean {}?", nearest);
-}
-
 bool is_name(const ast::Expr& e, std::string_view name) {
   const auto* found = std::get_if<ast::Name>(&e->kind);
   return found && found->name == name;

@@ -15,22 +15,22 @@ namespace {
 constexpr double zero_below = 1e-9;  // times the scale
 constexpr int largest_power = 64;    // that is multiplied out
 
-Coefficient exact(double value) { return {value, std::abs(value)}; }
-Coefficient operator-(const Coefficient& a) { return {-a.value, a.scale}; }
-Coefficient operator+(const Coefficient& a, const Coefficient& b) { return {a.value + b.value, a.scale + b.scale}; }
-Coefficient operator-(const Coefficient& a, const Coefficient& b) { return a + -b; }
-Coefficient operator*(const Coefficient& a, const Coefficient& b) {
+LaurentTerm exact(double value) { return {value, std::abs(value)}; }
+LaurentTerm operator-(const LaurentTerm& a) { return {-a.value, a.scale}; }
+LaurentTerm operator+(const LaurentTerm& a, const LaurentTerm& b) { return {a.value + b.value, a.scale + b.scale}; }
+LaurentTerm operator-(const LaurentTerm& a, const LaurentTerm& b) { return a + -b; }
+LaurentTerm operator*(const LaurentTerm& a, const LaurentTerm& b) {
   return {a.value * b.value, std::abs(a.value) * b.scale + std::abs(b.value) * a.scale};
 }
-Coefficient operator/(const Coefficient& a, const Coefficient& b) {
+LaurentTerm operator/(const LaurentTerm& a, const LaurentTerm& b) {
   const double ratio = a.value / b.value;
   return {ratio, (a.scale + std::abs(ratio) * b.scale) / std::abs(b.value)};
 }
 /// f(a), where f has this slope.
-Coefficient of_function(double value, double slope, const Coefficient& a) { return {value, std::abs(value) + std::abs(slope) * a.scale}; }
+LaurentTerm of_function(double value, double slope, const LaurentTerm& a) { return {value, std::abs(value) + std::abs(slope) * a.scale}; }
 
 /// The coefficient of h^power, one that is known.
-Coefficient at(const Laurent& s, int power) { return power < s.low ? Coefficient{} : s.terms[static_cast<std::size_t>(power - s.low)]; }
+LaurentTerm at(const Laurent& s, int power) { return power < s.low ? LaurentTerm{} : s.terms[static_cast<std::size_t>(power - s.low)]; }
 
 /// Without leading coefficients that are 0.
 Laurent from_first(const Laurent& s) {
@@ -50,14 +50,14 @@ Laurent taylor(const Laurent& s) {
 Laurent weighted_slope(const Laurent& s) {
   Laurent result = s;
   for (int power = s.low; power < s.end(); ++power) {
-    Coefficient& term = result.terms[static_cast<std::size_t>(power - s.low)];
+    LaurentTerm& term = result.terms[static_cast<std::size_t>(power - s.low)];
     term = exact(power) * term;
   }
   return result;
 }
 
 /// The series that begins with `first` and has h*y' = slope.
-Laurent integral(const Coefficient& first, const Laurent& slope) {
+Laurent integral(const LaurentTerm& first, const Laurent& slope) {
   Laurent result{0, {first}};
   for (int power = 1; power < slope.end(); ++power) result.terms.push_back(at(slope, power) / exact(power));
   return result;
@@ -69,7 +69,7 @@ Laurent exponential(const Laurent& exponent) {
   const double value = std::exp(s.terms[0].value);
   Laurent y{0, {of_function(value, value, s.terms[0])}};
   for (int n = 1; n < s.end(); ++n) {
-    Coefficient sum;
+    LaurentTerm sum;
     for (int k = 1; k <= n; ++k) sum = sum + exact(k) * at(s, k) * at(y, n - k);
     y.terms.push_back(sum / exact(n));
   }
@@ -91,9 +91,9 @@ std::pair<Laurent, Laurent> circle(const Laurent& angle) {
   Laurent sine{0, {of_function(std::sin(first), std::cos(first), s.terms[0])}};
   Laurent cosine{0, {of_function(std::cos(first), std::sin(first), s.terms[0])}};
   for (int n = 1; n < s.end(); ++n) {
-    Coefficient of_sine, of_cosine;
+    LaurentTerm of_sine, of_cosine;
     for (int k = 1; k <= n; ++k) {
-      const Coefficient slope = exact(k) * at(s, k);
+      const LaurentTerm slope = exact(k) * at(s, k);
       of_sine = of_sine + slope * at(cosine, n - k);
       of_cosine = of_cosine - slope * at(sine, n - k);
     }
@@ -121,7 +121,7 @@ Laurent number_power(const Laurent& base, double p) {
 
 /// Of a series from h^0 on.
 bool is_number(const Laurent& s) {
-  return std::all_of(s.terms.begin() + 1, s.terms.end(), [](const Coefficient& c) { return c.scale == 0; });
+  return std::all_of(s.terms.begin() + 1, s.terms.end(), [](const LaurentTerm& c) { return c.scale == 0; });
 }
 
 Laurent arc_sine(const Laurent& argument) {
@@ -148,13 +148,13 @@ Laurent rounded_down(const Laurent& argument) {
 
 }  // namespace
 
-bool Coefficient::is_zero() const { return !(std::abs(value) > zero_below * scale); }
+bool LaurentTerm::is_zero() const { return !(std::abs(value) > zero_below * scale); }
 
 /// So far down that sums with it know nothing either.
 Laurent no_series() { return {-1000000, {}}; }
 
 Laurent monomial(double value, int power) {
-  Laurent s{power, std::vector<Coefficient>(laurent_terms)};
+  Laurent s{power, std::vector<LaurentTerm>(laurent_terms)};
   s.terms[0] = exact(value);
   return s;
 }
@@ -173,7 +173,7 @@ int sign_of(const Laurent& s) {
 
 Laurent operator-(const Laurent& a) {
   Laurent result = a;
-  for (Coefficient& term : result.terms) term = -term;
+  for (LaurentTerm& term : result.terms) term = -term;
   return result;
 }
 
@@ -189,7 +189,7 @@ Laurent operator*(const Laurent& a, const Laurent& b) {
   if (!a.is_known() || !b.is_known()) return no_series();
   Laurent result{a.low + b.low, {}};
   for (std::size_t n = 0; n < std::min(a.terms.size(), b.terms.size()); ++n) {
-    Coefficient sum;
+    LaurentTerm sum;
     for (std::size_t k = 0; k <= n; ++k) sum = sum + a.terms[k] * b.terms[n - k];
     result.terms.push_back(sum);
   }
@@ -201,7 +201,7 @@ Laurent operator/(const Laurent& a, const Laurent& b) {
   if (!a.is_known() || !bottom.is_known()) return no_series();
   Laurent result{a.low - bottom.low, {}};
   for (std::size_t n = 0; n < std::min(a.terms.size(), bottom.terms.size()); ++n) {
-    Coefficient rest = a.terms[n];
+    LaurentTerm rest = a.terms[n];
     for (std::size_t k = 1; k <= n; ++k) rest = rest - bottom.terms[k] * result.terms[n - k];
     result.terms.push_back(rest / bottom.terms[0]);
   }

@@ -10,7 +10,7 @@
 
 namespace dpde::stencil {
 
-struct Coefficient {
+struct LaurentTerm {
   double value = 0;
   double scale = 0;  // of what it came of; its error is rounding times that
   bool is_zero() const;
@@ -20,7 +20,7 @@ struct Coefficient {
 /// or exp(1/h), and all that is made of it.
 struct Laurent {
   int low = 0;
-  std::vector<Coefficient> terms;
+  std::vector<LaurentTerm> terms;
   int end() const { return low + static_cast<int>(terms.size()); }
   bool is_known() const { return !terms.empty(); }
 };

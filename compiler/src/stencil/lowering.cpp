@@ -18,8 +18,6 @@ const std::set<std::string>& names_of_the_scene() {
   return names;
 }
 
-bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
-
 bool is_read_beyond_the_cell(const Signature::Read& read) {
   if (read.interpolated) return true;
   for (const int width : read.halo) {

@@ -139,7 +139,7 @@ class Sample {
       for (std::size_t axis = 0; axis < offset.size(); ++axis) way += offset[axis] * wave.slope[axis];
       double term = wave.height;
       for (int power = 0; power < laurent_terms; ++power) {
-        Coefficient& sum = result.terms[static_cast<std::size_t>(power)];
+        LaurentTerm& sum = result.terms[static_cast<std::size_t>(power)];
         sum = {sum.value + term, sum.scale + std::abs(term)};
         term *= way / (power + 1);
       }

@@ -10,6 +10,7 @@
 #include "stencil/build.h"
 #include "stencil/given.h"
 #include "support/assert.h"
+#include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -129,10 +130,6 @@ bool shows_axes(const Kernel& kernel) {
     return e;
   });
   return shown;
-}
-
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 void add_params_of_formulas(const Kernel& kernel, std::vector<std::string>& params) {

@@ -49,13 +49,13 @@ ItemKind parse_branch(Cursor& cursor) {
   return item;
 }
 
-ItemKind parse_repeated(Cursor& cursor) {
+ItemKind parse_repeated_layers(Cursor& cursor) {
   BlockRule rule = network_rule();
   rule.name = "repeat";
   return parse_repeat(cursor, rule, "shared");
 }
 
-ItemKind parse_value(Cursor& cursor) {
+ItemKind parse_layer_value(Cursor& cursor) {
   auto [name, value] = parse_definition(cursor, "a name");
   return LetItem{std::move(name), std::move(value)};
 }
@@ -152,10 +152,10 @@ BlockRule network_rule() {
            {"symmetric", parse_symmetries},
            {"real", parse_real},
            {"host", parse_host},
-           {"repeat", parse_repeated},
+           {"repeat", parse_repeated_layers},
            {"residual", parse_branch<BranchItem::Join::add>},
            {"skip", parse_branch<BranchItem::Join::concat>},
-           {"let", parse_value}},
+           {"let", parse_layer_value}},
           {begins_layer, parse_layer, "a layer such as conv 32, 5"}};
 }
 

@@ -12,8 +12,6 @@
 namespace dpde::nn {
 namespace {
 
-constexpr int64_t line_bytes = 64;
-
 /// `f(field pointer, place in the row of the plane, count)` for pieces of rows that are whole in both.
 template <class Field, class Real, class F>
 void for_each_piece(const Ports& ports, Field* field, const Shape& shape, Real* plane, const F& f) {

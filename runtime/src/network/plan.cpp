@@ -6,13 +6,12 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "aligned_memory.h"
 #include "convolution_plan.h"
 #include "dpde/runtime/error.h"
 
 namespace dpde::nn {
 namespace {
-
-constexpr int64_t line_bytes = 64;
 
 /// Refuses what is broken; the compiler makes nothing of this kind, other users of the runtime might.
 class Checks {

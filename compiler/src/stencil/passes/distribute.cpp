@@ -70,23 +70,23 @@ bool absorbs(const Expr& e) {
   return false;
 }
 
-Expr scaled(const Expr& e, const Expr& uniform);
+Expr each_scaled(const Expr& e, const Expr& uniform);
 
 /// The chain with its uniform factor moved into a sum that absorbs it, where there is one.
 Expr pushed_down(Chain chain) {
   if (is_one(chain.uniform)) return chain.build();
   for (Expr& factor : chain.above) {
     if (!as_sum(factor) || !absorbs(factor)) continue;
-    factor = scaled(factor, chain.uniform);
+    factor = each_scaled(factor, chain.uniform);
     chain.uniform = 1.0;
     break;
   }
   return chain.build();
 }
 
-Expr scaled(const Expr& e, const Expr& uniform) {
-  if (const Binary* sum = as_sum(e)) return binary(sum->op, scaled(sum->left, uniform), scaled(sum->right, uniform));
-  if (const Neg* n = std::get_if<Neg>(&e->kind)) return -scaled(n->operand, uniform);
+Expr each_scaled(const Expr& e, const Expr& uniform) {
+  if (const Binary* sum = as_sum(e)) return binary(sum->op, each_scaled(sum->left, uniform), each_scaled(sum->right, uniform));
+  if (const Neg* n = std::get_if<Neg>(&e->kind)) return -each_scaled(n->operand, uniform);
   Chain chain = chain_of(e);
   chain.uniform = uniform * chain.uniform;
   return pushed_down(std::move(chain));

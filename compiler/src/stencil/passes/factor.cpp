@@ -9,8 +9,6 @@ namespace dpde::stencil {
 
 namespace {
 
-const Coefficient one = {{{}, 1.0}};
-
 /// Instructions of `+ coefficient * monomial`: the last multiplication adds too.
 int cost(const Monomial& monomial, const Coefficient& c) {
   return std::max(1, degree(monomial) - (is_sign(c) || monomial.empty() ? 1 : 0));
@@ -121,7 +119,7 @@ class Factoring {
     }
     Candidate best;
     for (const auto& [pair, savings] : saved) {
-      if (savings - 1 > best.saved) best = {{{pair, one}}, {}, savings - 1};
+      if (savings - 1 > best.saved) best = {{{pair, unit_coefficient}}, {}, savings - 1};
     }
     return best;
   }
@@ -136,7 +134,7 @@ class Factoring {
       const Polynomial terms = terms_at(place, candidate.divisor);
       if (terms.empty()) continue;
       for (const auto& [monomial, c] : terms) place.sum->erase(monomial);
-      *place.sum = sum(*place.sum, {{product({{place.atom, 1}}, {{atom, 1}}), place.negative ? negated(one) : one}});
+      *place.sum = sum(*place.sum, {{product({{place.atom, 1}}, {{atom, 1}}), place.negative ? negated(unit_coefficient) : unit_coefficient}});
     }
     result_.definitions.emplace(atom, candidate.divisor);
   }

@@ -24,7 +24,6 @@ void add_to(Map& map, const typename Map::key_type& key, const typename Map::map
   }
 }
 
-const Coefficient one = {{{}, 1.0}};
 
 }  // namespace
 
@@ -191,9 +190,9 @@ Polynomial Expansion::closed(const Polynomial& p, const std::set<std::string>& c
   if (rest.size() < 2) return p;
   const Coefficient first = rest.begin()->second;
   const bool shared = std::all_of(rest.begin(), rest.end(), [&](const auto& term) { return term.second == first || negated(term.second) == first; });
-  if (!shared) return sum(std::move(open), {{{{atoms_.of(rest), 1}}, one}});
+  if (!shared) return sum(std::move(open), {{{{atoms_.of(rest), 1}}, unit_coefficient}});
   Polynomial signs;
-  for (const auto& [monomial, coefficient] : rest) signs[monomial] = coefficient == first ? one : negated(one);
+  for (const auto& [monomial, coefficient] : rest) signs[monomial] = coefficient == first ? unit_coefficient : negated(unit_coefficient);
   return sum(std::move(open), {{{{atoms_.of(signs), 1}}, first}});
 }
 

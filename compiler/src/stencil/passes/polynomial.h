@@ -16,6 +16,7 @@ namespace dpde::stencil {
 using Monomial = std::map<int, int>;  // atom -> exponent, none 0
 using Coefficient = std::map<Monomial, double>;
 using Polynomial = std::map<Monomial, Coefficient>;
+inline const Coefficient unit_coefficient = {{{}, 1.0}};
 
 struct Atom {
   Expr value;  // of an atom that is not defined below

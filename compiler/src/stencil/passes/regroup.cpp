@@ -23,7 +23,6 @@ namespace dpde::stencil {
 
 namespace {
 
-const Coefficient one = {{{}, 1.0}};
 /// Of a kernel, with those of the sums that are atoms: above that the search takes longer than it saves.
 constexpr std::size_t most_terms = 200;
 
@@ -49,7 +48,7 @@ class Writer {
       Expr& to = is_plain ? result : group;
       for (const auto& [monomial, negative] : monomials) {
         const Expr factors = write(monomial);
-        to = negative != (is_plain && c != one) ? to - factors : to + factors;
+        to = negative != (is_plain && c != unit_coefficient) ? to - factors : to + factors;
       }
       if (!is_plain) result = result + write(c) * group;
     }

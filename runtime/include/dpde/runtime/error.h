@@ -36,4 +36,10 @@ class Error : public std::runtime_error {
   std::vector<Message> messages_;
 };
 
+/// A run has a value that is not finite. A search may take it for a step that was too long.
+class NotFinite : public Error {
+ public:
+  explicit NotFinite(const std::string& message) : Error(ErrorKind::run, message) {}
+};
+
 }  // namespace dpde
