@@ -173,12 +173,16 @@ void Simulation::Impl::begin_stepping() {
 }
 
 void Simulation::Impl::look_for_blow_up() {
+  if (reached == looked_at) return;
+  const std::string before = reached - looked_at == 1 ? "" : fmt::format("; it was after {}", looked_at);
   looked_at = reached;
   for (size_t s = 0; s < initial_states.size(); ++s) {
     const std::optional<Cell> bad = find_not_finite(layout, stepper->present()[s]);
     if (!bad) continue;
-    throw Error(ErrorKind::run, fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}); a smaller step than {} may help",
-                                            initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z, scene.step));
+    throw NotFinite(fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}){}; "
+                                "a smaller step than {} may help",
+                                initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z,
+                                before, scene.step));
   }
 }
 
@@ -192,7 +196,7 @@ bool Simulation::Impl::advance(int count, bool look) {
     count -= now;
     if (reached - looked_at >= look_interval) look_for_blow_up();
   }
-  if (look && reached != looked_at) look_for_blow_up();
+  if (look) look_for_blow_up();
   return true;
 }
 
@@ -308,6 +312,7 @@ void Simulation::set_field(std::string_view name, Values values) {
 void Simulation::state(std::string_view name, Target to) const {
   const auto s = static_cast<size_t>(impl_->state_named(name));
   impl_->begin_stepping();
+  impl_->look_for_blow_up();
   copy_out(impl_->layout, impl_->stepper->present()[s], to);
 }
 

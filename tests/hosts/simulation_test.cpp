@@ -456,6 +456,11 @@ TEST(Simulation, LossesOfRunsThatBlowUpAreErrors) {
   EXPECT_EQ(message([&] { sim.gradient(); }), expected);
   EXPECT_EQ(message([&] { sim.hessian_vector(std::vector{1.0}); }), expected);
   EXPECT_EQ(sim.optimise().reason, StopReason::not_finite);
+  sim.reset();
+  sim.step(7);
+  EXPECT_EQ(message([&] { sim.state("u"); }), "u is no longer finite after 7 steps (t = 7) in cell (2, 0, 0); it was after 0; "
+                                              "a smaller step than 1 may help");
+  EXPECT_FALSE(std::isfinite(sim.state("u")[2])) << "it is said once";
   sim.set("p", 0);
   EXPECT_TRUE(std::isfinite(sim.loss()));
 }

@@ -98,6 +98,7 @@ class Simulation {
   void set_initial(std::string_view name, Values values);
   /// A coefficient; a control field, one interval after the other; or data of the task: as many states as it has times.
   void set_field(std::string_view name, Values values);
+  /// @throws NotFinite when a state is no longer finite; what is asked for after that comes as it is.
   void state(std::string_view name, Target to) const;
   std::vector<double> state(std::string_view name) const;
   std::vector<double> initial(std::string_view name);
@@ -111,7 +112,7 @@ class Simulation {
   double time_step() const;
   int steps_done() const;
   void reset();
-  /// False when stopped. @throws Error(run) when a state is no longer finite (looked at every 64 steps, and by run).
+  /// False when stopped. @throws NotFinite when a state is no longer finite (looked at every 64 steps, by run and by state).
   bool step(int count = 1);
   /// To the first step that ends at `time` or later; to the end of the scene.
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
