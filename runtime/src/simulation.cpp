@@ -174,7 +174,7 @@ void Simulation::Impl::begin_stepping() {
 
 void Simulation::Impl::look_for_blow_up() {
   if (reached == looked_at) return;
-  const std::string before = reached - looked_at == 1 ? "" : fmt::format("; it was after {}", looked_at);
+  const int before = looked_at;
   looked_at = reached;
   for (size_t s = 0; s < initial_states.size(); ++s) {
     const std::optional<Cell> bad = find_not_finite(layout, stepper->present()[s]);
@@ -182,7 +182,7 @@ void Simulation::Impl::look_for_blow_up() {
     throw NotFinite(fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}){}; "
                                 "a smaller step than {} may help",
                                 initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z,
-                                before, scene.step));
+                                reached - before == 1 ? "" : fmt::format("; it was after {}", before), scene.step));
   }
 }
 
