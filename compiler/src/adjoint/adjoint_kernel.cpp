@@ -24,6 +24,9 @@ namespace {
 /// such field is faster on all grids (waves of order 4 in 3-D), what saves 10 in the caches only (order 2 there, order 4 in 2-D).
 constexpr int stream_cost = 12;
 
+/// Operations at each point; what saves so many with one field more is faster without counting.
+constexpr int plain_gain = 1000;
+
 /// A condition under which a value is used: its derivative is selected, never multiplied by 0, so that a branch not
 /// taken may hold NaN.
 struct Guard {
@@ -332,29 +335,48 @@ class Gathering {
     std::erase_if(terms_.params, [&](const auto& term) { return find_given(kernel, term.first); });
   }
 
-  /// One kernel, or two where it pays that the first one stores what many terms of the other need.
+  /// One kernel, or two where it pays that the first one stores what many terms of the other need. Kernels are written and counted
+  /// only where that is in doubt: repeated for all points of a wide stencil, a value makes millions of nodes.
   KernelAdjoint cheapest(DerivedNames& names) const {
-    DerivedNames trial = names;
-    KernelAdjoint best = in_one_kernel(names);
-    if (!fills_keep_what_is_stored()) return best;
-    PointTerms terms = terms_;
-    std::vector<Let> stored;
-    while (true) {
-      DerivedNames own = trial;
-      for (Let& let : stored) let.name = own.fresh(let.name);
-      const std::string field = own.fresh("shared_bar");
-      const auto shared = most_shared(terms, stored, field, 2 * stream_cost);
-      if (!shared) return best;
-      terms = shared->terms;
-      stored.push_back({field, shared->value});
-      KernelAdjoint candidate = in_two_kernels(terms, stored, own);
+    Split split{terms_, {}, names};
+    if (!fills_keep_what_is_stored()) return written(split, names);
+    auto further = split_further(split);
+    for (; further && further->operations_saved >= plain_gain; further = split_further(split)) split = std::move(*further);
+    KernelAdjoint best = written(split, names = split.names);
+    for (; further; further = split_further(split)) {
+      split = std::move(*further);
+      DerivedNames own = split.names;
+      KernelAdjoint candidate = written(split, own);
       if (cost(candidate) >= cost(best)) return best;
       best = std::move(candidate);
       names = own;
     }
+    return best;
   }
 
  private:
+  /// What reads the fields `stored`, and the names taken so far.
+  struct Split {
+    PointTerms terms;
+    std::vector<Let> stored;
+    DerivedNames names;
+    int operations_saved = 0;  // by the last of them
+  };
+
+  std::optional<Split> split_further(const Split& split) const {
+    DerivedNames names = split.names;
+    const std::string field = names.fresh("shared_bar");
+    auto shared = most_shared(split.terms, split.stored, field, 2 * stream_cost);
+    if (!shared) return std::nullopt;
+    std::vector<Let> stored = split.stored;
+    stored.push_back({field, shared->value});
+    return Split{std::move(shared->terms), std::move(stored), std::move(names), shared->operations_saved};
+  }
+
+  KernelAdjoint written(const Split& split, DerivedNames& names) const {
+    return split.stored.empty() ? in_one_kernel(names) : in_two_kernels(split.terms, split.stored, names);
+  }
+
   /// A fill around a periodic axis leaves nothing of what a field holds beyond bounded ones.
   bool fills_keep_what_is_stored() const {
     if (run_.grow == 0 || std::ranges::count(run_.axes, Topology::bounded) == 0) return true;

@@ -2,7 +2,9 @@
 #include "adjoint/shared_values.h"
 
 #include <algorithm>
-#include <set>
+#include <iterator>
+#include <map>
+#include <vector>
 
 #include "stencil/build.h"
 #include "stencil/passes/numbering.h"
@@ -18,24 +20,34 @@ class Uses {
  public:
   Uses(const PointTerms& terms, const std::vector<Let>& stored) : stored_(stored) {
     for (const Let& let : terms.lets) numbering_.define_local(let.name, note(let.value));
+    std::map<Offset, std::vector<int>> used;
     for (const ReadBars& read : terms.reads) {
-      for (const auto& [k, term] : read.by_offset) use(note(term), k);
+      for (const auto& [k, term] : read.by_offset) used[k].push_back(note(term));
     }
-    for (const auto& [name, term] : terms.params) use(note(term), {});
+    for (const auto& [name, term] : terms.params) used[{}].push_back(note(term));
+    int displacement = 0;
+    for (const auto& [k, numbers] : used) {
+      ++displacement;
+      for (const int number : numbers) use(number, displacement);
+    }
   }
 
   /// Loads and operations that are not repeated when the value is read from a field.
   int saved(int number) const {
-    const auto known = of_.find(number);
-    if (known == of_.end() || !known->second.may_be_stored || numbering_[number].uniform) return 0;
-    const int displacements = static_cast<int>(known->second.displacements.size());
-    return (displacements - 1) * (static_cast<int>(known->second.reads.size()) - 1 + numbering_[number].cost);
+    const Known& known = of_[number];
+    if (!known.may_be_stored || numbering_[number].uniform) return 0;
+    return (known.displacements - 1) * (static_cast<int>(known.reads.size()) - 1 + numbering_[number].cost);
   }
+
+  int operations_saved(int number) const { return (of_[number].displacements - 1) * (numbering_[number].cost - 1); }
 
   /// The value that saves most, and an expression for it.
   std::pair<int, Expr> best() const {
-    const auto found = std::max_element(of_.begin(), of_.end(), [&](const auto& a, const auto& b) { return saved(a.first) < saved(b.first); });
-    return {found->first, found->second.expression};
+    int best = 0;
+    for (int number = 1; number < static_cast<int>(of_.size()); ++number) {
+      if (saved(number) > saved(best)) best = number;
+    }
+    return {best, of_[best].expression};
   }
   bool empty() const { return of_.empty(); }
 
@@ -47,39 +59,49 @@ class Uses {
 
  private:
   struct Known {
-    Expr expression;
-    std::set<std::pair<std::string, Offset>> reads;
-    std::set<Offset> displacements;
+    Expr expression = 0.0;
+    std::vector<int> reads;  // numbers of what it loads, in order
+    int displacements = 0;
+    int last_displacement = 0;
     bool may_be_stored = true;
+    bool is_noted = false;
   };
 
   /// Notes `e` and what it is made of; its number.
   int note(const Expr& e) {
     const int number = numbering_.number(e);
-    if (of_.contains(number)) return number;
-    Known known{e, {}, {}};
+    if (number < static_cast<int>(of_.size()) && of_[number].is_noted) return number;
+    Known known;
+    known.expression = e;
+    known.is_noted = true;
     if (const Access* a = std::get_if<Access>(&e->kind)) {
-      known.reads.insert({a->field, a->offset});
+      known.reads.push_back(number);
       known.may_be_stored = std::ranges::none_of(stored_, [&](const Let& field) { return field.name == a->field; });
     }
     if (std::holds_alternative<Interp>(e->kind)) known.may_be_stored = false;
     for_each_child(e, [&](const Expr& child) {
-      const Known& part = of_.at(note(child));
-      known.reads.insert(part.reads.begin(), part.reads.end());
+      const Known& part = of_[note(child)];
+      std::vector<int> both;
+      std::ranges::set_union(known.reads, part.reads, std::back_inserter(both));
+      known.reads = std::move(both);
       known.may_be_stored = known.may_be_stored && part.may_be_stored;
     });
-    of_.emplace(number, std::move(known));
+    if (number >= static_cast<int>(of_.size())) of_.resize(number + 1);
+    of_[number] = std::move(known);
     return number;
   }
 
-  void use(int number, const Offset& k) {
-    if (!of_.at(number).displacements.insert(k).second) return;
-    for (const int child : numbering_[number].children) use(child, k);
+  void use(int number, int displacement) {
+    Known& known = of_[number];
+    if (known.last_displacement == displacement) return;
+    known.last_displacement = displacement;
+    ++known.displacements;
+    for (const int child : numbering_[number].children) use(child, displacement);
   }
 
   const std::vector<Let>& stored_;
   Numbering numbering_;
-  std::map<int, Known> of_;
+  std::vector<Known> of_;  // by number
 };
 
 }  // namespace
@@ -89,7 +111,7 @@ std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vecto
   if (uses.empty()) return std::nullopt;
   const auto [number, value] = uses.best();
   if (uses.saved(number) < least) return std::nullopt;
-  SharedValue result{value, terms};
+  SharedValue result{value, terms, uses.operations_saved(number)};
   const auto replace = [&](Expr& e) { e = uses.replaced(e, number, access(field)); };
   for (Let& let : result.terms.lets) replace(let.value);
   for (ReadBars& read : result.terms.reads) {

@@ -30,6 +30,7 @@ struct PointTerms {
 struct SharedValue {
   stencil::Expr value;
   PointTerms terms;  // with the field in its place
+  int operations_saved;  // at each point, for one load at each displacement
 };
 
 /// The value that saves most when `field` holds it, as far as loads and operations tell; nullopt when that is less than `least`.
