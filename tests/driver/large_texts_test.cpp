@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never ends.
+#include <algorithm>
+#include <limits>
 #include <string>
 
+#include "codegen/llvm/emit_llvm.h"
+#include "driver/cpu_time.h"
 #include "driver_support.h"
 #include "stencil/print_stencil.h"
 
@@ -41,6 +45,68 @@ scene s : p { grid x = 0 .. 1, cells 8, periodic; initial u = 0.1; v = 0.2; time
 task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
 )");
   ASSERT_NE(compiled(source, of_task("g")), nullptr);
+}
+
+/// A rate of so many terms: products, functions, differences.
+SourceFile with_terms(int terms) {
+  const std::string kinds[] = {"u*v", "sin(a*u)", "dx(u)*dx(v)", "(u - a)^2", "dx(u*v)", "u*exp(v*a)"};
+  std::string rate = "0";
+  for (int i = 0; i < terms; ++i) {
+    const std::string number = std::to_string(0.001 * (i + 1));
+    std::string term = kinds[i % 6];
+    if (const auto a = term.find('a'); a != std::string::npos) term.replace(a, 1, number);
+    rate += " + " + number + "*" + term;
+  }
+  return SourceFile("terms.dpde", "model m { field u; field v; dt(u) = " + rate + R"(; dt(v) = -u*v }
+scene s : m { grid x = 0 .. 1, cells 64, periodic; initial u = 0.1; initial v = 0.2; time 0 .. 0.1, step 0.01 }
+task g : s { unknown initial u from 0; minimise mean(u^2 + v^2) at t = 0.1 }
+)");
+}
+
+/// So many fields, each coupled to the next.
+SourceFile with_fields(int fields) {
+  std::string model, initial;
+  for (int i = 0; i < fields; ++i) {
+    const std::string u = "u" + std::to_string(i), next = "u" + std::to_string((i + 1) % fields);
+    model += "  field " + u + "\n  dt(" + u + ") = k*lap(" + u + ") + 0.1*" + u + "*" + next + "\n";
+    initial += "  initial " + u + " = 0.1\n";
+  }
+  return SourceFile("fields.dpde", "model m {\n  param k\n" + model +
+                                       "}\nscene s : m {\n  grid x = 0 .. 1, cells 64, periodic\n  k = 1e-4\n" +
+                                       initial + R"(  time 0 .. 0.1, step 0.01
+}
+task g : s { unknown k; minimise mean(u0^2) at t = 0.1 }
+)");
+}
+
+/// The shortest of three tries: what else runs may slow one of them down.
+double seconds_to_compile(const SourceFile& source) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double start = driver::thread_cpu_seconds();
+    DiagnosticSink sink;
+    EXPECT_TRUE(driver::compile(source, of_task("g"), sink)) << all_messages(source, sink);
+    least = std::min(least, driver::thread_cpu_seconds() - start);
+  }
+  return least;
+}
+
+/// Four times the text: 16 times the time if anything were quadratic.
+TEST(LargeTexts, TimeIsLinearInTerms) {
+  EXPECT_LT(seconds_to_compile(with_terms(880)), 7.5 * seconds_to_compile(with_terms(220)));
+}
+
+TEST(LargeTexts, TimeIsLinearInFields) {
+  EXPECT_LT(seconds_to_compile(with_fields(160)), 8.5 * seconds_to_compile(with_fields(40)));
+}
+
+/// Calls instead of copies, which the scheduler of machine code takes quadratic time for; small rows are inlined.
+TEST(LargeTexts, RowsOfManyLinesStayFunctions) {
+  const auto ir_of = [](int fields) {
+    return codegen::emit_llvm(compiled(with_fields(fields), of_task("g"))->loop, false);
+  };
+  EXPECT_NE(ir_of(120).find("noinline"), std::string::npos);
+  EXPECT_EQ(ir_of(4).find("noinline"), std::string::npos);
 }
 
 /// The fourth derivative by eight points in a stretched coordinate nests products of sums of sums.

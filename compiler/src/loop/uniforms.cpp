@@ -5,11 +5,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "loop/expressions.h"
 
 namespace dpde::loop {
+
+namespace {
+
+/// Equal definitions have equal hashes.
+std::size_t hash_of(const Expr& e) {
+  std::size_t hash = e->kind.index();
+  const auto mix = [&](std::size_t part) { hash = hash * 1'000'003 + part; };
+  if (const Literal* literal = std::get_if<Literal>(&e->kind)) mix(std::hash<double>{}(literal->value));
+  if (const Param* param = std::get_if<Param>(&e->kind)) mix(param->index);
+  if (const Uniform* uniform = std::get_if<Uniform>(&e->kind)) mix(uniform->index);
+  for_each_child(e, [&](const Expr& child) { mix(hash_of(child)); });
+  return hash;
+}
+
+}  // namespace
 
 UniformTable::UniformTable(std::vector<std::string> params, NameSupply taken)
     : params_(std::move(params)), names_(std::move(taken)) {
@@ -39,10 +55,14 @@ std::string UniformTable::name_for(const Expr& definition, const std::string& wi
 
 int UniformTable::index_of(const Expr& definition, const std::string& wish) {
   if (const Uniform* uniform = std::get_if<Uniform>(&definition->kind)) return uniform->index;
-  const auto same = [&](const UniformDef& known) { return known.value == definition; };
-  const auto found = std::find_if(uniforms_.begin(), uniforms_.end(), same);
-  const int index = static_cast<int>(found - uniforms_.begin());
-  if (found == uniforms_.end()) uniforms_.push_back({name_for(definition, wish), definition});
+  const std::size_t hash = hash_of(definition);
+  const auto [first, last] = by_hash_.equal_range(hash);
+  const auto found =
+      std::find_if(first, last, [&](const auto& known) { return uniforms_[known.second].value == definition; });
+  if (found != last) return found->second;
+  const int index = static_cast<int>(uniforms_.size());
+  uniforms_.push_back({name_for(definition, wish), definition});
+  by_hash_.emplace(hash, index);
   return index;
 }
 

@@ -2,7 +2,9 @@
 // The table of uniforms of a module: values that are the same at all points, each defined once.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "loop/loop.h"
@@ -32,6 +34,7 @@ class UniformTable {
 
   std::vector<std::string> params_;
   std::vector<UniformDef> uniforms_;
+  std::unordered_multimap<std::size_t, int> by_hash_;  // of definitions -> index
   NameSupply names_;
   int next_number_ = 0;
 };

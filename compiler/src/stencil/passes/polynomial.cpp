@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "stencil/build.h"
 #include "support/assert.h"
@@ -25,6 +26,22 @@ void add_to(Map& map, const typename Map::key_type& key, const typename Map::map
 }
 
 
+/// Equal expressions have equal hashes.
+std::size_t hash_of(const Expr& e) {
+  std::size_t hash = e->kind.index();
+  const auto mix = [&](std::size_t part) { hash = hash * 1'000'003 + part; };
+  const std::hash<std::string> name;
+  if (const Literal* literal = std::get_if<Literal>(&e->kind)) mix(std::hash<double>{}(literal->value));
+  if (const Param* param = std::get_if<Param>(&e->kind)) mix(name(param->name));
+  if (const Local* local = std::get_if<Local>(&e->kind)) mix(name(local->name));
+  if (const Access* access = std::get_if<Access>(&e->kind)) {
+    mix(name(access->field));
+    for (const int cells : access->offset) mix(cells);
+  }
+  for_each_child(e, [&](const Expr& child) { mix(hash_of(child)); });
+  return hash;
+}
+
 }  // namespace
 
 /// Ends at the first value that varies. Right operands come first: sums are deep on the left, and passes ask at each
@@ -42,9 +59,11 @@ bool is_uniform(const Expr& e) {
 }
 
 int Atoms::of(const Expr& value, bool uniform) {
-  for (int i = 0; i < size(); ++i) {
-    if (!atoms_[i].definition && atoms_[i].value == value) return i;
-  }
+  const std::size_t hash = hash_of(value);
+  const auto [first, last] = by_hash_.equal_range(hash);
+  const auto found = std::find_if(first, last, [&](const auto& known) { return atoms_[known.second].value == value; });
+  if (found != last) return found->second;
+  by_hash_.emplace(hash, size());
   atoms_.push_back({value, uniform, std::nullopt});
   return size() - 1;
 }

@@ -3,10 +3,12 @@
 // is not taken apart: a read, a function, a sum that stays together. Coefficients are sums of products of uniform atoms.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "stencil/stencil.h"
@@ -36,6 +38,7 @@ class Atoms {
 
  private:
   std::vector<Atom> atoms_;
+  std::unordered_multimap<std::size_t, int> by_hash_;  // of values that are not defined by others -> index
 };
 
 Coefficient negated(Coefficient coefficient);
