@@ -21,6 +21,10 @@ namespace dpde::codegen {
 
 namespace {
 
+/// Arguments of a row's cells up to which they are inlined: beyond that a call is little beside the row, and code takes
+/// quadratic time to schedule.
+constexpr std::size_t most_inlined = 100;
+
 /// Streams that differ by their place along x only share one pointer: neighbours are reached by constant distances.
 struct Line {
   int stream;  // the first of them, whose pointer is passed
@@ -265,7 +269,8 @@ void RowEmitter::create_cells(const std::vector<Argument>& arguments) {
   std::vector<llvm::Type*> types;
   for (const Argument& argument : arguments) types.push_back(type_of(argument));
   cells_ = create_function(row_symbol(row_.name) + variant_.suffix + "_cells", llvm::Function::InternalLinkage, types);
-  cells_->addFnAttr(llvm::Attribute::AlwaysInline);
+  // An inlined function loses the noalias of its arguments, and the scheduler orders each load after each store.
+  cells_->addFnAttr(arguments.size() <= most_inlined ? llvm::Attribute::AlwaysInline : llvm::Attribute::NoInline);
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     llvm::Argument* value = cells_->getArg(i);
     set_attributes(value, arguments[i]);
