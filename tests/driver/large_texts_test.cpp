@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never ends.
-#include <algorithm>
-#include <limits>
 #include <string>
 
 #include "codegen/llvm/emit_llvm.h"
-#include "driver/cpu_time.h"
 #include "driver_support.h"
 #include "stencil/print_stencil.h"
 
@@ -47,22 +44,6 @@ task g : s { unknown initial u from 0; minimise mean(u^2) at t = 1 }
   ASSERT_NE(compiled(source, of_task("g")), nullptr);
 }
 
-/// A rate of so many terms: products, functions, differences.
-SourceFile with_terms(int terms) {
-  const std::string kinds[] = {"u*v", "sin(a*u)", "dx(u)*dx(v)", "(u - a)^2", "dx(u*v)", "u*exp(v*a)"};
-  std::string rate = "0";
-  for (int i = 0; i < terms; ++i) {
-    const std::string number = std::to_string(0.001 * (i + 1));
-    std::string term = kinds[i % 6];
-    if (const auto a = term.find('a'); a != std::string::npos) term.replace(a, 1, number);
-    rate += " + " + number + "*" + term;
-  }
-  return SourceFile("terms.dpde", "model m { field u; field v; dt(u) = " + rate + R"(; dt(v) = -u*v }
-scene s : m { grid x = 0 .. 1, cells 64, periodic; initial u = 0.1; initial v = 0.2; time 0 .. 0.1, step 0.01 }
-task g : s { unknown initial u from 0; minimise mean(u^2 + v^2) at t = 0.1 }
-)");
-}
-
 /// So many fields, each coupled to the next.
 SourceFile with_fields(int fields) {
   std::string model, initial;
@@ -77,27 +58,6 @@ SourceFile with_fields(int fields) {
 }
 task g : s { unknown k; minimise mean(u0^2) at t = 0.1 }
 )");
-}
-
-/// The shortest of three tries: what else runs may slow one of them down.
-double seconds_to_compile(const SourceFile& source) {
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 3; ++i) {
-    const double start = driver::thread_cpu_seconds();
-    DiagnosticSink sink;
-    EXPECT_TRUE(driver::compile(source, of_task("g"), sink)) << all_messages(source, sink);
-    least = std::min(least, driver::thread_cpu_seconds() - start);
-  }
-  return least;
-}
-
-/// Four times the text: 16 times the time if anything were quadratic.
-TEST(LargeTexts, TimeIsLinearInTerms) {
-  EXPECT_LT(seconds_to_compile(with_terms(880)), 7.5 * seconds_to_compile(with_terms(220)));
-}
-
-TEST(LargeTexts, TimeIsLinearInFields) {
-  EXPECT_LT(seconds_to_compile(with_fields(160)), 8.5 * seconds_to_compile(with_fields(40)));
 }
 
 /// Calls instead of copies, which the scheduler of machine code takes quadratic time for; small rows are inlined.
