@@ -7,6 +7,7 @@
 #include <llvm/Support/raw_ostream.h>
 #include <llvm/TargetParser/Host.h>
 
+#include <algorithm>
 #include <set>
 
 #include "support/assert.h"
@@ -41,6 +42,15 @@ Host find_host() {
 const Host& host() {
   static const Host found = find_host();
   return found;
+}
+
+/// Instructions of a function up to which they are scheduled twice. The second time, after registers are given, takes quadratic time and
+/// gains nothing in functions of this length: 225 terms compile in 1.8 s, not 5.0 s.
+constexpr unsigned most_scheduled_twice = 2000;
+
+llvm::CodeGenOptLevel level_for(const llvm::Module& module) {
+  const bool is_long = std::any_of(module.begin(), module.end(), [](const llvm::Function& f) { return f.getInstructionCount() > most_scheduled_twice; });
+  return is_long ? llvm::CodeGenOptLevel::Less : llvm::CodeGenOptLevel::Default;
 }
 
 }  // namespace
@@ -85,6 +95,7 @@ llvm::SmallVector<char, 0> generate(llvm::Module& module, llvm::TargetMachine& t
   llvm::SmallVector<char, 0> bytes;
   llvm::raw_svector_ostream stream(bytes);
   llvm::legacy::PassManager passes;
+  target.setOptLevel(level_for(module));
   const bool fails = target.addPassesToEmitFile(passes, stream, nullptr, type, /*DisableVerify=*/true);
   require(!fails, "the target writes object files");
   passes.run(module);
