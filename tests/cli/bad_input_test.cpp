@@ -109,7 +109,7 @@ TEST_F(BadInput, ALineBreakInTheNameOfAFile) {
   std::string name = "rod\nint evil() { return 1; }\n.dpde";
   write(name, rod_text);
   const std::string quoted = "'" + name + "'";
-  for (const std::string arguments : {"emit " + quoted + " rod --stage cpp", "build " + quoted + " rod -o lib > .log; cat lib/*.h lib/*.cpp"}) {
+  for (const std::string& arguments : {"emit " + quoted + " rod --stage cpp", "build " + quoted + " rod -o lib > .log; cat lib/*.h lib/*.cpp"}) {
     const Outcome run = dpde(arguments);
     EXPECT_EQ(run.status, 0) << run.err;
     EXPECT_NE(run.out.find("int evil()"), std::string::npos) << "the name is there";

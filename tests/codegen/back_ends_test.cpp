@@ -99,9 +99,10 @@ void expect_same_results(const testing::ProgramCase& c, Precision real, const Co
   }
 }
 
-void expect_all_agree(Precision real, const Compile& compile) {
-  for (const auto& c : testing::program_cases()) {
-    expect_same_results(c, real, compile);
+void expect_all_agree(Precision real, const Compile& compile, std::size_t every = 1) {
+  const std::vector<testing::ProgramCase> cases = testing::program_cases();
+  for (std::size_t i = 0; i < cases.size(); i += every) {
+    expect_same_results(cases[i], real, compile);
     if (::testing::Test::HasFailure()) return;
   }
 }
@@ -121,7 +122,8 @@ std::shared_ptr<codegen::CompiledModule> by_cpp(const loop::Module& module) {
 TEST(BackEnds, JitAgreesWithTheInterpreter) { expect_all_agree(Precision::f64, by_jit); }
 TEST(BackEnds, JitAgreesWithTheInterpreterInSinglePrecision) { expect_all_agree(Precision::f32, by_jit); }
 TEST(BackEnds, CompiledCppAgreesWithTheInterpreter) { expect_all_agree(Precision::f64, by_cpp); }
-TEST(BackEnds, CompiledCppAgreesWithTheInterpreterInSinglePrecision) { expect_all_agree(Precision::f32, by_cpp); }
+/// The text differs from that in f64 by its type and its literals; a compiler takes a second for each.
+TEST(BackEnds, CompiledCppAgreesWithTheInterpreterInSinglePrecision) { expect_all_agree(Precision::f32, by_cpp, 3); }
 
 }  // namespace
 }  // namespace dpde
