@@ -13,32 +13,45 @@ double cancelled(double a, double b) { return std::fma(a, b, -(a * b)); }
 
 TEST(RoundingBetween, IsWhatIsLeftOfTermsThatCancel) {
   std::mt19937_64 random(1);
-  const auto both = [&] {
+  const auto both = [&](double epsilon) {
     double values[] = {0.3, 1.7, 0.7};
-    adjoint::nudge(values, 0x1p-52, random);
+    adjoint::nudge(values, epsilon, random);
     return adjoint::TwoWays{cancelled(values[0], values[1]), cancelled(values[1], values[2])};
   };
-  const double rounding = adjoint::rounding_between(both, 1e-9);
+  const double rounding = adjoint::rounding_between(both, 0x1p-52, 1e-9);
   EXPECT_GT(rounding, std::abs(cancelled(0.3, 1.7) - cancelled(1.7, 0.7)));
+  EXPECT_LT(rounding, 1e-14);
+}
+
+/// One way is 0 exactly, the other what is left of 1 + 0.1*k, which no rounding of k moves.
+TEST(RoundingBetween, IsSeenWhereItIsOfOtherValues) {
+  std::mt19937_64 random(1);
+  const auto both = [&](double epsilon) {
+    double k = 0.63;
+    adjoint::nudge({&k, 1}, epsilon, random);
+    return adjoint::TwoWays{0, cancelled(1 + 0.1 * k, 0.93)};
+  };
+  const double rounding = adjoint::rounding_between(both, 0x1p-52, 1e-9);
+  EXPECT_GT(rounding, std::abs(cancelled(1 + 0.1 * 0.63, 0.93)));
   EXPECT_LT(rounding, 1e-14);
 }
 
 TEST(RoundingBetween, DoesNotExcuseAWrongDerivative) {
   std::mt19937_64 random(1);
   for (const double wrong : {1e-3, 1e-9, 1e-12}) {  // of terms of size 1
-    const auto both = [&] {
+    const auto both = [&](double epsilon) {
       double value = 1.3;
-      adjoint::nudge({&value, 1}, 0x1p-52, random);
+      adjoint::nudge({&value, 1}, epsilon, random);
       return adjoint::TwoWays{value, value * (1 + wrong)};
     };
-    EXPECT_LT(adjoint::rounding_between(both, 1e-9), wrong == 1e-12 ? 1e-13 : 1e-2 * wrong);
+    EXPECT_LT(adjoint::rounding_between(both, 0x1p-52, 1e-9), wrong == 1e-12 ? 1e-13 : 1e-2 * wrong);
   }
 }
 
 TEST(RoundingBetween, DoesNotExcuseAChoiceThatChanges) {
   int calls = 0;
-  EXPECT_EQ(adjoint::rounding_between([&] { return adjoint::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9}; }, 1e-9), 0);
-  EXPECT_EQ(adjoint::rounding_between([] { return adjoint::TwoWays{NAN, 1}; }, 1e-9), 0);
+  EXPECT_EQ(adjoint::rounding_between([&](double) { return adjoint::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9}; }, 0x1p-52, 1e-9), 0);
+  EXPECT_EQ(adjoint::rounding_between([](double) { return adjoint::TwoWays{NAN, 1}; }, 0x1p-52, 1e-9), 0);
 }
 
 struct Cancelling : ::testing::TestWithParam<const char*> {};
@@ -72,6 +85,26 @@ INSTANTIATE_TEST_SUITE_P(Losses, Cancelling,
                          ::testing::Values("sum(u*dx(u)) over time", "sum(u*dx(u + sin(1.4*x))) at t = 0.04",
                                            "sum(u*0.02*d(u, x, 4)) over time", "sum(dx(u^2))",
                                            "integral((u - (0.02*d(u, x, 4) + (u - 1)))^2)"));
+
+/// On one cell the difference is 0, its adjoint the rounding of values that a does not move.
+TEST(RoundingBetween, ADifferenceOnOneCellIsCertified) {
+  const auto certificate = certificate_of(R"(
+model m { field u; coefficient k; param a; dt(u) = 0 }
+scheme q { }
+scene s : m with q {
+  grid x = 0 .. 3.93, cells 1, periodic
+  grid y = 0 .. 4.60, cells 1
+  boundary u: y = zero_gradient
+  a = 0.63
+  k = 0.93 + 0.31*exp(-(y - 0.781)^2)
+  initial u = 1.26 + 0.31*cos(x + 2.04) + 0.2*a
+  time 0 .. 0.04, step 0.02
+}
+task t : s { unknown a; minimise sum(u*k*dx(u)) }
+)", true);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->passed()) << certificate->worst() << " " << certificate->note;
+}
 
 /// A control field is an input of several fields, one a time.
 TEST(RoundingBetween, ProgramsThatReadControlFieldsAreCertified) {

@@ -161,20 +161,20 @@ class Comparison {
     for (const auto& [field, values] : inputs_) {
       for (const double value : values) size = std::max(size, std::abs(value));
     }
-    const auto nudged = [&] {
+    const auto nudged = [&](double by) {
       Comparison near = as_drawn;
       for (auto* fields : {&near.inputs_, &near.seeds_}) {
-        for (auto& [field, values] : *fields) nudge(values, epsilon, random);
+        for (auto& [field, values] : *fields) nudge(values, by, random);
       }
       for (auto* scalars : {&near.params_, &near.sum_seeds_}) {
-        for (auto& [name, value] : *scalars) nudge({&value, 1}, epsilon, random);
+        for (auto& [name, value] : *scalars) nudge({&value, 1}, by, random);
       }
-      nudge(near.direction_, epsilon, random);
+      nudge(near.direction_, by, random);
       const double phase = draw_one({1, 10}, random);
       const Products both = near.products(rounded(tangent_, phase), rounded(adjoint_, phase + 1));
       return TwoWays{both.forward, both.reverse};
     };
-    return rounding_between(nudged, most_roundings * epsilon * size);
+    return rounding_between(nudged, epsilon, most_roundings * epsilon * size);
   }
 
   double draw_one(const std::array<double, 2>& range, std::mt19937_64& random) {

@@ -25,16 +25,18 @@ void nudge(std::span<double> values, double epsilon, std::mt19937_64& random) {
   for (double& value : values) value *= 1 + units(random) * epsilon;
 }
 
-double rounding_between(const std::function<TwoWays()>& nudged, double most) {
-  constexpr int samples = 16;
+double rounding_between(const std::function<TwoWays(double epsilon)>& nudged, double epsilon, double most) {
+  constexpr int samples = 16, farther = 8;
+  constexpr double far = 64;
   constexpr double allowance = 8;  // for what so few samples do not show
   Range forward, backward, difference;
-  for (int k = 0; k < samples; ++k) {
-    const TwoWays both = nudged();
+  for (int k = 0; k < samples + farther; ++k) {
+    const TwoWays both = nudged(k < samples ? epsilon : far * epsilon);
     if (!std::isfinite(both.forward - both.backward)) return 0;
+    difference.add(both.forward - both.backward);
+    if (k >= samples) continue;
     forward.add(both.forward);
     backward.add(both.backward);
-    difference.add(both.forward - both.backward);
   }
   const double spread = std::max({forward.width(), backward.width(), difference.width()});
   return spread <= most ? allowance * spread : 0;

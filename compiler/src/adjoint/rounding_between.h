@@ -19,8 +19,9 @@ struct TwoWays {
 /// Each value times 1, 1 +- epsilon or 1 +- 2 epsilon.
 void nudge(std::span<double> values, double epsilon, std::mt19937_64& random);
 
-/// Some times the spread of both and of their difference over some calls of `nudged`, each from inputs moved by roundings.
-/// 0 where that is more than `most`: a choice has changed between the calls, which is not rounding.
-double rounding_between(const std::function<TwoWays()>& nudged, double most);
+/// Some times the spread of both and of their difference over some calls of `nudged`, each from inputs moved by the roundings that it
+/// is given. The difference is also taken from inputs moved farther: a rounding of k does not move 1 + 0.1*k, and the two ways themselves
+/// may move as far as they like. 0 where the spread is more than `most`: a choice has changed between the calls, which is not rounding.
+double rounding_between(const std::function<TwoWays(double epsilon)>& nudged, double epsilon, double most);
 
 }  // namespace dpde::adjoint

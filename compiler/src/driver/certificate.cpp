@@ -128,16 +128,16 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   result.loss = loss;
   result.is_finite = std::isfinite(loss) && std::isfinite(result.forward) && std::isfinite(result.backward);
   if (result.is_finite && result.error(tolerance.scale_weight) > tolerance.largest_error) {
-    const auto nudged = [&] {
+    const auto nudged = [&](double epsilon) {
       Point near = point;
-      nudge_all(near.x, tolerance.epsilon, random);
-      nudge_all(near.direction, tolerance.epsilon, random);
+      nudge_all(near.x, epsilon, random);
+      nudge_all(near.direction, epsilon, random);
       inverse->value_and_gradient(near.x, gradient);
       const double forward = Tangent(*session, *inverse)(near);
       return adjoint::TwoWays{forward, gradient.dot(near.direction)};
     };
     const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
-    result.rounding = adjoint::rounding_between(nudged, most_rounding(tolerance.epsilon, size));
+    result.rounding = adjoint::rounding_between(nudged, tolerance.epsilon, most_rounding(tolerance.epsilon, size));
   }
   return result;
 }
@@ -189,15 +189,15 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
     Comparison& result = found.emplace_back(Comparison{grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
                                                        w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
     if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
-    const auto nudged = [&] {
+    const auto nudged = [&](double epsilon) {
       Eigen::VectorXd x = point.x, near_v = v, near_w = w;
-      for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, second_order_tolerance.epsilon, random);
+      for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, epsilon, random);
       second->product(x, near_v, hv);
       second->product(x, near_w, hw);
       return adjoint::TwoWays{near_w.dot(hv), near_v.dot(hw)};
     };
     const double size = w.lpNorm<1>() * v.lpNorm<Eigen::Infinity>();
-    result.rounding = adjoint::rounding_between(nudged, most_rounding(second_order_tolerance.epsilon, size));
+    result.rounding = adjoint::rounding_between(nudged, second_order_tolerance.epsilon, most_rounding(second_order_tolerance.epsilon, size));
   }
   return true;
 }
@@ -251,10 +251,19 @@ std::vector<int> affordable_grid(const model::Problem& problem) {
 
 bool has_slope_of_two(const std::optional<double>& slope) { return slope && std::abs(*slope - 2) <= largest_slope_error; }
 
-QuotientEvidence quotients_along(const Line& f, const Derivative& derivative) {
+QuotientEvidence quotients_along(const Line& f, const DirectionalDerivative& derivative) {
   std::vector<double> steps;
   for (int k = 0; k < 22; ++k) steps.push_back(1e-2 * std::exp2(-k));
   return judge(quotients_of(f, steps, rounding_of(f, 1e-8, 0x1p-52)), derivative);
+}
+
+/// Of a derivative that is 0 on this grid but for rounding; else 0.
+double rounding_where_zero(const std::vector<DotCase>& cases, const std::string& grid) {
+  double result = 0;
+  for (const DotCase& one : cases) {
+    if (one.grid == grid && one.is_rounding) result = std::max(result, one.rounding);
+  }
+  return result;
 }
 
 bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
@@ -285,7 +294,8 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   }
   // Of a loss whose terms cancel it is more than its size tells. A kink between points so close adds next to nothing.
   const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
-  const double rounding = std::max(measured, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps()));
+  const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(session->workspace()));
+  const double rounding = std::max({measured, of_slope, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps())});
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);

@@ -55,7 +55,7 @@ struct Certificate {
   std::vector<DotCase> cases;
   std::vector<std::string> skipped;      // grids on which nothing could be compared, and why
   double worst() const;                  // largest relative error, of what is not rounding; not a number without a case
-  bool is_all_rounding() const;          // in each case
+  bool is_all_rounding() const;          // in each case: derivatives are 0 but for that
   std::optional<double> slope;           // of the remainder; absent when it is all rounding
   std::string note;                      // why the slope is absent, or where it was measured
   std::vector<Remainder> remainders;

@@ -147,10 +147,10 @@ double ProgramCheck::rounding(double epsilon) {
     for (const double value : values) largest_seed = std::max(largest_seed, std::abs(value));
   }
   for (const auto& [sum, value] : sum_seeds) largest_seed = std::max(largest_seed, std::abs(value));
-  const auto nudged = [&] {
+  const auto nudged = [&](double by) {
     const auto move = [&](auto& moved, const auto& from) {
       moved = from;
-      for (auto& [name, values] : moved) adjoint::nudge(values_of(values), epsilon, random_);
+      for (auto& [name, values] : moved) adjoint::nudge(values_of(values), by, random_);
     };
     move(inputs_, inputs);
     move(params_, params);
@@ -165,7 +165,7 @@ double ProgramCheck::rounding(double epsilon) {
     return adjoint::TwoWays{forward(), reverse};
   };
   constexpr double most_roundings = 1e7;  // as terms of differences of high order have
-  const double result = adjoint::rounding_between(nudged, most_roundings * epsilon * sizes * largest_seed);
+  const double result = adjoint::rounding_between(nudged, epsilon, most_roundings * epsilon * sizes * largest_seed);
   inputs_ = inputs, rates_ = rates, seeds_ = seeds, weight_rates_ = weight_rates;
   params_ = params, param_rates_ = param_rates, sum_seeds_ = sum_seeds;
   set_inputs();

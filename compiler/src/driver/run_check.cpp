@@ -106,7 +106,7 @@ QuotientEvidence RunChecker::evidence_for(const Inverse::Part* part) {
   const double size = std::max(std::abs(loss(0)), gradient_.cwiseAbs().dot(point_.x.cwiseAbs()));
   const double standstill = (1 + result_.steps) * precisions_.unit * size;
   const double rounding = std::max(rounding_of(loss, precisions_.spacing, precisions_.unit), standstill);
-  const Derivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
+  const DirectionalDerivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
   return judge(quotients_of(loss, precisions_.steps, rounding), derivative);
 }
 

@@ -33,7 +33,7 @@ std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, d
 }
 
 /// Whether the quotients of the three smallest steps at which they differ from the derivative by more than rounding agree.
-bool agree_elsewhere(const std::vector<Quotient>& quotients, const Derivative& derivative) {
+bool agree_elsewhere(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative) {
   std::vector<double> apart;
   for (auto q = quotients.rbegin(); q != quotients.rend() && apart.size() < 3; ++q) {
     const double difference = q->value - derivative.value;
@@ -91,7 +91,7 @@ std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& ste
   return quotients;
 }
 
-QuotientEvidence judge(const std::vector<Quotient>& quotients, const Derivative& derivative) {
+QuotientEvidence judge(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative) {
   QuotientEvidence result;
   result.is_elsewhere = agree_elsewhere(quotients, derivative);
   for (std::size_t k = 0; k + 2 < quotients.size(); ++k) {

@@ -53,7 +53,7 @@ struct Quotient {
 std::vector<Quotient> quotients_of(const Line& f, const std::vector<double>& steps, double rounding);
 
 /// A derivative and the rounding in it.
-struct Derivative {
+struct DirectionalDerivative {
   double value = 0, rounding = 0;
 };
 /// What quotients, of larger steps first, say of a derivative. Errors are relative to the larger of derivative and quotient.
@@ -66,6 +66,6 @@ struct QuotientEvidence {
   bool is_resolved() const { return rounding <= 0.1; }
   bool proves(double largest_error) const { return is_resolved() && !is_elsewhere && *error <= std::max(largest_error, rounding); }
 };
-QuotientEvidence judge(const std::vector<Quotient>& quotients, const Derivative& derivative);
+QuotientEvidence judge(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative);
 
 }  // namespace dpde::driver
