@@ -39,6 +39,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   check_wall_weights(draft);
   check_open_places(draft);
   check_data_times(draft);
+  check_wall_derivatives(draft);
   check_settings(draft);
   check_histories(draft);
   check_placements(draft);

@@ -44,6 +44,8 @@ std::optional<Optimiser> optimiser_of(Draft& draft, const ast::UsingItem& item);
 
 // data_times.cpp
 void check_data_times(Draft& draft);
+// wall_derivatives.cpp
+void check_wall_derivatives(Draft& draft);
 
 // training.cpp: tasks that learn from trajectories
 bool learns_from_trajectories(const Draft& draft);

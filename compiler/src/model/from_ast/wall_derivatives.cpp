@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Second derivatives that losses, tests and observables take beside walls that have values. There the value u_0 of the first cell is
+// mirrored, 2a - u_0, with which equations are of order 2 as a whole. That image errs by h^2 u''/4, so that (u_1 - 2 u_0 + image)/h^2 in
+// the first cell is 3/4 of u'' on the finest grid too.
+#include <variant>
+
+#include "model/build.h"
+#include "model/from_ast/parts.h"
+
+namespace dpde::model {
+
+namespace {
+
+/// A wall with a value halfway between points of the state: "x.low"; "" where there is none.
+std::string wall_with_value(const Problem& problem, const State& state) {
+  for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
+    if (problem.axes[axis].topology == Topology::periodic || state.placement[axis]) continue;
+    const AxisSides& sides = state.boundary[axis];
+    if (sides.low.kind == SideKind::value) return problem.axes[axis].name + ".low";
+    if (sides.high.kind == SideKind::value) return problem.axes[axis].name + ".high";
+  }
+  return "";
+}
+
+void check(Draft& draft, const Expr& value, const Origin& origin) {
+  for (const State& state : draft.problem.states) {
+    const std::string wall = wall_with_value(draft.problem, state);
+    const auto is_second = [&](const Expr& part) {
+      return std::holds_alternative<Derivative>(part->kind) && reads(part, state.name) && nested_order(part) >= 2;
+    };
+    if (wall.empty() || !any_part(value, is_second)) continue;
+    draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, wall},
+                      "where that matters, weight the cells beside the wall by 0");
+  }
+}
+
+}  // namespace
+
+void check_wall_derivatives(Draft& draft) {
+  const Problem& problem = draft.problem;
+  for (const Quantity& observable : problem.observables) check(draft, observable.value, observable.origin);
+  if (!problem.task) return;
+  for (const Loss& loss : problem.task->losses) check(draft, loss.value, loss.origin);
+  for (const Test& test : problem.task->tests) check(draft, test.quantity.value, test.quantity.origin);
+}
+
+}  // namespace dpde::model
