@@ -141,9 +141,9 @@ void write_table(const Ends& ends, const std::map<std::string, Row>& rows) {
   }
 }
 
-class GradientTable : public ::testing::TestWithParam<Ends> {};
+class GradientTableOf : public ::testing::TestWithParam<Ends> {};
 
-TEST_P(GradientTable, AgreesWithDifferences) {
+TEST_P(GradientTableOf, AgreesWithDifferences) {
   std::map<std::string, Row> rows;
   for (const std::string& scheme : schemes) {
     const SourceFile source("table.dpde", text_of(GetParam(), scheme));
@@ -163,7 +163,58 @@ TEST_P(GradientTable, AgreesWithDifferences) {
   write_table(GetParam(), rows);
 }
 
-INSTANTIATE_TEST_SUITE_P(, GradientTable, ::testing::ValuesIn(all_ends), [](const auto& info) { return info.param.name; });
+/// Where nothing stands between the steps of a large grid, blocks of them are reversed in one pass over memory.
+std::string text_of_blocks(const std::string& scheme) {
+  return R"(
+model m {
+  field u
+  field p
+  coefficient c
+  param k
+  control F
+  dt(dt(p)) = c*lap(p) - 0.1*dt(p) + 0.2*u
+  dt(u) = k*lap(u) - 0.3*u*dx(u) + 0.1*p + F
+}
+scheme q { time = )" + scheme + R"( }
+scene g : m with q {
+  grid x = 0 .. 512, cells 4096, periodic
+  grid y = 0 .. 20, cells 160, periodic
+  k = 0.05
+  F = 0.5 + sin(5*t) every 0.02
+  c = 0.3 + 0.1*sin(2*pi*x/512)
+  initial u = 0.7 + 0.2*sin(2*pi*x/512)
+  initial p = 0.3*cos(2*pi*y/20)
+  initial dt(p) = 0.1*sin(2*pi*y/20)
+  time 0 .. 0.08, step 0.01
+}
+task t : g {
+  unknown initial u
+  unknown initial dt(p)
+  unknown k
+  unknown c
+  unknown F
+  minimise mean((u - 0.3)^2) + mean(p^3)
+}
+)";
+}
+
+TEST(GradientTable, OfBlocksOfSteps) {
+  std::map<std::string, Row> rows;
+  for (const std::string& scheme : schemes) {
+    SCOPED_TRACE(scheme);
+    const SourceFile source("blocks.dpde", text_of_blocks(scheme));
+    const auto code = compile(source, false);
+    ASSERT_TRUE(code);
+    Eigen::VectorXd gradient;
+    compare(source, code, {"blocks"}, rows[scheme], gradient);
+    const Task task = open(source, code, {});
+    ASSERT_TRUE(task.inverse);
+    EXPECT_GT(task.session->rollout().gradient_block_steps(), 1);
+  }
+  write_table({"blocks", "", "", "", ""}, rows);
+}
+
+INSTANTIATE_TEST_SUITE_P(, GradientTableOf, ::testing::ValuesIn(all_ends), [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace dpde::testing
