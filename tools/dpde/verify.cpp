@@ -19,8 +19,7 @@ namespace {
 std::string target_of(const driver::Compiled& compiled, const driver::CompileOptions& options) {
   if (!compiled.problem) return options.selection.name.empty() ? "all programs" : "program " + options.selection.name;
   const model::Problem& problem = *compiled.problem;
-  // The task that certify() makes for a scene has the scene's name in front.
-  return problem.task->name == problem.scene + "_certificate" ? "scene " + problem.scene : "task " + problem.task->name;
+  return problem.task->certifies ? "scene " + problem.scene : "task " + problem.task->name;
 }
 
 /// A number that is below rounding is not printed as if it had been measured.
@@ -105,6 +104,7 @@ Json to_json(const driver::Certificate& certificate) {
           {"single_precision", single},
           {"dot_product",
            {{"max_relative_error", certificate.is_all_rounding() ? Json(nullptr) : json_number(certificate.worst())},
+            {"below_rounding", certificate.is_all_rounding()},
             {"cases", certificate.cases.size()},
             {"details", details_of(certificate.cases)},
             {"skipped", certificate.skipped}}},

@@ -57,11 +57,6 @@ bool is_sought(const model::Problem& problem, const model::Coefficient& coeffici
          (coefficient.value.formula && model::any_part(*coefficient.value.formula, reads_unknown));
 }
 
-/// The task that verify makes for a scene without one, in which every parameter is an unknown: its data have no source.
-bool is_for_certificate(const model::Problem& problem) {
-  return problem.task && std::ranges::any_of(problem.task->data, [](const model::Datum& datum) { return datum.file.empty() && datum.scene.empty(); });
-}
-
 }  // namespace
 
 adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& options) {
@@ -91,7 +86,7 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   for (const model::Parameter& param : compiled.problem->params) {
     if (!param.unknown && !options.by_everything) continue;
     // What a task seeks is no input to leave out: where there is no derivative by it, that is an error.
-    if (param.unknown && !is_for_certificate(*compiled.problem)) {
+    if (param.unknown && !(compiled.problem->task && compiled.problem->task->certifies)) {
       wrt.params.insert(param.name);
     } else {
       add_param(param.name);

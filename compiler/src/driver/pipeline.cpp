@@ -277,6 +277,7 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
 void add_certifying_task(model::Problem& problem) {
   model::Task task;
   task.name = problem.scene + "_certificate";
+  task.certifies = true;
   model::Expr total = 0.0;
   for (const model::State& state : problem.states) {
     std::string probe = state.name + "_probe";

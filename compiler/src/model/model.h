@@ -356,6 +356,7 @@ struct Optimiser {
 };
 struct Task {
   std::string name;
+  bool certifies = false;  // made by verify for a scene without a task: all that can be is unknown, data have no source
   std::vector<Datum> data;
   std::vector<Unknown> unknowns;
   std::vector<Loss> losses;
