@@ -185,6 +185,16 @@ void Executor::update_weights() {
 
 Network* Executor::network(int number) { return plan_->networks.empty() ? nullptr : &plan_->networks[static_cast<size_t>(number)]; }
 
+std::int64_t Executor::network_bytes() const {
+  std::int64_t total = 0;
+  for (size_t i = 0; i < plan_->networks.size(); ++i) {
+    const Network& network = plan_->networks[i];
+    const auto does = [&](int mode) { return applications(*program_, static_cast<int>(i), mode) > 0; };
+    total += does(DPDE_NETWORK_TANGENT) || does(DPDE_NETWORK_ADJOINT) ? network.bytes() : network.value_bytes();
+  }
+  return total;
+}
+
 void Executor::compute_uniforms() {
   uniforms_are_stale_ = false;
   const FloatScope without_subnormals;

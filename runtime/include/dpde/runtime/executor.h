@@ -53,6 +53,8 @@ class Executor {
   void update_weights();
   /// Null where the program runs it in another way.
   Network* network(int number);
+  /// Of memory that its networks write: inner layers, and their rates and adjoints where the program computes derivatives.
+  std::int64_t network_bytes() const;
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
   void set_param(int param, double value) {

@@ -168,7 +168,7 @@ struct GradientPlan {
   int stored_states = 0;
   int64_t recomputed_steps = 0, checkpoint_bytes = 0;
   int64_t tape_bytes = 0;       // of what networks compute, beside that
-  int64_t field_bytes = 0;      // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints among them
+  int64_t field_bytes = 0;      // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints and what networks work in among them
 };
 /// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be bound, and
 /// nothing of the size of a field is allocated.
