@@ -177,14 +177,14 @@ model m {
 }
 scheme q { time = )" + scheme + R"( }
 scene g : m with q {
-  grid x = 0 .. 512, cells 4096, periodic
-  grid y = 0 .. 20, cells 160, periodic
+  grid x = 0 .. 128, cells 1024, periodic
+  grid y = 0 .. 80, cells 640, periodic
   k = 0.05
   F = 0.5 + sin(5*t) every 0.02
-  c = 0.3 + 0.1*sin(2*pi*x/512)
-  initial u = 0.7 + 0.2*sin(2*pi*x/512)
-  initial p = 0.3*cos(2*pi*y/20)
-  initial dt(p) = 0.1*sin(2*pi*y/20)
+  c = 0.3 + 0.1*sin(2*pi*x/8)
+  initial u = 0.7 + 0.2*sin(2*pi*x/8)
+  initial p = 0.3 + 0.3*cos(2*pi*y/5)
+  initial dt(p) = 0.1*sin(2*pi*y/5)
   time 0 .. 0.08, step 0.01
 }
 task t : g {
@@ -200,7 +200,7 @@ task t : g {
 
 TEST(GradientTable, OfBlocksOfSteps) {
   std::map<std::string, Row> rows;
-  for (const std::string& scheme : schemes) {
+  for (const std::string scheme : {"euler", "rk4", "ab2"}) {  // no blocks are made of steps of verlet
     SCOPED_TRACE(scheme);
     const SourceFile source("blocks.dpde", text_of_blocks(scheme));
     const auto code = compile(source, false);
