@@ -187,11 +187,7 @@ Network* Executor::network(int number) { return plan_->networks.empty() ? nullpt
 
 std::int64_t Executor::network_bytes() const {
   std::int64_t total = 0;
-  for (size_t i = 0; i < plan_->networks.size(); ++i) {
-    const Network& network = plan_->networks[i];
-    const auto does = [&](int mode) { return applications(*program_, static_cast<int>(i), mode) > 0; };
-    total += does(DPDE_NETWORK_TANGENT) || does(DPDE_NETWORK_ADJOINT) ? network.bytes() : network.value_bytes();
-  }
+  for (const Network& network : plan_->networks) total += network.bytes();
   return total;
 }
 

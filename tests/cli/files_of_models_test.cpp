@@ -106,7 +106,7 @@ TEST_F(EarlyCtrlC, IsHeardWhileCompiling) {
   fs::create_directories(path("tmp"));
   std::vector<Outcome> all;
   for (const std::string verb : {"check", "verify", "gradient", "optimize", "emit --stage adjoint"})
-    all.push_back(interrupted(verb + " sum.dpde find", "0.3"));
+    all.push_back(interrupted(verb + " sum.dpde find", "0.05"));
   all.push_back(
       shell("export TMPDIR=$PWD/tmp; timeout --preserve-status -k 30 -s INT 1 $DPDE run sum.dpde rod --backend cpp"));
   for (const Outcome& stopped : all) {

@@ -43,7 +43,6 @@ void Network::adjoint(void* const* inputs, void* const* seeds, void* const* inpu
   impl_->runner().adjoint(inputs, seeds, input_bars, weight_bars);
 }
 std::int64_t Network::bytes() const { return impl_->runner().bytes(); }
-std::int64_t Network::value_bytes() const { return impl_->runner().value_bytes(); }
 
 std::int64_t Network::tape_bytes() const { return impl_->runner().tape_bytes(); }
 std::int64_t Network::products() const { return impl_->runner().products(); }

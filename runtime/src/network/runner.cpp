@@ -26,7 +26,6 @@ class WholeGrid final : public Runner {
     engine_.adjoint(ports_, inputs, seeds, input_bars, weight_bars);
   }
   int64_t bytes() const override { return engine_.bytes(); }
-  int64_t value_bytes() const override { return engine_.tape_bytes(); }
   int64_t tape_bytes() const override { return engine_.tape_bytes(); }
   int64_t products() const override { return engine_.products(); }
   void write_tapes(Tapes* tapes) override { engine_.write_tapes(tapes); }

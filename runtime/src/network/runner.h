@@ -22,7 +22,6 @@ class Runner {
   virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) = 0;
   virtual void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) = 0;
   virtual int64_t bytes() const = 0;
-  virtual int64_t value_bytes() const { return bytes(); }
   // See Network.
   virtual int64_t tape_bytes() const { return 0; }
   virtual int64_t products() const { return 0; }

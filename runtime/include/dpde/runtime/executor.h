@@ -53,7 +53,7 @@ class Executor {
   void update_weights();
   /// Null where the program runs it in another way.
   Network* network(int number);
-  /// Of memory that its networks write: inner layers, and their rates and adjoints where the program computes derivatives.
+  /// Of memory that its networks work in: inner layers, their rates and adjoints.
   std::int64_t network_bytes() const;
 
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.

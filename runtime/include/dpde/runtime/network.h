@@ -48,9 +48,8 @@ class Network {
   /// them, are not wanted; what is there is replaced. `weight_bars`, unless null, are added to. Runs forward by itself where no tape tells.
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
 
-  /// Of memory; of the part of it that value() writes.
+  /// Of memory.
   std::int64_t bytes() const;
-  std::int64_t value_bytes() const;
 
   /// What value() computes on the way for the adjoint() of another object of the same network, grid and weights: one keeps it while
   /// the tapes are recording, the other one looks there before it runs forward. Results are the same to the last bit.
