@@ -189,6 +189,33 @@ task t : s { unknown k; minimise mean(u^3) }
   EXPECT_FALSE(certificate->is_all_rounding());
 }
 
+/// The mean of a gradient is that of the walls, its derivative rounding; on 7 cells the run multiplies that by 1e8 in three steps.
+TEST(Certificate, LeavesOutGridsOnWhichRoundingGrows) {
+  const auto certificate = testing::certificate_of(R"(
+operator tie(g, s) order 0 = ((abs(s - s[+1]) + s + s[+1])*(g[+1] - g) - (abs(s[-1] - s) + s[-1] + s)*(g - g[-1]))/hx
+model m { vector u; vector v; field c; param a; dt(u) = 0; dt(v) = grad(c)
+  dt(c) = u.x*d(d(c, x, 2), x, 2) + 0.1*tie(c, c*c*c - 0.661*c) }
+scheme q { time = rk2 }
+scene s : m with q {
+  grid x = 0 .. 3.72, cells 2
+  boundary u.x: x.low = zero_gradient, x.high = 0
+  boundary v.x: x = 0
+  boundary c: x = 0.974*sin(3*t + x)
+  a = 0.81
+  initial u.x = 0.88 + 0.31*sin(1.25*x) + 0.2*a
+  initial v.x = 0.99 + 0.31*sin(1.62*x) + 0.2*a + 0.02*noise(3)
+  initial c = 1.03 + 0.31*cos(x + 0.273) + 0.2*a
+  time 0 .. 4*0.02, step 0.02
+}
+task t : s { unknown initial u.x; minimise mean(v.x)*0.566 over time }
+)", false);
+  ASSERT_TRUE(certificate);
+  EXPECT_TRUE(certificate->passed()) << certificate->worst();
+  ASSERT_EQ(certificate->skipped.size(), 2u);
+  EXPECT_NE(certificate->skipped[0].find("7 cells: the run is not stable: v.x grows from 1.4"), std::string::npos) << certificate->skipped[0];
+  EXPECT_EQ(certificate->skipped[1], "11 cells: the run is not finite");
+}
+
 TEST(Slope, IsThatOfThePowerAndIgnoresRounding) {
   std::vector<driver::Remainder> quadratic, linear;
   for (int k = 0; k < 16; ++k) {

@@ -31,7 +31,7 @@ using driver::Backend;
 
 namespace {
 
-constexpr rlim_t longest_seconds = 120;  // of a processor
+constexpr rlim_t longest_seconds = 400;  // of a processor
 constexpr double largest_double_error = 1e-11, largest_float_error = 3e-4;  // of back ends, on numbers of order one
 
 /// Final states, loss and gradient near the task's start, one after the other.

@@ -93,14 +93,14 @@ struct Tolerance {
   double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
   double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
   double epsilon;       // the distance of 1 to the next number
-  const char* not_finite;
+  const char* in;  // what runs, "the run", for messages
 };
 
 /// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes, `rounding` what was measured of it.
 struct Comparison {
   std::string grid, what;
   double forward = 0, backward = 0, scale = 0, loss = 0, rounding = 0;
-  bool is_finite = true;
+  std::string left_out;  // why it says nothing
 
   double error(double scale_weight) const { return relative_difference(forward, backward, scale_weight * scale); }
 };
@@ -111,6 +111,14 @@ void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
 
 /// What rounding of values that may be as large as `size` and in differences of high order can amount to.
 double most_rounding(double epsilon, double size) { return 1e7 * epsilon * size; }
+
+/// Empty where it does not: what each step multiplies, rounding too, no derivative can be compared by.
+std::string why_rounding_grows(Session& session, const char* in) {
+  constexpr double suspicious = 1e3;
+  if (session.rollout().run().blow_up) return fmt::format("{} is not finite", in);
+  const std::vector<Growth> growths = growth_of(session, suspicious);
+  return growths.empty() ? "" : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state, growths[0].before, growths[0].after);
+}
 
 std::optional<Comparison> compare(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
                                   const SessionOptions& options, const Tolerance& tolerance, Random& random, DiagnosticSink& sink) {
@@ -126,8 +134,10 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   result.backward = gradient.dot(point.direction);
   result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   result.loss = loss;
-  result.is_finite = std::isfinite(loss) && std::isfinite(result.forward) && std::isfinite(result.backward);
-  if (result.is_finite && result.error(tolerance.scale_weight) > tolerance.largest_error) {
+  if (!std::isfinite(loss) || !std::isfinite(result.forward) || !std::isfinite(result.backward)) {
+    result.left_out = fmt::format("{} is not finite", tolerance.in);
+  } else if (result.error(tolerance.scale_weight) > tolerance.largest_error) {
+    result.left_out = why_rounding_grows(*session, tolerance.in);
     const auto nudged = [&](double epsilon) {
       Point near = point;
       nudge_all(near.x, epsilon, random);
@@ -145,12 +155,12 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
 void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped) {
   std::vector<double> scales;
   for (const Comparison& one : found) {
-    if (one.is_finite) scales.push_back(one.scale);
+    if (one.left_out.empty()) scales.push_back(one.scale);
   }
   const double usual = usual_scale(scales);
   for (const Comparison& one : found) {
-    if (!one.is_finite) {
-      skipped.push_back(one.grid + " cells: " + tolerance.not_finite);
+    if (!one.left_out.empty()) {
+      skipped.push_back(one.grid + " cells: " + one.left_out);
       continue;
     }
     DotCase& result = cases.emplace_back(DotCase{one.grid, one.what});
@@ -161,7 +171,7 @@ void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance,
   }
 }
 
-constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, ""};
+constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, "the run"};
 
 /// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
 bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
@@ -189,6 +199,7 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
     Comparison& result = found.emplace_back(Comparison{grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
                                                        w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
     if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
+    result.left_out = why_rounding_grows(*session, second_order_tolerance.in);
     const auto nudged = [&](double epsilon) {
       Eigen::VectorXd x = point.x, near_v = v, near_w = w;
       for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, epsilon, random);
@@ -430,7 +441,7 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
                                    const CertifyOptions& options, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   Certificate certificate;
-  const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run is not finite"};
+  const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run"};
   if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink)) return std::nullopt;
   const SessionOptions own = runs_to_compare(*compiled, options).front();
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
@@ -442,7 +453,7 @@ bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Co
                               Certificate& certificate, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   SinglePrecisionCheck& check = certificate.single.emplace();
-  const Tolerance tolerance{largest_single_error, single_rounding_of_loss, 100, 0x1p-23, "the run in single precision is not finite"};
+  const Tolerance tolerance{largest_single_error, single_rounding_of_loss, 100, 0x1p-23, "the run in single precision"};
   return compare_all(source, compiled, options, random, tolerance, check.cases, certificate.skipped, sink);
 }
 

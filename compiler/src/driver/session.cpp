@@ -397,8 +397,7 @@ std::vector<double> one_step_further(Session& session) {
 
 }  // namespace
 
-std::vector<Growth> growth_of(Session& session) {
-  constexpr double suspicious = 1e8;
+std::vector<Growth> growth_of(Session& session, double suspicious) {
   std::vector<Growth> result;
   std::vector<double> further;
   for (int s = 0; s < session.rollout().state_count(); ++s) {
