@@ -2,6 +2,7 @@
 // dpde: the command. Each verb has a file of its own; this one parses the command line and hands over.
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <csignal>
@@ -49,6 +50,7 @@ bool wants_json(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace dpde::tools;
   std::signal(SIGPIPE, SIG_IGN);
+  mallopt(M_MMAP_THRESHOLD, 1 << 17);  // arrays that are given back go to the system, also after larger ones
   CLI::App app("dpde: from equations to fast simulations and certified gradients", "dpde");
   app.set_version_flag("--version", version);
   app.require_subcommand(1);

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
+#include <map>
 #include <numeric>
 #include <random>
 #include <set>
+#include <span>
 
 #include "driver/array_file.h"
 #include "driver/trajectories.h"
@@ -91,90 +94,89 @@ double observed(Session& session, const std::string& name, const Snapshot& snaps
   unreachable("the model level knows the observables of a scene");
 }
 
-/// Runs the other scene and keeps a field, or the value of an observable, at the wanted times.
-std::optional<std::vector<std::vector<double>>> run_other_scene(Session& session, const model::Datum& datum,
-                                                                const std::vector<double>& times, const SourceFile& source,
-                                                                DiagnosticSink& sink) {
+/// Takes the state at the k-th of the wanted times: as they come, so that there is one copy of each.
+using TakeState = std::function<void(std::size_t k, std::span<const double> values)>;
+
+/// Runs the other scene and gives a field, or the value of an observable in all cells, at the wanted times. False where it cannot.
+bool run_other_scene(Session& session, const model::Datum& datum, const std::vector<double>& times, const TakeState& take,
+                     const SourceFile& source, DiagnosticSink& sink) {
   const SourceRange where = datum.origin.range;
   const auto fail = [&](const std::string& reason) {
     sink.report("data-of-other-scene", where, {datum.scene, reason});
-    return std::nullopt;
+    return false;
   };
   std::optional<Compiled> compiled = compile(source, options_of_maker(session.compiled(), datum), sink);
-  if (!compiled) return std::nullopt;
+  if (!compiled) return false;
   SessionOptions session_options;
   session_options.threads = session.options().threads;
   session_options.stop = session.options().stop;
   const auto other = Session::open(source, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
-  if (!other) return std::nullopt;
+  if (!other) return false;
   const std::string difference = mismatch(other->workspace().axes(), session.workspace().axes());
   if (!difference.empty() && !datum.series) return fail(difference);
   const int state = other->rollout().state_index(datum.field);
   if (state < 0 && !datum.series) return fail("it has no state " + datum.field);
-  std::map<int, std::vector<double>> wanted;  // by step of the other run
+  std::multimap<int, std::size_t> wanted;  // times by step of the other run
   int every = 0;
-  for (const double t : times) {
-    const int step = step_at(*other, t);
-    if (step < 0) return fail(fmt::format("no step of it ends at t = {}", t));
-    wanted[step];
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const int step = step_at(*other, times[k]);
+    if (step < 0) return fail(fmt::format("no step of it ends at t = {}", times[k]));
+    wanted.emplace(step, k);
     every = std::gcd(every, step);
   }
+  std::vector<double> values;
   const auto keep = [&](const Snapshot& snapshot) {
-    const auto slot = wanted.find(snapshot.step);
-    if (slot == wanted.end()) return;
+    const auto [first, last] = wanted.equal_range(snapshot.step);
+    if (first == last) return;
     if (datum.series) {
-      const double value = observed(*other, datum.field, snapshot);
-      slot->second.assign(session.workspace().cell_count(), value);
-      return;
+      values.assign(session.workspace().cell_count(), observed(*other, datum.field, snapshot));
+    } else {
+      values.resize(other->workspace().cell_count());
+      copy_out(other->workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
+      values = average_down(values, other->workspace().axes(), session.workspace().axes(), datum.placement);
     }
-    std::vector<double> values(other->workspace().cell_count());
-    copy_out(other->workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
-    slot->second = average_down(values, other->workspace().axes(), session.workspace().axes(), datum.placement);
+    for (auto one = first; one != last; ++one) take(one->second, values);
   };
   const RunResult result = other->rollout().run({every == 0 ? std::max(1, other->steps()) : every, keep});
   if (result.stopped) {
     sink.report("run-failed", datum.origin.range, {fmt::format("stopped while scene {} made the data", datum.scene)});
-    return std::nullopt;
+    return false;
   }
   if (result.blow_up) {
     sink.report("run-failed", datum.origin.range,
                 {fmt::format("scene {}, which makes the data, blows up at t = {}", datum.scene, result.blow_up->t)},
                 fmt::format("dpde run {} {} shows where", source.path(), datum.scene));
-    return std::nullopt;
+    return false;
   }
   report_growth(*other, sink);
-  std::vector<std::vector<double>> states;
-  for (const double t : times) states.push_back(wanted[step_at(*other, t)]);
-  return states;
+  return true;
 }
 
-std::vector<std::vector<double>> made_up(std::size_t cells) {
+std::vector<double> made_up(std::size_t cells) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<double> state(cells);
   for (double& value : state) value = uniform(random);
-  return {std::move(state)};
+  return state;
 }
 
-std::optional<std::vector<std::vector<double>>> from_file(Session& session, const model::Datum& datum,
-                                                          const std::vector<double>& times, const SourceFile& source, DiagnosticSink& sink) {
+bool from_file(Session& session, const model::Datum& datum, const std::vector<double>& times, const TakeState& take,
+               const SourceFile& source, DiagnosticSink& sink) {
   const bool last_state = datum.when.kind == model::When::Kind::end;
   const std::optional<std::vector<double>> values =
       load_array({datum.file, datum.variable, last_state ? std::vector<double>{} : times}, source,
                  datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
                  session.problem().scheme.real, datum.origin.range, sink);
-  if (!values) return std::nullopt;
+  if (!values) return false;
   const std::size_t cells = session.workspace().cell_count();
-  std::vector<std::vector<double>> result;
-  if (datum.series) {
-    for (const double value : *values) result.emplace_back(cells, value);
-    return result;
-  }
   for (std::size_t k = 0; k < times.size(); ++k) {
-    result.emplace_back(values->begin() + static_cast<std::ptrdiff_t>(k * cells),
-                        values->begin() + static_cast<std::ptrdiff_t>((k + 1) * cells));
+    if (datum.series) {
+      take(k, std::vector<double>(cells, (*values)[k]));
+    } else {
+      take(k, std::span(*values).subspan(k * cells, cells));
+    }
   }
-  return result;
+  return true;
 }
 
 }  // namespace
@@ -328,19 +330,14 @@ std::optional<DataStates> load_datum(Session& session, const model::Datum& datum
   // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is compared with.
   const bool is_made_up = !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());
   const std::vector<double> times = is_made_up ? std::vector<double>(1) : times_of(session, datum.when);
-  std::optional<std::vector<std::vector<double>>> states;
-  if (is_made_up) {
-    states = made_up(session.workspace().cell_count());
-  } else if (!datum.file.empty()) {
-    states = from_file(session, datum, times, source, sink);
-  } else {
-    states = run_other_scene(session, datum, times, source, sink);
-  }
-  if (!states) return std::nullopt;
   DataStates result{datum.name, times.size() > 1 ? times : std::vector<double>{}, {}};
-  for (std::size_t k = 0; k < states->size(); ++k) {
-    result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
-    session.workspace().field(result.fields.back()).copy_in((*states)[k]);
+  for (std::size_t k = 0; k < times.size(); ++k) result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
+  const TakeState take = [&](std::size_t k, std::span<const double> values) { session.workspace().field(result.fields[k]).copy_in(values); };
+  if (is_made_up) {
+    take(0, made_up(session.workspace().cell_count()));
+  } else if (!(datum.file.empty() ? run_other_scene(session, datum, times, take, source, sink)
+                                  : from_file(session, datum, times, take, source, sink))) {
+    return std::nullopt;
   }
   return result;
 }

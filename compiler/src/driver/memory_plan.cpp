@@ -26,7 +26,6 @@ class Planner {
 
   double peak() const { return peak_; }
   double array() const { return array_; }
-  double field() const { return field_; }
   void hold(const std::string& name, double count = 1) {
     fields_.insert(name);
     others_ += (count - 1) * field_;
@@ -94,23 +93,21 @@ class Planner {
   double others_ = 0, peak_ = 0;
 };
 
-/// load_datum: the run of another scene, its states, and the fields they become.
+/// load_datum: the run of another scene, whose states become fields one by one, or the values of a file.
 void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& datum, const SourceFile& source) {
   double count = 1;
   if (!datum.trajectories && datum.when.kind == model::When::Kind::at) count = static_cast<double>(datum.when.times.size());
   if (!datum.trajectories && datum.when.kind != model::When::Kind::at && datum.when.kind != model::When::Kind::end) count = compiled.problem->steps + 1;
-  const double arrays = count * planner.array();
+  planner.hold(datum.name, count);
   if (!datum.scene.empty()) {
     DiagnosticSink silent;
     CompileOptions options = options_of_maker(compiled, datum);
     options.backend.reset();
     const std::optional<Compiled> maker = compile(source, options, silent);
-    if (maker && maker->problem) planner.note(peak_of_run(*maker) + 2 * arrays);
+    if (maker && maker->problem) planner.note(peak_of_run(*maker) + planner.array());
   } else if (!datum.file.empty()) {
-    planner.note(2 * arrays);
+    planner.note(count * planner.array());
   }
-  planner.note(arrays + count * planner.field());
-  planner.hold(datum.name, count);
 }
 
 }  // namespace
