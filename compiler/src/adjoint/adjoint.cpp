@@ -12,6 +12,7 @@
 #include "adjoint/regions.h"
 #include "adjoint/weights.h"
 #include "support/assert.h"
+#include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -173,12 +174,12 @@ class Reversal {
   /// Whether the reverse part so far reads a field.
   bool was_read(const std::string& field) const {
     return std::ranges::any_of(body, [&](const Statement& statement) {
-      const Run* run = std::get_if<Run>(&statement);
-      const Reduce* reduce = std::get_if<Reduce>(&statement);
-      const Infer* infer = std::get_if<Infer>(&statement);
-      if (infer) return std::ranges::find(infer->rates, field) != infer->rates.end();
-      if (reduce) return reduce->field == field;
-      return run && signature(*kernels_.find_kernel(run->kernel)).find_read(field);
+      return match(
+          statement, [&](const Fill& fill) { return wall_fields(fill.axes).contains(field); },
+          [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
+          [&](const Reduce& reduce) { return reduce.field == field; },
+          [&](const Infer& infer) { return contains(infer.inputs, field) || contains(infer.rates, field); },
+          [&](const Run& run) { return signature(*kernels_.find_kernel(run.kernel)).find_read(field) != nullptr; });
     });
   }
 

@@ -186,6 +186,9 @@ std::vector<Link> DerivedNames::links(const Module& module, const Program& progr
   add(Link::Kind::field, fields);
   add(Link::Kind::param, params);
   add(Link::Kind::sum, known.sums);
+  // A derivative that knows nothing of an input reads as "does not depend on it": a gradient that is silently 0.
+  const auto is_linked = [&](const std::string& input) { return derived_.contains(input); };
+  require(std::ranges::all_of(wrt.fields, is_linked) && std::ranges::all_of(wrt.params, is_linked), "each active input has a link");
   return links;
 }
 
