@@ -30,6 +30,9 @@ Module distribute_uniforms(const Module& module);
 /// Regroups updates u + dt*(...) by neighbour, with what several terms share computed once. Results change by rounding.
 Module regroup_updates(const Module& module);
 
+/// Makes several kernels of one of very many stores. Sums that are shared out change by rounding.
+Module split_wide_kernels(const Module& module);
+
 struct Pass {
   std::string_view name;
   Module (*run)(const Module&);
@@ -40,6 +43,7 @@ inline constexpr Pass default_passes[] = {
     {"dead-code", remove_dead_code},
 };
 inline constexpr Pass loop_passes[] = {
+    {"split-wide", split_wide_kernels},
     {"inline-lets", inline_lets},
     {"distribute", distribute_uniforms},
     {"regroup", regroup_updates},

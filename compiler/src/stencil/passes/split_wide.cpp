@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of very many stores as several. The time that a back end takes for a row grows with the square of its streams, so that
+// 200 fields in one row compile several times as long as in seven.
+#include <algorithm>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "stencil/build.h"
+#include "stencil/passes/passes.h"
+#include "stencil/passes/work.h"
+#include "support/name_supply.h"
+
+namespace dpde::stencil {
+
+namespace {
+
+/// Stores of a kernel from which on it is split, and of each part. Parts read again what they share: with so many stores that is little.
+constexpr std::size_t widest = 48, part_width = 32;
+
+/// Of all parts, over those of the whole: lets that several parts need are computed in each.
+constexpr double most_work = 1.25;
+
+void add_terms(const Expr& e, std::vector<Expr>& terms) {
+  const Binary* sum = std::get_if<Binary>(&e->kind);
+  if (sum == nullptr || sum->op != BinaryOp::add) return terms.push_back(e);
+  add_terms(sum->left, terms);
+  add_terms(sum->right, terms);
+}
+
+/// A sum of as many terms as there are parts gives each its share: they add to the same number.
+void share_out(const Sum& sum, std::vector<Kernel>& parts) {
+  std::vector<Expr> terms;
+  add_terms(sum.value, terms);
+  if (terms.size() < parts.size()) return parts.back().sums.push_back(sum);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::size_t begin = terms.size() * i / parts.size(), end = terms.size() * (i + 1) / parts.size();
+    Expr value = terms[begin];
+    for (std::size_t k = begin + 1; k < end; ++k) value = value + terms[k];
+    parts[i].sums.push_back({sum.name, value});
+  }
+}
+
+/// Those that a part needs, directly or through others.
+std::vector<Let> lets_of(const Kernel& part, const std::vector<Let>& all) {
+  std::set<std::string> used;
+  const auto note = [&](const Expr& value) {
+    visit(value, [&](const Expr& e) {
+      if (const Local* local = std::get_if<Local>(&e->kind)) used.insert(local->name);
+    });
+  };
+  for (const Store& store : part.stores) note(store.value);
+  for (const Sum& sum : part.sums) note(sum.value);
+  std::vector<Let> lets;
+  for (auto let = all.rbegin(); let != all.rend(); ++let) {
+    if (!used.contains(let->name)) continue;
+    note(let->value);
+    lets.push_back(*let);
+  }
+  std::ranges::reverse(lets);
+  return lets;
+}
+
+/// Whether one reads what another before it has stored: as a whole they read what was there before.
+bool read_each_other(const std::vector<Kernel>& parts) {
+  std::set<std::string> stored;
+  for (const Kernel& part : parts) {
+    for (const Signature::Read& read : signature(part).reads) {
+      if (stored.contains(read.field)) return true;
+    }
+    for (const Store& store : part.stores) stored.insert(store.field);
+  }
+  return false;
+}
+
+/// The kernel itself where it is narrow, or where its parts would do much twice.
+std::vector<Kernel> parts_of(const Kernel& kernel) {
+  if (kernel.stores.size() <= widest || !kernel.scatters.empty()) return {kernel};
+  const std::size_t count = (kernel.stores.size() + part_width - 1) / part_width;
+  std::vector<Kernel> parts(count, Kernel{kernel.name, kernel.rank, {}, {}, {}, {}});
+  for (std::size_t i = 0; i < kernel.stores.size(); ++i) parts[i * count / kernel.stores.size()].stores.push_back(kernel.stores[i]);
+  for (const Sum& sum : kernel.sums) share_out(sum, parts);
+  int work = 0;
+  for (Kernel& part : parts) {
+    part.lets = lets_of(part, kernel.lets);
+    work += instructions(part);
+  }
+  const bool is_worth_it = work <= most_work * instructions(kernel) && !read_each_other(parts);
+  return is_worth_it ? parts : std::vector{kernel};
+}
+
+}  // namespace
+
+Module split_wide_kernels(const Module& module) {
+  Module result = module;
+  result.kernels.clear();
+  NameSupply names;
+  for (const Kernel& kernel : module.kernels) names.reserve(kernel.name);
+  std::map<std::string, std::vector<std::string>> parts_by_kernel;
+  for (const Kernel& kernel : module.kernels) {
+    std::vector<Kernel> parts = parts_of(kernel);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (parts.size() > 1) parts[i].name = names.fresh(kernel.name + "_part" + std::to_string(i + 1));
+      parts_by_kernel[kernel.name].push_back(parts[i].name);
+      result.kernels.push_back(std::move(parts[i]));
+    }
+  }
+  for (Program& program : result.programs) {
+    std::vector<Statement> body;
+    for (const Statement& statement : program.body) {
+      const Run* run = std::get_if<Run>(&statement);
+      if (run == nullptr) body.push_back(statement);
+      for (const std::string& part : run == nullptr ? std::vector<std::string>{} : parts_by_kernel.at(run->kernel)) body.push_back(Run{part, run->grow});
+    }
+    program.body = std::move(body);
+  }
+  return result;
+}
+
+}  // namespace dpde::stencil
