@@ -32,7 +32,7 @@ const std::set<std::string> words{
     "vector", "param", "data", "scene", "model", "task", "with", "order", "scalar", "courant", "speed", "batch", "unroll", "iterations", "runs", "seed", "file", "frames",
     "coarsen", "initial", "low", "high", "all", "axes", "faces", "centres", "nodes", "unknown", "minimise", "test", "observe", "output", "rate", "using", "learn", "control",
     "coefficient", "boundary", "exact", "grid", "vary", "kernel", "program", "run", "fill", "fold", "swap", "keep", "reduce", "apply", "adjoint", "tangent", "weights", "real",
-    "euler", "rk2", "rk4", "verlet", "ab2", "leapfrog", "central", "upwind", "conv", "dense", "relu", "tanh", "gradient", "value", "mixed", "mean", "max", "min", "sum", "growth", "subcycle",
+    "euler", "rk2", "rk4", "verlet", "ab2", "leapfrog", "central", "upwind", "cubic", "linear", "conv", "dense", "relu", "tanh", "gradient", "value", "mixed", "mean", "max", "min", "sum", "growth", "subcycle",
     "epochs", "cut", "noise", "clip", "validate", "patience", "schedule", "trials"};
 
 class Names {

@@ -100,8 +100,9 @@ class EventStages {
     Kernel& kernel = stages_.back().kernel;
     Discretiser at_point = lowering_.discretiser(reading(), kernel.lets);
     std::map<std::string, Expr> locals;
-    for (const auto& [state, field] : ends_) {
-      if (const Store* store = last_store(field)) locals.emplace(field, at_point.shared(state + "_end", store->value));
+    for (const model::State& state : lowering_.problem().states) {  // in the model's order, whatever the names
+      const std::string& field = ends_.at(state.name);
+      if (const Store* store = last_store(field)) locals.emplace(field, at_point.shared(state.name + "_end", store->value));
     }
     const std::optional<Expr> happens = condition(event, at_point);
     std::map<std::string, Expr> values;

@@ -203,7 +203,9 @@ struct Side {
 struct AxisBoundary {
   Topology topology = Topology::periodic;
   Side low, high;  // not looked at when periodic
-  bool operator==(const AxisBoundary&) const = default;
+  bool operator==(const AxisBoundary& other) const {
+    return topology == other.topology && (topology == Topology::periodic || (low == other.low && high == other.high));
+  }
 };
 
 struct Fill {

@@ -65,12 +65,13 @@ class Subcycles {
   Fields make_between(double time, const std::vector<Advance>& readers) {
     Fields fields;
     Kernel kernel = lowering_.kernel("");
-    for (const auto& [state, end] : ends_) {
-      const auto reads_it = [&](const Advance& advance) { return model::reads(advance.rate, state); };
-      if (std::none_of(readers.begin(), readers.end(), reads_it)) continue;
-      const std::string field = lowering_.field_beside(state, "between");
-      kernel.stores.push_back({field, false, (1 - time) * access(state) + time * access(end), {}});
-      fields[state] = field;
+    for (const model::State& state : lowering_.problem().states) {
+      const auto end = ends_.find(state.name);
+      const auto reads_it = [&](const Advance& advance) { return model::reads(advance.rate, state.name); };
+      if (end == ends_.end() || std::none_of(readers.begin(), readers.end(), reads_it)) continue;
+      const std::string field = lowering_.field_beside(state.name, "between");
+      kernel.stores.push_back({field, false, (1 - time) * access(state.name) + time * access(end->second), {}});
+      fields[state.name] = field;
     }
     if (!fields.empty()) between_.emplace(time, Between{fields, {std::move(kernel), param("t") + time * param("dt"), {}}});
     return fields;
