@@ -118,5 +118,36 @@ task t : s { unknown @; minimise mean(u^2) }
   }
 }
 
+/// Terms are added in the order of the model, not in that of the names.
+TEST(Names, TheirOrderChangesNoBit) {
+  const auto gradient_of_v = [](const std::string& u, const std::string& v) {
+    std::string text = R"(
+model m {
+  field U, V
+  vector c
+  dt(U) = -advect(c, U) - U*(1 - (V + 1.5)^2)
+  dt(V) = -advect(c, V) + 1.48*V*(1 - c.x^2)
+  dt(c) = -advect(c, c)
+}
+scheme q { time = euler; advect = upwind(3) }
+scene s : m with q {
+  grid x = 0 .. 4.16, cells 3
+  grid y = 0 .. 5.17, cells 4, periodic
+  boundary U: x = zero_gradient
+  boundary V: x = zero_gradient
+  boundary c: x = zero_gradient
+  initial U = 0.74 + 0.31*cos(y + 0.794)
+  initial V = 1.07 + 0.31*cos(x + 1.29)
+  initial c = (1.07 + 0.31*exp(-(y - 1.25)^2), 0.72)
+  at t = 0.02: c.y = 0.848*c.y
+  time 0 .. 0.06, step 0.02
+}
+task t : s { unknown initial V; minimise mean((U*V - exp(-x))^2) })";
+    for (std::size_t at = 0; (at = text.find_first_of("UV", at)) != std::string::npos;) text.replace(at, 1, text[at] == 'U' ? u : v);
+    return task_gradient(text, "t").gradient.at(v);
+  };
+  EXPECT_EQ(gradient_of_v("a", "b"), gradient_of_v("b", "a"));
+}
+
 }  // namespace
 }  // namespace dpde::testing

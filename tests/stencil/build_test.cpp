@@ -146,5 +146,12 @@ TEST(Signature, InterfaceAndHaloOfAProgram) {
   EXPECT_EQ(halo.at("r"), (std::array<int, 3>{0, 1, 0}));
 }
 
+/// What a program refills alike keeps its values for the adjoint.
+TEST(Boundaries, SidesOfPeriodicAxesAreNotLookedAt) {
+  const Side wall{SideKind::value, 2.0};
+  EXPECT_EQ((AxisBoundary{Topology::periodic, wall, {}}), AxisBoundary{});
+  EXPECT_NE((AxisBoundary{Topology::bounded, wall, {}}), (AxisBoundary{Topology::bounded, {}, {}}));
+}
+
 }  // namespace
 }  // namespace dpde::stencil
