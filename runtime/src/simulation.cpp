@@ -399,7 +399,7 @@ double Simulation::loss() {
   impl_->begin_objective(objective);
   const double loss = objective.loss();
   const bool stopped = impl_->options.stop != nullptr && impl_->options.stop->load();
-  if (!stopped && !std::isfinite(loss)) impl_->require_finite_run(objective);
+  if (!stopped && !std::isfinite(loss)) impl_->refuse(objective, "the loss");
   return loss;
 }
 

@@ -101,10 +101,10 @@ const Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
   throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
 }
 
-/// Optimisers do not ask for it: to them a step that blows up is one that is too long.
-void Simulation::Impl::require_finite_run(Rollout& rollout) const {
+/// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite `what` is at fault.
+void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) const {
   const std::optional<BlowUp> first = rollout.run().blow_up;
-  if (!first) return;
+  if (!first) throw NotFinite(what + " is not finite, though all states are: a root or a power may have no derivative at 0, or a quotient no value");
   throw NotFinite(fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
                               "a smaller step than {} may help",
                               rollout.state_name(first->state), first->step, scene.steps, first->t,
@@ -113,7 +113,12 @@ void Simulation::Impl::require_finite_run(Rollout& rollout) const {
 
 double Simulation::gradient() {
   const double loss = impl_->gradient();
-  if (!impl_->was_stopped && !std::isfinite(loss)) impl_->require_finite_run(impl_->objective());
+  if (impl_->was_stopped) return loss;
+  if (!std::isfinite(loss)) impl_->refuse(impl_->objective(), "the loss");
+  for (const Unknown& unknown : impl_->unknowns) {
+    const bool is_finite = std::ranges::all_of(unknown.part_of(gradient_vector()), [](double value) { return std::isfinite(value); });
+    if (!is_finite) impl_->refuse(impl_->objective(), fmt::format("the gradient of the loss by {}", unknown.name));
+  }
   return loss;
 }
 

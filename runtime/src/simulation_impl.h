@@ -113,8 +113,8 @@ struct Simulation::Impl {
   Rollout& objective();
   void begin_objective(Rollout& rollout);
   double gradient();
-  /// Runs again from the initial state that `rollout` has. @throws Error(run) that says where a state blows up first.
-  void require_finite_run(Rollout& rollout) const;
+  /// Runs again from the initial state that `rollout` has. @throws NotFinite that says where a state blows up first, else that `what` is not finite.
+  [[noreturn]] void refuse(Rollout& rollout, const std::string& what) const;
   bool comes_from_formula(std::string_view field) const;
   std::string_view value_of_rate(std::string_view rate) const;
   void copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const;

@@ -128,7 +128,7 @@ std::vector<double> Simulation::hessian_vector(Values direction, Curvature curva
 void Simulation::hessian_vector(Values direction, Target product, Curvature curvature) {
   impl_->product(direction, product, curvature);
   const bool finite = std::ranges::all_of(product, [](double value) { return std::isfinite(value); });
-  if (!impl_->was_stopped && !finite) impl_->require_finite_run(impl_->second_order(curvature));
+  if (!impl_->was_stopped && !finite) impl_->refuse(impl_->second_order(curvature), "the product with the Hessian");
 }
 
 }  // namespace dpde

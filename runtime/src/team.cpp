@@ -51,6 +51,8 @@ struct Range {
   static Range of(std::uint64_t word) { return {static_cast<std::uint32_t>(word >> 32), static_cast<std::uint32_t>(word >> 16 & 0xffff), static_cast<std::uint32_t>(word & 0xffff)}; }
 };
 
+}  // namespace
+
 /// On a cache line of its own.
 struct alignas(64) Share {
   std::atomic<std::uint64_t> range{0};
@@ -89,8 +91,6 @@ class Ledger {
   Clock::duration gain_ = microseconds(200);
   Clock::time_point until_{};
 };
-
-}  // namespace
 
 class Team::Crew {
  public:

@@ -465,6 +465,29 @@ TEST(Simulation, LossesOfRunsThatBlowUpAreErrors) {
   EXPECT_TRUE(std::isfinite(sim.loss()));
 }
 
+/// The states are finite here; sqrt(0) has no slope, log(0) no value.
+TEST(Simulation, LossesAndGradientsWithoutAValueAreErrors) {
+  const auto message = [](const std::string& loss, const auto& call) -> std::string {
+    Simulation sim = compile_text("model m {\n  field u\n  param p\n  dt(u) = p - u\n}\n"
+                                  "scene s : m {\n  p = 0\n  grid x = 0 .. 4, cells 4, periodic\n  initial u = 0\n"
+                                  "  time 0 .. 1, step 0.5\n}\ntask seek : s {\n  unknown p from 0\n  minimise " + loss + " at t = 1\n}\n");
+    try {
+      call(sim);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::run);
+      return error.what();
+    }
+    return "no error";
+  };
+  const auto loss = [](Simulation& sim) { sim.loss(); };
+  const auto gradient = [](Simulation& sim) { sim.gradient(); };
+  EXPECT_EQ(message("mean(sqrt(u))", loss), "no error");
+  const std::string why = " is not finite, though all states are: a root or a power may have no derivative at 0, or a quotient no value";
+  EXPECT_EQ(message("mean(sqrt(u))", gradient), "the gradient of the loss by p" + why);
+  EXPECT_EQ(message("mean(log(u))", loss), "the loss" + why);
+  EXPECT_EQ(message("mean(log(u))", gradient), "the loss" + why);
+}
+
 /// Two dimensions: x is fastest.
 TEST(Simulation, OrderOfValues) {
   Simulation sim = compile_text(R"(model still {

@@ -118,7 +118,8 @@ class Simulation {
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
 
-  // With a task only. @throws Error(run) where the run blows up: which state, after which step, in which cell.
+  // With a task only. @throws NotFinite where the run blows up: which state, after which step, in which cell; and where a
+  // loss, a gradient or a product is not finite though all states are.
   double loss();
   /// The loss; its gradient with respect to each unknown is kept.
   double gradient();
