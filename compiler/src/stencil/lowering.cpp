@@ -91,7 +91,7 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
     for (Preparation& preparation : stage.before) {
       if (Kernel* kernel = std::get_if<Kernel>(&preparation)) {
         const bool is_operator = !kernel->name.empty();
-        const std::vector<std::string> suffixes = component_suffixes(kernel->stores.size());
+        const std::vector<std::string> suffixes = is_operator ? component_suffixes(kernel->stores.size()) : std::vector<std::string>{};
         const std::string stem = is_operator ? taken.fresh_stem(kernel->name, suffixes) : "";
         for (std::size_t i = 0; i < kernel->stores.size(); ++i) names[kernel->stores[i].field] = is_operator ? stem + suffixes[i] : taken.fresh("operand");
         rename(*kernel);

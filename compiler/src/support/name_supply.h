@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "support/assert.h"
+
 namespace dpde {
 
 /// For kernels and programs, whose names are words; those of components are not, u.x.
@@ -17,6 +19,7 @@ inline std::string without_dots(std::string name) {
 
 /// "" for a number; .x, .y, .z for the components of a vector.
 inline std::vector<std::string> component_suffixes(std::size_t count) {
+  require(count <= 3, "a vector has up to three components");
   if (count == 1) return {""};
   std::vector<std::string> suffixes;
   for (std::size_t i = 0; i < count; ++i) suffixes.push_back(std::string(".") + "xyz"[i]);
