@@ -11,25 +11,27 @@ namespace dpde::model {
 
 namespace {
 
-/// A wall with a value halfway between points of the state: "x.low"; "" where there is none.
-std::string wall_with_value(const Problem& problem, const State& state) {
+/// The walls with a value halfway between points of the state: "x.low, x.high"; "" where there are none.
+std::string walls_with_values(const Problem& problem, const State& state) {
+  std::string walls;
+  const auto add = [&](const std::string& wall) { walls += (walls.empty() ? "" : ", ") + wall; };
   for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     if (problem.axes[axis].topology == Topology::periodic || state.placement[axis]) continue;
     const AxisSides& sides = state.boundary[axis];
-    if (sides.low.kind == SideKind::value) return problem.axes[axis].name + ".low";
-    if (sides.high.kind == SideKind::value) return problem.axes[axis].name + ".high";
+    if (sides.low.kind == SideKind::value) add(problem.axes[axis].name + ".low");
+    if (sides.high.kind == SideKind::value) add(problem.axes[axis].name + ".high");
   }
-  return "";
+  return walls;
 }
 
 void check(Draft& draft, const Expr& value, const Origin& origin) {
   for (const State& state : draft.problem.states) {
-    const std::string wall = wall_with_value(draft.problem, state);
+    const std::string walls = walls_with_values(draft.problem, state);
     const auto is_second = [&](const Expr& part) {
       return std::holds_alternative<Derivative>(part->kind) && reads(part, state.name) && nested_order(part) >= 2;
     };
-    if (wall.empty() || !any_part(value, is_second)) continue;
-    draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, wall},
+    if (walls.empty() || !any_part(value, is_second)) continue;
+    draft.sink.report("second-derivative-beside-wall", origin.range, {state.name, walls},
                       "where that matters, weight the cells beside the wall by 0");
   }
 }
