@@ -25,7 +25,7 @@ void Rollout::Impl::plan_block() {
   const Executor& executor = forward->program.executor;
   if (setup.block_steps == 1 || setup.rate != nullptr) return;
   if (setup.block_steps > 1) {
-    forward->block = Wavefront::make(executor, setup.block_steps, setup.threads);
+    forward->block = Wavefront::make(executor, setup.block_steps, setup.team);
     return;
   }
   if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks || reads_far_planes(*setup.step)) return;
@@ -33,7 +33,7 @@ void Rollout::Impl::plan_block() {
   for (const ControlField& control : setup.control_fields) longest = std::min(longest, control.every);
   for (const int steps : {16, 8, 4, 2}) {
     if (steps > longest) continue;
-    forward->block = Wavefront::make(executor, steps, setup.threads);
+    forward->block = Wavefront::make(executor, steps, setup.team);
     if (forward->block && forward->block->work() <= most_extra_work) return;
   }
   forward->block.reset();
@@ -52,8 +52,8 @@ void Rollout::Impl::plan_reverse_block() {
   for (const int steps : chooses ? std::vector{8, 4, 2} : std::vector{setup.block_steps}) {
     backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, 1);
     if (!backward->block || (chooses && backward->block->work() > most_extra_work)) continue;
-    if (setup.threads.threads() > 1) backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, setup.threads);
-    forward->leg = Wavefront::make(step, steps, setup.threads);
+    if (setup.team.threads() > 1) backward->block = Wavefront::make_reverse(step, adjoint, fields, steps, setup.team);
+    forward->leg = Wavefront::make(step, steps, setup.team);
     if (forward->leg && plan_marks()) return;
   }
   backward->block.reset();

@@ -197,7 +197,7 @@ RolloutSetup Simulation::Impl::setup() const {
   setup.dt = scene.step;
   setup.rate = scene.rate;
   if (scene.rate != nullptr) setup.courant = scene.courant;
-  setup.threads = team;
+  setup.team = team;
   setup.checkpoint_bytes = options.checkpoint_bytes;
   setup.slots = options.slots;
   setup.stop = options.stop;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -93,6 +94,10 @@ class Ledger {
 };
 
 class Team::Crew {
+  struct Leave {
+    void operator()(std::atomic_flag* flag) const { flag->clear(std::memory_order_release); }
+  };
+
  public:
   explicit Crew(int threads) : shares_(static_cast<std::size_t>(threads)) {}
   ~Crew();
@@ -107,7 +112,7 @@ class Team::Crew {
   void do_unit(std::int64_t unit, int thread);
   void deal(std::int64_t units);
 
-  std::mutex at_work_;  // held by who runs
+  std::atomic_flag at_work_;  // set by who runs; a thread that is at work may ask again, as no mutex allows
   bool has_begun_ = false;
   std::vector<std::thread> workers_;
   std::vector<Share> shares_;
@@ -201,8 +206,8 @@ void Team::Crew::do_unit(std::int64_t unit, int thread) {
 }
 
 bool Team::Crew::run(std::int64_t parts, Call call, const void* work) {
-  const std::unique_lock lock(at_work_, std::try_to_lock);
-  if (!lock) return false;
+  if (at_work_.test_and_set(std::memory_order_acquire)) return false;
+  const std::unique_ptr<std::atomic_flag, Leave> leave(&at_work_);
   if (!has_begun_) begin();
   const auto start = Clock::now();
   if (ledger_.rests(start)) return false;

@@ -154,7 +154,7 @@ RolloutSetup steps_32(const driver::Compiled& compiled, int64_t n, int block_ste
   setup.layout = setup.step->rank == 3 ? cube(n, jit, setup.step->halo[0]) : make_layout(std::vector<int64_t>{n, n}, {setup.step->halo[0], setup.step->halo[1], 0});
   setup.steps = 32;
   setup.dt = 1e-2;
-  setup.threads = threads;
+  setup.team = threads;
   setup.block_steps = block_steps;
   for (int p = 0; p < setup.step->param_count; ++p) setup.params.push_back({setup.step->params[p], setup.step->params[p][0] == 'h' ? 1.0 : 1e-2});
   return setup;

@@ -69,7 +69,7 @@ struct Found {
 Found gradient_of(Session& session, int block_steps, int threads, int slots) {
   RolloutSetup setup = session.setup();
   setup.block_steps = block_steps;
-  setup.threads = threads;
+  setup.team = threads;
   setup.slots = slots;
   const Compiled& compiled = session.compiled();
   setup.adjoint = compiled.adjoint_of(compiled.step_name());

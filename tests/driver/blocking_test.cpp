@@ -63,7 +63,7 @@ std::vector<double> states_after(Session& session, int block_steps, int threads,
   RolloutSetup setup = session.setup();
   setup.steps = 9;
   setup.block_steps = block_steps;
-  setup.threads = threads;
+  setup.team = threads;
   Rollout rollout(setup);
   EXPECT_EQ(rollout.block_steps(), blocks ? block_steps : 1);
   for (int s = 0; s < rollout.state_count(); ++s) {

@@ -149,5 +149,32 @@ task t : s { unknown initial V; minimise mean((U*V - exp(-x))^2) })";
   EXPECT_EQ(gradient_of_v("a", "b"), gradient_of_v("b", "a"));
 }
 
+/// A program of the text under a name that the scene makes takes its place, as emitted text needs. Where the two differ, that is told.
+TEST(Names, AProgramInPlaceOfOneThatTheSceneMakesIsTold) {
+  const auto told = [](const std::string& loss, const std::string& initial) {
+    const std::string text = R"(kernel go(u: field, out u_next: field, k, dt: param) { u_next = u*(1 - k*dt) }
+program go { axes x periodic; run go; swap u, u_next }
+kernel t_loss_1(u: field, sum loss: param, cells: param) { loss += )" + loss + R"( }
+program t_loss_1 { axes x periodic; run t_loss_1 }
+kernel s_initial(out u: field) { u = )" + initial + R"( }
+program s_initial { axes x periodic; run s_initial; keep u }
+scene s : go { grid x = 0 .. 1, cells 8, periodic; k = 2; initial u = 1; time 0 .. 1, step 1/8 }
+task t : s { unknown k from 1; minimise mean(u^2); using lbfgs() }
+)";
+    driver::CompileOptions options;
+    options.selection.name = "t";
+    DiagnosticSink sink;
+    driver::compile(SourceFile("t.dpde", text), options, sink);
+    std::string all;
+    for (const Diagnostic& d : sink.all()) {
+      all += std::string(d.kind->code) + " " + text.substr(static_cast<std::size_t>(d.range.begin), static_cast<std::size_t>(d.range.end - d.range.begin)) + "; ";
+    }
+    return all;
+  };
+  EXPECT_EQ(told("u^2/cells", "1"), "");
+  EXPECT_EQ(told("5*u/cells", "1"), "W0503 t_loss_1; ");
+  EXPECT_EQ(told("u^2/cells", "2"), "W0503 s_initial; ");
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "codegen/llvm/jit.h"
+#include "driver/certificate.h"
 #include "driver_support.h"
 #include "loop/from_stencil.h"
 #include "stencil/build.h"
@@ -81,6 +82,7 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   EXPECT_FALSE(first->from_cache);
   EXPECT_EQ(kept().size(), 1u);
   const auto scene = compile();
+  scene->code_from_cache = false;
   scene->seconds = 0;  // nothing is cheap beside that
   const auto again = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());
@@ -98,11 +100,71 @@ TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
   const auto scene = compile();
   EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::never, sink).has_value());
   scene->seconds = 9 * driver::expected_seconds(*scene);
-  EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
+  const auto none = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  ASSERT_TRUE(none.has_value());
+  EXPECT_EQ(none->left_out, std::vector<std::string>{"everything: it would take more than a tenth of the compilation; --certify does it"});
+  EXPECT_EQ(none->program, "");
   EXPECT_TRUE(kept().empty());
   scene->seconds = 11 * driver::expected_seconds(*scene);
-  EXPECT_TRUE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
+  const auto some = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  ASSERT_TRUE(some.has_value());
+  EXPECT_NE(some->program, "");
   EXPECT_FALSE(sink.has_errors());
+}
+
+/// Code from the cache is there at once: what may be spent on it is what it took to compile.
+TEST_F(QuickCertificates, MayTakeATenthOfTheCompilationOfCodeFromTheCacheToo) {
+  const auto first = compile();
+  EXPECT_FALSE(first->code_from_cache);
+  first->seconds = 1e3;
+  EXPECT_FALSE(driver::certify_quickly(source, first, Certifying::never, sink).has_value());
+  const auto second = compile();
+  EXPECT_TRUE(second->code_from_cache);
+  second->seconds = 0;
+  const auto certificate = driver::certify_quickly(source, second, Certifying::when_cheap, sink);
+  ASSERT_TRUE(certificate.has_value());
+  EXPECT_NE(certificate->program, "");
+}
+
+/// A loss at another time is another run.
+TEST_F(QuickCertificates, AreOfTheTaskToo) {
+  ASSERT_TRUE(driver::certify_quickly(source, compile(), Certifying::always, sink).has_value());
+  std::string changed = text;
+  changed.replace(changed.find("at t = 0.2"), 10, "at t = 0.1");
+  const SourceFile other("wave.dpde", changed);
+  driver::CompileOptions options;
+  options.selection.name = "find";
+  options.backend = driver::Backend::jit;
+  options.adjoint = true;
+  options.cache = cache;
+  const auto scene = compiled(other, options);
+  EXPECT_TRUE(scene->code_from_cache);
+  scene->seconds = 1e3;
+  const auto again = driver::certify_quickly(other, scene, Certifying::when_cheap, sink);
+  ASSERT_TRUE(again.has_value());
+  EXPECT_FALSE(again->from_cache);
+}
+
+/// log(u - 3) is finite nowhere: its adjoint is compared with nothing, and that is said.
+TEST_F(QuickCertificates, NameTheProgramsThatWereNotCompared) {
+  const SourceFile log("log.dpde", R"(model m { field u; param k; dt(u) = k*log(u - 3)*u }
+scene s : m { grid x = 0 .. 1, cells 8, periodic; k = 0.1; initial u = 5 + sin(6*x); time 0 .. 1, step 0.1 }
+task t : s { unknown k; minimise mean(u^2) at t = 1 }
+)");
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.backend = driver::Backend::jit;
+  options.adjoint = true;
+  const auto certificate = driver::certify_quickly(log, compiled(log, options), Certifying::always, sink);
+  ASSERT_TRUE(certificate.has_value());
+  EXPECT_TRUE(std::ranges::find(certificate->left_out, "program s_step: its derivatives are not finite on a few cells") != certificate->left_out.end())
+      << (certificate->left_out.empty() ? "" : certificate->left_out[0]);
+}
+
+TEST_F(QuickCertificates, OfWhatIsNotFiniteAreNone) {
+  EXPECT_TRUE(std::isnan(driver::relative_difference(NAN, 1, 1)));
+  EXPECT_TRUE(std::isnan(driver::relative_difference(1, INFINITY, 1)));
+  EXPECT_FALSE(driver::Certificate().is_all_rounding());
 }
 
 TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
@@ -126,7 +188,9 @@ TEST_F(QuickCertificates, AreOfTheBoundariesToo) {
   const auto other = std::make_shared<driver::Compiled>(*scene);  // under the key of the same code
   for (loop::Program& program : other->loop.programs) program.name += "x";
   other->seconds = 0;
-  EXPECT_FALSE(driver::certify_quickly(source, other, Certifying::when_cheap, sink).has_value());
+  const auto certificate = driver::certify_quickly(source, other, Certifying::when_cheap, sink);
+  ASSERT_TRUE(certificate.has_value());
+  EXPECT_FALSE(certificate->from_cache);
 }
 
 TEST_F(QuickCertificates, OfSinglePrecisionAllowForItsRounding) {

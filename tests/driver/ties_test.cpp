@@ -90,6 +90,35 @@ TEST(Ties, GradientsBetweenWallsAreThoseOfRuns) {
   }
 }
 
+/// What is compared is worth storing once for all displacements: a stored one is rounded otherwise than one that is not.
+TEST(Ties, WhatIsComparedIsNotStoredForOneSideAlone) {
+  const std::string text = R"(operator wide(q, s) order 0 = if(s > s[+1], 0.1*q[+1], 0) + if(s > s[-1], 0.2*q[-1], 0) + if(s > s[+2], 0.3*q[+2], 0) + if(s > s[-2], 0.15*q[-2], 0) + if(s > s[+3], 0.25*q[+3], 0) + if(s > s[-3], 0.35*q[-3], 0)
+model m {
+  field u
+  coefficient c
+  let s = sqrt(c/(1 + c^2)) + exp(-1.3*c)*c + c^3/(3 + c)
+  dt(u) = wide(u, s) - u
+}
+scheme plain { time = euler }
+scene w : m with plain {
+  grid x = 0 .. 1, cells 8
+  boundary u = zero_gradient
+  c = 1 + 0.3*sin(6*x)
+  initial u = 1 + 0.2*cos(5*x)
+  time 0 .. 0.5, step 0.1
+}
+task t : w { unknown initial u; minimise integral(u^3) at t = 0.5 }
+)";
+  for (const Backend backend : {Backend::jit, Backend::cpp}) {
+    SCOPED_TRACE(backend == Backend::jit ? "jit" : "cpp");
+    for (const std::string cells : {"5", "8", "16"}) {
+      SCOPED_TRACE(cells);
+      std::string other = text;
+      expect_right(other.replace(other.find("cells 8"), 7, "cells " + cells), backend);
+    }
+  }
+}
+
 TEST(Ties, EmittedCppChoosesAsTheInterpreter) { expect_right(tube("euler", "max", "initial r"), Backend::cpp); }
 
 TEST(Ties, HessiansBetweenWallsAreSymmetric) {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <set>
 
 #include "driver/imports.h"
 #include "driver/inverse.h"
@@ -111,6 +112,9 @@ bool expect_same(const std::string& text, const std::string& path, const std::st
   return !wanted.values.empty();
 }
 
+/// Tasks that the command runs with files of another task, or that learn from trajectories: they are refused as they are here.
+const std::set<std::string> refused_alone{"judge", "beforehand_test"};
+
 class RenamedExamples : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(RenamedExamples, GiveTheSameBits) {
@@ -121,7 +125,10 @@ TEST_P(RenamedExamples, GiveTheSameBits) {
   const ast::File file = parse(SourceFile(path, text), sink);
   ASSERT_FALSE(sink.has_errors());
   const Renaming renaming = rename_all(text, 3);
-  for (const std::string& task : model::task_names(file)) expect_same(text, path, task, true, true, renaming);
+  for (const std::string& task : model::task_names(file)) {
+    const bool is_compared = expect_same(text, path, task, true, true, renaming);
+    EXPECT_EQ(is_compared, !refused_alone.contains(task)) << task;
+  }
   if (!model::task_names(file).empty() && !is_full()) return;
   for (const std::string& scene : model::scene_names(file)) expect_same(text, path, scene, false, true, renaming);
 }
@@ -223,6 +230,7 @@ class ProgramNumbers {
 
 TEST(RenamedPrograms, GiveTheSameBits) {
   const std::uint64_t first = setting("DPDE_RANDOM_SEED", 1), count = setting("DPDE_RENAMED", 30);
+  std::uint64_t compared = 0;
   for (std::uint64_t seed = first; seed < first + count && !HasFailure(); ++seed) {
     SCOPED_TRACE(seed);
     const RandomProgram program = random_program(seed);
@@ -234,7 +242,9 @@ TEST(RenamedPrograms, GiveTheSameBits) {
     ASSERT_FALSE(sink.has_errors()) << render_text(source, sink.all()[0]) << renaming.text;
     const Numbers wanted = ProgramNumbers(program, program.module, nullptr).run(), got = ProgramNumbers(program, renamed, &renaming).run();
     EXPECT_TRUE(same_bits(wanted, got)) << first_difference(wanted, got) << "\n" << text << "\nrenamed\n" << renaming.text;
+    compared += wanted.values.empty() ? 0 : 1;
   }
+  EXPECT_GE(compared, count * 2 / 3);
 }
 
 }  // namespace

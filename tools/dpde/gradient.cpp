@@ -84,7 +84,6 @@ Json gradient(Job& job, const TaskOptions& options) {
   job.say(fmt::format("loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
                       human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
                       last.recomputed_steps));
-  job.say(certificate_text(run));
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);
   result["wall_s"] = wall;

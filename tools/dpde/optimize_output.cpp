@@ -27,16 +27,13 @@ LinePanel loss_panel(const OptimiseResult& result) {
   return panel;
 }
 
-/// The state a datum is a target of: the field it comes from, the only state, or the one whose name it begins with.
+/// The state a datum is a target of: the field it comes from, or the only state; "" where neither tells.
 std::string state_of(const TaskRun& run, const std::string& datum) {
   for (const model::Datum& declared : run.task().data) {
     if (declared.name == datum && !declared.field.empty()) return declared.field;
   }
   const std::vector<model::State>& states = run.session->problem().states;
-  for (const model::State& state : states) {
-    if (states.size() == 1 || datum.starts_with(state.name)) return state.name;
-  }
-  return "";
+  return states.size() == 1 ? states[0].name : "";
 }
 
 bool is_in_loss(const TaskRun& run, const std::string& datum) {

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "driver/instability.h"
 #include "interrupt.h"
@@ -39,6 +40,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
   run.certificate = driver::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
+  job.say(certificate_text(run));
   return !job.failed();
 }
 
@@ -80,9 +82,10 @@ Json certificate_json(const TaskRun& run) {
                {"directions", whole.directions}, {"unknown", whole.unknown},
                {"quotient_error", json_number(whole.error)}, {"rounding", json_number(whole.rounding)}};
   }
-  return {{"dot_product", json_number(run.certificate->dot_product)},
+  const bool is_compared = !run.certificate->program.empty();
+  return {{"dot_product", is_compared ? json_number(run.certificate->dot_product) : Json(nullptr)},
           {"run", checked},
-          {"left_out", whole.left_out},
+          {"left_out", run.certificate->left_out},
           {"from_cache", run.certificate->from_cache},
           {"wall_s", run.certificate->seconds}};
 }
@@ -90,11 +93,13 @@ Json certificate_json(const TaskRun& run) {
 std::string certificate_text(const TaskRun& run) {
   if (!run.certificate) return "";
   const driver::RunCheck& whole = run.certificate->run;
-  std::string text = fmt::format("certified: adjoints to {:.1e}", run.certificate->dot_product);
+  std::vector<std::string> parts;
+  if (!run.certificate->program.empty()) parts.push_back(fmt::format("adjoints to {:.1e}", run.certificate->dot_product));
   if (whole.directions > 0) {
-    text += fmt::format("; the gradient of {} steps on {} cells to {:.1e} (rounding {:.1e})", whole.steps, whole.grid, whole.error, whole.rounding);
+    parts.push_back(fmt::format("the gradient of {} steps on {} cells to {:.1e} (rounding {:.1e})", whole.steps, whole.grid, whole.error, whole.rounding));
   }
-  for (const std::string& one : whole.left_out) text += "\n  not checked: " + one;
+  std::string text = parts.empty() ? "not certified" : fmt::format("certified: {}", fmt::join(parts, "; "));
+  for (const std::string& one : run.certificate->left_out) text += "\n  not checked: " + one;
   return text + "\n";
 }
 

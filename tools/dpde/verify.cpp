@@ -24,7 +24,7 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
 
 /// A number that is below rounding is not printed as if it had been measured.
 std::string quotients_text(const driver::QuotientEvidence& quotients) {
-  if (!quotients.is_resolved()) return "no difference quotient rises above rounding";
+  if (!quotients.is_resolved(driver::largest_quotient_error)) return "no difference quotient rises above rounding";
   const std::string where = quotients.is_elsewhere ? "difference quotients agree on another number, the gradient is off by"
                                                    : "difference quotients from both sides come to the gradient within";
   return fmt::format("{} {:.1e} (rounding {:.1e})", where, *quotients.error, quotients.rounding);

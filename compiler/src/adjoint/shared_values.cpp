@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <set>
 #include <vector>
 
 #include "stencil/build.h"
+#include "stencil/decisions.h"
 #include "stencil/passes/numbering.h"
 
 namespace dpde::adjoint {
@@ -15,11 +17,26 @@ using namespace stencil;
 
 namespace {
 
-/// The distinct values of some terms, and at how many displacements each is needed.
+std::set<std::string> decisive_lets(const PointTerms& terms) {
+  Kernel kernel;
+  kernel.lets = terms.lets;
+  for (const ReadBars& read : terms.reads) {
+    for (const auto& [k, term] : read.by_offset) kernel.stores.push_back({read.field, false, term, {}});
+  }
+  for (const auto& [name, term] : terms.params) kernel.sums.push_back({name, term});
+  return stencil::decisive_lets(kernel);
+}
+
+/// The distinct values of some terms, and at how many displacements each is needed. What a decision hangs on stays as it is
+/// written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
 class Uses {
  public:
-  Uses(const PointTerms& terms, const std::vector<Let>& stored) : stored_(stored) {
-    for (const Let& let : terms.lets) numbering_.define_local(let.name, note(let.value));
+  Uses(const PointTerms& terms, const std::vector<Let>& stored) : stored_(stored), decisive_(decisive_lets(terms)) {
+    for (const Let& let : terms.lets) {
+      const int number = note(let.value);
+      numbering_.define_local(let.name, number);
+      if (decisive_.contains(let.name)) keep_parts(number);
+    }
     std::map<Offset, std::vector<int>> used;
     for (const ReadBars& read : terms.reads) {
       for (const auto& [k, term] : read.by_offset) used[k].push_back(note(term));
@@ -35,7 +52,7 @@ class Uses {
   /// Loads and operations that are not repeated when the value is read from a field.
   int saved(int number) const {
     const Known& known = of_[number];
-    if (!known.may_be_stored || numbering_[number].uniform) return 0;
+    if (!known.may_be_stored || known.is_truth || known.is_kept || numbering_[number].uniform) return 0;
     return (known.displacements - 1) * (static_cast<int>(known.reads.size()) - 1 + numbering_[number].cost);
   }
 
@@ -51,9 +68,12 @@ class Uses {
   }
   bool empty() const { return of_.empty(); }
 
+  bool is_decisive(const Let& let) const { return decisive_.contains(let.name); }
+
   /// `e` with `replacement` for that value.
   Expr replaced(const Expr& e, int number, const Expr& replacement) {
     if (numbering_.number(e) == number) return replacement;
+    if (is_decision(e)) return e;
     return map_children(e, [&](const Expr& child) { return replaced(child, number, replacement); });
   }
 
@@ -64,6 +84,9 @@ class Uses {
     int displacements = 0;
     int last_displacement = 0;
     bool may_be_stored = true;
+    bool is_truth = false;     // no number
+    bool is_decision = false;
+    bool is_kept = false;      // part of a decisive let
     bool is_noted = false;
   };
 
@@ -74,6 +97,8 @@ class Uses {
     Known known;
     known.expression = e;
     known.is_noted = true;
+    known.is_truth = is_truth(e);
+    known.is_decision = is_decision(e);
     if (const Access* a = std::get_if<Access>(&e->kind)) {
       known.reads.push_back(number);
       known.may_be_stored = std::ranges::none_of(stored_, [&](const Let& field) { return field.name == a->field; });
@@ -96,10 +121,21 @@ class Uses {
     if (known.last_displacement == displacement) return;
     known.last_displacement = displacement;
     ++known.displacements;
+    if (known.is_decision) return;
     for (const int child : numbering_[number].children) use(child, displacement);
   }
 
+  /// What a value consists of is not replaced in it.
+  void keep_parts(int number) {
+    for (const int child : numbering_[number].children) {
+      if (of_[child].is_kept) continue;
+      of_[child].is_kept = true;
+      keep_parts(child);
+    }
+  }
+
   const std::vector<Let>& stored_;
+  const std::set<std::string> decisive_;
   Numbering numbering_;
   std::vector<Known> of_;  // by number
 };
@@ -113,7 +149,9 @@ std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vecto
   if (uses.saved(number) < least) return std::nullopt;
   SharedValue result{value, terms, uses.operations_saved(number)};
   const auto replace = [&](Expr& e) { e = uses.replaced(e, number, access(field)); };
-  for (Let& let : result.terms.lets) replace(let.value);
+  for (Let& let : result.terms.lets) {
+    if (!uses.is_decisive(let)) replace(let.value);
+  }
   for (ReadBars& read : result.terms.reads) {
     for (auto& [k, term] : read.by_offset) replace(term);
   }

@@ -358,7 +358,11 @@ bool add_second_order(const SourceFile& source, const std::shared_ptr<const Comp
 
 double largest_error_of(const std::vector<DotCase>& cases) {
   double result = cases.empty() ? NAN : 0;
-  for (const DotCase& one : cases) result = std::max(result, one.is_rounding ? 0 : one.relative_error);
+  for (const DotCase& one : cases) {
+    if (one.is_rounding) continue;
+    if (std::isnan(one.relative_error)) return NAN;
+    result = std::max(result, one.relative_error);
+  }
   return result;
 }
 
@@ -367,7 +371,7 @@ double largest_error_of(const std::vector<DotCase>& cases) {
 double Certificate::worst() const { return largest_error_of(cases); }
 double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 
-bool Certificate::is_all_rounding() const { return std::ranges::all_of(cases, &DotCase::is_rounding); }
+bool Certificate::is_all_rounding() const { return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_rounding); }
 
 bool Certificate::passed() const {
   const bool taylor = only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
@@ -395,6 +399,7 @@ double usual_scale(std::vector<double> scales) {
 }
 
 double relative_difference(double a, double b, double scale) {
+  if (!std::isfinite(a) || !std::isfinite(b)) return NAN;
   const double size = std::max({std::abs(a), std::abs(b), 1e-3 * scale});
   return size > 0 ? std::abs(a - b) / size : 0;
 }

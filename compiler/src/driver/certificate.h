@@ -87,7 +87,8 @@ Certificate certify_programs(const Compiled& compiled, const CertifyOptions& opt
 
 /// Small odd grids of a rank: extents from 1 up, below and above the width of stencils.
 std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks = {});
-/// |a - b| relative to the larger one, and to a thousandth of the sum of magnitudes `scale` where a and b cancel.
+/// |a - b| relative to the larger one, and to a thousandth of the sum of magnitudes `scale` where a and b cancel;
+/// NaN where one of them is not finite.
 double relative_difference(double a, double b, double scale);
 
 }  // namespace dpde::driver

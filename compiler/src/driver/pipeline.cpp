@@ -119,6 +119,16 @@ bool selects_program(const ast::File& file, const std::string& name) {
   });
 }
 
+/// Programs of the text that the scene runs in place of those it makes of its formulas and losses are told, unless they are the same.
+void tell_replaced(const ast::File& file, const stencil::Module& written, const stencil::Module& made, DiagnosticSink& sink) {
+  for (const ast::Declaration& declaration : file.declarations) {
+    const ast::Program* program = std::get_if<ast::Program>(&declaration.kind);
+    if (program == nullptr || made.find_program(program->name.name) == nullptr) continue;
+    const auto text_of = [&](const stencil::Module& module) { return print(run_passes(extract(module, {program->name.name}))); };
+    if (text_of(written) != text_of(made)) sink.report("program-replaced", program->name.range, {program->name.name}, "if that is not meant, call it otherwise");
+  }
+}
+
 /// The programs of the scene and its task: from equations and formulas, or as written by hand.
 stencil::Module lower(Compiled& compiled, const CompileOptions& options, DiagnosticSink& sink) {
   stencil::Module written = stencil::from_ast(compiled.ast, sink);
@@ -141,6 +151,7 @@ stencil::Module lower(Compiled& compiled, const CompileOptions& options, Diagnos
   compiled.names = stencil::program_names(*compiled.problem);
   stencil::Module module = stencil::from_model(spread_over_time(*compiled.problem), compiled.names, sink);
   if (compiled.problem->program.empty()) return module;
+  tell_replaced(compiled.ast, written, module, sink);
   // Programs that stand in the text under the names of the scene's are the scene's: text that was emitted reads back.
   std::vector<std::string> wanted = names_of(module.programs);
   wanted.push_back(compiled.problem->program);

@@ -16,6 +16,7 @@
 #include "driver/program_check.h"
 #include "loop/from_stencil.h"
 #include "loop/print_loop.h"
+#include "model/print_model.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
 
@@ -54,19 +55,17 @@ int size_of(const stencil::Kernel& kernel) {
   return nodes;
 }
 
+/// The code, its programs, and what is done with them.
 std::string key_of(const Compiled& compiled) {
-  std::string unknowns;
-  if (compiled.problem && compiled.problem->task) {
-    for (const model::Unknown& unknown : compiled.problem->task->unknowns) unknowns += unknown.name + "\n";
-  }
-  return compiled.code_key + "\ncertificate\n" + unknowns + print(compiled.loop);
+  const std::string problem = compiled.problem ? print(*compiled.problem) : "";
+  return compiled.code_key + "\ncertificate\n" + problem + print(compiled.loop);
 }
 
 /// One value a line; the last line tells that nothing is missing.
 std::string text_of(const QuickCertificate& c) {
   std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid, c.run.grid, c.run.steps, c.run.directions,
                                  c.run.unknown, c.run.error, c.run.rounding);
-  for (const std::string& line : c.run.left_out) text += line + "\n";
+  for (const std::string& line : c.left_out) text += line + "\n";
   return text + "end\n";
 }
 
@@ -83,14 +82,16 @@ std::optional<QuickCertificate> certificate_of(const std::string& text, double m
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   constexpr std::size_t numbers = 9;
   if (lines.size() <= numbers || lines.back() != "end") return std::nullopt;
-  QuickCertificate result{0, lines[1], lines[2]};
+  QuickCertificate result;
+  result.program = lines[1];
+  result.grid = lines[2];
   RunCheck& run = result.run;
   run.grid = lines[3];
   run.unknown = lines[6];
   const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) && read(lines[5], run.directions) &&
                         read(lines[7], run.error) && read(lines[8], run.rounding);
   const bool is_one = result.dot_product >= 0 && result.dot_product <= most && run.error >= 0 && run.error < 1;
-  run.left_out.assign(lines.begin() + numbers, lines.end() - 1);
+  result.left_out.assign(lines.begin() + numbers, lines.end() - 1);
   result.from_cache = true;
   return read_all && is_one && text_of(result) == text ? std::optional(result) : std::nullopt;
 }
@@ -113,19 +114,15 @@ bool is_single(const Compiled& compiled, const std::string& program) {
          });
 }
 
-/// Adds the errors of one program; false and an error where they are too large.
-bool certify_program(const Compiled& compiled, const std::string& name, std::optional<QuickCertificate>& worst, DiagnosticSink& sink) {
-  const bool single = is_single(compiled, name);
-  const double most = single ? largest_single_error : largest_dot_error;
+/// Tangent against adjoint of one program, on those grids where both are finite; none where it has no tangent.
+std::vector<DotCase> cases_of(const Compiled& compiled, const std::string& name, bool single, std::vector<double>& scales) {
   const stencil::Program& program = *compiled.stencil.find_program(name);
-  const stencil::Module primal = extract(compiled.stencil, {name});
   DiagnosticSink silent;
-  const adjoint::Derivative tangent = adjoint::tangent(primal, name, active_inputs(compiled, name), silent);
-  if (silent.has_errors()) return true;
+  const adjoint::Derivative tangent = adjoint::tangent(extract(compiled.stencil, {name}), name, active_inputs(compiled, name), silent);
+  if (silent.has_errors()) return {};
   const auto code = interpreted(tangent.module, loop::from_stencil(tangent.module, {tangent.program}, Precision::f64));
   std::mt19937_64 random(20240229);
   std::vector<DotCase> cases;
-  std::vector<double> scales;
   for (const std::vector<int>& cells : quick_grids(program.axes.size(), compiled.stencil.networks)) {
     ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
     DotCase result = check.dot_product(single);
@@ -133,7 +130,17 @@ bool certify_program(const Compiled& compiled, const std::string& name, std::opt
     scales.push_back(result.scale);
     cases.push_back(std::move(result));
   }
+  return cases;
+}
+
+/// Adds the errors of one program, or that it was not compared; false and an error where they are too large.
+bool certify_program(const Compiled& compiled, const std::string& name, QuickCertificate& worst, DiagnosticSink& sink) {
+  const bool single = is_single(compiled, name);
+  const double most = single ? largest_single_error : largest_dot_error;
+  std::vector<double> scales;
+  const std::vector<DotCase> cases = cases_of(compiled, name, single, scales);
   const double least = (single ? single_rounding_of_loss : rounding_of_loss) * usual_scale(scales);
+  bool is_compared = false;
   for (const DotCase& result : cases) {
     if (result.is_rounding || (result.relative_error > most && result.difference <= least)) continue;
     if (result.relative_error > most) {
@@ -141,7 +148,15 @@ bool certify_program(const Compiled& compiled, const std::string& name, std::opt
                   "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
       return false;
     }
-    if (!worst || result.relative_error > worst->dot_product) worst = {result.relative_error, name, result.grid};
+    is_compared = true;
+    if (!worst.program.empty() && result.relative_error <= worst.dot_product) continue;
+    worst.dot_product = result.relative_error;
+    worst.program = name;
+    worst.grid = result.grid;
+  }
+  if (!is_compared) {
+    const char* const why = cases.empty() ? "its derivatives are not finite on a few cells" : "its derivatives are below rounding on a few cells";
+    worst.left_out.push_back(fmt::format("program {}: {}", name, why));
   }
   return true;
 }
@@ -165,36 +180,62 @@ double expected_seconds(const Compiled& compiled) {
   return seconds;
 }
 
+namespace {
+
+QuickCertificate not_certified(const std::string& why) {
+  QuickCertificate result;
+  result.left_out.push_back("everything: " + why);
+  return result;
+}
+
+/// How long the code took to compile when nothing of it was kept; that is kept beside it.
+double seconds_from_nothing(const Compiled& compiled, codegen::CodeCache* cache) {
+  if (cache == nullptr) return compiled.seconds;
+  const std::string key = compiled.code_key + "\nseconds\n";
+  double seconds = 0;
+  if (!compiled.code_from_cache) cache->store(key, fmt::format("{}", compiled.seconds));
+  const std::optional<std::string> kept = compiled.code_from_cache ? cache->find(key) : std::nullopt;
+  return kept && read(*kept, seconds) && seconds > compiled.seconds ? seconds : compiled.seconds;
+}
+
+std::optional<QuickCertificate> found_in(codegen::CodeCache& cache, const std::string& key, double most) {
+  const std::optional<std::string> kept = cache.find(key);
+  return kept ? certificate_of(*kept, most) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<QuickCertificate> certify_quickly(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
                                                 Certifying how, DiagnosticSink& sink) {
-  const auto is_host = [](const network::Network& network) { return network.is_host(); };  // checked when the host supplies it
-  if (how == Certifying::never || !compiled->code || std::ranges::any_of(compiled->stencil.networks, is_host)) return std::nullopt;
+  codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
+  const double affordable = how == Certifying::always ? INFINITY : largest_share * seconds_from_nothing(*compiled, cache);
+  if (how == Certifying::never || !compiled->code) return std::nullopt;
+  if (std::ranges::any_of(compiled->stencil.networks, [](const network::Network& network) { return network.is_host(); })) {
+    return not_certified("a network of it is supplied by the host");
+  }
   const auto start = std::chrono::steady_clock::now();
   const double most = compiled->is_single() ? largest_single_error : largest_dot_error;
-  codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
   const std::string key = cache == nullptr ? "" : key_of(*compiled);
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  std::optional<QuickCertificate> result;
   if (cache != nullptr && how == Certifying::when_cheap) {
-    const std::optional<std::string> kept = cache->find(key);
-    if (kept) result = certificate_of(*kept, most);
-    if (result) result->seconds = seconds();
-    if (result) return result;
+    std::optional<QuickCertificate> kept = found_in(*cache, key, most);
+    if (kept) kept->seconds = seconds();
+    if (kept) return kept;
   }
-  const double affordable = how == Certifying::always ? INFINITY : largest_share * compiled->seconds;
-  if (expected_seconds(*compiled) > affordable) return std::nullopt;
+  if (expected_seconds(*compiled) > affordable) return not_certified("it would take more than a tenth of the compilation; --certify does it");
+  QuickCertificate result;
   for (const std::string& name : certified_programs(*compiled)) {
     if (!certify_program(*compiled, name, result, sink)) return std::nullopt;
   }
-  if (!result) return std::nullopt;
-  result->run = check_run(source, compiled, affordable - seconds());
-  if (!result->run.wrong.empty()) {
-    sink.report("verification-failed", {}, {"task " + compiled->problem->task->name, result->run.wrong},
+  result.run = check_run(source, compiled, affordable - seconds());
+  if (!result.run.wrong.empty()) {
+    sink.report("verification-failed", {}, {"task " + compiled->problem->task->name, result.run.wrong},
                 "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
     return std::nullopt;
   }
-  if (cache != nullptr && !result->run.lacked_time) cache->store(key, text_of(*result));
-  result->seconds = seconds();
+  result.left_out.insert(result.left_out.end(), result.run.left_out.begin(), result.run.left_out.end());
+  if (cache != nullptr && !result.run.lacked_time) cache->store(key, text_of(result));
+  result.seconds = seconds();
   return result;
 }
 

@@ -8,7 +8,7 @@
 //    the programs: formulas, losses, controls, halos that programs share, links, and what tangent and adjoint have wrong alike.
 //
 // Both together take less than a tenth of the compilation, or say what was left out. A certificate is kept in the cache beside
-// the code, under the code's key, the text of the programs and the task's unknowns: boundaries are no part of the code.
+// the code, under the code's key, the text of the programs and that of the scene and its task, which are no part of the code.
 #pragma once
 
 #include <optional>
@@ -26,15 +26,16 @@ constexpr double largest_dot_error = 1e-11, largest_single_error = 1e-4;
 enum class Certifying { when_cheap, always, never };
 
 struct QuickCertificate {
-  double dot_product = 0;  // the largest error of all programs and grids
-  std::string program, grid;  // where
+  double dot_product = 0;     // the largest error of all programs and grids
+  std::string program, grid;  // where; "" where nothing was compared
   RunCheck run;
+  std::vector<std::string> left_out;  // what was not checked, and why: what the run left out too
   bool from_cache = false;
   double seconds = 0;
 };
 
-/// nullopt: nothing was certified, as it would take more than a tenth of the compilation or no run was finite; or `sink` has
-/// an error, as tangent and adjoint or gradient and losses disagree. Neither a failure is kept nor what time was missing for.
+/// nullopt: it is not wanted, or there is no compiled code; or `sink` has an error, as tangent and adjoint or gradient and
+/// losses disagree. A failure is not kept, nor a certificate that lacked time: the same call fails again.
 std::optional<QuickCertificate> certify_quickly(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
                                                 Certifying how, DiagnosticSink& sink);
 

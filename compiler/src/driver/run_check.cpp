@@ -114,20 +114,23 @@ QuotientEvidence RunChecker::evidence_for(const Inverse::Part* part) {
 void RunChecker::check_direction(const Inverse::Part* part) {
   const std::string name = part == nullptr ? "all unknowns" : part->name;
   QuotientEvidence found = evidence_for(part);
-  if (found.is_elsewhere && begin(second_seed)) found = evidence_for(part);
+  if (found.is_elsewhere) {
+    if (!begin(second_seed)) return leave_out(name, "the loss or its gradient is not finite at a second point");
+    found = evidence_for(part);
+  }
   if (found.is_elsewhere) {
     result_.wrong = fmt::format("difference quotients of {} steps on {} cells and the gradient by {} differ by {:.2e}", result_.steps,
                                 result_.grid, name, found.error.value_or(NAN));
-  } else if (!found.is_resolved()) {
-    leave_out(name, fmt::format("{} steps on {} cells do not change the loss by more than rounding", result_.steps, result_.grid));
+  } else if (!found.is_resolved(precisions_.largest_error)) {
+    leave_out(name, fmt::format("rounding hides what it does to the loss of {} steps on {} cells", result_.steps, result_.grid));
   } else if (!found.proves(precisions_.largest_error)) {
     leave_out(name, "difference quotients settle on no number, as where kinks or jumps are dense");
   } else {
     ++result_.directions;
+    result_.rounding = std::max(result_.rounding, found.rounding);
     if (!result_.unknown.empty() && *found.error <= result_.error) return;
     result_.unknown = name;
     result_.error = *found.error;
-    result_.rounding = found.rounding;
   }
 }
 

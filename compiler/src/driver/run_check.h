@@ -22,7 +22,7 @@ struct RunCheck {
   int directions = 0;       // that prove the gradient
   std::string unknown;      // the one with the largest error, or "all unknowns"
   double error = 0;         // of the quotients, relative to the derivative
-  double rounding = 0;      // what rounding may make of it
+  double rounding = 0;      // the largest that rounding may make of one of them
   std::vector<std::string> left_out;  // what was not checked, and why
   std::string wrong;        // not empty: the quotients agree on another number
   bool lacked_time = false;

@@ -157,7 +157,7 @@ RolloutSetup Session::setup() {
   setup.dt = problem().step;
   setup.rate = compiled_->program(compiled_->names.rate);
   if (setup.rate != nullptr) setup.courant = problem().courant;
-  setup.threads = workspace_->team();
+  setup.team = workspace_->team();
   setup.checkpoint_bytes = options_.checkpoint_bytes;
   setup.slots = options_.slots;
   setup.checkpoint_folder = options_.checkpoint_folder;

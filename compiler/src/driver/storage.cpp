@@ -84,7 +84,7 @@ std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const Sto
   for (const LinkedProgram& derivative : linked_programs(compiled)) tables.set_links(derivative.program, derivative.links);
   RolloutSetup setup = setup_of_run(tables, compiled);
   setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
-  setup.threads = options.threads;
+  setup.team = options.threads;
   setup.checkpoint_bytes = budget_of_states(options);
   if (setup.adjoint == nullptr || !add_losses(tables, compiled, setup)) return std::nullopt;
   for (const model::Coefficient& coefficient : problem.coefficients) {

@@ -62,9 +62,9 @@ struct QuotientEvidence {
   double rounding = INFINITY;   // of these, likewise: an error below it is rounding
   bool is_elsewhere = false;    // they agree with one another on another number
 
-  /// Whether they tell anything: neither the loss nor the derivative may be below rounding.
-  bool is_resolved() const { return rounding <= 0.1; }
-  bool proves(double largest_error) const { return is_resolved() && !is_elsewhere && *error <= std::max(largest_error, rounding); }
+  /// Whether they tell anything: rounding may hide a hundred times the largest error, and no more.
+  bool is_resolved(double largest_error) const { return rounding <= 100 * largest_error; }
+  bool proves(double largest_error) const { return is_resolved(largest_error) && !is_elsewhere && *error <= std::max(largest_error, rounding); }
 };
 QuotientEvidence judge(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative);
 

@@ -160,6 +160,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"W0501", "stated-order-low", Severity::warning, "operator {} is stated to be of order {}, but has order {}"},
     {"W0701", "data-of-other-time", Severity::warning, "{} is of t = {}, but is compared with the state at t = {}"},
     {"W0702", "second-derivative-beside-wall", Severity::warning, "second derivatives of {} are a quarter too small in the cells beside walls where it has a value ({})"},
+    {"W0503", "program-replaced", Severity::warning, "the scene runs {} of this text in place of the program that it makes itself under that name"},
     {"W0502", "idle-boundary", Severity::warning, "nothing reads the boundary of {} at {}"},
     {"W0301", "unused-parameter", Severity::warning, "parameter {} is not used"},
     {"E0801", "blow-up", Severity::error, "{} is no longer finite after step {} of {} (t = {}), first in cell ({}) at {}"},

@@ -103,13 +103,6 @@ std::optional<double> fold(Fn fn, double x) {
   unreachable("function");
 }
 
-/// Whether the value of `e` is 0 or 1 by construction.
-bool is_truth(const Expr& e) {
-  if (as<Inside>(e) || is_literal(e, 0) || is_literal(e, 1)) return true;
-  const Binary* b = as<Binary>(e);
-  return b && precedence(b->op) <= precedence(BinaryOp::less);
-}
-
 Expr logical(BinaryOp op, const Expr& a, const Expr& b) {
   const bool absorbing = op == BinaryOp::logical_or;  // true absorbs in `or`, false in `and`
   for (const auto& [number, other] : {std::pair(a, b), std::pair(b, a)}) {
@@ -123,6 +116,12 @@ Expr logical(BinaryOp op, const Expr& a, const Expr& b) {
 }
 
 }  // namespace
+
+bool is_truth(const Expr& e) {
+  if (as<Inside>(e) || is_literal(e, 0) || is_literal(e, 1)) return true;
+  const Binary* b = as<Binary>(e);
+  return b && precedence(b->op) <= precedence(BinaryOp::less);
+}
 
 Expr param(std::string name) { return make(Param{std::move(name)}); }
 Expr local(std::string name) { return make(Local{std::move(name)}); }

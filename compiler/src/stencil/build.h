@@ -30,6 +30,8 @@ Expr select(const Expr& condition, const Expr& yes, const Expr& no);
 
 bool is_literal(const Expr& e);
 bool is_literal(const Expr& e, double value);
+/// Whether the value of `e` is 0 or 1 by construction.
+bool is_truth(const Expr& e);
 
 /// The fields of coordinates, see stencil.h.
 bool is_coordinate(const std::string& field);

@@ -13,9 +13,10 @@ namespace dpde::stencil {
 namespace {
 
 Expr with_rounding(const Expr& e, int& nodes, double phase) {
-  if (is_decision(e)) return e;
-  const Expr inner = map_children(e, [&](const Expr& child) { return with_rounding(child, nodes, phase); });
-  const bool rounds = std::holds_alternative<Binary>(e->kind) || std::holds_alternative<Call>(e->kind) || std::holds_alternative<Interp>(e->kind);
+  const bool is_interp = std::holds_alternative<Interp>(e->kind);
+  if (is_decision(e) && !is_interp) return e;
+  const Expr inner = is_interp ? e : map_children(e, [&](const Expr& child) { return with_rounding(child, nodes, phase); });
+  const bool rounds = std::holds_alternative<Binary>(e->kind) || std::holds_alternative<Call>(e->kind) || is_interp;
   if (!rounds) return inner;
   ++nodes;
   const Expr place = 100.0 * nodes * access("x") + phase * nodes;

@@ -87,7 +87,7 @@ struct RolloutSetup {
   dpde_layout layout{};
   int steps = 0;
   double t0 = 0, dt = 0;
-  Team threads;
+  Team team;
   std::vector<BoundField> fields;
   std::vector<BoundParam> params;
   std::vector<ControlField> control_fields;

@@ -13,7 +13,8 @@
 //  - Threads spin for microseconds, then they sleep. They have the floating-point mode of the caller.
 //  - What a part throws comes out of run(), that of the first part where there are several; other parts may be done or not.
 //  - Copies are the same team. Threads begin with the first work; where the system gives fewer, fewer it is. Work asked for
-//    within work of the same team, or by two callers at once, is done by who asks. run() allocates nothing.
+//    within work of the same team, or by two callers at once, is done by who asks, as thread 0: then what parts keep under
+//    thread numbers must be their own call's. run() allocates nothing.
 #pragma once
 
 #include <cstdint>
