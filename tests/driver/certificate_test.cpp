@@ -216,6 +216,26 @@ task t : s { unknown initial u.x; minimise mean(v.x)*0.566 over time }
   EXPECT_EQ(certificate->skipped[1], "11 cells: the run is not finite");
 }
 
+/// Certified is the gradient beside the start; that there are two slopes at the start is said.
+TEST(Certificate, SaysThatATaskBeginsOnAKink) {
+  const auto kinks = [](const std::string& start) {
+    const SourceFile source("kink.dpde", R"(model m { field u; param a; dt(u) = 0*a }
+scene s : m { grid x = 0 .. 1, cells 4, periodic; a = )" + start + R"(; initial u = 1; time 0 .. 1, step 0.5 }
+task t : s { unknown a; unknown initial u; minimise mean(u^2) + 3*abs(a) }
+)");
+    driver::CompileOptions options = for_certification();
+    options.selection.name = "t";
+    return certificate_of(source, compiled(source, options)).kinks;
+  };
+  EXPECT_TRUE(kinks("0.5").empty());
+  const auto found = kinks("0");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].unknown, "a");
+  EXPECT_GT(found[0].ahead, 1);
+  EXPECT_NEAR(found[0].behind, -found[0].ahead, 1e-6);
+  EXPECT_EQ(found[0].gradient, 0);
+}
+
 TEST(Slope, IsThatOfThePowerAndIgnoresRounding) {
   std::vector<driver::Remainder> quadratic, linear;
   for (int k = 0; k < 16; ++k) {

@@ -24,12 +24,12 @@ std::string told(const std::string& text, const std::string& name) {
 
 /// Long waves in a channel, velocities on the walls.
 std::string channel(const std::string& eta, const std::string& u, const std::string& more = "",
-                    const std::string& scheme = "") {
+                    const std::string& scheme = "", const std::string& initial = "0") {
   return "model tide { field u on faces.x; field eta; param nu, A; dt(eta) = -dx(u)" + more +
          "; dt(u) = -dx(eta) }\nscheme c { time = rk4" + scheme +
          " }\nscene s : tide with c {\n  grid x = 0 .. 1, cells 16\n  nu = 0.1\n  A = 0.5\n  boundary eta: " + eta +
          "\n  boundary u: " + u +
-         "\n  initial eta = 0\n  initial u = 0\n  time 0 .. 0.5, step 1/64\n  observe o = mean(eta) + A*nu\n}\n"
+         "\n  initial eta = " + initial + "\n  initial u = 0\n  time 0 .. 0.5, step 1/64\n  observe o = mean(eta) + A*nu\n}\n"
          "task t : s { unknown A; minimise sample(eta, at = 0.6)^2 + mean((eta - A)^2) }\n";
 }
 
@@ -42,8 +42,13 @@ TEST(IdleWalls, AnErrorWhereThePointOnTheWallHasItsOwn) {
 
 /// An open end: what u carries stays what it begins with.
 TEST(IdleWalls, AWarningWhereNothingIsLost) {
-  EXPECT_EQ(told(channel("x = 2", "x = zero_gradient"), "s"), "W0502 2");
-  EXPECT_EQ(told(channel("x.low = 2, x.high = mixed(1, 1, A)", "x = zero_gradient"), "s"), "W0502 2; W0502 A");
+  EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", "2"), "s"), "W0502 2");
+}
+
+/// It begins with something else, or the condition is none of its value: what is written would not happen.
+TEST(IdleWalls, AnErrorWhereAnOpenEndIsNotWhatItBeginsWith) {
+  EXPECT_EQ(told(channel("x = 2", "x = zero_gradient"), "s"), "E0558 2");
+  EXPECT_EQ(told(channel("x.low = 0, x.high = mixed(1, 1, A)", "x = zero_gradient"), "s"), "W0502 0; E0558 A");
 }
 
 TEST(IdleWalls, SilentWhereTheStepReadsThem) {

@@ -78,6 +78,7 @@ Json gradient(Job& job, const TaskOptions& options) {
   const double wall = median_seconds([&] { inverse.value_and_gradient(inverse.start(), again); });
   const GradientResult last = inverse.last();
   const double primal = median_seconds([&] { inverse.value(inverse.start()); });
+  warn_of_growth(job, run, inverse.start());
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);

@@ -205,6 +205,7 @@ Json optimize(Job& job, const OptimizeOptions& options) {
       tests[name] = json_number(value);
       job.say(fmt::format("test {} = {:.10g}\n", name, shown(value)));
     }
+    warn_of_growth(job, run, result.x);
   }
   json["test"] = std::move(tests);
   write_optimised(job, run, result);

@@ -103,6 +103,12 @@ std::string certificate_text(const TaskRun& run) {
   return text + "\n";
 }
 
+void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
+  run.inverse->assign(x);
+  const RunResult done = run.session->rollout().run();
+  if (!done.stopped && !done.blow_up) driver::report_growth(*run.session, job.sink());
+}
+
 std::string help_at_start(const TaskRun& run, bool has_loss) {
   const std::string unstable = driver::instability(*run.session);
   if (!unstable.empty())

@@ -42,6 +42,8 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run);
 Json certificate_json(const TaskRun& run);
 /// The same as text; "" where there is none.
 std::string certificate_text(const TaskRun& run);
+/// A warning of each state that the run with these unknowns lets grow as an unstable step does.
+void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x);
 
 /// What may help where the loss or its gradient is not finite where the task begins. The session's run is another one
 /// afterwards.

@@ -67,6 +67,12 @@ std::string second_order_text(const driver::Certificate& certificate) {
   return text + (second.has_kinks ? " (the programs have kinks, so it is not judged)\n" : "\n");
 }
 
+/// The certificate is of a point beside the start.
+std::string kink_text(const driver::KinkAtStart& kink) {
+  return fmt::format("the start lies on a kink of the loss: by {0} it has the slopes {1:.6g} behind and {2:.6g} ahead, the gradient says {3:.6g}\n",
+                     kink.unknown, kink.behind, kink.ahead, kink.gradient);
+}
+
 void show(Job& job, const std::string& target, const driver::Certificate& certificate) {
   std::string text = fmt::format("{}: tangent against adjoint\n", target);
   for (const driver::DotCase& one : certificate.cases) {
@@ -81,6 +87,7 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
                             : fmt::format("  no slope: {}\n", certificate.note);
   if (certificate.quotients) text += fmt::format("  {}\n", quotients_text(*certificate.quotients));
   text += second_order_text(certificate);
+  for (const driver::KinkAtStart& kink : certificate.kinks) text += kink_text(kink);
   if (certificate.single) {
     text += fmt::format("single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at most {:.2e}\n",
                         certificate.single->cases.size(), certificate.single->worst());
@@ -100,6 +107,10 @@ Json to_json(const driver::Certificate& certificate) {
   const driver::QuotientEvidence* quotients = certificate.quotients ? &*certificate.quotients : nullptr;
   Json single = nullptr;
   if (certificate.single) single = {{"max_relative_error", json_number(certificate.single->worst())}, {"cases", certificate.single->cases.size()}};
+  Json kinks = Json::array();
+  for (const driver::KinkAtStart& kink : certificate.kinks) {
+    kinks.push_back({{"unknown", kink.unknown}, {"behind", json_number(kink.behind)}, {"ahead", json_number(kink.ahead)}, {"gradient", json_number(kink.gradient)}});
+  }
   return {{"hessian", hessian},
           {"single_precision", single},
           {"dot_product",
@@ -116,6 +127,7 @@ Json to_json(const driver::Certificate& certificate) {
             {"remainders", remainders},
             {"note", certificate.note}}},
           {"start_is_finite", certificate.start_is_finite},
+          {"start_kinks", kinks},
           {"passed", certificate.passed()}};
 }
 

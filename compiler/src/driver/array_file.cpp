@@ -124,11 +124,24 @@ class NetcdfField {
     return why.empty();
   }
 
+  void tell_time(const std::vector<double>& times) {
+    const double own = times.back();
+    for (const double t : from_.compared_at) {
+      if (!(std::abs(t - own) > 1e-6 * std::max(std::abs(t), std::abs(own - times.front())))) continue;
+      sink_.report("data-of-other-time", where_, {from_.name, fmt::format("{:.10g}", own), fmt::format("{:.10g}", t)},
+                   fmt::format("write at t = {:.10g} behind the data, if the file holds that state", t));
+      return;
+    }
+  }
+
   Values read_times(const NetcdfReader::Variable& variable) {
     const std::int64_t count = variable.shape[0];
     if (count == 0) return fail(fmt::format("{} holds no state", variable.name));
-    if (from_.times.empty()) return file_.read(variable, count - 1);
     const NetcdfReader::Variable* coordinate = file_.find(variable.dimensions[0]);
+    if (from_.times.empty()) {
+      if (coordinate != nullptr && coordinate->shape == Shape{count}) tell_time(file_.read(*coordinate));
+      return file_.read(variable, count - 1);
+    }
     if (coordinate == nullptr || coordinate->shape != Shape{count}) return no_time(from_.times[0], "it does not say at which times");
     const std::vector<double> times = file_.read(*coordinate);
     std::vector<double> all;

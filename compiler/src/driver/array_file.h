@@ -17,6 +17,9 @@ namespace dpde::driver {
 struct ArrayFile {
   std::string file, variable;
   std::vector<double> times;
+  /// Of a last state: what it is called, and the times of the states that it is compared with. Another time is a warning.
+  std::string name = {};
+  std::vector<double> compared_at = {};
 };
 
 /// The states one after the other, each dense and x fastest. Reports cannot-read, bad-array-file, wrong-shape,

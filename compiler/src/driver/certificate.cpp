@@ -286,6 +286,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   const Point point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
   certificate.start_is_finite = std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
+  certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const auto hessian = SecondOrder::open(*session, *inverse, Curvature::full);

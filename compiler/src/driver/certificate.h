@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "driver/kinks_at_start.h"
 #include "driver/session.h"
 #include "driver/taylor.h"
 
@@ -63,6 +64,7 @@ struct Certificate {
   std::optional<SecondOrderCheck> second;  // absent: there are no second derivatives
   std::optional<SinglePrecisionCheck> single;  // absent: the scene is one of f64
   bool start_is_finite = true;  // loss and gradient where the task begins; what is certified is the derivative at a point beside it
+  std::vector<KinkAtStart> kinks;  // where it begins, the loss has more than one slope
   /// Finite at the start, every case at most 1e-11 or rounding, and a derivative by the rule of taylor.h.
   bool passed() const;
   bool only_rounding = false;

@@ -14,6 +14,7 @@
 #include "driver/array_file.h"
 #include "driver/trajectories.h"
 #include "driver/weights.h"
+#include "model/build.h"
 #include "model/placement.h"
 #include "support/assert.h"
 
@@ -160,11 +161,24 @@ std::vector<double> made_up(std::size_t cells) {
   return state;
 }
 
+/// The times of the states in losses that the datum stands in.
+std::vector<double> compared_at(const Session& session, const model::Datum& datum) {
+  std::vector<double> result;
+  for (const model::Loss& loss : session.problem().task->losses) {
+    if (!model::reads(loss.value, datum.name)) continue;
+    if (loss.when.kind == model::When::Kind::end) result.push_back(session.end_time());
+    if (loss.when.kind == model::When::Kind::at) result.insert(result.end(), loss.when.times.begin(), loss.when.times.end());
+  }
+  return result;
+}
+
 bool from_file(Session& session, const model::Datum& datum, const std::vector<double>& times, const TakeState& take,
                const SourceFile& source, DiagnosticSink& sink) {
   const bool last_state = datum.when.kind == model::When::Kind::end;
+  ArrayFile from{datum.file, datum.variable, last_state ? std::vector<double>{} : times, datum.name};
+  if (last_state) from.compared_at = compared_at(session, datum);
   const std::optional<std::vector<double>> values =
-      load_array({datum.file, datum.variable, last_state ? std::vector<double>{} : times}, source,
+      load_array(from, source,
                  datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
                  session.problem().scheme.real, datum.origin.range, sink);
   if (!values) return false;

@@ -12,6 +12,11 @@ namespace dpde::driver {
 std::string instability(Session& session) {
   constexpr double disturbance = 1e-6;  // of the largest value: a start that is the same everywhere grows by no mode
   Rollout& rollout = session.rollout();
+  const auto blow_up_of = [&](const RunResult& done) {
+    return fmt::format("{} is no longer finite after step {} of {}", rollout.state_name(done.blow_up->state), done.blow_up->step, session.steps());
+  };
+  const RunResult own = rollout.run();
+  if (own.blow_up) return blow_up_of(own);
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int s = 0; s < rollout.state_count(); ++s) {
@@ -22,9 +27,7 @@ std::string instability(Session& session) {
     rollout.initial(s).copy_in(values);
   }
   const RunResult done = rollout.run();
-  if (done.blow_up)
-    return fmt::format("{} is no longer finite after step {} of {}", rollout.state_name(done.blow_up->state),
-                       done.blow_up->step, session.steps());
+  if (done.blow_up) return fmt::format("a millionth more at the start and {}", blow_up_of(done));
   const std::vector<Growth> growths = growth_of(session);
   return growths.empty()
              ? ""

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "model/build.h"
+#include "model/print_model.h"
 #include "stencil/build.h"
 #include "stencil/quantities.h"
 
@@ -148,6 +149,11 @@ bool varies(const model::Problem& problem, const model::Side& side) {
          model::any_part(side.b, is_varying);
 }
 
+/// Whether a state is everywhere what the condition wants it to be at the wall.
+bool begins_with(const model::State& state, const model::Side& side) {
+  return side.kind == SideKind::value && state.initial.formula && print(*state.initial.formula) == print(side.value);
+}
+
 /// One side of one field.
 struct Idle {
   const model::State& state;
@@ -173,9 +179,13 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
   const std::string& holder = idle.holder->name;
   // Where the flux has no slope, what it carries stays as it is: an open end.
   if (!asks_for_something(idle.of(*idle.holder)) && !varies(problem, side)) {
-    sink.report("idle-boundary", range_of(idle.state, side), {name, place},
-                fmt::format("where {} has no slope, {} on the wall stays what it begins with: write zero_gradient",
-                            holder, name));
+    const std::string hint = fmt::format("where {} has no slope, {} on the wall stays what it begins with: write zero_gradient", holder, name);
+    if (begins_with(idle.state, side)) {
+      sink.report("idle-boundary", range_of(idle.state, side), {name, place}, hint);
+    } else {
+      sink.report("boundary-not-read", range_of(idle.state, side), {name, place, holder},
+                  fmt::format("{} here, and let the initial {} be what it is to be there", hint, name));
+    }
     return;
   }
   sink.report("boundary-not-read", range_of(idle.state, side), {name, place, holder},
