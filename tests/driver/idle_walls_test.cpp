@@ -43,12 +43,15 @@ TEST(IdleWalls, AnErrorWhereThePointOnTheWallHasItsOwn) {
 /// An open end: what u carries stays what it begins with.
 TEST(IdleWalls, AWarningWhereNothingIsLost) {
   EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", "2"), "s"), "W0502 2");
+  EXPECT_EQ(told(channel("x = 0", "x = zero_gradient", "", "", "sin(pi*x)*A"), "s"), "W0502 0");
+  EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "2 + x^2"), "s"), "W0502 2; W0502 3");
 }
 
 /// It begins with something else, or the condition is none of its value: what is written would not happen.
 TEST(IdleWalls, AnErrorWhereAnOpenEndIsNotWhatItBeginsWith) {
   EXPECT_EQ(told(channel("x = 2", "x = zero_gradient"), "s"), "E0558 2");
   EXPECT_EQ(told(channel("x.low = 0, x.high = mixed(1, 1, A)", "x = zero_gradient"), "s"), "W0502 0; E0558 A");
+  EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "3 - x"), "s"), "E0558 2; E0558 3");
 }
 
 TEST(IdleWalls, SilentWhereTheStepReadsThem) {
