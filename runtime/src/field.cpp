@@ -88,6 +88,12 @@ int64_t allocated_bytes(int64_t wanted) {
   return (wanted + whole - 1) / whole * whole;
 }
 
+int64_t bytes_of_field(const dpde_layout& layout) {
+  const int64_t own = field_bytes(layout);
+  if (own <= page_bytes || own >= least_huge_bytes) return allocated_bytes(own);
+  return own + 3 * page_bytes / 2;  // the shift, the rest of the last page and what lies before the first: half a page each
+}
+
 char* allocate_bytes(int64_t wanted) {
   const int64_t alignment = wanted >= least_huge_bytes ? huge_page_bytes : wanted > page_bytes ? page_bytes : line_bytes;
   const int64_t bytes = allocated_bytes(wanted);

@@ -18,7 +18,7 @@ class Planner {
  public:
   explicit Planner(const Compiled& compiled) : compiled_(compiled), problem_(*compiled.problem) {
     const dpde_layout layout = layout_of(compiled);
-    field_ = static_cast<double>(allocated_bytes(field_bytes(layout)));
+    field_ = static_cast<double>(bytes_of_field(layout));
     array_ = static_cast<double>(8 * cell_count(layout));
     for (const model::Axis& axis : problem_.axes) hold(axis.name);
     for (const std::uint64_t seed : problem_.noises()) hold(model::noise_name(seed));
