@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stencil/time_schemes.h"
 
+#include <array>
 #include <functional>
 #include <map>
+#include <optional>
+#include <span>
 
 #include "model/build.h"
 #include "stencil/build.h"
@@ -13,6 +16,28 @@ namespace dpde::stencil {
 namespace {
 
 bool is_at_rest(const Advance& advance) { return model::is_constant(advance.rate, 0); }
+
+/// One stage of an explicit Runge-Kutta method in stage-state form. With U_0 the state where the step begins,
+///   U = U_base + (sum of U_a - U_b)/divisor + dt*weight/over*F(U_from).
+/// A last stage takes what the others found out of their states, not of rates that would have to be stored. It adds up
+/// differences of states, which are small, and a third of the sum: a third of the states themselves,
+/// (U_1 + 2*U_2 + U_3 - U_0)/3, would be wrong in the last place in the same direction in each step, as 1/3 is no number
+/// of the machine.
+struct StageRow {
+  double time;    // of U_from, in steps
+  int from, base;
+  double weight, over;
+  double divisor = 1;
+  std::array<std::array<int, 2>, 2> differences = {};  // {0, 0}: none
+};
+using Tableau = std::span<const StageRow>;
+
+constexpr StageRow euler[] = {{0, 0, 0, 1, 1}};
+constexpr StageRow midpoint_rule[] = {{0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 1}};
+/// Kutta 1901: U_4 = (U_1 + 2*U_2 + U_3 - U_0)/3 + dt/6*F(U_3).
+constexpr StageRow runge_kutta_4[] = {{0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 2}, {0.5, 2, 0, 1, 1}, {1, 3, 2, 1, 6, 3, {{{1, 2}, {3, 0}}}}};
+/// Shu and Osher 1988: U_2 = 3/4*U_0 + (U_1 + dt*F(U_1))/4, U_3 = U_0/3 + 2/3*(U_2 + dt*F(U_2)).
+constexpr StageRow shu_osher_3[] = {{0, 0, 0, 1, 1}, {1, 1, 0, 1, 4, 4, {{{1, 0}}}}, {0.5, 2, 2, 2, 3, 3, {{{0, 2}}}}};
 
 /// The value a kernel stores for a state, from its rate at the stage.
 using Update = std::function<Expr(const std::string& state, const Expr& rate)>;
@@ -68,10 +93,9 @@ class Stages {
   /// How long the part is.
   Expr dt() const { return part_.of == 1 ? param("dt") : param("dt") / static_cast<double>(part_.of); }
 
-  /// The value of the state where the part begins, and `fraction` of the part of its rate.
-  Update forward(double fraction) const {
-    const Expr step = fraction == 1 ? dt() : dt() / (1 / fraction);
-    return [this, step](const std::string& state, const Expr& rate) { return begin(state) + scaled(step, rate); };
+  /// The value of the state where the part begins, and all of the part with its rate.
+  Update forward() const {
+    return [this](const std::string& state, const Expr& rate) { return begin(state) + scaled(dt(), rate); };
   }
 
  private:
@@ -87,42 +111,31 @@ class Stages {
   const StepPart& part_;
 };
 
-std::vector<Stage> midpoint_method(Stages stages) {
-  const auto u_1 = stages.fields(1);
-  return {stages.stage(stages.name(1), {}, 0, u_1, stages.forward(0.5)),
-          stages.stage(stages.name(2), u_1, 0.5, stages.results(), stages.forward(1))};
-}
-
-// The last stage of a scheme with several takes what the others found out of their states, not of rates that would have to be
-// stored. It adds up differences of states, which are small, and a third of the sum: a third of the states themselves
-// (u_1 + 2*u_2 + u_3 - u)/3 would be wrong in the last place in the same direction in each step, as 1/3 is no number of the machine.
-
-std::vector<Stage> runge_kutta_4(Stages stages) {
-  const auto u_1 = stages.fields(1), u_2 = stages.fields(2), u_3 = stages.fields(3);
-  const Update last = [&](const std::string& state, const Expr& rate) {
-    const Expr middle = access(u_2.at(state));
-    const Expr differences = (access(u_1.at(state)) - middle) + (access(u_3.at(state)) - stages.begin(state));
-    return middle + (differences / 3.0 + scaled(stages.dt() / 6.0, rate));
-  };
-  return {stages.stage(stages.name(1), {}, 0, u_1, stages.forward(0.5)),
-          stages.stage(stages.name(2), u_1, 0.5, u_2, stages.forward(0.5)),
-          stages.stage(stages.name(3), u_2, 0.5, u_3, stages.forward(1)),
-          stages.stage(stages.name(4), u_3, 1, stages.results(), last)};
-}
-
-std::vector<Stage> shu_osher_3(Stages stages) {
-  const auto u_1 = stages.fields(1), u_2 = stages.fields(2);
-  const Update second = [&](const std::string& state, const Expr& rate) {
-    const Expr begin = stages.begin(state);
-    return begin + ((access(u_1.at(state)) - begin) / 4.0 + scaled(stages.dt() / 4.0, rate));
-  };
-  const Update last = [&](const std::string& state, const Expr& rate) {
-    const Expr middle = access(u_2.at(state));
-    return middle + ((stages.begin(state) - middle) / 3.0 + scaled(2.0 * stages.dt() / 3.0, rate));
-  };
-  return {stages.stage(stages.name(1), {}, 0, u_1, stages.forward(1)),
-          stages.stage(stages.name(2), u_1, 1, u_2, second),
-          stages.stage(stages.name(3), u_2, 0.5, stages.results(), last)};
+/// A single stage is called `name`.
+std::vector<Stage> stages_of(Tableau tableau, Stages stages, const std::string& name) {
+  std::vector<std::map<std::string, std::string>> fields(1);  // of each stage; those of the first one stand for themselves
+  for (std::size_t i = 1; i < tableau.size(); ++i) fields.push_back(stages.fields(static_cast<int>(i)));
+  std::vector<Stage> result;
+  for (std::size_t i = 0; i < tableau.size(); ++i) {
+    const StageRow& row = tableau[i];
+    const Update update = [&](const std::string& state, const Expr& rate) {
+      const auto value = [&](int stage) { return stage == 0 ? stages.begin(state) : access(fields[static_cast<std::size_t>(stage)].at(state)); };
+      Expr step = row.weight == 1 ? stages.dt() : row.weight * stages.dt();
+      if (row.over != 1) step = step / row.over;
+      const Expr change = scaled(step, rate);
+      std::optional<Expr> sum;
+      for (const auto& [more, less] : row.differences) {
+        if (more == less) continue;
+        const Expr difference = value(more) - value(less);
+        sum = sum ? *sum + difference : difference;
+      }
+      return value(row.base) + (sum ? *sum / row.divisor + change : change);
+    };
+    const bool is_last = i + 1 == tableau.size();
+    result.push_back(stages.stage(tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1), fields[static_cast<std::size_t>(row.from)],
+                                  row.time, is_last ? stages.results() : fields[i + 1], update));
+  }
+  return result;
 }
 
 /// Positions u move by v + dt/2 F, with the acceleration at the beginning; velocities, and fields with equations of first
@@ -151,7 +164,7 @@ std::vector<Stage> velocity_verlet(Lowering& lowering, const std::vector<Advance
   for (const Advance& advance : first) {
     if (lowering.problem().velocity_of(advance.state)) later[advance.state] = advance.into;
   }
-  return {begin.stage(begin.name(1), {}, 0, later, begin.forward(1)),
+  return {begin.stage(begin.name(1), {}, 0, later, begin.forward()),
           end.stage(end.name(2), later, 1, end.results(), mean)};
 }
 
@@ -159,12 +172,12 @@ std::vector<Stage> velocity_verlet(Lowering& lowering, const std::vector<Advance
 
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part) {
-  const Stages stages(lowering, advances, prefix, part);
+  const auto by = [&](Tableau tableau) { return stages_of(tableau, Stages(lowering, advances, prefix, part), name); };
   switch (lowering.problem().scheme.time) {
-    case model::TimeScheme::euler: return {stages.stage(name, {}, 0, stages.results(), stages.forward(1))};
-    case model::TimeScheme::rk2: return midpoint_method(stages);
-    case model::TimeScheme::rk4: return runge_kutta_4(stages);
-    case model::TimeScheme::ssp_rk3: return shu_osher_3(stages);
+    case model::TimeScheme::euler: return by(euler);
+    case model::TimeScheme::rk2: return by(midpoint_rule);
+    case model::TimeScheme::rk4: return by(runge_kutta_4);
+    case model::TimeScheme::ssp_rk3: return by(shu_osher_3);
     case model::TimeScheme::verlet: return velocity_verlet(lowering, advances, prefix, part);
     case model::TimeScheme::ab2:
     case model::TimeScheme::leapfrog: break;
