@@ -11,6 +11,7 @@
 #include "adjoint/recomputation.h"
 #include "adjoint/regions.h"
 #include "adjoint/weights.h"
+#include "stencil/effects.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -363,14 +364,14 @@ class Reversal {
     if (std::ranges::any_of(module_.programs, changes_it)) return seed_boundary();
     const std::vector<std::string> written = interface_of(module_, program_).written;
     const bool is_changed_here = std::ranges::find(written, field) != written.end();
+    std::optional<std::vector<AxisBoundary>> found;
     for (const Program& other : module_.programs) {
-      for (const Statement& statement : other.body) {
-        const Fill* fill = std::get_if<Fill>(&statement);
-        const bool is_this = fill != nullptr && fill->field == field && wall_fields(fill->axes).empty();
-        if (is_this && !(is_changed_here && is_on_walls(fill->axes))) return fill->axes;
-      }
+      for_each_fill(other, [&](const Fill& fill) {
+        const bool is_this = !found && fill.field == field && wall_fields(fill.axes).empty();
+        if (is_this && !(is_changed_here && is_on_walls(fill.axes))) found = fill.axes;
+      });
     }
-    return seed_boundary();
+    return found.value_or(seed_boundary());
   }
 
   /// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
@@ -447,9 +448,7 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   derived.body.insert(derived.body.end(), reversal.body.begin(), reversal.body.end());
   for (Kernel& kernel : reverse_kernels.kernels) result.module.kernels.push_back(std::move(kernel));
   add_results(*program, varied, wrt, names, derived);
-  for (const Statement& statement : derived.body) {
-    if (const Infer* infer = std::get_if<Infer>(&statement)) add_networks(result.module, {*module.find_network(infer->network)});
-  }
+  for (const std::string& network : parts_of({derived}).networks) add_networks(result.module, {*module.find_network(network)});
   result.module.programs.push_back(std::move(derived));
   for (const std::string& p : wrt.params) names.of(p);
   result.links = names.links(module, *program, wrt);

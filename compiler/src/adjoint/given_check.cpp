@@ -11,6 +11,7 @@
 #include "adjoint/given_places.h"
 #include "adjoint/rounding_between.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "stencil/given.h"
 #include "stencil/interpret.h"
 #include "stencil/print_stencil.h"
@@ -328,12 +329,9 @@ void report(const Kernel& kernel, const Given& given, const Found& found, bool a
 
 bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse, const Surroundings& surroundings, DiagnosticSink& sink) {
   bool good = true;
-  std::set<std::string> checked;
   std::set<int> told;  // where formulas begin: stages and passes have copies of them
-  for (const Statement& statement : program.body) {
-    const Run* run = std::get_if<Run>(&statement);
-    if (!run || !checked.insert(run->kernel).second) continue;
-    const Kernel& kernel = *module.find_kernel(run->kernel);
+  for (const Kernel* run : kernels_run(module, program)) {
+    const Kernel& kernel = *run;
     const bool at_places = surroundings.axes.size() == program.axes.size() && names_coordinates(kernel);
     for (const Given& given : kernel.given) {
       if (!varied.fields.contains(given.input) && !varied.params.contains(given.input)) continue;

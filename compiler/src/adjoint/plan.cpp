@@ -5,6 +5,7 @@
 #include <map>
 
 #include "adjoint/weights.h"
+#include "stencil/effects.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -36,35 +37,40 @@ bool varies(const Infer& infer, const Varied& varied) {
   return varied.params.contains(infer.network) || std::any_of(read.begin(), read.end(), [&](const std::string& field) { return varied.fields.contains(field); });
 }
 
+void grow_varied(const Kernel& kernel, Varied& varied) {
+  const Varied inside{varied.fields, varied.params, varied_locals(kernel, varied)};
+  for (const Store& store : kernel.stores) {
+    if (is_varied(store.value, inside)) varied.fields.insert(store.field);
+  }
+  for (const Scatter& scatter : kernel.scatters) {
+    const bool moves = std::any_of(scatter.target.displacement.begin(), scatter.target.displacement.end(),
+                                   [&](const Expr& d) { return is_varied(d, inside); });
+    if (moves || is_varied(scatter.value, inside)) varied.fields.insert(scatter.target.field);
+  }
+}
+
 /// One pass over the statements: adds the fields they make vary.
 void grow_varied(const Module& module, const Program& program, Varied& varied) {
   for (const Statement& statement : program.body) {
-    if (const Fill* fill = std::get_if<Fill>(&statement)) {
-      for (const std::string& wall : wall_fields(fill->axes)) {
-        if (varied.fields.contains(wall)) varied.fields.insert(fill->field);
-      }
-      if (!sides_with_varied_weights(fill->axes, varied).empty()) varied.fields.insert(fill->field);
-    }
-    if (const Fold* fold = std::get_if<Fold>(&statement)) {
-      if (varied.fields.contains(fold->field)) varied.fields.merge(wall_fields(fold->axes));
-    }
-    const Reduce* reduce = std::get_if<Reduce>(&statement);
-    if (reduce && varied.fields.contains(reduce->field)) varied.fields.insert(reduce->result);
-    if (const Infer* infer = std::get_if<Infer>(&statement); infer && varies(*infer, varied)) {
-      for (const std::string& field : fields_written(*infer)) varied.fields.insert(field);
-    }
-    const Run* run = std::get_if<Run>(&statement);
-    if (!run) continue;
-    const Kernel& kernel = *module.find_kernel(run->kernel);
-    Varied inside{varied.fields, varied.params, varied_locals(kernel, varied)};
-    for (const Store& store : kernel.stores) {
-      if (is_varied(store.value, inside)) varied.fields.insert(store.field);
-    }
-    for (const Scatter& scatter : kernel.scatters) {
-      const bool moves = std::any_of(scatter.target.displacement.begin(), scatter.target.displacement.end(),
-                                     [&](const Expr& d) { return is_varied(d, inside); });
-      if (moves || is_varied(scatter.value, inside)) varied.fields.insert(scatter.target.field);
-    }
+    match(
+        statement,
+        [&](const Fill& fill) {
+          for (const std::string& wall : wall_fields(fill.axes)) {
+            if (varied.fields.contains(wall)) varied.fields.insert(fill.field);
+          }
+          if (!sides_with_varied_weights(fill.axes, varied).empty()) varied.fields.insert(fill.field);
+        },
+        [&](const Fold& fold) {
+          if (varied.fields.contains(fold.field)) varied.fields.merge(wall_fields(fold.axes));
+        },
+        [&](const Reduce& reduce) {
+          if (varied.fields.contains(reduce.field)) varied.fields.insert(reduce.result);
+        },
+        [&](const Infer& infer) {
+          if (!varies(infer, varied)) return;
+          for (const std::string& field : fields_written(infer)) varied.fields.insert(field);
+        },
+        [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); });
   }
 }
 
@@ -228,12 +234,15 @@ bool check_differentiable(const Module& module, const Program& program, const Va
 bool check_folds(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
   std::string scatters;
   for (const Statement& statement : program.body) {
-    if (const Run* run = std::get_if<Run>(&statement)) {
-      if (!module.find_kernel(run->kernel)->scatters.empty()) scatters = run->kernel;
-    }
-    const Fold* fold = std::get_if<Fold>(&statement);
-    if (!fold || scatters.empty()) continue;
-    for (const std::string& wall : wall_fields(fold->axes)) {
+    std::set<std::string> folded;
+    match(
+        statement, [](const Fill&) {}, [&](const Fold& fold) { folded = wall_fields(fold.axes); }, [](const Reduce&) {},
+        [](const Infer&) {},
+        [&](const Run& run) {
+          if (!module.find_kernel(run.kernel)->scatters.empty()) scatters = run.kernel;
+        });
+    if (scatters.empty()) continue;
+    for (const std::string& wall : folded) {
       if (!varied.fields.contains(wall)) continue;
       sink.report("no-useful-derivative", {}, {"interp(...) += next to the walls " + wall, "in kernel " + scatters},
                   "take the derivative of the tangent, or keep these walls from depending on an unknown");

@@ -5,6 +5,7 @@
 
 #include "adjoint/regions.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -14,22 +15,22 @@ using namespace stencil;
 namespace {
 
 /// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
-bool refills(const Program& program, size_t index) {
-  const Fill& fill = std::get<Fill>(program.body[index]);
-  for (size_t i = index; i-- > 0;) {
-    const Fill* before = std::get_if<Fill>(&program.body[i]);
-    if (before && before->field == fill.field) return *before != fill || !wall_fields(fill.axes).empty();
-  }
-  return false;
+bool refills(const Program& program, size_t index, const Fill& fill) {
+  const Program before{program.name, program.axes, {program.body.begin(), program.body.begin() + static_cast<std::ptrdiff_t>(index)}, {}, {}};
+  bool result = false;
+  for_each_fill(before, [&](const Fill& other) {
+    if (other.field == fill.field) result = other != fill || !wall_fields(fill.axes).empty();
+  });
+  return result;
 }
 
 /// The last run that adds to each field, and its place in the program.
 std::map<std::string, size_t> last_updates(const Module& module, const Program& program) {
   std::map<std::string, size_t> last;
   for (size_t i = 0; i < program.body.size(); ++i) {
-    const Run* run = std::get_if<Run>(&program.body[i]);
-    if (!run) continue;
-    for (const std::string& field : signature(*module.find_kernel(run->kernel)).updates) last[field] = i;
+    const Effects e = effects(module, program.body[i]);
+    if (e.kernels.empty()) continue;
+    for (const std::string& field : e.updates) last[field] = i;
   }
   return last;
 }
@@ -39,7 +40,7 @@ std::map<std::string, size_t> last_updates(const Module& module, const Program& 
 bool changes(const Program& program, size_t index, const std::string& field, bool is_grown) {
   return match(
       program.body[index],
-      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index)); },
+      [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [](const Reduce&) { return false; }, [](const Infer&) { return false; }, [](const Run&) { return false; });
 }
@@ -106,8 +107,8 @@ bool check_overwritten(const Module& module, const Program& program, const std::
       is_changed = changes(program, i, field, grown.contains(field));
     }
     if (!is_changed) continue;
-    const Run* run = std::get_if<Run>(&program.body[first]);
-    sink.report("overwritten-value", {}, {run ? run->kernel : program.name, field},
+    const std::vector<std::string> kernels = effects(module, program.body[first]).kernels;
+    sink.report("overwritten-value", {}, {kernels.empty() ? program.name : kernels.front(), field},
                 "store the changed value in a field of its own");
     good = false;
   }

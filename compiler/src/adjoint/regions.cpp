@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <functional>
 
+#include "stencil/effects.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -33,10 +34,8 @@ bool has_bounded_axis(const std::vector<Topology>& axes) {
 int reach(const Module& module, const Program& program, const Varied& varied) {
   if (!has_bounded_axis(program.axes)) return 0;
   int result = 0;
-  for (const Statement& statement : program.body) {
-    const Run* run = std::get_if<Run>(&statement);
-    if (!run) continue;
-    const Kernel& kernel = *module.find_kernel(run->kernel);
+  for_each_run(program, [&](const Run& run) {
+    const Kernel& kernel = *module.find_kernel(run.kernel);
     for (const Scatter& scatter : kernel.scatters) {
       if (varied.fields.contains(scatter.target.field)) result = std::max(result, reach_of(scatter.target, program.axes));
     }
@@ -46,9 +45,9 @@ int reach(const Module& module, const Program& program, const Varied& varied) {
       for (size_t axis = 0; axis < program.axes.size(); ++axis) {
         if (program.axes[axis] == Topology::bounded) width = std::max(width, read.halo[axis]);
       }
-      result = std::max(result, run->grow + width);
+      result = std::max(result, run.grow + width);
     }
-  }
+  });
   return result;
 }
 
@@ -69,18 +68,11 @@ std::set<std::string> read_around(const Kernel& kernel, const std::vector<Topolo
 std::set<std::string> filled_at_the_end(const Module& module, const Program& program) {
   std::set<std::string> filled;
   for (const Statement& statement : program.body) {
-    match(
-        statement, [&](const Fill& fill) { filled.insert(fill.field); }, [&](const Fold& fold) { filled.erase(fold.field); },
-        [&](const Reduce& reduce) { filled.erase(reduce.result); },
-        [&](const Infer& infer) {
-          for (const std::string& field : fields_written(infer)) filled.erase(field);
-        },
-        [&](const Run& run) {
-          const Signature s = signature(*module.find_kernel(run.kernel));
-          for (const auto* changed : {&s.writes, &s.updates}) {
-            for (const std::string& field : *changed) filled.erase(field);
-          }
-        });
+    const Effects e = effects(module, statement);
+    filled.insert(e.fills.begin(), e.fills.end());
+    for (const auto* changed : {&e.writes, &e.updates}) {
+      for (const std::string& field : *changed) filled.erase(field);
+    }
   }
   return filled;
 }
@@ -118,12 +110,12 @@ std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std:
 
 std::set<std::string> grown_fields(const Module& module, const Program& program) {
   std::set<std::string> fields;
-  for (const Statement& statement : program.body) {
-    const Run* run = std::get_if<Run>(&statement);
-    if (!run || run->grow == 0 || !has_bounded_axis(program.axes)) continue;
-    const Signature s = signature(*module.find_kernel(run->kernel));
+  if (!has_bounded_axis(program.axes)) return fields;
+  for_each_run(program, [&](const Run& run) {
+    if (run.grow == 0) return;
+    const Signature s = signature(*module.find_kernel(run.kernel));
     fields.insert(s.writes.begin(), s.writes.end());
-  }
+  });
   return fields;
 }
 

@@ -6,6 +6,7 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 
 namespace dpde::driver {
 
@@ -25,11 +26,9 @@ std::set<std::string> params_of_boundaries(const stencil::Module& module) {
     });
   };
   for (const stencil::Program& program : module.programs) {
-    for (const stencil::Statement& statement : program.body) {
-      const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
-      if (fill == nullptr) continue;
-      stencil::for_each_side(fill->axes, [&](const stencil::Side& side) { collect(side.value); });
-    }
+    stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+      stencil::for_each_side(fill.axes, [&](const stencil::Side& side) { collect(side.value); });
+    });
   }
   return params;
 }

@@ -8,13 +8,14 @@
 #include <numeric>
 #include <random>
 
+#include "adjoint/rounding_between.h"
 #include "driver/directions.h"
 #include "driver/generic_point.h"
 #include "driver/quick_certificate.h"
-#include "adjoint/rounding_between.h"
 #include "driver/second_order.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
+#include "support/match.h"
 
 namespace dpde::driver {
 
@@ -233,8 +234,10 @@ bool has_kinks(const Compiled& compiled) {
   for (const auto& [name, derived] : compiled.derived) {
     const stencil::Module module = extract(compiled.stencil, {name});
     for (const stencil::Statement& statement : module.programs.front().body) {
-      const auto* reduce = std::get_if<stencil::Reduce>(&statement);
-      found = found || (reduce != nullptr && (reduce->kind == Reduction::max || reduce->kind == Reduction::min));
+      match(
+          statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+          [&](const stencil::Reduce& reduce) { found = found || reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
+          [](const stencil::Infer&) {}, [](const stencil::Run&) {});  // networks and kernels are looked at below
     }
     for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
     for (const stencil::Kernel& kernel : module.kernels) {

@@ -24,6 +24,7 @@
 #include "model/stretch.h"
 #include "model/verify_model.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "stencil/from_ast.h"
 #include "stencil/from_model.h"
 #include "stencil/passes/passes.h"
@@ -86,10 +87,9 @@ stencil::Module with_own_kernels(stencil::Module module, const stencil::Module& 
     kernel.name = name;
   }
   for (stencil::Program& program : module.programs) {
-    for (stencil::Statement& statement : program.body) {
-      stencil::Run* run = std::get_if<stencil::Run>(&statement);
-      if (run != nullptr && renamed.contains(run->kernel)) run->kernel = renamed.at(run->kernel);
-    }
+    stencil::for_each_run(program, [&](stencil::Run& run) {
+      if (renamed.contains(run.kernel)) run.kernel = renamed.at(run.kernel);
+    });
   }
   return module;
 }
@@ -446,18 +446,14 @@ bool Compiled::is_single() const {
 
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs) {
   stencil::Module result;
-  std::set<std::string> kernels;
   for (const stencil::Program& program : module.programs) {
-    if (!contains(programs, program.name)) continue;
-    result.programs.push_back(program);
-    for (const stencil::Statement& statement : program.body) {
-      if (const stencil::Run* run = std::get_if<stencil::Run>(&statement)) kernels.insert(run->kernel);
-      if (const stencil::Infer* infer = std::get_if<stencil::Infer>(&statement)) add_networks(result, {*module.find_network(infer->network)});
-    }
+    if (contains(programs, program.name)) result.programs.push_back(program);
   }
+  const stencil::Parts parts = stencil::parts_of(result.programs);
   for (const stencil::Kernel& kernel : module.kernels) {
-    if (kernels.contains(kernel.name)) result.kernels.push_back(kernel);
+    if (parts.has_kernel(kernel.name)) result.kernels.push_back(kernel);
   }
+  for (const std::string& network : parts.networks) add_networks(result, {*module.find_network(network)});
   for (const stencil::Loop& loop : module.loops) {
     const auto is_there = [&](const std::string& name) { return contains(programs, name); };
     if (std::all_of(loop.programs.begin(), loop.programs.end(), is_there)) result.loops.push_back(loop);

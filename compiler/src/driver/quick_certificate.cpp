@@ -19,6 +19,7 @@
 #include "model/print_model.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 
 namespace dpde::driver {
 
@@ -168,10 +169,7 @@ double expected_seconds(const Compiled& compiled) {
   for (const std::string& name : certified_programs(compiled)) {
     const stencil::Program& program = *compiled.stencil.find_program(name);
     int nodes = 0, cells = 0;
-    for (const stencil::Statement& statement : program.body) {
-      const stencil::Run* run = std::get_if<stencil::Run>(&statement);
-      if (run != nullptr) nodes += size_of(*compiled.stencil.find_kernel(run->kernel));
-    }
+    stencil::for_each_run(program, [&](const stencil::Run& run) { nodes += size_of(*compiled.stencil.find_kernel(run.kernel)); });
     for (const std::vector<int>& grid : quick_grids(program.axes.size(), compiled.stencil.networks)) {
       cells += std::accumulate(grid.begin(), grid.end(), 1, std::multiplies<>());
     }

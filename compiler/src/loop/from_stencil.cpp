@@ -13,6 +13,7 @@
 #include "loop/share_rows.h"
 #include "loop/uniforms.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "support/assert.h"
 #include "support/match.h"
 #include "support/name_supply.h"
@@ -53,13 +54,10 @@ NameSupply taken_names(const stencil::Module& module) {
   }
   for (const stencil::Program& program : module.programs) {
     for (const stencil::Statement& statement : program.body) {
-      const stencil::Reduce* reduce = std::get_if<stencil::Reduce>(&statement);
-      if (reduce) taken.reserve(reduce->field);
-      if (reduce) taken.reserve(reduce->result);
-      const Infer* infer = std::get_if<Infer>(&statement);
-      if (!infer) continue;
-      for (const std::string& field : network::fields_read(*infer)) taken.reserve(field);
-      for (const std::string& field : network::fields_written(*infer)) taken.reserve(field);
+      const stencil::Effects e = stencil::effects(module, statement);
+      for (const auto* fields : {&e.reads, &e.writes, &e.updates}) {
+        for (const std::string& field : *fields) taken.reserve(field);
+      }
     }
   }
   return taken;
@@ -72,10 +70,9 @@ std::set<std::string> contested_fields(const stencil::Module& module) {
   std::set<std::string> fields, states;
   for (const stencil::Program& program : module.programs) {
     for (const stencil::Swap& swap : program.swaps) states.insert(swap.state);
-    for (const stencil::Statement& statement : program.body) {
-      const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
-      if (fill != nullptr && first.try_emplace(fill->field, fill).first->second->axes != fill->axes) fields.insert(fill->field);
-    }
+    stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+      if (first.try_emplace(fill.field, &fill).first->second->axes != fill.axes) fields.insert(fill.field);
+    });
   }
   for (const std::string& state : states) fields.erase(state);
   return fields;
@@ -216,17 +213,15 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
 /// Fields with a boundary that depends on the time, or on fields of its own: it is another one in the next step.
 std::set<std::string> time_dependent_fields(const stencil::Program& program) {
   std::set<std::string> fields;
-  for (const stencil::Statement& statement : program.body) {
-    const stencil::Fill* fill = std::get_if<stencil::Fill>(&statement);
-    if (!fill) continue;
-    stencil::for_each_side_value(fill->axes, [&](const stencil::Expr& value) {
+  stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+    stencil::for_each_side_value(fill.axes, [&](const stencil::Expr& value) {
       stencil::visit(value, [&](const stencil::Expr& e) {
         const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
         const bool is_time = param && param->name == "t";
-        if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill->field);
+        if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill.field);
       });
     });
-  }
+  });
   return fields;
 }
 
@@ -251,13 +246,6 @@ void set_fields(Program& result, const stencil::Program& program, const stencil:
 void set_halo(Program& result, const stencil::Module& module, const stencil::Program& program) {
   for (const auto& [field, needed] : stencil::required_halo(module, program)) {
     for (int axis = 0; axis < max_rank; ++axis) result.halo[axis] = std::max(result.halo[axis], needed[axis]);
-  }
-  for (const stencil::Statement& statement : program.body) {
-    const stencil::Fold* fold = std::get_if<stencil::Fold>(&statement);
-    if (!fold) continue;
-    for (std::size_t axis = 0; axis < program.axes.size(); ++axis) {
-      if (program.axes[axis] == Topology::bounded) result.halo[axis] = std::max(result.halo[axis], fold->grow);
-    }
   }
 }
 

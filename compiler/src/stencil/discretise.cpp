@@ -104,6 +104,14 @@ bool is_leaf(const Expr& e) {
          std::holds_alternative<Local>(e->kind) || std::holds_alternative<Access>(e->kind);
 }
 
+/// What it stores before the kernel runs.
+std::vector<std::string> fields_made(const Preparation& preparation) {
+  return match(
+      preparation, [](const Kernel& kernel) { return signature(kernel).writes; },
+      [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
+      [](const Infer& infer) { return infer.results; });
+}
+
 }  // namespace
 
 std::string axis_letter(int axis) { return std::string(1, "xyz"[axis]); }
@@ -279,10 +287,7 @@ std::string Discretiser::stored_operand(const model::Expr& e, const Place& place
   preparations_ = inner.preparations_;
   operands_ = inner.operands_;
   for (const Preparation& made : preparations_) {  // by the inner one too
-    if (const Reduce* reduce = std::get_if<Reduce>(&made)) names_.reserve(reduce->result);
-    if (const Infer* infer = std::get_if<Infer>(&made)) std::ranges::for_each(infer->results, [&](const std::string& field) { names_.reserve(field); });
-    const Kernel* kernel = std::get_if<Kernel>(&made);
-    for (std::size_t i = 0; kernel && i < kernel->stores.size(); ++i) names_.reserve(kernel->stores[i].field);
+    for (const std::string& field : fields_made(made)) names_.reserve(field);
   }
   const Access* field = std::get_if<Access>(&value->kind);
   const bool is_there = field && field->offset == Offset{};
@@ -296,13 +301,9 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
   const Kernel kernel{"", rank_, inner.lets_, {{field, false, value, origin}}, {}, {}};
   const Signature reads = signature(kernel);
   const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Preparation& made) {
-    const Reduce* reduce = std::get_if<Reduce>(&made);
-    const Kernel* applied = std::get_if<Kernel>(&made);
-    if (applied && !applied->name.empty()) return reads.find_read(applied->stores[0].field) != nullptr;
-    if (const Infer* infer = std::get_if<Infer>(&made)) {
-      return std::ranges::any_of(infer->results, [&](const std::string& field) { return reads.find_read(field) != nullptr; });
-    }
-    return reduce && reads.find_read(reduce->result);
+    const Kernel* made_here = std::get_if<Kernel>(&made);
+    if (made_here && made_here->name.empty()) return false;  // no operator: operands only
+    return std::ranges::any_of(fields_made(made), [&](const std::string& field) { return reads.find_read(field) != nullptr; });
   });
   Kernel* first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
   if (first && !first->name.empty()) first = nullptr;  // that of an operator

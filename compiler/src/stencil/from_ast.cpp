@@ -10,6 +10,7 @@
 #include <set>
 
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
 #include "stencil/networks_from_ast.h"
@@ -404,13 +405,9 @@ class ModuleReader {
   void check_written(const ast::Identifier& field) {
     std::vector<std::string> written;
     for (const Statement& statement : program_.body) {
-      if (const Reduce* reduce = std::get_if<Reduce>(&statement)) written.push_back(reduce->result);
-      if (const Infer* infer = std::get_if<Infer>(&statement)) std::ranges::copy(fields_written(*infer), std::back_inserter(written));
-      const Run* run = std::get_if<Run>(&statement);
-      if (!run) continue;
-      const Signature s = signature(*module_.find_kernel(run->kernel));
-      written.insert(written.end(), s.writes.begin(), s.writes.end());
-      written.insert(written.end(), s.updates.begin(), s.updates.end());
+      const Effects e = effects(module_, statement);
+      written.insert(written.end(), e.writes.begin(), e.writes.end());
+      written.insert(written.end(), e.updates.begin(), e.updates.end());
     }
     if (!fields_known_ || std::find(written.begin(), written.end(), field.name) != written.end()) return;
     sink_.report("program-result-not-written", field.range, {program_.name, field.name},
@@ -420,8 +417,7 @@ class ModuleReader {
   void check_results(const ast::Program& source) {
     bool has_sums = false;
     for (const Statement& statement : program_.body) {
-      const Run* run = std::get_if<Run>(&statement);
-      has_sums = has_sums || (run && !module_.find_kernel(run->kernel)->sums.empty());
+      has_sums = has_sums || !effects(module_, statement).sums.empty();
     }
     if (sink_.has_errors() || has_sums || program_.body.empty() || !program_.swaps.empty() || !program_.keeps.empty())
       return;

@@ -150,10 +150,10 @@ bool varies(const model::Problem& problem, const model::Side& side) {
          model::any_part(side.b, is_varying);
 }
 
-using Place = std::array<double, max_rank>;
+using WallPlace = std::array<double, max_rank>;
 
 /// What a formula of numbers, parameters and coordinates is at a place; nullopt where more stands in it.
-std::optional<double> number_at(const model::Problem& problem, const model::Expr& e, const Place& place) {
+std::optional<double> number_at(const model::Problem& problem, const model::Expr& e, const WallPlace& place) {
   const auto at = [&](const model::Expr& part) { return number_at(problem, part, place).value_or(NAN); };
   std::optional<double> value;
   if (const auto* number = std::get_if<model::Number>(&e->kind)) value = number->value;
@@ -176,7 +176,7 @@ bool may_begin_with(const model::Problem& problem, const model::State& state, in
   if (side.kind != SideKind::value) return false;
   if (!state.initial.formula) return true;
   for (const double part : {0.1, 0.5, 0.8}) {  // along the wall
-    Place place{};
+    WallPlace place{};
     for (std::size_t a = 0; a < problem.axes.size(); ++a) {
       const model::Axis& along = problem.axes[a];
       place[a] = along.low + part * (along.high - along.low);

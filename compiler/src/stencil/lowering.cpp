@@ -8,6 +8,7 @@
 #include "stencil/build.h"
 #include "stencil/given.h"
 #include "stencil/walls.h"
+#include "support/match.h"
 
 namespace dpde::stencil {
 
@@ -28,11 +29,15 @@ bool is_read_beyond_the_cell(const Signature::Read& read) {
 
 /// All that a preparation reads.
 std::vector<Signature::Read> reads_of(const Preparation& preparation) {
-  if (const Kernel* kernel = std::get_if<Kernel>(&preparation)) return signature(*kernel).reads;
-  if (const Reduce* reduce = std::get_if<Reduce>(&preparation)) return {{reduce->field, {}, false}};
-  std::vector<Signature::Read> reads;
-  for (const std::string& field : std::get<Infer>(preparation).inputs) reads.push_back({field, {}, false});
-  return reads;
+  using Reads = std::vector<Signature::Read>;
+  return match(
+      preparation, [](const Kernel& kernel) { return signature(kernel).reads; },
+      [](const Reduce& reduce) { return Reads{{reduce.field, {}, false}}; },
+      [](const Infer& infer) {
+        Reads reads;
+        for (const std::string& field : infer.inputs) reads.push_back({field, {}, false});
+        return reads;
+      });
 }
 
 int width_of(const Signature::Read& read) { return *std::max_element(read.halo.begin(), read.halo.end()); }
@@ -88,23 +93,28 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
         });
       }
     };
-    for (Preparation& preparation : stage.before) {
-      if (Kernel* kernel = std::get_if<Kernel>(&preparation)) {
-        const bool is_operator = !kernel->name.empty();
-        const std::vector<std::string> suffixes = is_operator ? component_suffixes(kernel->stores.size()) : std::vector<std::string>{};
-        const std::string stem = is_operator ? taken.fresh_stem(kernel->name, suffixes) : "";
-        for (std::size_t i = 0; i < kernel->stores.size(); ++i) names[kernel->stores[i].field] = is_operator ? stem + suffixes[i] : taken.fresh("operand");
-        rename(*kernel);
-        for (Store& store : kernel->stores) store.field = names[store.field];
-        kernel->name = stage.kernel.name + "_" + (is_operator ? stem : kernel->stores[0].field);
-      } else if (Reduce* reduce = std::get_if<Reduce>(&preparation)) {
-        reduce->field = renamed(reduce->field);
-        reduce->result = names[reduce->result] = taken.fresh(reduce->field + "_" + std::string(name_of(reduce->kind)));
-      } else {
-        Infer& infer = std::get<Infer>(preparation);
-        for (std::string& input : infer.inputs) input = renamed(input);
-        for (std::string& result : infer.results) result = names[result] = taken.fresh(result);
+    const auto rename_stored = [&](Kernel& kernel) {
+      const bool is_operator = !kernel.name.empty();
+      const std::vector<std::string> suffixes = is_operator ? component_suffixes(kernel.stores.size()) : std::vector<std::string>{};
+      const std::string stem = is_operator ? taken.fresh_stem(kernel.name, suffixes) : "";
+      for (std::size_t i = 0; i < kernel.stores.size(); ++i) {
+        names[kernel.stores[i].field] = is_operator ? stem + suffixes[i] : taken.fresh("operand");
       }
+      rename(kernel);
+      for (Store& store : kernel.stores) store.field = names[store.field];
+      kernel.name = stage.kernel.name + "_" + (is_operator ? stem : kernel.stores[0].field);
+    };
+    for (Preparation& preparation : stage.before) {
+      match(
+          preparation, rename_stored,
+          [&](Reduce& reduce) {
+            reduce.field = renamed(reduce.field);
+            reduce.result = names[reduce.result] = taken.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
+          },
+          [&](Infer& infer) {
+            for (std::string& input : infer.inputs) input = renamed(input);
+            for (std::string& result : infer.results) result = names[result] = taken.fresh(result);
+          });
     }
     rename(stage.kernel);
   }
@@ -258,17 +268,19 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     const std::vector<int> grows = grows_of(stage, has_walls);
     for (std::size_t i = 0; i < stage.before.size(); ++i) {
       fill(reads_of(stage.before[i]), stage.time, grows[i]);
-      if (const Kernel* kernel = std::get_if<Kernel>(&stage.before[i])) {
-        run(*kernel, grows[i]);
-        for (const Store& store : kernel->stores) {
-          if (grows[i] > 0) grown.insert(store.field);
-        }
-      }
-      if (const Reduce* reduce = std::get_if<Reduce>(&stage.before[i])) program.body.push_back(*reduce);
-      if (const Infer* infer = std::get_if<Infer>(&stage.before[i])) {
-        program.body.push_back(*infer);
-        add_networks(module, {*problem_.find_network(infer->network)});
-      }
+      match(
+          stage.before[i],
+          [&](const Kernel& kernel) {
+            run(kernel, grows[i]);
+            for (const Store& store : kernel.stores) {
+              if (grows[i] > 0) grown.insert(store.field);
+            }
+          },
+          [&](const Reduce& reduce) { program.body.push_back(reduce); },
+          [&](const Infer& infer) {
+            program.body.push_back(infer);
+            add_networks(module, {*problem_.find_network(infer.network)});
+          });
     }
     fill(signature(stage.kernel).reads, stage.time, 0);
     run(stage.kernel, 0);

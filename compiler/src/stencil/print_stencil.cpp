@@ -216,8 +216,9 @@ std::string statement_text(const Statement& statement, std::size_t rank) {
 std::string axes_text(const Program& program) {
   bool has_fill = false, has_run = false;
   for (const Statement& statement : program.body) {
-    has_run = has_run || std::holds_alternative<Run>(statement);
-    has_fill = has_fill || std::holds_alternative<Fill>(statement) || std::holds_alternative<Fold>(statement);
+    match(
+        statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
+        [](const Infer&) {}, [&](const Run&) { has_run = true; });
   }
   const bool all_periodic = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) == 0;
   if (has_fill && (!all_periodic || has_run || program.axes.size() == 1)) return "";

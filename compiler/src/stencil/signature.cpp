@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "support/assert.h"
 #include "support/match.h"
 
@@ -64,37 +65,6 @@ class Touched {
   const int rank_;
   std::map<std::string, std::size_t> places_;  // in reads
 };
-
-void add_boundary_params(Distinct& params, const std::vector<AxisBoundary>& axes) {
-  for_each_side_value(axes, [&](const Expr& value) {
-    visit(value, [&](const Expr& e) {
-      if (const Param* p = std::get_if<Param>(&e->kind)) params.add(p->name);
-    });
-  });
-}
-
-/// An interface that grows.
-struct Known {
-  Distinct inputs, written, params, sums, networks;
-
-  void add_input(const std::string& field) {
-    if (!written.contains(field)) inputs.add(field);
-  }
-  void add_run(const Kernel& kernel);
-};
-
-void Known::add_run(const Kernel& kernel) {
-  const Signature s = signature(kernel);
-  for (const Signature::Read& read : s.reads) add_input(read.field);
-  const std::set<std::string> writes(s.writes.begin(), s.writes.end());
-  for (const std::string& field : s.updates) {
-    if (!writes.contains(field)) add_input(field);
-  }
-  for (const std::string& field : s.writes) written.add(field);
-  for (const std::string& field : s.updates) written.add(field);
-  for (const std::string& name : s.params) params.add(name);
-  for (const std::string& name : s.sums) sums.add(name);
-}
 
 using Halo = std::array<int, max_rank>;
 
@@ -241,40 +211,22 @@ Signature signature(const Kernel& kernel) {
 }
 
 Interface interface_of(const Module& module, const Program& program) {
-  Known known;
+  Distinct inputs, written, params, sums, networks;
+  const auto add_input = [&](const std::string& field) {
+    if (!written.contains(field)) inputs.add(field);
+  };
   for (const Statement& statement : program.body) {
-    match(
-        statement,
-        [&](const Fill& fill) {
-          known.add_input(fill.field);
-          for (const std::string& field : wall_fields(fill.axes)) known.add_input(field);
-          add_boundary_params(known.params, fill.axes);
-        },
-        [&](const Fold& fold) {
-          std::set<std::string> folded = wall_fields(fold.axes);
-          folded.insert(fold.field);
-          for (const std::string& field : folded) known.add_input(field);
-          for (const std::string& field : folded) known.written.add(field);
-          add_boundary_params(known.params, fold.axes);
-        },
-        [&](const Reduce& reduce) {
-          known.add_input(reduce.field);
-          known.written.add(reduce.result);
-        },
-        [&](const Infer& infer) {
-          for (const std::string& field : fields_read(infer)) known.add_input(field);
-          for (const std::string& field : fields_written(infer)) known.written.add(field);
-          known.networks.add(infer.network);
-        },
-        [&](const Run& run) { known.add_run(kernel_of(module, run)); });
+    const Effects e = effects(module, statement);
+    std::ranges::for_each(e.reads, add_input);
+    const std::set<std::string> writes(e.writes.begin(), e.writes.end());
+    for (const std::string& field : e.updates) {
+      if (!writes.contains(field)) add_input(field);
+    }
+    for (const auto& [from, to] : {std::pair{&e.writes, &written}, {&e.updates, &written}, {&e.params, &params}, {&e.sums, &sums}, {&e.networks, &networks}}) {
+      for (const std::string& name : *from) to->add(name);
+    }
   }
-  Interface result;
-  result.inputs = known.inputs.take();
-  result.written = known.written.take();
-  result.params = known.params.take();
-  result.sums = known.sums.take();
-  result.networks = known.networks.take();
-  return result;
+  return {inputs.take(), written.take(), params.take(), sums.take(), networks.take()};
 }
 
 std::map<std::string, Halo> required_halo(const Module& module, const Program& program) {

@@ -23,6 +23,18 @@ consteval void require_case() {
 
 /// Calls the one case that accepts the active alternative of `v`.
 template <class First, class... Rest, class... Fs>
+constexpr auto match(std::variant<First, Rest...>& v, const Fs&... cases)
+    -> std::invoke_result_t<const Overloaded<Fs...>&, First&> {
+  using Cases = Overloaded<Fs...>;
+  (require_case<Rest, std::is_invocable_v<const Cases&, Rest&>>(), ...);
+  if constexpr ((std::is_invocable_v<const Cases&, Rest&> && ...)) {
+    return std::visit(Cases{cases...}, v);
+  } else {
+    std::abort();
+  }
+}
+
+template <class First, class... Rest, class... Fs>
 constexpr auto match(const std::variant<First, Rest...>& v, const Fs&... cases)
     -> std::invoke_result_t<const Overloaded<Fs...>&, const First&> {
   using Cases = Overloaded<Fs...>;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "stencil/given.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
@@ -61,9 +62,12 @@ class Liveness {
           [&](const Fold& fold) { return pass_fold(fold); },
           [&](const Reduce& reduce) { return pass_reduce(reduce); }, [&](const Infer& infer) { return pass_infer(infer); }, [&](const Run& run) { return pass_run(run); });
       if (!has_effect) continue;
-      kept.push_back(*statement);
-      if (const Fold* fold = std::get_if<Fold>(&*statement)) kept.back() = without_dead_walls(*fold);
-      if (const Infer* infer = std::get_if<Infer>(&*statement)) kept.back() = without_dead_results(*infer);
+      kept.push_back(match(
+          *statement, [](const Fill& fill) -> Statement { return fill; },
+          [&](const Fold& fold) -> Statement { return without_dead_walls(fold); },
+          [](const Reduce& reduce) -> Statement { return reduce; },
+          [&](const Infer& infer) -> Statement { return without_dead_results(infer); },
+          [](const Run& run) -> Statement { return run; }));
     }
     std::reverse(kept.begin(), kept.end());
     return kept;
@@ -157,16 +161,6 @@ class Liveness {
   Names dead_results_;  // of the network that was passed last
 };
 
-Names kernels_run(const std::vector<Program>& programs) {
-  Names names;
-  for (const Program& program : programs) {
-    for (const Statement& statement : program.body) {
-      if (const Run* run = std::get_if<Run>(&statement)) names.insert(run->kernel);
-    }
-  }
-  return names;
-}
-
 }  // namespace
 
 Module remove_dead_code(const Module& module) {
@@ -178,12 +172,12 @@ Module remove_dead_code(const Module& module) {
 
   Module result = module;
   for (Program& program : result.programs) program.body = Liveness(module, program, live_parts).run();
-  const Names run_before = kernels_run(module.programs), run_after = kernels_run(result.programs);
+  const Parts before_it = parts_of(module.programs), after_it = parts_of(result.programs);
   std::erase_if(result.kernels,
-                [&](const Kernel& k) { return run_before.contains(k.name) && !run_after.contains(k.name); });
+                [&](const Kernel& k) { return before_it.has_kernel(k.name) && !after_it.has_kernel(k.name); });
   for (Kernel& kernel : result.kernels) {
     kernel =
-        run_after.contains(kernel.name) ? restricted(kernel, live_parts[kernel.name]) : without_unused_lets(kernel);
+        after_it.has_kernel(kernel.name) ? restricted(kernel, live_parts[kernel.name]) : without_unused_lets(kernel);
   }
   return result;
 }

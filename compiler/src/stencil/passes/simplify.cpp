@@ -4,6 +4,7 @@
 
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
+#include "support/match.h"
 
 namespace dpde::stencil {
 
@@ -53,8 +54,9 @@ Module simplify(const Module& module) {
   for (Kernel& kernel : result.kernels) kernel = simplify_kernel(kernel);
   for (Program& program : result.programs) {
     for (Statement& statement : program.body) {
-      if (Fill* fill = std::get_if<Fill>(&statement)) simplify_sides(fill->axes);
-      if (Fold* fold = std::get_if<Fold>(&statement)) simplify_sides(fold->axes);
+      match(
+          statement, [](Fill& fill) { simplify_sides(fill.axes); }, [](Fold& fold) { simplify_sides(fold.axes); },
+          [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {});
     }
   }
   return result;

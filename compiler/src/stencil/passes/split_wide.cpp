@@ -9,6 +9,7 @@
 #include "stencil/build.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/work.h"
+#include "support/match.h"
 #include "support/name_supply.h"
 
 namespace dpde::stencil {
@@ -108,9 +109,13 @@ Module split_wide_kernels(const Module& module) {
   for (Program& program : result.programs) {
     std::vector<Statement> body;
     for (const Statement& statement : program.body) {
-      const Run* run = std::get_if<Run>(&statement);
-      if (run == nullptr) body.push_back(statement);
-      for (const std::string& part : run == nullptr ? std::vector<std::string>{} : parts_by_kernel.at(run->kernel)) body.push_back(Run{part, run->grow});
+      const auto keep = [&](const auto& as_it_is) { body.push_back(as_it_is); };
+      match(
+          statement, [&](const Fill& fill) { keep(fill); }, [&](const Fold& fold) { keep(fold); },
+          [&](const Reduce& reduce) { keep(reduce); }, [&](const Infer& infer) { keep(infer); },
+          [&](const Run& run) {
+            for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
+          });
     }
     program.body = std::move(body);
   }

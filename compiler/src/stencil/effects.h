@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a statement does to fields and numbers. Analyses ask here, or match() over all kinds of statement, so that a new kind does
+// not compile before each of them knows it: tests/house refuses anything that looks for one kind alone.
+#pragma once
+
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "stencil/stencil.h"
+#include "support/match.h"
+
+namespace dpde::stencil {
+
+/// Names in the order in which they first appear, each once.
+struct Effects {
+  std::vector<std::string> reads;    // fields whose values it uses
+  std::vector<std::string> writes;   // fields that have other values afterwards, whatever they had before
+  std::vector<std::string> updates;  // fields to whose values it adds
+  std::vector<std::string> fills;    // fields whose halo it fills, and where they lie on walls the values there
+  std::vector<std::string> params;   // of kernels and of boundary values
+  std::vector<std::string> sums;
+  std::vector<std::string> kernels, networks;  // that it runs and applies
+
+  /// Whether the field is among those it writes or adds to.
+  bool changes(const std::string& field) const;
+};
+Effects effects(const Module& module, const Statement& statement);
+
+/// The kernels that the program runs, each once, in order.
+std::vector<const Kernel*> kernels_run(const Module& module, const Program& program);
+
+/// The names of the kernels and networks that the programs need, in the order in which they first appear.
+struct Parts {
+  std::vector<std::string> kernels, networks;
+  bool has_kernel(const std::string& name) const;
+};
+Parts parts_of(const std::vector<Program>& programs);
+
+/// `f` on each fill.
+template <class F>
+void for_each_fill(const Program& program, const F& f) {
+  for (const Statement& statement : program.body) {
+    match(
+        statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
+        [](const Run&) {});
+  }
+}
+
+/// `f` on each run of a kernel, which it may change where the program may be changed.
+template <class AnyProgram, class F>
+void for_each_run(AnyProgram& program, const F& f) {
+  using AnyRun = std::conditional_t<std::is_const_v<AnyProgram>, const Run, Run>;
+  for (auto& statement : program.body) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
+        [&](AnyRun& run) { f(run); });
+  }
+}
+
+}  // namespace dpde::stencil
