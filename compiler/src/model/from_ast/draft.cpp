@@ -41,11 +41,12 @@ std::vector<std::string> declare_components(Draft& draft, const std::string& nam
   return names;
 }
 
-void report_unknown(Draft& draft, const ast::Identifier& name, const std::vector<std::string>& candidates) {
+void report_unknown(Draft& draft, const ast::Identifier& name,
+                    const std::function<std::vector<std::string>()>& candidates) {
   const std::string base = vector_of(name.name);
   const Meaning* vector = draft.scope.find(base);
   if (!vector) {
-    draft.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, candidates));
+    draft.sink.report("unknown-name", name.range, {name.name}, [&] { return did_you_mean(name.name, candidates()); });
     return;
   }
   const auto found = draft.lets.find(base);
@@ -79,7 +80,7 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
   const Meaning* meaning = draft.scope.find(name.name);
   std::vector<State*> states;
   if (!meaning) {
-    report_unknown(draft, name, draft.scope.names(Role::state));
+    report_unknown(draft, name, [&] { return draft.scope.names(Role::state); });
   } else if (meaning->role != Role::state) {
     const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name.name).front());
     const bool is_control = coefficient ? coefficient->is_control() : draft.controls.contains(name.name);
