@@ -278,10 +278,11 @@ class ModuleReader {
     check_fill(fill, statement, axes, said);
     check_distance(fill.grow, 0, range, sink_);
     ranges_.push_back(range);
+    const Written written{fill.written, fill.field.range};
     if (fill.fold) {
-      program_.body.push_back(Fold{fill.field.name, fill.grow, axes});
+      program_.body.push_back(Fold{fill.field.name, fill.grow, axes, written});
     } else {
-      program_.body.push_back(Fill{fill.field.name, axes});
+      program_.body.push_back(Fill{fill.field.name, axes, written});
     }
   }
 
@@ -400,7 +401,8 @@ class ModuleReader {
   /// Silent where a kernel is unknown: its fields are too.
   void check_known(const ast::Identifier& field) {
     if (!fields_known_ || std::find(fields_.begin(), fields_.end(), field.name) != fields_.end()) return;
-    sink_.report("program-unknown-field", field.range, {program_.name, field.name}, [&] { return did_you_mean(field.name, fields_); });
+    sink_.report("program-unknown-field", field.range, {program_.name, field.name},
+                 [&] { return did_you_mean(field.name, fields_); });
   }
 
   void check_written(const ast::Identifier& field) {
