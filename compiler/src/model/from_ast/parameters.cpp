@@ -19,6 +19,7 @@ bool has_start(const Draft& draft, const std::string& name) {
 }
 
 void report_not_a_value(Draft& draft, const ast::Identifier& name, const Meaning* meaning) {
+  if (draft.scope.is_refused(name.name)) return;
   if (!meaning) {
     draft.sink.report("unknown-name", name.range, {name.name}, [&] {
       std::vector<std::string> known = draft.scope.names(Role::parameter);
