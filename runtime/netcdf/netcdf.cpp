@@ -96,12 +96,18 @@ class Composer {
   }
   void begin_data() { must(nc_enddef(id_)); }
   void put(int variable, const std::vector<double>& values) { must(nc_put_var_double(id_, variable, values.data())); }
+  /// The bytes and their checksum.
   std::string finish() {
     NC_memio memory{};
     must(nc_close_memio(std::exchange(id_, -1), &memory));
     const std::unique_ptr<void, decltype(&std::free)> owner(memory.memory, &std::free);
     const char* bytes = static_cast<const char*>(memory.memory);
-    return std::string(bytes, used_bytes(bytes, memory.size));
+    const std::string_view used(bytes, used_bytes(bytes, memory.size));
+    const std::string checksum = checksum_of(used);
+    std::string all;
+    all.reserve(used.size() + checksum.size());
+    all.append(used).append(checksum);
+    return all;
   }
 
  private:
@@ -112,16 +118,15 @@ bool is_number(nc_type type) { return type >= NC_BYTE && type <= NC_UINT64 && ty
 
 }  // namespace
 
-std::string compose_netcdf(const NetcdfContent& content) {
+std::string compose_netcdf(NetcdfContent content) {
   Composer file;
   file.add(content.attributes, NC_GLOBAL);
   for (const NetcdfDimension& dimension : content.dimensions) file.add(dimension);
   std::vector<int> numbers;
   for (const NetcdfVariable& variable : content.variables) numbers.push_back(file.declare(variable));
   file.begin_data();
-  for (std::size_t i = 0; i < numbers.size(); ++i) file.put(numbers[i], content.variables[i].values);
-  const std::string bytes = file.finish();
-  return bytes + checksum_of(bytes);
+  for (std::size_t i = 0; i < numbers.size(); ++i) file.put(numbers[i], std::exchange(content.variables[i].values, {}));
+  return file.finish();
 }
 
 NetcdfReader::NetcdfReader(std::string bytes, std::string name) : bytes_(std::move(bytes)), name_(std::move(name)) {

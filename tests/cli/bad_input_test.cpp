@@ -76,8 +76,12 @@ TEST_F(BadInput, PlacesThatCannotBeWritten) {
 
 TEST_F(BadInput, AFullDiskIsGivenAsTheReason) {
   write("rod.dpde", rod_text);
-  for (const std::string arguments : {"run rod.dpde rod", "run rod.dpde rod --json", "check rod.dpde find"}) {
-    EXPECT_NE(dpde(arguments + " > /dev/full").err.find("cannot write standard output: No space left on device"), std::string::npos) << arguments;
+  const std::string message = "cannot write standard output: No space left on device";
+  for (const std::string arguments : {"run rod.dpde rod", "run rod.dpde rod --json", "check rod.dpde find", "--help",
+                                      "check --help", "--version", "run rod.dpde --seed x --json", "walk --json"}) {
+    const Outcome outcome = dpde(arguments + " > /dev/full");
+    EXPECT_EQ(outcome.status, 3) << arguments;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << arguments << outcome.err;
   }
 }
 
@@ -87,7 +91,8 @@ TEST_F(BadInput, SeedsThatDoNotFit) {
   for (const std::string seed : {"18446744073709551616", "99999999999999999999999", "-1", "1.5", "many"}) {
     const Outcome run = dpde("run rod.dpde rod --seed " + seed);
     EXPECT_EQ(run.status, 2) << seed;
-    EXPECT_NE(run.err.find("--seed"), std::string::npos) << run.err;
+    const std::string message = "--seed: " + seed + " is no whole number from 0 to 18446744073709551615\n";
+    EXPECT_NE(run.err.find(message), std::string::npos) << run.err;
   }
 }
 

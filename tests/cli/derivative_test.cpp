@@ -351,6 +351,22 @@ TEST_F(DerivativeCommand, AnUnknownWithoutADerivativeIsAnErrorOfVerifyToo) {
   EXPECT_EQ(dpde("verify w.dpde s").status, 0) << "of a scene: by what has a derivative";
 }
 
+/// The passes of a repeat fill v, w, w_2, ...: a person wrote v, once.
+TEST_F(DerivativeCommand, AnUnknownInAFillOfARepeatIsToldOnce) {
+  write("r.dpde",
+        "kernel jacobi(v: field, f: field, out w: field) {\n  w = (v[+1] + v[-1] + f)/2\n}\nprogram p {\n  repeat 8 {\n"
+        "    fill v x.low = 0, x.high = q\n    run jacobi\n    swap v, w\n  }\n}\n"
+        "scene s : p { grid x = 0 .. 1, cells 16; initial v = 0; f = 1; q = 0.5; time 0 .. 1, step 0.1 }\n"
+        "task g : s { unknown q from 0.5; minimise mean(v^2) at t = 1 }\n");
+  const Outcome refused = dpde("check r.dpde g --json");
+  EXPECT_EQ(refused.status, 2);
+  ASSERT_EQ(refused.codes(), std::vector<std::string>{"E0604"});
+  const Json said = refused.json()["diagnostics"][0];
+  EXPECT_EQ(said["line"], 6);
+  EXPECT_EQ(said["column"], 10);
+  EXPECT_EQ(said["message"], "a boundary value of field v depends on an unknown");
+}
+
 /// Data that are a state of another run have that state's values beyond walls: against a twin of the scene itself differences and
 /// samples vanish. So they do where the walls hold unknowns, the derivatives by which are exact.
 TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {

@@ -42,6 +42,27 @@ TEST_F(Machine, InterruptedGradientHasNoNumber) {
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0807"});
 }
 
+/// The certificate was made of runs: that nothing was run would not be so. The data take another scene's 1e9 steps.
+TEST_F(Machine, InterruptedPreparationSaysSo) {
+  write("long.dpde", R"(
+model heat { field u; param k; dt(u) = k*lap(u) }
+scene fine : heat { grid x = 0 .. 1, cells 16, periodic
+  k = 1e-3
+  initial u = sin(2*pi*x)
+  time 0 .. 1, step 1e-9 }
+scene s : heat { grid x = 0 .. 1, cells 16, periodic
+  k = 1e-3
+  initial u = sin(2*pi*x)
+  time 0 .. 1, step 0.1 }
+task t : s { data r = u from scene fine at t = 1
+  unknown k from 1e-3
+  minimise mean((u - r)^2) at t = 1 }
+)");
+  const Outcome outcome = interrupted("gradient long.dpde t", "0.5");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("error[E0807]: stopped while the task was prepared"), std::string::npos) << outcome.err;
+}
+
 /// Jumps closer together than any step of the Taylor test: no second-order remainder, so no certificate.
 TEST_F(Machine, WhatHasNoSlopeIsNotCertified) {
   write("jumps.dpde", R"(

@@ -39,13 +39,25 @@ class PeakMemory : public Command {
 
   /// What a process takes without fields is that of the same command on a few cells.
   void expect_within_a_tenth(const std::string& verb, const std::string& name, const std::string& key) {
-    const auto command = [&](const char* cells) {
-      return std::vector<std::string>{verb, "heat.dpde", name, "--quiet", "--set", std::string("cells=") + cells};
-    };
-    const double base = peak(command("8")), measured = peak(command("2048")) - base;
     const double predicted = dpde("check heat.dpde " + name + " --json --set cells=2048").json()[key];
     EXPECT_GT(predicted, 2.0 * 8 * 2048 * 2048) << "two time levels at least";
-    EXPECT_NEAR(measured, predicted, 0.1 * predicted) << verb << ": " << measured / 0x1p20 << " of " << predicted / 0x1p20 << " MiB";
+    expect_within_a_tenth(predicted, {verb, "heat.dpde", name, "--quiet"}, 2048);
+  }
+  void expect_within_a_tenth(double predicted, const std::vector<std::string>& words, int cells) {
+    const auto command = [&](int count) {
+      std::vector<std::string> all = words;
+      all.insert(all.end(), {"--set", fmt::format("cells={}", count)});
+      return all;
+    };
+    const double base = peak(command(8)), measured = peak(command(cells)) - base;
+    EXPECT_NEAR(measured, predicted, 0.1 * predicted)
+        << fmt::format("{}: {:.0f} of {:.0f} MiB", words[0], measured / 0x1p20, predicted / 0x1p20);
+  }
+  /// With the files of --out.
+  void expect_of_outputs(int cells) {
+    const auto said = dpde(fmt::format("check heat.dpde s --json --set cells={}", cells)).json();
+    const double predicted = said["memory_bytes"].get<double>() + said["output_memory_bytes"].get<double>();
+    expect_within_a_tenth(predicted, {"run", "heat.dpde", "s", "--quiet", "--out", "files"}, cells);
   }
 };
 
@@ -67,6 +79,16 @@ TEST_F(PeakMemory, OfStoredStatesAndDataOfOtherScenesIsPredicted) {
                              "data seen = u from scene s at t = 2/1024, 4/1024\n  unknown c from 1\n"
                              "  minimise mean((u - seen)^2) at t = 2/1024, 4/1024"));
   expect_within_a_tenth("gradient", "t", "gradient_peak_bytes");
+}
+
+/// Curves and maps hold no more than pictures show; on one axis the places are as many numbers as the states.
+TEST_F(PeakMemory, OfOutputsIsPredicted) {
+  write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
+  expect_of_outputs(1536);
+  write("heat.dpde", "model heat { field u; param k; dt(u) = k*lap(u) }\nscene s : heat {\n"
+                     "  grid x = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)\n  k = 1e-15\n"
+                     "  time 0 .. 4/1024, step 1/1024\n}\n");
+  expect_of_outputs(3000000);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of large fields: what gnuplot is given, taken from a gnuplot of the test's own that keeps the script.
+#include <algorithm>
 #include <cmath>
 
 #include "command_support.h"
@@ -47,6 +48,29 @@ TEST_F(Pictures, NoMoreValuesThanPixels) {
     }
   }
   EXPECT_NE(script.find("set cbrange [0:10069]"), std::string::npos) << script.substr(script.size() - 800);
+}
+
+/// Of a million values on a line those are drawn that show: a spike of one cell up, one down, one that is not finite.
+TEST_F(Pictures, SpikesOfLongLinesShow) {
+  std::vector<double> values(1000000);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::sin(1e-5 * double(i));
+  values[345678] = 7;
+  values[345679] = -8;
+  values[765432] = NAN;
+  write_npy(path("u.npy"), std::vector<std::int64_t>{1000000}, values);
+  fs::create_directory(path("bin"));
+  write("bin/gnuplot", "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\ncp \"$1\" script.gp\ntouch \"${1%.gp}\"\n");
+  const Outcome run = shell("chmod +x bin/gnuplot; PATH=$PWD/bin:$PATH $DPDE plot u.npy");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("         7 "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("        -8 "), std::string::npos) << run.out;
+  const std::string script = content(path("script.gp"));
+  const auto lines = std::count(script.begin(), script.end(), '\n');
+  EXPECT_GT(lines, 4000);
+  EXPECT_LT(lines, 12000);
+  for (const char* line : {"\n0.5 0\n", "\n345678.5 7\n", "\n345679.5 -8\n", "\n765432.5 NaN\n", "\n999999.5 "}) {
+    EXPECT_NE(script.find(line), std::string::npos) << line;
+  }
 }
 
 }  // namespace

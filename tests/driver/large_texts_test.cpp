@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never ends.
+#include <algorithm>
+#include <ctime>
 #include <string>
 
 #include "codegen/llvm/emit_llvm.h"
+#include "driver/lone_models.h"
 #include "driver_support.h"
 #include "stencil/print_stencil.h"
+#include "syntax/parser.h"
 
 namespace dpde::testing {
 namespace {
@@ -83,6 +87,61 @@ task g : s { unknown initial u from 0; minimise mean(d(u, x, 4)^2) at t = 0.1 }
 )");
   const auto code = compiled(source, of_task("g"));
   ASSERT_NE(code, nullptr);
+}
+
+/// Ticks of the processor for the check of so many models, each with a function and a network: the least of three.
+std::clock_t ticks_for_models(int models, const std::string& rhs) {
+  std::string text;
+  for (int i = 0; i < models; ++i) {
+    const std::string n = std::to_string(i);
+    text += "model m" + n + " { field u; dt(u) = " + rhs + " + f" + n + "(u) + n" + n + "(u) }\nfunction f" + n +
+            "(a) = 2*a\nnetwork n" + n + "(u) -> scalar { conv 1, 1 }\n";
+  }
+  const SourceFile source("models.dpde", text);
+  DiagnosticSink sink;
+  const ast::File file = parse(source, sink);
+  std::clock_t least = 0;
+  for (int trial = 0; trial < 3; ++trial) {
+    const std::clock_t start = std::clock();
+    driver::check_lone_models(file, source, sink);
+    const std::clock_t ticks = std::max<std::clock_t>(std::clock() - start, 1);
+    least = trial == 0 ? ticks : std::min(least, ticks);
+  }
+  return least;
+}
+
+/// Eight times as many take eight times as long; 64 times when each is checked beside all others.
+TEST(LargeTexts, ModelsAreCheckedOneByOne) {
+  for (const char* rhs : {"u", "v"}) {
+    EXPECT_LT(double(ticks_for_models(1600, rhs)) / double(ticks_for_models(200, rhs)), 24) << rhs;
+  }
+}
+
+/// Each of three models was told three times that its name is taken.
+TEST(LargeTexts, NamesOfModelsAreCheckedOnce) {
+  const SourceFile source("same.dpde", "model m { field u; dt(u) = u }\nmodel m { field u; dt(u) = u }\n");
+  DiagnosticSink sink;
+  driver::check_lone_models(parse(source, sink), source, sink);
+  ASSERT_EQ(sink.all().size(), 1u);
+  EXPECT_EQ(sink.all()[0].notes.size(), 1u);
+}
+
+/// What nothing calls is checked all the same, and names of what a model does not call are hints.
+TEST(LargeTexts, ModelsKnowTheirWholeFile) {
+  const auto messages_of = [](const std::string& text) {
+    const SourceFile source("whole.dpde", text);
+    DiagnosticSink sink;
+    driver::check_lone_models(parse(source, sink), source, sink);
+    std::string all;
+    for (const Diagnostic& diagnostic : sink.all()) all += diagnostic.message + "; " + diagnostic.hint + "\n";
+    return all;
+  };
+  const std::string models = "model a { field u; dt(u) = u }\nmodel b { field u; dt(u) = twyce(u) }\n";
+  EXPECT_NE(messages_of(models + "function twice(a) = 2*once(a)\nfunction once(a) = a").find("did you mean twice?"),
+            std::string::npos);
+  const std::string wrong = messages_of("model a { field u; dt(u) = u }\nnetwork n(u) -> scalar { conv 0, 3 }\n");
+  EXPECT_NE(wrong, "");
+  EXPECT_EQ(messages_of("model a { field u; dt(u) = g(u) }\nfunction g(a) = h(a)\nfunction h(a) = lap(a)"), "");
 }
 
 }  // namespace

@@ -54,6 +54,17 @@ TEST(DiagnosticSink, KeepsTwentyErrorsAndStaysFailed) {
   EXPECT_EQ(sink.all().back().hint, "19");
 }
 
+/// Of many unknown names each hint is a search among all that are known.
+TEST(DiagnosticSink, MakesHintsOfWhatIsKept) {
+  DiagnosticSink sink;
+  int made = 0;
+  const auto hint = [&] { return std::to_string(++made); };
+  for (int i = 0; i < 50; ++i) sink.report("bad-number", {i % 30, i % 30 + 1}, {"9"}, hint);
+  EXPECT_EQ(made, 20);
+  EXPECT_TRUE(sink.is_full());
+  EXPECT_EQ(sink.all().back().hint, "20");
+}
+
 TEST(NearestName, FindsSlipsOfTheFinger) {
   const std::vector<std::string> words = {"grid", "initial", "exact", "boundary", "time", "step", "observe"};
   EXPECT_EQ(nearest_name("grd", words), "grid");

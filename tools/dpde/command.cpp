@@ -103,20 +103,24 @@ int Job::finish(Json result) {
     if (!sink_.all().empty()) result["diagnostics"] = parse_json(render_json(source_, sink_.all()));
     fmt::print("{}\n", json_text(result));
   }
-  errno = 0;
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    const std::string reason = errno == 0 ? "" : fmt::format(": {}", std::strerror(errno));
-    std::fputs(fmt::format("dpde: error[E0902]: cannot write standard output{}\n", reason).c_str(), stderr);
-    exit = Exit::machine_failed;
-  }
-  return static_cast<int>(exit);
+  return flushed(static_cast<int>(exit));
 }
 
-/// CLI11 takes the largest number for one that is larger still.
+int flushed(int status) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  const std::string reason = errno == 0 ? "" : fmt::format(": {}", std::strerror(errno));
+  std::fputs(fmt::format("dpde: error[E0902]: cannot write standard output{}\n", reason).c_str(), stderr);
+  return static_cast<int>(Exit::machine_failed);
+}
+
+/// CLI11 takes the largest number for one that is larger still, and tells limits of floating-point numbers.
 std::string number_fits(const std::string& text) {
   std::uint64_t number = 0;
-  const bool is_too_large = std::from_chars(text.data(), text.data() + text.size(), number).ec == std::errc::result_out_of_range;
-  return is_too_large ? fmt::format("{} is larger than {}", text, std::numeric_limits<std::uint64_t>::max()) : "";
+  const char* end = text.data() + text.size();
+  const std::from_chars_result read = std::from_chars(text.data(), end, number);
+  if (read.ec == std::errc() && read.ptr == end) return "";
+  return fmt::format("{} is no whole number from 0 to {}", text, std::numeric_limits<std::uint64_t>::max());
 }
 
 void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes) {
@@ -135,7 +139,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
   if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");
-  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(CLI::NonNegativeNumber)->check(number_fits, "", "");
+  if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(number_fits, "", "");
   verb.add_flag("--quiet,-q", options.quiet, "no text but errors");
   if (takes.json) verb.add_flag("--json", options.json, "one JSON object on standard output and nothing else");
 }

@@ -76,6 +76,9 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
 /// Adds a verb whose `body` does the work; its exit status goes to `status`.
 void on_call(CLI::App& verb, int& status, std::function<int()> body);
 
+/// `status`, or after an error of its own that of a failed machine where standard output could not be written.
+int flushed(int status);
+
 /// --threads, or all cores.
 int thread_count(const CommonOptions& options);
 

@@ -266,7 +266,7 @@ double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driv
   guarded(job, [&] {
     NetcdfContent content = content_of(job, maker, runs, estimates);
     add_told(content, key_of_all(maker), told);
-    const std::string bytes = compose_netcdf(content);
+    const std::string bytes = compose_netcdf(std::move(content));
     save_text(job, file, bytes);
     save_text(job, driver::cost_file_of(file), driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
   });

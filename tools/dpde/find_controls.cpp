@@ -181,7 +181,7 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   job.say(fmt::format("found in {}\n", human_seconds(seconds)));
   NetcdfContent content = content_of(job, *session, scene, controls.states(), all);
   add_told(content, key, told);
-  save_text(job, result_file, compose_netcdf(content));
+  save_text(job, result_file, compose_netcdf(std::move(content)));
   json.update(told.json);
   json["finished"] = true;
   json["wall_s"] = seconds;

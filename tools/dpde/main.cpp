@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -68,11 +69,15 @@ int main(int argc, char** argv) {
   add_plot(app, status);
   add_fmt(app, status);
   const std::string unknown = unknown_verb(app, argc, argv);
-  if (!unknown.empty()) return report_usage(unknown, wants_json(argc, argv));
+  if (!unknown.empty()) return flushed(report_usage(unknown, wants_json(argc, argv)));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : report_usage(error.what(), wants_json(argc, argv));
+    if (error.get_exit_code() != 0) return flushed(report_usage(error.what(), wants_json(argc, argv)));
+    std::ostringstream asked;  // --help, --version
+    app.exit(error, asked, asked);
+    std::fputs(asked.str().c_str(), stdout);
+    return flushed(status);
   } catch (const std::exception& error) {
     std::fputs(fmt::format("dpde: error[E0903]: {}\n", error.what()).c_str(), stderr);
     return static_cast<int>(Exit::machine_failed);

@@ -33,7 +33,9 @@ void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string
   content.variables.push_back(std::move(bounds));
 }
 
-void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, const Series& series, const std::string& time) {
+/// The states go from the series into the content.
+void add_series(NetcdfContent& content, const driver::Session& session, const AxisNames& axes, Series& series,
+                const std::string& time) {
   content.dimensions.push_back({time, static_cast<std::int64_t>(series.times.size())});
   NetcdfVariable times{time, {time}, described("time"), series.times};
   times.attributes.push_back({"axis", "T"});
@@ -43,7 +45,8 @@ void add_series(NetcdfContent& content, const driver::Session& session, const Ax
     const bool is_single = session.problem().scheme.real == Precision::f32;
     std::vector<std::string> dimensions{time};
     for (std::size_t a = axes.size(); a-- > 0;) dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    content.variables.push_back({field, dimensions, described("field " + field), series.values.at(field), is_single});
+    std::vector<double>& values = series.values.at(field);
+    content.variables.push_back({field, dimensions, described("field " + field), std::move(values), is_single});
   }
 }
 
@@ -133,14 +136,14 @@ std::optional<Told> told_of_finished(const Job& job, const std::string& file, st
   }
 }
 
-void save_netcdf(Job& job, driver::Session& session, const Record& record) {
+void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all) {
   if (job.options().out.empty()) return;
   NetcdfContent content;
   NetcdfNames names(session);
   add_origin(content, job, session);
   const AxisNames axes = add_axes(content, session, session.workspace().axes(), names);
   bool is_first = true;
-  for (const Series& series : record.series()) {
+  for (Series& series : all) {
     const std::string time = names.free("time");
     add_series(content, session, axes, series, time);
     if (is_first) add_observables(content, series, time);
@@ -150,7 +153,7 @@ void save_netcdf(Job& job, driver::Session& session, const Record& record) {
     if (session.problem().find_control(param.name) != nullptr) continue;  // no number of the whole run: dpde_problem has its formula
     content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
   }
-  guarded(job, [&] { save_text(job, session.problem().scene + ".nc", compose_netcdf(content)); });
+  guarded(job, [&] { save_text(job, session.problem().scene + ".nc", compose_netcdf(std::move(content))); });
 }
 
 }  // namespace dpde::tools

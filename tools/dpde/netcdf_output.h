@@ -48,6 +48,6 @@ void add_told(NetcdfContent& content, std::uint64_t key, const Told& told);
 std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key);
 
 /// SCENE.nc in the folder of --out.
-void save_netcdf(Job& job, driver::Session& session, const Record& record);
+void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all);
 
 }  // namespace dpde::tools

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "command.h"
+#include "curve.h"
 #include "driver/files.h"
 #include "interrupt.h"
 #include "picture.h"
@@ -40,13 +41,11 @@ Panel panel_of(const StoredField& field, std::size_t state, const std::optional<
     panel.title = title_of(field, state);
     panel.x_label = x.label;
     panel.range = range;
-    Curve curve{panel.title, {}, values};
     const double spacing = (x.high - x.low) / static_cast<double>(x.cells);
-    for (std::size_t i = 0; i < values.size(); ++i) {
+    panel.curves.push_back(curve_of(panel.title, values, [&](std::size_t i) {
       const bool is_uniform = x.faces.empty();
-      curve.x.push_back(is_uniform ? x.low + (static_cast<double>(i) + 0.5) * spacing : (x.faces[i] + x.faces[i + 1]) / 2);
-    }
-    panel.curves.push_back(std::move(curve));
+      return is_uniform ? x.low + (static_cast<double>(i) + 0.5) * spacing : (x.faces[i] + x.faces[i + 1]) / 2;
+    }));
     return panel;
   }
   const StoredAxis& y = field.axes[1];

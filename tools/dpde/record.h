@@ -45,6 +45,8 @@ class Record {
   std::string plan() const;
 
   const std::vector<Series>& series() const { return series_; }
+  /// At the end, when nothing is recorded any more.
+  std::vector<Series> take_series() { return std::exchange(series_, {}); }
 
  private:
   void drop_former_end(int series);

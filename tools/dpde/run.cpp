@@ -196,24 +196,24 @@ void Run::report_errors(Json& result) {
 void Run::write_files() {
   if (options_.out.empty()) return;
   driver::Workspace& workspace = session_->workspace();
-  std::vector<NamedState> states;
+  std::vector<Panel> panels;
+  const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
     std::vector<double> values = session_->final_state(s);
     save_state(job_, workspace, name, values);
-    states.push_back({name, std::move(values), placement_of(*session_, name)});
+    add_state(panels, workspace, when, {name, std::move(values), placement_of(*session_, name)});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
-  save_netcdf(job_, *session_, *record_);
-  const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
+  save_netcdf(job_, *session_, record_->take_series());
   if (workspace.axes().size() == 1) {
     for (int s = 0; s < rollout.state_count(); ++s) {
       const std::string& name = rollout.state_name(s);
-      states.push_back({name + " at the start", session_->initial(s), placement_of(*session_, name)});
+      add_state(panels, workspace, when, {name + " at the start", session_->initial(s), placement_of(*session_, name)});
     }
   }
-  save_picture(job_, session_->problem().scene, panels_of(workspace, when, states));
+  save_picture(job_, session_->problem().scene, panels);
 }
 
 void Run::write_series(const Series& series) {
@@ -234,7 +234,8 @@ void Run::show_curve() {
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
-    panel.curves.push_back({name, places_along_x(session_->workspace(), placement_of(*session_, name)), session_->final_state(s)});
+    const NamedState state{name, session_->final_state(s), placement_of(*session_, name)};
+    panel.curves.push_back(curve_of(session_->workspace(), state));
     panel.title += (s > 0 ? ", " : "") + name;
   }
   panel.title += fmt::format(" at t = {:.6g}", session_->time_of(outcome_.steps_done));

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "codegen/network_table.h"
+#include "curve.h"
 #include "driver/files.h"
 #include "dpde/runtime/npy.h"
 #include "dpde/runtime/weights_file.h"
@@ -26,9 +27,9 @@ std::vector<double> faces_of(const model::Axis& axis) {
   return faces;
 }
 
-MapPanel map_of(const driver::Workspace& workspace, const std::string& title, const NamedState& state) {
+MapPanel map_of(const driver::Workspace& workspace, const std::string& title, NamedState state) {
   const std::vector<model::Axis> axes = model::axes_at(workspace.axes(), state.placement);
-  const std::vector<double>& values = state.values;
+  std::vector<double>& values = state.values;
   MapPanel panel;
   panel.title = title;
   panel.x_label = axes[0].name;
@@ -48,36 +49,45 @@ MapPanel map_of(const driver::Workspace& workspace, const std::string& title, co
     first = plane * std::size_t(middle);
     panel.title += fmt::format(", {} = {:.4g}", axes[2].name, axes[2].centre(middle));
   }
-  panel.values.assign(values.begin() + std::ptrdiff_t(first), values.begin() + std::ptrdiff_t(first + plane));
+  if (values.size() > plane) {
+    panel.values.assign(values.begin() + std::ptrdiff_t(first), values.begin() + std::ptrdiff_t(first + plane));
+  } else {
+    panel.values = std::move(values);
+  }
   return panel;
 }
 
 }  // namespace
 
-std::vector<double> places_along_x(const driver::Workspace& workspace, const model::Placement& placement) {
-  const model::Axis axis = model::axes_at(workspace.axes(), placement)[0];
-  std::vector<double> places;
-  for (int i = 0; i < axis.cells; ++i) places.push_back(axis.centre(i));
-  return places;
+Curve curve_of(const driver::Workspace& workspace, const NamedState& state) {
+  const model::Axis axis = model::axes_at(workspace.axes(), state.placement)[0];
+  return curve_of(state.title, state.values, [&](std::size_t i) { return axis.centre(static_cast<int>(i)); });
 }
 
 model::Placement placement_of(const driver::Session& session, const std::string& field) {
   return model::Placements(session.problem()).of(field);
 }
 
-std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states) {
-  std::vector<Panel> panels;
-  if (workspace.axes().size() == 1) {
+void add_state(std::vector<Panel>& panels, const driver::Workspace& workspace, const std::string& title,
+               NamedState state) {
+  if (workspace.axes().size() > 1) {
+    const std::string of_map = title.empty() ? state.title : state.title + ", " + title;
+    panels.push_back(map_of(workspace, of_map, std::move(state)));
+    return;
+  }
+  if (panels.empty()) {
     LinePanel panel;
     panel.title = title;
     panel.x_label = workspace.axes()[0].name;
-    for (const NamedState& state : states) panel.curves.push_back({state.title, places_along_x(workspace, state.placement), state.values});
     panels.push_back(std::move(panel));
-    return panels;
   }
-  for (const NamedState& state : states) {
-    panels.push_back(map_of(workspace, title.empty() ? state.title : state.title + ", " + title, state));
-  }
+  std::get<LinePanel>(panels.back()).curves.push_back(curve_of(workspace, state));
+}
+
+std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title,
+                             std::vector<NamedState> states) {
+  std::vector<Panel> panels;
+  for (NamedState& state : states) add_state(panels, workspace, title, std::move(state));
   return panels;
 }
 
@@ -94,7 +104,7 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
       named.push_back({name, {begin, begin + std::ptrdiff_t(size)}, placement_of(session, field)});
     }
     const std::string when = last == 0 || control == nullptr ? "" : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
-    const std::vector<Panel> more = panels_of(workspace, title + when, named);
+    const std::vector<Panel> more = panels_of(workspace, title + when, std::move(named));
     panels.insert(panels.end(), more.begin(), more.end());
   }
   return panels;

@@ -20,14 +20,18 @@ struct NamedState {
 };
 
 /// 1-D: one panel with a curve each. 2-D and 3-D: a map each (in 3-D the plane in the middle of z).
-std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title, const std::vector<NamedState>& states);
+std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title,
+                             std::vector<NamedState> states);
+/// One after the other, so that no more of each is held than is drawn.
+void add_state(std::vector<Panel>& panels, const driver::Workspace& workspace, const std::string& title,
+               NamedState state);
+/// Of a field on one axis.
+Curve curve_of(const driver::Workspace& workspace, const NamedState& state);
 
 /// The same of a field of the scene; of a control field its first interval, the one in the middle, and the last.
 std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
                                    const std::vector<std::pair<std::string, std::vector<double>>>& states);
 
-/// Where the values of a placement lie along axis x.
-std::vector<double> places_along_x(const driver::Workspace& workspace, const model::Placement& placement);
 /// The placement of a state, coefficient or datum.
 model::Placement placement_of(const driver::Session& session, const std::string& field);
 

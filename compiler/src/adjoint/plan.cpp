@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <type_traits>
 
 #include "adjoint/weights.h"
 #include "stencil/effects.h"
@@ -132,14 +133,16 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
 
 /// Values that vary are fields. Weights of a fill may be params that vary, those of a fold not: its derivative would have to
 /// know what was in the halo.
-bool check_sides(const std::string& field, const std::vector<AxisBoundary>& axes, const Varied& varied, bool is_fold,
-                 DiagnosticSink& sink) {
+template <class FillOrFold>
+bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSink& sink) {
+  constexpr bool is_fold = std::is_same_v<FillOrFold, Fold>;
+  const Written& written = statement.written;
   bool good = true;
-  for_each_side(axes, [&](const Side& side) {
+  for_each_side(statement.axes, [&](const Side& side) {
     const bool value_varies = side.kind != SideKind::zero_gradient && !wall_field(side) && is_varied(side.value, varied);
     const bool weights_vary = is_fold && has_varied_weights(side, varied);
     if (!value_varies && !weights_vary) return;
-    sink.report("varied-boundary-value", {}, {field},
+    sink.report("varied-boundary-value", written.range, {written.field.empty() ? statement.field : written.field},
                 value_varies ? "let a kernel that runs on the grown region store the value in a field, and fill from that"
                              : "take the derivative of the tangent: a fold with weights of mixed(a, b, c) that vary has none");
     good = false;
@@ -223,8 +226,8 @@ bool check_differentiable(const Module& module, const Program& program, const Va
   for (const Statement& statement : program.body) {
     good &= match(
         statement,  //
-        [&](const Fill& fill) { return check_sides(fill.field, fill.axes, varied, false, sink); },
-        [&](const Fold& fold) { return check_sides(fold.field, fold.axes, varied, true, sink); },
+        [&](const Fill& fill) { return check_sides(fill, varied, sink); },
+        [&](const Fold& fold) { return check_sides(fold, varied, sink); },
         [](const Reduce&) { return true; }, [&](const Infer& infer) { return check_network(infer, varied, sink); },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
   }

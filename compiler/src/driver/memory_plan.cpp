@@ -77,7 +77,7 @@ class Planner {
       note(2 * array_);
       release(compiled_.names.exact);
     }
-    if (problem_.axes.size() == 1) note(2 * static_cast<double>(problem_.states.size()) * array_);  // curves
+    if (problem_.axes.size() == 1) note(array_);  // of which a curve is made
   }
 
  private:
@@ -110,6 +110,16 @@ void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& 
   }
 }
 
+/// Places along the axes and the bounds of cells, as often as fields of some placement need them: numbers of a file.
+double numbers_of_axes(const model::Problem& problem) {
+  double numbers = 0;
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const auto is_staggered = [&](const model::State& state) { return state.placement[a]; };
+    numbers += 3.0 * problem.axes[a].cells * (std::ranges::any_of(problem.states, is_staggered) ? 2 : 1);
+  }
+  return numbers;
+}
+
 }  // namespace
 
 double peak_of_run(const Compiled& compiled) {
@@ -129,8 +139,12 @@ double bytes_of_outputs(const Compiled& compiled) {
   }
   const double of_end = static_cast<double>(problem.states.size());
   if (problem.outputs.empty()) states = 2 * of_end;
-  // Each as it was recorded, as a variable of the file, and in the file's bytes, with a copy of those.
-  return static_cast<double>(8 * cell_count(layout_of(compiled))) * (4 * states + of_end);
+  const double cells = static_cast<double>(cell_count(layout_of(compiled)));
+  const double stored = compiled.real() == Precision::f32 ? 4 : 8;
+  // What was recorded is given back as it goes into the bytes of the file, of which there is a copy in the end.
+  // Pictures take all of a plane, and nothing of a line or a volume that counts.
+  const double pictures = problem.axes.size() == 2 ? 8 * of_end * cells : 0;
+  return (8 + stored) * states * cells + 16 * numbers_of_axes(problem) + pictures;
 }
 
 double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {

@@ -27,6 +27,10 @@ struct Selection {
 /// The selected problem; nullopt when there are errors in `sink` afterwards.
 std::optional<Problem> from_ast(const ast::File& file, const Selection& selection, DiagnosticSink& sink);
 
+/// Whether no two blocks that are chosen by name share one; reports those that do, and functions with names of built-in
+/// ones.
+bool check_block_names(const ast::File& file, DiagnosticSink& sink);
+
 /// In the order of the file.
 std::vector<std::string> scene_names(const ast::File& file);
 std::vector<std::string> task_names(const ast::File& file);

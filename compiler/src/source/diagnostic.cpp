@@ -59,8 +59,8 @@ int allowed_edits(std::size_t length) {
 }  // namespace
 
 Diagnostic& DiagnosticSink::report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
-                                   std::string hint) {
-  Diagnostic diagnostic{kind.kind, fill_in(kind.kind->message, arguments), range, std::move(hint), {}};
+                                   const Hint& hint) {
+  Diagnostic diagnostic{kind.kind, fill_in(kind.kind->message, arguments), range, {}, {}};
   const auto same = std::find_if(diagnostics_.begin(), diagnostics_.end(), [&](const Diagnostic& other) {
     return other.kind == diagnostic.kind && other.message == diagnostic.message && other.range == range;
   });
@@ -70,8 +70,11 @@ Diagnostic& DiagnosticSink::report(KindRef kind, SourceRange range, std::initial
   const auto kept = std::count_if(diagnostics_.begin(), diagnostics_.end(),
                                   [&](const Diagnostic& other) { return other.kind->severity == severity; });
   if (kept >= max_of_a_severity) return overflow_ = std::move(diagnostic);
+  diagnostic.hint = hint.text();
   return diagnostics_.emplace_back(std::move(diagnostic));
 }
+
+bool DiagnosticSink::is_full() const { return error_count_ >= max_of_a_severity; }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
   const std::string wanted = lower(name);

@@ -2,9 +2,12 @@
 // Structured diagnostics, collected in a sink. Every kind stands in error_codes.h.
 #pragma once
 
+#include <functional>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "source/error_codes.h"
@@ -32,13 +35,31 @@ struct KindRef {
   const DiagnosticKind* kind;
 };
 
+/// What to write instead: a text, or a function that makes it where the diagnostic is kept.
+class Hint {
+ public:
+  Hint() = default;
+  Hint(const char* text) : text_(text) {}
+  Hint(std::string text) : text_(std::move(text)) {}
+  template <class F>
+    requires std::is_invocable_r_v<std::string, const F&>
+  Hint(F make) : make_(std::move(make)) {}
+  std::string text() const { return make_ ? make_() : text_; }
+
+ private:
+  std::string text_;
+  std::function<std::string()> make_;
+};
+
 class DiagnosticSink {
  public:
   /// Records one diagnostic; `arguments` replace the {} of the kind's message in order. At most 20 errors are kept.
   /// The reference returned is valid until the next report: use it to add a hint or notes.
   Diagnostic& report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments = {},
-                     std::string hint = {});
+                     const Hint& hint = {});
   bool has_errors() const { return error_count_ > 0; }
+  /// Further errors are counted only.
+  bool is_full() const;
   const std::vector<Diagnostic>& all() const { return diagnostics_; }
 
  private:

@@ -75,7 +75,7 @@ Expr ExprReader::read_call(const ast::Call& call, SourceRange range) {
   const std::optional<Fn> fn = find_fn(call.callee);
   if (!fn && call.callee != "if") {
     sink_.report("kernel-unknown-function", call.callee_range, {call.callee},
-                 did_you_mean(call.callee, callable_names()));
+                 [&] { return did_you_mean(call.callee, callable_names()); });
     return 0.0;
   }
   if (!has_arguments(call, fn ? arity(*fn) : 3, range)) return 0.0;

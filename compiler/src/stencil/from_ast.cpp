@@ -279,10 +279,11 @@ class ModuleReader {
     check_fill(fill, statement, axes, said);
     check_distance(fill.grow, 0, range, sink_);
     ranges_.push_back(range);
+    const Written written{fill.written, fill.field.range};
     if (fill.fold) {
-      program_.body.push_back(Fold{fill.field.name, fill.grow, axes});
+      program_.body.push_back(Fold{fill.field.name, fill.grow, axes, written});
     } else {
-      program_.body.push_back(Fill{fill.field.name, axes});
+      program_.body.push_back(Fill{fill.field.name, axes, written});
     }
   }
 
@@ -372,9 +373,11 @@ class ModuleReader {
   void read_run(const ast::RunItem& run, SourceRange range) {
     const Kernel* kernel = module_.find_kernel(run.kernel.name);
     if (!kernel) {
-      std::vector<std::string> names;
-      for (const Kernel& k : module_.kernels) names.push_back(k.name);
-      sink_.report("unknown-kernel", run.kernel.range, {run.kernel.name}, did_you_mean(run.kernel.name, names));
+      sink_.report("unknown-kernel", run.kernel.range, {run.kernel.name}, [&] {
+        std::vector<std::string> names;
+        for (const Kernel& k : module_.kernels) names.push_back(k.name);
+        return did_you_mean(run.kernel.name, names);
+      });
       return;
     }
     const int rank = static_cast<int>(program_.axes.size());
@@ -399,7 +402,8 @@ class ModuleReader {
   /// Silent where a kernel is unknown: its fields are too.
   void check_known(const ast::Identifier& field) {
     if (!fields_known_ || std::find(fields_.begin(), fields_.end(), field.name) != fields_.end()) return;
-    sink_.report("program-unknown-field", field.range, {program_.name, field.name}, did_you_mean(field.name, fields_));
+    sink_.report("program-unknown-field", field.range, {program_.name, field.name},
+                 [&] { return did_you_mean(field.name, fields_); });
   }
 
   void check_written(const ast::Identifier& field) {
@@ -411,7 +415,7 @@ class ModuleReader {
     }
     if (!fields_known_ || std::find(written.begin(), written.end(), field.name) != written.end()) return;
     sink_.report("program-result-not-written", field.range, {program_.name, field.name},
-                 did_you_mean(field.name, written));
+                 [&] { return did_you_mean(field.name, written); });
   }
 
   void check_results(const ast::Program& source) {
@@ -430,9 +434,11 @@ class ModuleReader {
     Loop loop{source.counter.name, source.from, source.to, {}};
     for (const ast::Identifier& name : source.body) {
       if (!module_.find_program(name.name)) {
-        std::vector<std::string> names;
-        for (const Program& program : module_.programs) names.push_back(program.name);
-        sink_.report("unknown-program", name.range, {name.name}, did_you_mean(name.name, names));
+        sink_.report("unknown-program", name.range, {name.name}, [&] {
+          std::vector<std::string> names;
+          for (const Program& program : module_.programs) names.push_back(program.name);
+          return did_you_mean(name.name, names);
+        });
       }
       loop.programs.push_back(name.name);
     }

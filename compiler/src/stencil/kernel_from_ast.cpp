@@ -103,9 +103,9 @@ class KernelReader : public ExprReader {
 
  private:
   Diagnostic& report(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
-                     std::string hint = {}) {
+                     const Hint& hint = {}) {
     result_.good = false;
-    return sink().report(kind, range, arguments, std::move(hint));
+    return sink().report(kind, range, arguments, hint);
   }
 
   // ---- declarations ------------------------------------------------------------------------------------------------
@@ -122,12 +122,13 @@ class KernelReader : public ExprReader {
   }
 
   void report_unknown(const std::string& name, SourceRange range, const std::string& declaration) {
-    std::vector<std::string> candidates(locals_.begin(), locals_.end());
-    for (const auto& [known, parameter] : parameters_) candidates.push_back(known);
-    const std::string nearest = nearest_name(name, candidates);
-    report("kernel-unknown-name", range, {name, kernel_.name},
-           nearest.empty() ? fmt::format("add {} to the parameters of the kernel", declaration)
-                           : fmt::format("did you mean {}?", nearest));
+    report("kernel-unknown-name", range, {name, kernel_.name}, [&] {
+      std::vector<std::string> candidates(locals_.begin(), locals_.end());
+      for (const auto& [known, parameter] : parameters_) candidates.push_back(known);
+      const std::string nearest = nearest_name(name, candidates);
+      return nearest.empty() ? fmt::format("add {} to the parameters of the kernel", declaration)
+                             : fmt::format("did you mean {}?", nearest);
+    });
   }
 
   void check_written(const ast::KernelParameter& parameter) {

@@ -208,15 +208,24 @@ struct AxisBoundary {
   }
 };
 
+/// The field of a statement as a person wrote it, for messages. Always equal, as Origin is.
+struct Written {
+  std::string field;  // "": as it is called
+  SourceRange range;
+  friend bool operator==(const Written&, const Written&) { return true; }
+};
+
 struct Fill {
   std::string field;
   std::vector<AxisBoundary> axes;  // rank entries
+  Written written = {};
   bool operator==(const Fill&) const = default;
 };
 struct Fold {
   std::string field;
   int grow = 0;  // how many halo cells on each side of bounded axes are folded; the others are not touched
   std::vector<AxisBoundary> axes;
+  Written written = {};
   bool operator==(const Fold&) const = default;
 };
 /// result = the mean, sum, ... of `field` along the axes named, at all interior cells.

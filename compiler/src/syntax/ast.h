@@ -276,6 +276,7 @@ struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high 
   bool fold = false;  // fold u grow 1 ...: the transpose of the fill of 1 halo cell
   int grow = 0;       // only of fold
   std::vector<BoundarySide> sides;  // place "all" when no axis is written
+  std::string written = {};         // the field, where a pass of a repeat fills another in its place
 };
 struct ReduceItem {  // reduce m = mean u      reduce m = max u over x, y
   Identifier result;

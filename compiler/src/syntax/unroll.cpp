@@ -211,6 +211,7 @@ void ProgramUnroller::add_fill(FillItem fill, const Item& item) {
       return meanings_.contains(name) || lost_.contains(name) ? read(name, side.value.range()) : name;
     });
   }
+  fill.written = fill.field.name;
   fill.field.name = read(fill.field.name, fill.field.range);
   emit(std::move(fill), item);
 }

@@ -95,10 +95,12 @@ Typed Expressions::unknown_call(const ast::Call& e) {
                        fmt::format("write {}*(...) to multiply", e.callee));
     return {};
   }
-  std::vector<std::string> known = function_names();
-  for (const std::string& name : names_of<ast::Function>(draft_.file)) known.push_back(name);
-  for (const std::string& name : names_of<ast::Network>(draft_.file)) known.push_back(name);
-  draft_.sink.report("unknown-function", e.callee_range, {e.callee}, did_you_mean(e.callee, known));
+  draft_.sink.report("unknown-function", e.callee_range, {e.callee}, [&] {
+    std::vector<std::string> known = function_names();
+    for (const std::string& name : names_of<ast::Function>(draft_.file)) known.push_back(name);
+    for (const std::string& name : names_of<ast::Network>(draft_.file)) known.push_back(name);
+    return did_you_mean(e.callee, known);
+  });
   return {};
 }
 

@@ -15,6 +15,7 @@ const std::string* Settings::find(const std::string& key) {
 bool declare(Draft& draft, const ast::Identifier& name, Role role, bool is_vector) {
   if (is_reserved(name.name)) {
     draft.sink.report("reserved-name", name.range, {name.name, std::string(word_for(role))}, "choose another name");
+    draft.scope.refuse(name.name);
     return false;
   }
   if (const Meaning* first = draft.scope.find(name.name)) {
@@ -41,11 +42,13 @@ std::vector<std::string> declare_components(Draft& draft, const std::string& nam
   return names;
 }
 
-void report_unknown(Draft& draft, const ast::Identifier& name, const std::vector<std::string>& candidates) {
+void report_unknown(Draft& draft, const ast::Identifier& name,
+                    const std::function<std::vector<std::string>()>& candidates) {
+  if (draft.scope.is_refused(name.name)) return;
   const std::string base = vector_of(name.name);
   const Meaning* vector = draft.scope.find(base);
   if (!vector) {
-    draft.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, candidates));
+    draft.sink.report("unknown-name", name.range, {name.name}, [&] { return did_you_mean(name.name, candidates()); });
     return;
   }
   const auto found = draft.lets.find(base);
@@ -70,6 +73,7 @@ void report_duplicate(Draft& draft, const std::string& what, SourceRange range, 
 
 std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, const std::string& thing) {
   const std::string field = rated_field(written.name);
+  if (draft.scope.is_refused(field)) return {};
   if (!field.empty() && !draft.problem.velocity_of(components_of(draft, field).front())) {
     draft.sink.report("unknown-name", written.range, {written.name},
                       "dt(u) is a field of its own only where the model has dt(dt(u)) = ...");
@@ -79,13 +83,13 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
   const Meaning* meaning = draft.scope.find(name.name);
   std::vector<State*> states;
   if (!meaning) {
-    report_unknown(draft, name, draft.scope.names(Role::state));
-  } else if (meaning->role != Role::state) {
+    report_unknown(draft, name, [&] { return draft.scope.names(Role::state); });
+  } else if (meaning->role != Role::state && !draft.scope.is_refused(name.name)) {
     const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name.name).front());
     const bool is_control = coefficient ? coefficient->is_control() : draft.controls.contains(name.name);
     const std::string word = is_control ? (coefficient ? "control field" : "control") : std::string(word_for(meaning->role));
     draft.sink.report("not-a-field", name.range, {name.name, word, thing});
-  } else {
+  } else if (meaning->role == Role::state) {
     for (const std::string& component : components_of(draft, name.name)) {
       for (State& state : draft.problem.states) {
         if (state.name == component) states.push_back(&state);

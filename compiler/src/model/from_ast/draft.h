@@ -3,6 +3,7 @@
 // Each part reports what is wrong and goes on with something that causes no further messages.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -111,7 +112,8 @@ std::vector<std::string> declare_components(Draft& draft, const std::string& nam
 /// u.x, u.y of a vector u; of other names just the name.
 std::vector<std::string> components_of(const Draft& draft, const std::string& written);
 /// Reports a name that means nothing, the component of something that has none, or one along an axis there is not.
-void report_unknown(Draft& draft, const ast::Identifier& name, const std::vector<std::string>& candidates);
+void report_unknown(Draft& draft, const ast::Identifier& name,
+                    const std::function<std::vector<std::string>()>& candidates);
 /// Reports that `name` was given before, at `first`.
 void report_duplicate(Draft& draft, const std::string& what, SourceRange range, SourceRange first);
 /// The states that `name` means: itself, or the components of a vector; none, and a diagnostic, when it is something

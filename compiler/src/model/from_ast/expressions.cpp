@@ -224,8 +224,8 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     const std::vector<std::string> functions = function_names();
     if (std::find(functions.begin(), functions.end(), e.name) != functions.end()) {
       draft_.sink.report("function-without-arguments", range, {e.name}, fmt::format("write {}(...)", e.name));
-    } else {
-      draft_.sink.report("unknown-name", range, {e.name}, did_you_mean(e.name, draft_.scope.names()));
+    } else if (!draft_.scope.is_refused(e.name)) {
+      draft_.sink.report("unknown-name", range, {e.name}, [&] { return did_you_mean(e.name, draft_.scope.names()); });
     }
     return {};
   }

@@ -120,9 +120,11 @@ Typed Expressions::name_in_function(const std::string& name, SourceRange range) 
     function_ = inside;
     return value;
   }
-  std::vector<std::string> known;
-  for (const ast::Identifier& parameter : function_->function.parameters) known.push_back(parameter.name);
-  draft_.sink.report("unknown-name", range, {name}, did_you_mean(name, known));
+  draft_.sink.report("unknown-name", range, {name}, [&] {
+    std::vector<std::string> known;
+    for (const ast::Identifier& parameter : function_->function.parameters) known.push_back(parameter.name);
+    return did_you_mean(name, known);
+  });
   return {};
 }
 

@@ -62,6 +62,10 @@ const Meaning* Scope::find(const std::string& name) const {
   return found == meanings_.end() ? nullptr : &found->second;
 }
 
+bool Scope::is_refused(const std::string& name) const {
+  return refused_.contains(name) || refused_.contains(vector_of(name));
+}
+
 std::vector<std::string> Scope::names() const {
   std::vector<std::string> result;
   for (const auto& [name, meaning] : meanings_) result.push_back(name);

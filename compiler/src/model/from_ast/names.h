@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,11 +31,16 @@ class Scope {
   const Meaning* find(const std::string& name) const;
   /// The first declaration of a name stays.
   void declare(const std::string& name, Meaning meaning) { meanings_.emplace(name, meaning); }
+  /// That a name was to be declared and could not is told once, not again where it is used.
+  void refuse(const std::string& name) { refused_.insert(name); }
+  /// Of a component its vector counts.
+  bool is_refused(const std::string& name) const;
   std::vector<std::string> names() const;
   std::vector<std::string> names(Role role) const;
 
  private:
   std::map<std::string, Meaning> meanings_;
+  std::set<std::string> refused_;
 };
 
 /// Words that the language or the levels below it give a meaning to.

@@ -19,10 +19,13 @@ bool has_start(const Draft& draft, const std::string& name) {
 }
 
 void report_not_a_value(Draft& draft, const ast::Identifier& name, const Meaning* meaning) {
+  if (draft.scope.is_refused(name.name)) return;
   if (!meaning) {
-    std::vector<std::string> known = draft.scope.names(Role::parameter);
-    for (const std::string& coefficient : draft.scope.names(Role::coefficient)) known.push_back(coefficient);
-    draft.sink.report("unknown-name", name.range, {name.name}, did_you_mean(name.name, known));
+    draft.sink.report("unknown-name", name.range, {name.name}, [&] {
+      std::vector<std::string> known = draft.scope.names(Role::parameter);
+      for (const std::string& coefficient : draft.scope.names(Role::coefficient)) known.push_back(coefficient);
+      return did_you_mean(name.name, known);
+    });
     return;
   }
   draft.sink.report("not-a-value", name.range, {name.name, std::string(word_for(meaning->role))},

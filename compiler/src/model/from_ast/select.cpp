@@ -28,7 +28,7 @@ void check_function(Draft& draft, const ast::Function& function) {
 
 /// Scenes, tasks and programs are chosen by name on the command line, models and programs by scenes.
 /// false when two have the same name.
-bool check_block_names(Draft& draft) {
+bool names_are_unique(Draft& draft) {
   bool fine = true;
   std::map<std::string, SourceRange> chosen, models, schemes, functions;
   const auto add = [&](std::map<std::string, SourceRange>& names, const ast::Identifier& name) {
@@ -145,6 +145,12 @@ ast::Item without(ast::Item item, const std::set<std::pair<std::string, bool>>& 
 
 }  // namespace
 
+bool check_block_names(const ast::File& file, DiagnosticSink& sink) {
+  const Selection none;
+  Draft draft(file, none, sink);
+  return names_are_unique(draft);
+}
+
 std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene& scene) {
   std::vector<const ast::Model*> models{find_declaration<ast::Model>(file, scene.of.name)};
   for (const ast::Identifier& name : scene.also) models.push_back(find_declaration<ast::Model>(file, name.name));
@@ -164,7 +170,7 @@ std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene&
 }
 
 bool select(Draft& draft) {
-  if (!check_block_names(draft)) return false;
+  if (!names_are_unique(draft)) return false;
   const std::string& name = draft.selection.name;
   if (!(name.empty() ? select_only(draft) : select_named(draft, name))) return false;
   if (!select_scene_of_task(draft) || !select_model(draft)) return false;

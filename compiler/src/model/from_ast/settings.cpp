@@ -61,7 +61,7 @@ void check_settings(Draft& draft) {
   const std::vector<std::string>& known = draft.settings.known();
   for (const auto& [key, text] : draft.settings.texts()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    draft.sink.report("unknown-setting", {}, {key}, did_you_mean(key, known));
+    draft.sink.report("unknown-setting", {}, {key}, [&] { return did_you_mean(key, known); });
   }
 }
 

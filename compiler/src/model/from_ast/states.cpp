@@ -181,7 +181,8 @@ void bind_coefficients(Draft& draft) {
     const Meaning* meaning = draft.scope.find(item.name.name);
     if (!meaning || meaning->role != Role::coefficient) {
       // a name without a dot that is none was reported by bind_parameters
-      if (!meaning && !vector_of(item.name.name).empty()) report_unknown(draft, item.name, {});
+      const auto no_candidates = [] { return std::vector<std::string>(); };
+      if (!meaning && !vector_of(item.name.name).empty()) report_unknown(draft, item.name, no_candidates);
       continue;
     }
     bind_coefficient(draft, item, seen);

@@ -183,6 +183,7 @@ void bind_unknown_coefficients(Draft& draft, const ast::UnknownItem& item, const
 /// `unknown NAME`: a parameter or a coefficient.
 void bind_unknown_values(Draft& draft, const ast::UnknownItem& item, Unknown unknown) {
   const Meaning* meaning = draft.scope.find(item.name.name);
+  if (draft.scope.is_refused(item.name.name)) return;
   if (!meaning) {
     std::vector<std::string> known = draft.scope.names(Role::parameter);
     for (const std::string& coefficient : draft.scope.names(Role::coefficient)) known.push_back(coefficient);

@@ -91,7 +91,7 @@ Typed Expressions::component(const ast::Identifier& name) {
     return whole.type == Typed::Type::none ? whole : number_of(whole.parts[axis]);
   }
   const bool failed_before = meaning && meaning->role == Role::let && found == draft_.lets.end();
-  if (!failed_before) report_unknown(draft_, name, draft_.scope.names());
+  if (!failed_before) report_unknown(draft_, name, [&] { return draft_.scope.names(); });
   return {};
 }
 

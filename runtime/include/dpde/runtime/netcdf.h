@@ -33,9 +33,9 @@ struct NetcdfContent {
 };
 
 /// The bytes of a file with this content; equal content gives equal bytes. A checksum stands behind the end of the file
-/// proper, where other programs do not look.
+/// proper, where other programs do not look. Values are given back as they are written.
 /// @throws Error(machine) when the library fails.
-std::string compose_netcdf(const NetcdfContent& content);
+std::string compose_netcdf(NetcdfContent content);
 
 /// Reads NetCDF-4 and the classic formats.
 class NetcdfReader {

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "syntax/calls.h"
+
+#include "support/match.h"
+
+namespace dpde::ast {
+
+void add_calls(const Expr& e, std::set<std::string>& names) {
+  match(
+      e->kind, [](const Number&) {}, [](const Text&) {}, [](const Name&) {}, [](const Offsets&) {},
+      [](const Error&) {}, [&](const Unary& u) { add_calls(u.operand, names); },
+      [&](const Binary& b) {
+        add_calls(b.left, names);
+        add_calls(b.right, names);
+      },
+      [&](const Call& c) {
+        names.insert(c.callee);
+        for (const Argument& argument : c.arguments) add_calls(argument.value, names);
+      },
+      [&](const Tuple& t) {
+        for (const Expr& element : t.elements) add_calls(element, names);
+      },
+      [&](const Component& c) { add_calls(c.operand, names); });
+}
+
+std::set<std::string> calls_of(const Model& model) {
+  std::set<std::string> names;
+  for (const Item& item : model.items) {
+    if (const LetItem* let = std::get_if<LetItem>(&item.kind)) add_calls(let->value, names);
+    if (const EquationItem* equation = std::get_if<EquationItem>(&item.kind)) add_calls(equation->rhs, names);
+  }
+  return names;
+}
+
+std::set<std::string> calls_of(const Function& function) {
+  std::set<std::string> names;
+  add_calls(function.body, names);
+  for (const AdjointItem& adjoint : function.adjoints) add_calls(adjoint.value, names);
+  return names;
+}
+
+}  // namespace dpde::ast
