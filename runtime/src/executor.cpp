@@ -129,11 +129,14 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
     const dpde_operation& from = program.operations[i];
     Operation operation;
     operation.kind = from.kind;
-    if (from.kind == DPDE_FILL) operation.fill = HaloFill(from.fill, layout);
-    if (from.kind == DPDE_FOLD) operation.fold = HaloFold(from.fill, from.grow, layout);
-    if (from.kind == DPDE_REDUCE) operation.reduction = FieldReduction(from.reduce, layout, team);
-    if (from.kind == DPDE_NETWORK) operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
-    if (from.kind == DPDE_SWEEP) operation.sweep = make_sweep(program, from, layout, team.threads());
+    switch (from.kind) {
+      case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
+      case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
+      case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team); break;
+      case DPDE_NETWORK: operation.inference = Inference(from.inference, *program.networks[from.inference.network]); break;
+      case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
+      default: throw Error(ErrorKind::run, fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
+    }
     const Sweep& sweep = operation.sweep;
     pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
     grids = std::max(grids, sweep.grids.size());
@@ -240,7 +243,7 @@ void Executor::run() {
         operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(), weights_[operation.inference.network()]);
         break;
       }
-      default: operation.reduction.run(fields_.data());
+      case DPDE_REDUCE: operation.reduction.run(fields_.data()); break;
     }
   }
 }

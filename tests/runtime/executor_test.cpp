@@ -343,6 +343,11 @@ TEST(Executor, RefusesWhatDoesNotFit) {
   dpde_program old = program.table();
   old.version = 0;
   EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: made for version 0 of the runtime's tables, this is " + std::to_string(DPDE_ABI_VERSION));
+  dpde_program odd = program.table();
+  dpde_operation unknown = odd.operations[0];
+  unknown.kind = 77;
+  odd.operations = &unknown;
+  EXPECT_EQ(message(odd, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: an operation of unknown kind 77");
 }
 
 }  // namespace
