@@ -60,7 +60,7 @@ task t : s { data r = u from scene fine at t = 1
 )");
   const Outcome outcome = interrupted("gradient long.dpde t", "0.5");
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("error[E0807]: stopped while the task was prepared"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("error[E0807]: stopped before the task was prepared"), std::string::npos) << outcome.err;
 }
 
 /// Jumps closer together than any step of the Taylor test: no second-order remainder, so no certificate.

@@ -61,7 +61,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   if (!bytes) return false;
   session.checkpoint_bytes = *bytes;
   const std::optional<driver::CompileOptions> compile_options = job.compile_options();
-  const Preparing preparing(job, "stopped while the task was prepared");  // its certificate is told meanwhile
+  const Preparing preparing(job, "stopped before the task was prepared");  // its certificate is told meanwhile
   if (!compile_options || !compile_task(job, options, *compile_options, run)) return false;
   if (run.compiled->problem->task->training) {
     job.sink().report("nothing-to-do", {}, {fmt::format("task {} learns from trajectories: each of their windows has a gradient of its own", run.compiled->problem->task->name)},

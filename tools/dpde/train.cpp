@@ -271,7 +271,7 @@ Json train(Job& job, const OptimizeOptions& options) {
   const std::optional<CheckpointInterval> interval = interval_of(job, options);
   if (!compile_options || !bytes || !interval) return json;
   compile_options->selection.keeps_params = true;  // each run of the data may have its own
-  std::optional<Preparing> preparing(std::in_place, job, "stopped while the task was prepared");
+  std::optional<Preparing> preparing(std::in_place, job, "stopped before the task was prepared");
   if (!compile_task(job, options, *compile_options, run)) return json;
   if (options.iterations > 0 && !driver::seeks_controls(*run.compiled->problem)) {
     job.sink().report("bad-option", {}, {"--iterations is for tasks that do not learn from trajectories: --epochs"});
