@@ -3,7 +3,7 @@
 // Emitted C++ includes this file; the JIT compiler walks through the same text with values of its IR in place of numbers. So there
 // are no branches here, and no product is added to anything but by fma(), which leaves compilers nothing to contract.
 // Arguments that a formula is not made for are told (`far`): the caller asks the C library for those, and for nothing else.
-// Errors, measured by tests/codegen/elementary_test.cpp, are in compiler/README.md.
+// Errors, measured by tests/codegen/elementary_test.cpp, are in compiler/src/codegen/README.md.
 //
 // A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth); fma(a, b, c), size(a), root(a);
 // bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits), less(a, b), beyond(a, b): not
