@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host with the compiler inside: a cooling plate from a text, stepped by the host, on finer and finer grids. The error
-// against the exact solution falls with the square of the cell size.
+// A host with the compiler inside: a cooling plate from a text, stepped by the host, on finer and finer grids. The
+// error against the exact solution falls with the square of the cell size.
 #include <dpde/dpde.h>
 
 #include <Eigen/Core>
@@ -26,7 +26,8 @@ double error(int cells) {
   const std::vector<double> x = sim.coordinates(0), y = sim.coordinates(1);
   Eigen::ArrayXXd shape(cells, cells), u(cells, cells);  // (x, y): x is fastest
   for (int j = 0; j < cells; ++j) {
-    for (int i = 0; i < cells; ++i) shape(i, j) = std::sin(std::numbers::pi*x[i])*std::sin(2*std::numbers::pi*y[j]);
+    for (int i = 0; i < cells; ++i)
+      shape(i, j) = std::sin(std::numbers::pi * x[i]) * std::sin(2 * std::numbers::pi * y[j]);
   }
   sim.set("kappa", 0.5);
   sim.set_initial("u", shape);
@@ -34,12 +35,12 @@ double error(int cells) {
   sim.step(50);
   sim.run([](const dpde::Progress&) { return true; });  // to the end; false would stop it
   sim.state("u", u);
-  return (u - std::exp(-5*std::numbers::pi*std::numbers::pi*0.5*sim.time())*shape).abs().maxCoeff();
+  return (u - std::exp(-5 * std::numbers::pi * std::numbers::pi * 0.5 * sim.time()) * shape).abs().maxCoeff();
 }
 
 int main() {
   try {
-    const double coarse = error(16), fine = error(32), order = std::log2(coarse/fine);
+    const double coarse = error(16), fine = error(32), order = std::log2(coarse / fine);
     std::printf("errors %.3e and %.3e: order %.2f\n", coarse, fine, order);
     return std::abs(order - 2) < 0.15 ? 0 : 1;
   } catch (const dpde::Error& problem) {

@@ -36,8 +36,8 @@ std::size_t used_bytes(const char* bytes, std::size_t size) {
   return end > 64 && end < size ? end : size;
 }
 
-/// Behind the end of a file that dpde wrote, where NetCDF does not look: mark and checksum. The library takes damage inside
-/// a file for anything from wrong numbers to a loop without end, so that it must not see any.
+/// Behind the end of a file that dpde wrote, where NetCDF does not look: mark and checksum. The library takes damage
+/// inside a file for anything from wrong numbers to a loop without end, so that it must not see any.
 constexpr std::string_view checksum_mark = "dpdesum1";
 
 std::string checksum_of(std::string_view bytes) {
@@ -88,9 +88,11 @@ class Composer {
   }
   int declare(const NetcdfVariable& variable) {
     std::vector<int> dimensions;
-    for (const std::string& name : variable.dimensions) must(nc_inq_dimid(id_, name.c_str(), &dimensions.emplace_back()));
+    for (const std::string& name : variable.dimensions)
+      must(nc_inq_dimid(id_, name.c_str(), &dimensions.emplace_back()));
     int number = 0;
-    must(nc_def_var(id_, variable.name.c_str(), variable.is_single ? NC_FLOAT : NC_DOUBLE, static_cast<int>(dimensions.size()), dimensions.data(), &number));
+    must(nc_def_var(id_, variable.name.c_str(), variable.is_single ? NC_FLOAT : NC_DOUBLE,
+                    static_cast<int>(dimensions.size()), dimensions.data(), &number));
     add(variable.attributes, number);
     return number;
   }
@@ -203,7 +205,8 @@ std::vector<double> NetcdfReader::read(const Variable& variable, std::optional<s
   std::vector<double> values(count);
   if (count > 0) check(nc_get_vara_double(id_, number_of, start.data(), length.data(), values.data()));
   const std::optional<double> missing = number(number_of, "_FillValue");
-  const double scale = number(number_of, "scale_factor").value_or(1), offset = number(number_of, "add_offset").value_or(0);
+  const double scale = number(number_of, "scale_factor").value_or(1),
+               offset = number(number_of, "add_offset").value_or(0);
   for (double& value : values) {
     value = missing && value == *missing ? std::numeric_limits<double>::quiet_NaN() : value * scale + offset;
   }

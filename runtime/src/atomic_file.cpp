@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// write, fsync, rename. The file has no name until it is complete, where the system knows such files: a process that is killed
-// leaves nothing behind. Elsewhere it has a temporary name, which goes but for a kill.
+// write, fsync, rename. The file has no name until it is complete, where the system knows such files: a process that is
+// killed leaves nothing behind. Elsewhere it has a temporary name, which goes but for a kill.
 #include "dpde/runtime/atomic_file.h"
 
 #include <fcntl.h>
@@ -23,7 +23,9 @@ namespace {
 
 constexpr int most_attempts = 100;
 
-std::string temporary_name(const std::filesystem::path& path, int attempt) { return fmt::format("{}.tmp-{}-{}", path.string(), getpid(), attempt); }
+std::string temporary_name(const std::filesystem::path& path, int attempt) {
+  return fmt::format("{}.tmp-{}-{}", path.string(), getpid(), attempt);
+}
 
 /// An open file that closes, and if it has a temporary name removes it, unless it was finished.
 class OutputFile {
@@ -82,7 +84,8 @@ class OutputFile {
   void give_name() {
     for (int attempt = 0; attempt < most_attempts; ++attempt) {
       const std::string name = temporary_name(path_, attempt);
-      const bool is_named = linkat(AT_FDCWD, file_of_descriptor().c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+      const bool is_named =
+          linkat(AT_FDCWD, file_of_descriptor().c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
       if (is_named) temporary_ = name;
       if (is_named) return;
       if (errno != EEXIST) break;
@@ -125,6 +128,8 @@ void write_file_atomically(const std::filesystem::path& path, std::initializer_l
   file.finish();
 }
 
-void write_file_atomically(const std::filesystem::path& path, std::string_view content) { write_file_atomically(path, {content}); }
+void write_file_atomically(const std::filesystem::path& path, std::string_view content) {
+  write_file_atomically(path, {content});
+}
 
 }  // namespace dpde

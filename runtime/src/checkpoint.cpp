@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The binomial schedule. advanced(l, s), the least number of forward steps that reverse l steps from a stored state with
-// s slots (that one included), is the solution of
-//   advanced(1, s) = 0,  advanced(l, 1) = l (l - 1) / 2,  advanced(l, s) = min over m of m + advanced(l - m, s - 1) + advanced(m, s)
-// and has the closed form (Griewank and Walther 2000)  r l - C(s + r, r - 1),  r the least number with C(s + r, s) >= l.
-// The minimum lies at any m with advanced' on the same slope in both parts; `split` picks one by the closed form.
+// The binomial schedule. advanced(l, s), the least number of forward steps that reverse l steps from a stored state
+// with s slots (that one included), is the solution of
+//   advanced(1, s) = 0,  advanced(l, 1) = l (l - 1) / 2,  advanced(l, s) = min over m of m + advanced(l - m, s - 1) +
+//   advanced(m, s)
+// and has the closed form (Griewank and Walther 2000)  r l - C(s + r, r - 1),  r the least number with C(s + r, s) >=
+// l. The minimum lies at any m with advanced' on the same slope in both parts; `split` picks one by the closed form.
 #include "dpde/runtime/checkpoint.h"
 
 #include <fmt/format.h>
@@ -47,8 +48,8 @@ int64_t advanced(int64_t steps, int64_t slots) {
 /// How far to advance from a stored state before the next one is stored.
 int64_t split(int64_t steps, int64_t slots) {
   const int64_t r = repetitions(steps, slots);
-  const int64_t low = steps - binomial(slots - 1 + r, r);       // the rest must not need more than r repetitions
-  const int64_t least = binomial(slots + r - 2, slots);         // the first part needs r - 1: between these two
+  const int64_t low = steps - binomial(slots - 1 + r, r);  // the rest must not need more than r repetitions
+  const int64_t least = binomial(slots + r - 2, slots);    // the first part needs r - 1: between these two
   return std::clamp(std::max(low, least), int64_t{1}, steps - 1);
 }
 
@@ -114,7 +115,9 @@ int64_t advanced_steps(int steps, int slots) {
 int slots_for(int64_t memory_bytes, int64_t state_bytes, int steps) {
   const int64_t states = memory_bytes / std::max<int64_t>(state_bytes, 1);
   if (states < 4) {
-    throw Error(ErrorKind::input, fmt::format("a checkpoint budget of {} bytes is too small: four states of {} bytes are needed", memory_bytes, state_bytes));
+    throw Error(ErrorKind::input,
+                fmt::format("a checkpoint budget of {} bytes is too small: four states of {} bytes are needed",
+                            memory_bytes, state_bytes));
   }
   return static_cast<int>(std::min<int64_t>(states - 2, std::max(steps - 1, 1)));
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The schedule of row calls: see executor.h for what holds.
 //
-// A program that consists of sweeps of one row (every 1-D program without explicit fills) is a list of Lines, with nothing
-// left to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles where the grid is
-// 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while they are in cache, the
-// y and z halos afterwards.
+// A program that consists of sweeps of one row (every 1-D program without explicit fills) is a list of Lines, with
+// nothing left to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles
+// where the grid is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while
+// they are in cache, the y and z halos afterwards.
 #include "dpde/runtime/executor.h"
 
 #include <fmt/format.h>
@@ -44,7 +44,8 @@ struct alignas(64) Caller {
   std::vector<void*> starts;    // the same at row (0, 0)
 };
 
-/// A sweep of one row of a 1-D grid, in the form that runs fastest. Its pointers in a frame: streams, grids, fields filled.
+/// A sweep of one row of a 1-D grid, in the form that runs fastest. Its pointers in a frame: streams, grids, fields
+/// filled.
 struct Line {
   dpde_row_fn call;
   dpde_row row;  // complete but for streams and grids
@@ -82,13 +83,17 @@ Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* unif
 }
 
 void check_fits(const dpde_program& program, const dpde_layout& layout) {
-  const auto fail = [&](const std::string& what) { throw Error(ErrorKind::run, fmt::format("program {}: {}", program.name, what)); };
-  if (program.version != DPDE_ABI_VERSION) fail(fmt::format("made for version {} of the runtime's tables, this is {}", program.version, DPDE_ABI_VERSION));
+  const auto fail = [&](const std::string& what) {
+    throw Error(ErrorKind::run, fmt::format("program {}: {}", program.name, what));
+  };
+  if (program.version != DPDE_ABI_VERSION)
+    fail(fmt::format("made for version {} of the runtime's tables, this is {}", program.version, DPDE_ABI_VERSION));
   if (program.real != layout.real) fail("its values and the grid's are not of the same precision");
   if (program.rank != layout.rank) fail(fmt::format("has {} axes, the grid has {}", program.rank, layout.rank));
   for (int axis = 0; axis < program.rank; ++axis) {
     if (program.halo[axis] > layout.halo[axis]) {
-      fail(fmt::format("needs a halo of {} cells along {}, the grid has {}", program.halo[axis], "xyz"[axis], layout.halo[axis]));
+      fail(fmt::format("needs a halo of {} cells along {}, the grid has {}", program.halo[axis], "xyz"[axis],
+                       layout.halo[axis]));
     }
   }
 }
@@ -107,7 +112,8 @@ struct Executor::Plan {
 
   void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
   void run_all_parts(const Sweep& sweep, const Executor& executor);
-  void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y, SweepRange z);
+  void run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y,
+                SweepRange z);
   void run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part, int thread);
   static const dpde_variant& code_of(const Sweep& sweep, const Executor& executor);
   void bind_grids(const Sweep& sweep, const Executor& executor);
@@ -122,7 +128,8 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
   sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
   weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
-  for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i) plan_->networks.emplace_back(*program.networks[i], layout, team);
+  for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i)
+    plan_->networks.emplace_back(*program.networks[i], layout, team);
   for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
   size_t pointers = 0, grids = 0, row_sums = 0;
   for (int i = 0; i < program.operation_count; ++i) {
@@ -133,9 +140,13 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
       case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
       case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
       case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team); break;
-      case DPDE_NETWORK: operation.inference = Inference(from.inference, *program.networks[from.inference.network]); break;
+      case DPDE_NETWORK:
+        operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
+        break;
       case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
-      default: throw Error(ErrorKind::run, fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
+      default:
+        throw Error(ErrorKind::run,
+                    fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
     }
     const Sweep& sweep = operation.sweep;
     pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
@@ -143,7 +154,9 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
     row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
     plan_->operations.push_back(std::move(operation));
   }
-  if (program.interpret == nullptr && std::ranges::all_of(plan_->operations, [&](const Operation& operation) { return is_line(operation, layout.rank); })) {
+  if (program.interpret == nullptr && std::ranges::all_of(plan_->operations, [&](const Operation& operation) {
+        return is_line(operation, layout.rank);
+      })) {
     size_t size = 0;
     for (const Operation& operation : plan_->operations) {
       plan_->lines.push_back(make_line(operation.sweep, *layout_, uniforms_.data(), sums_.data()));
@@ -168,8 +181,12 @@ Executor::~Executor() = default;
 Executor::Executor(Executor&&) noexcept = default;
 Executor& Executor::operator=(Executor&&) noexcept = default;
 
-int Executor::field_index(std::string_view name) const { return find_name(program_->fields, program_->field_count, name); }
-int Executor::param_index(std::string_view name) const { return find_name(program_->params, program_->param_count, name); }
+int Executor::field_index(std::string_view name) const {
+  return find_name(program_->fields, program_->field_count, name);
+}
+int Executor::param_index(std::string_view name) const {
+  return find_name(program_->params, program_->param_count, name);
+}
 int Executor::sum_index(std::string_view name) const { return find_name(program_->sums, program_->sum_count, name); }
 
 int Executor::network_index(std::string_view name) const {
@@ -186,7 +203,9 @@ void Executor::update_weights() {
   }
 }
 
-Network* Executor::network(int number) { return plan_->networks.empty() ? nullptr : &plan_->networks[static_cast<size_t>(number)]; }
+Network* Executor::network(int number) {
+  return plan_->networks.empty() ? nullptr : &plan_->networks[static_cast<size_t>(number)];
+}
 
 std::int64_t Executor::network_bytes() const {
   std::int64_t total = 0;
@@ -202,7 +221,9 @@ void Executor::compute_uniforms() {
 
 void Executor::prepare() {
   for (size_t i = 0; i < fields_.size(); ++i) {
-    if (fields_[i] == nullptr) throw Error(ErrorKind::run, fmt::format("program {}: field {} is not bound", program_->name, program_->fields[i]));
+    if (fields_[i] == nullptr)
+      throw Error(ErrorKind::run,
+                  fmt::format("program {}: field {} is not bound", program_->name, program_->fields[i]));
   }
   if (program_->interpret != nullptr) return;  // it fills halos itself
   const FloatScope without_subnormals;
@@ -225,7 +246,8 @@ void Executor::run() {
   const FloatScope without_subnormals;
   const Stopwatch whole(clock_ ? &clock_->all : nullptr);
   if (program_->interpret != nullptr) {
-    program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), weights_.data(), sums_.data());
+    program_->interpret(program_->context, layout_.get(), fields_.data(), params_.data(), weights_.data(),
+                        sums_.data());
     return;
   }
   if (!frame_.empty()) {
@@ -240,7 +262,8 @@ void Executor::run() {
       case DPDE_FOLD: operation.fold.run(fields_.data(), uniforms_.data()); break;
       case DPDE_NETWORK: {
         const Stopwatch part(clock_ ? &clock_->networks : nullptr);
-        operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(), weights_[operation.inference.network()]);
+        operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(),
+                                weights_[operation.inference.network()]);
         break;
       }
       case DPDE_REDUCE: operation.reduction.run(fields_.data()); break;
@@ -259,7 +282,8 @@ std::string Executor::tuning() const {
 }
 
 bool Executor::is_tuning() const {
-  return std::ranges::any_of(plan_->operations, [](const Operation& operation) { return !operation.sweep.tuner.is_done(); });
+  return std::ranges::any_of(plan_->operations,
+                             [](const Operation& operation) { return !operation.sweep.tuner.is_done(); });
 }
 
 void Executor::set_tuning(std::string_view text) {
@@ -312,14 +336,17 @@ void Executor::Plan::run_sweep(Sweep& sweep, const Executor& executor, std::vect
     sweep.tuner.took(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   const size_t count = sweep.sums.size();
-  for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i) sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
+  for (size_t i = 0; i < count * static_cast<size_t>(sweep.rows()); ++i)
+    sums[static_cast<size_t>(sweep.sums[i % count])] += row_sums[i];
 }
 
-/// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches want it.
+/// The variant that is chosen; the row itself where the host's own memory is not laid out as stores past the caches
+/// want it.
 const dpde_variant& Executor::Plan::code_of(const Sweep& sweep, const Executor& executor) {
   const dpde_variant& chosen = sweep.code[static_cast<size_t>(sweep.tuner.choice().variant)];
   const auto is_off = [&](const SweepStream& stream) {
-    return stream.is_written && reinterpret_cast<uintptr_t>(moved(executor.bound(stream.field), stream.delta, 1)) % cache_line != 0;
+    return stream.is_written &&
+           reinterpret_cast<uintptr_t>(moved(executor.bound(stream.field), stream.delta, 1)) % cache_line != 0;
   };
   return chosen.streams != 0 && std::ranges::any_of(sweep.streams, is_off) ? sweep.code.front() : chosen;
 }
@@ -340,7 +367,8 @@ void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor)
 }
 
 /// The rows of a part, by a thread.
-void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part, int thread) {
+void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, const Executor& executor, int64_t part,
+                              int thread) {
   Caller& caller = callers[static_cast<size_t>(thread)];
   void** start = caller.starts.data();
   for (const SweepStream& stream : sweep.streams) *start++ = moved(executor.bound(stream.field), stream.delta, 1);
@@ -355,15 +383,17 @@ void Executor::Plan::run_part(const Sweep& sweep, const dpde_variant& code, cons
   const auto [rows, planes] = std::pair(sweep.tuner.choice().tile, sweep.tuner.choice().planes);
   for (int64_t from = y.from; from < y.to; from += rows) {
     const SweepRange tile{from, std::min(from + rows, y.to)};
-    for (int64_t place = z.from; place < z.to; place += planes) run_rows(sweep, code, *executor.layout_, caller, tile, {place, std::min(place + planes, z.to)});
+    for (int64_t place = z.from; place < z.to; place += planes)
+      run_rows(sweep, code, *executor.layout_, caller, tile, {place, std::min(place + planes, z.to)});
   }
   if (code.streams != 0) std::atomic_thread_fence(std::memory_order_seq_cst);  // stores past the caches are not ordered
 }
 
-/// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane (measured:
-/// 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2).
-/// g++ takes a function that only prefetches for one without effect and drops its calls unless it is inlined early.
-[[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, void* const* pointers, int64_t stride, int64_t width) {
+/// While a row runs, memory fetches what the hardware does not foresee: in 3-D the next row of the leading plane
+/// (measured: 1.25 x at 256^3), in 2-D the beginning of the next row of each stream (1.03 x at 1024^2). g++ takes a
+/// function that only prefetches for one without effect and drops its calls unless it is inlined early.
+[[gnu::always_inline]] inline void prefetch_next(const Sweep& sweep, void* const* pointers, int64_t stride,
+                                                 int64_t width) {
   for (size_t s : sweep.leading) {
     const char* ahead = moved(pointers[s], stride, 1);
     for (int64_t x = 0; x < sweep.count * width; x += cache_line) __builtin_prefetch(ahead + x);
@@ -388,20 +418,23 @@ inline void fill_row(const Sweep& sweep, void* const* rows, int64_t y, const dou
   }
 }
 
-/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and below them are read
-/// while they are in the first-level cache.
-void Executor::Plan::run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller, SweepRange y_range, SweepRange planes) {
+/// Rows of one plane, one after the other; of several planes, those of the same y one after the other: rows above and
+/// below them are read while they are in the first-level cache.
+void Executor::Plan::run_rows(const Sweep& sweep, const dpde_variant& code, const dpde_layout& layout, Caller& caller,
+                              SweepRange y_range, SweepRange planes) {
   const size_t streams = sweep.streams.size(), fills = sweep.then.size(), sum_count = sweep.sums.size();
   const int64_t width = real_bytes(layout), stride = layout.stride[1] * width, plane = layout.stride[2] * width;
   void** pointers = caller.pointers.data();
-  for (size_t i = 0; i < streams + fills; ++i) pointers[i] = moved(caller.starts[i], y_range.from * stride + planes.from * plane, 1);
+  for (size_t i = 0; i < streams + fills; ++i)
+    pointers[i] = moved(caller.starts[i], y_range.from * stride + planes.from * plane, 1);
   dpde_row& row = caller.row;
   const bool prefetches = sweep.tuner.choice().prefetches != 0;
   for (int64_t y = y_range.from; y < y_range.to; ++y) {
     for (int64_t z = planes.from; z < planes.to; ++z) {
       row.y = y;
       row.z = z;
-      row.sums = row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
+      row.sums =
+          row_sums.data() + static_cast<size_t>((z - sweep.z.from) * sweep.y.count() + (y - sweep.y.from)) * sum_count;
       for (size_t i = 0; i < sum_count; ++i) row.sums[i] = 0;
       if (prefetches) prefetch_next(sweep, pointers, stride, width);
       code.row(&row);

@@ -23,11 +23,12 @@ constexpr int64_t huge_page_bytes = 2 << 20, least_huge_bytes = 2 * huge_page_by
 
 void check_length(const dpde_layout& layout, size_t length) {
   if (static_cast<int64_t>(length) == cell_count(layout)) return;
-  throw Error(ErrorKind::input, fmt::format("an array of {} values does not fit a grid of {} cells", length, cell_count(layout)));
+  throw Error(ErrorKind::input,
+              fmt::format("an array of {} values does not fit a grid of {} cells", length, cell_count(layout)));
 }
 
-/// True when some value of the row is infinite or not a number: x - x is then not a number, else 0. A line of sums, so that
-/// the compiler may use vectors without reordering anything.
+/// True when some value of the row is infinite or not a number: x - x is then not a number, else 0. A line of sums, so
+/// that the compiler may use vectors without reordering anything.
 template <class Real>
 bool row_is_bad(const Real* row, int64_t count) {
   constexpr size_t lanes = 64 / sizeof(Real);
@@ -55,7 +56,8 @@ void for_each_row(const dpde_layout& layout, const F& f) {
 template <class To, class From, class F>
 void pair_rows(const dpde_layout& layout, void* to, const FieldView& from, const F& f) {
   for_each_row(layout, [&](int64_t y, int64_t z) {
-    f(static_cast<To*>(to) + index_of(layout, 0, y, z), static_cast<const From*>(from.base) + index_of(*from.layout, 0, y, z), layout.cells[0]);
+    f(static_cast<To*>(to) + index_of(layout, 0, y, z),
+      static_cast<const From*>(from.base) + index_of(*from.layout, 0, y, z), layout.cells[0]);
   });
 }
 
@@ -63,7 +65,8 @@ void pair_rows(const dpde_layout& layout, void* to, const FieldView& from, const
 template <class F>
 void pair_any_rows(const dpde_layout& layout, void* to, const FieldView& from, const F& f) {
   with_real(layout.real, [&](auto to_real) {
-    with_real(from.layout->real, [&](auto from_real) { pair_rows<decltype(to_real), decltype(from_real)>(layout, to, from, f); });
+    with_real(from.layout->real,
+              [&](auto from_real) { pair_rows<decltype(to_real), decltype(from_real)>(layout, to, from, f); });
   });
 }
 
@@ -91,16 +94,22 @@ int64_t allocated_bytes(int64_t wanted) {
 int64_t bytes_of_field(const dpde_layout& layout) {
   const int64_t own = field_bytes(layout);
   if (own <= page_bytes || own >= least_huge_bytes) return allocated_bytes(own);
-  return own + 3 * page_bytes / 2;  // the shift, the rest of the last page and what lies before the first: half a page each
+  return own +
+         3 * page_bytes / 2;  // the shift, the rest of the last page and what lies before the first: half a page each
 }
 
 char* allocate_bytes(int64_t wanted) {
-  const int64_t alignment = wanted >= least_huge_bytes ? huge_page_bytes : wanted > page_bytes ? page_bytes : line_bytes;
+  const int64_t alignment = wanted >= least_huge_bytes ? huge_page_bytes
+                            : wanted > page_bytes      ? page_bytes
+                                                       : line_bytes;
   const int64_t bytes = allocated_bytes(wanted);
   // Linux may promise more than there is and kill the process later: refuse what can never fit.
-  void* memory = bytes > physical_bytes() ? nullptr : std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
+  void* memory = bytes > physical_bytes()
+                     ? nullptr
+                     : std::aligned_alloc(static_cast<size_t>(alignment), static_cast<size_t>(bytes));
   if (memory == nullptr) throw Error(ErrorKind::machine, fmt::format("there is no memory for {} bytes", bytes));
-  // Fewer entries of the page table to look up: 1.1 x for sweeps over 4096^2, 1.2 x for RK4 at 1024^2. A wish: it may fail.
+  // Fewer entries of the page table to look up: 1.1 x for sweeps over 4096^2, 1.2 x for RK4 at 1024^2. A wish: it may
+  // fail.
   if (alignment == huge_page_bytes) madvise(memory, static_cast<size_t>(bytes), MADV_HUGEPAGE);
   std::memset(memory, 0, static_cast<size_t>(bytes));
   return static_cast<char*>(memory);
@@ -120,7 +129,8 @@ Field::Field(const dpde_layout& layout, int number) : layout_(layout) {
 
 double Field::at(int64_t x, int64_t y, int64_t z) const { return value_at(layout_, base_, {x, y, z}); }
 void Field::set(double value, int64_t x, int64_t y, int64_t z) {
-  with_real(layout_.real, [&](auto real) { as<decltype(real)>()[index_of(layout_, x, y, z)] = static_cast<decltype(real)>(value); });
+  with_real(layout_.real,
+            [&](auto real) { as<decltype(real)>()[index_of(layout_, x, y, z)] = static_cast<decltype(real)>(value); });
 }
 void Field::fill(double value) { fill_all(layout_, base_, value); }
 void Field::copy_in(std::span<const double> dense) { dpde::copy_in(layout_, base_, dense); }
@@ -150,7 +160,8 @@ void copy_out(const dpde_layout& layout, const void* base, std::span<double> den
 
 void copy_all(const dpde_layout& layout, void* to, const void* from) {
   const int64_t bytes = real_bytes(layout);
-  std::memcpy(moved(to, -layout.origin, bytes), moved(from, -layout.origin, bytes), static_cast<size_t>(field_bytes(layout)));
+  std::memcpy(moved(to, -layout.origin, bytes), moved(from, -layout.origin, bytes),
+              static_cast<size_t>(field_bytes(layout)));
 }
 
 void fill_all(const dpde_layout& layout, void* base, double value) {
@@ -214,7 +225,9 @@ double largest(const dpde_layout& layout, const void* base) {
     for_each_row(layout, [&](int64_t y, int64_t z) {
       const Real* row = static_cast<const Real*>(base) + index_of(layout, 0, y, z);
       Real most = -std::numeric_limits<Real>::infinity();
-#pragma omp simd reduction(max : most) reduction(| : has_nan)  // g++ -O2 takes one value after the other unless it is told
+#pragma omp simd reduction(max                 \
+                           : most) reduction(| \
+                                             : has_nan)  // g++ -O2 takes one value after the other unless it is told
       for (int64_t x = 0; x < layout.cells[0]; ++x) {
         most = row[x] > most ? row[x] : most;
         has_nan |= static_cast<int>(row[x] != row[x]);

@@ -9,8 +9,8 @@ namespace {
 
 double value_of(int uniform, const double* uniforms) { return uniform < 0 ? 0.0 : uniforms[uniform]; }
 
-/// What a fill puts into a place of layer k: weight*image + rate*c, and on walls farther*(the cell behind the image). In single
-/// precision these factors are rounded once.
+/// What a fill puts into a place of layer k: weight*image + rate*c, and on walls farther*(the cell behind the image).
+/// In single precision these factors are rounded once.
 struct Mirror {
   double weight = 1, rate = 0, farther = 0;
 };
@@ -31,10 +31,12 @@ Mirror mirror(const dpde_side& side, int64_t k, int64_t cells, const double* uni
   return {(b - a) / (b + a), 2 * way / (b + a)};
 }
 
-/// Adds weight * halo onto `to`, farther * halo onto `behind`, rate * halo onto `wall` if there is one, and clears the halo.
+/// Adds weight * halo onto `to`, farther * halo onto `behind`, rate * halo onto `wall` if there is one, and clears the
+/// halo.
 template <class Real>
 void fold_row(Real* to, Real* behind, Real* halo, Real* wall, int64_t count, Mirror how) {
-  const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate), farther = static_cast<Real>(how.farther);
+  const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate),
+             farther = static_cast<Real>(how.farther);
   for (int64_t x = 0; wall != nullptr && x < count; ++x) wall[x] += rate * halo[x];
   for (int64_t x = 0; farther != 0 && x < count; ++x) behind[x] += farther * halo[x];
   for (int64_t x = 0; weight != 0 && x < count; ++x) to[x] += weight * halo[x];
@@ -43,12 +45,14 @@ void fold_row(Real* to, Real* behind, Real* halo, Real* wall, int64_t count, Mir
 
 /// `behind` lies one cell farther from the side than the image `from`.
 template <class Real>
-void set_image_of(Real* to, const Real* from, const Real* behind, int64_t count, const dpde_side& side, Mirror how, const double* uniforms) {
+void set_image_of(Real* to, const Real* from, const Real* behind, int64_t count, const dpde_side& side, Mirror how,
+                  const double* uniforms) {
   if (side.kind == DPDE_PERIODIC || side.kind == DPDE_ZERO_GRADIENT) {
     std::copy_n(from, count, to);
     return;
   }
-  const Real weight = static_cast<Real>(how.weight), constant = static_cast<Real>(how.rate * value_of(side.value, uniforms));
+  const Real weight = static_cast<Real>(how.weight),
+             constant = static_cast<Real>(how.rate * value_of(side.value, uniforms));
   if (weight == 0) {
     std::fill_n(to, count, constant);
     return;
@@ -63,26 +67,32 @@ void set_image_of(Real* to, const Real* from, const Real* behind, int64_t count,
 
 /// The transpose of set_layer; `place` is that of `first` in all fields.
 template <class Real>
-void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride, int64_t count, const HaloAxis& axis, bool is_low, int64_t k, const double* uniforms) {
+void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride, int64_t count, const HaloAxis& axis,
+                bool is_low, int64_t k, const double* uniforms) {
   const dpde_side& side = is_low ? axis.low : axis.high;
-  const int64_t image = is_low ? axis.low_image(k) : axis.high_image(k), halo = is_low ? axis.low_place(k) : axis.high_place(k);
+  const int64_t image = is_low ? axis.low_image(k) : axis.high_image(k),
+                halo = is_low ? axis.low_place(k) : axis.high_place(k);
   Real* wall = side.field < 0 ? nullptr : static_cast<Real*>(fields[side.field]) + place + halo * stride;
-  fold_row(first + image * stride, first + (is_low ? image + 1 : image - 1) * stride, first + halo * stride, wall, count, mirror(side, k, axis.cells, uniforms));
+  fold_row(first + image * stride, first + (is_low ? image + 1 : image - 1) * stride, first + halo * stride, wall,
+           count, mirror(side, k, axis.cells, uniforms));
 }
 
 /// Layer k of one side of an axis, for `count` values beside one another; `first` points at those of place 0.
 template <class Real>
-void set_layer(Real* first, int64_t stride, int64_t count, const HaloAxis& axis, bool is_low, int64_t k, const double* uniforms) {
+void set_layer(Real* first, int64_t stride, int64_t count, const HaloAxis& axis, bool is_low, int64_t k,
+               const double* uniforms) {
   const dpde_side& side = is_low ? axis.low : axis.high;
   const int64_t image = is_low ? axis.low_image(k) : axis.high_image(k);
   Real* to = first + (is_low ? axis.low_place(k) : axis.high_place(k)) * stride;
   const Mirror how = mirror(side, k, axis.cells, uniforms);
-  set_image_of(to, first + image * stride, first + (is_low ? image + 1 : image - 1) * stride, count, side, how, uniforms);
+  set_image_of(to, first + image * stride, first + (is_low ? image + 1 : image - 1) * stride, count, side, how,
+               uniforms);
 }
 
 }  // namespace
 
-void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms) {
+void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer,
+               const double* uniforms) {
   with_real(real, [&](auto type) {
     using Real = decltype(type);
     const Real* image = static_cast<const Real*>(from);
@@ -129,7 +139,8 @@ void HaloFill::run_walls(void* const* fields, const double* uniforms) const {
       const dpde_side& side = is_low ? axis.low : axis.high;
       const Mirror how = axis.periodic ? Mirror{} : mirror(side, k, axis.cells, uniforms);
       const Real* wall = axis.periodic || side.field < 0 ? nullptr : static_cast<const Real*>(fields[side.field]);
-      const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate), farther = static_cast<Real>(how.farther);
+      const Real weight = static_cast<Real>(how.weight), rate = static_cast<Real>(how.rate),
+                 farther = static_cast<Real>(how.farther);
       const Real constant = axis.periodic || wall ? 0 : static_cast<Real>(how.rate * value_of(side.value, uniforms));
       std::array<int64_t, 3> from{-grow[0], -grow[1], -grow[2]}, to{};
       for (size_t b = 0; b < 3; ++b) to[b] = axes_[b].cells + grow[b];
@@ -155,7 +166,8 @@ void HaloFill::run_walls(void* const* fields, const double* uniforms) const {
 template <class Real>
 void HaloFill::fill_plane_y(Real* plane, const double* uniforms) const {
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
-  axes_[1].outwards([&](bool is_low, int64_t k) { set_layer(plane + first, stride_[1], count, axes_[1], is_low, k, uniforms); });
+  axes_[1].outwards(
+      [&](bool is_low, int64_t k) { set_layer(plane + first, stride_[1], count, axes_[1], is_low, k, uniforms); });
 }
 
 template <class Real>
@@ -171,7 +183,8 @@ void HaloFill::fill_z(Real* base, const double* uniforms) const {
 void HaloFill::run_y(void* base, const double* uniforms) const {
   if (axes_[1].layers() == 0) return;
   with_real(real_, [&](auto real) {
-    for (int64_t z = 0; z < axes_[2].cells; ++z) fill_plane_y(static_cast<decltype(real)*>(base) + z * stride_[2], uniforms);
+    for (int64_t z = 0; z < axes_[2].cells; ++z)
+      fill_plane_y(static_cast<decltype(real)*>(base) + z * stride_[2], uniforms);
   });
 }
 
@@ -185,7 +198,8 @@ void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const 
     const HaloAxis& axis = axes_[1];
     const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
     const auto set = [&](int64_t place, const dpde_side& side, int64_t k) {
-      set_image_of(row + (place - y) * stride_[1] + first, row + first, row + first, count, side, mirror(side, k, axis.cells, uniforms), uniforms);
+      set_image_of(row + (place - y) * stride_[1] + first, row + first, row + first, count, side,
+                   mirror(side, k, axis.cells, uniforms), uniforms);
     };
     for (int64_t k = 0; k < axis.layers(); ++k) {
       if (axis.has_low(k) && y == axis.low_image(k)) set(axis.low_place(k), axis.low, k);
@@ -210,7 +224,8 @@ void HaloFill::run_plain(void* base, const double* uniforms) const {
   run_z(base, uniforms);
 }
 
-HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout) : field_(fill.field), real_(layout.real) {
+HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout)
+    : field_(fill.field), real_(layout.real) {
   for (size_t a = 0; a < 3; ++a) {
     const dpde_boundary& boundary = fill.axes[a];
     const bool folds = static_cast<int32_t>(a) < layout.rank && boundary.low.kind != DPDE_PERIODIC;
@@ -222,10 +237,12 @@ HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout
 template <class Real>
 void HaloFold::fold_x(void* const* fields, const double* uniforms, int64_t place) const {
   Real* row = static_cast<Real*>(fields[field_]) + place;
-  axes_[0].inwards([&](bool is_low, int64_t k) { fold_layer(row, fields, place, 1, 1, axes_[0], is_low, k, uniforms); });
+  axes_[0].inwards(
+      [&](bool is_low, int64_t k) { fold_layer(row, fields, place, 1, 1, axes_[0], is_low, k, uniforms); });
 }
 
-/// Folds along y or z; rows along x grown as the axis x is not folded yet. Along y all planes are interior ones, as z is.
+/// Folds along y or z; rows along x grown as the axis x is not folded yet. Along y all planes are interior ones, as z
+/// is.
 template <class Real>
 void HaloFold::fold_rows(void* const* fields, const double* uniforms, int axis) const {
   const HaloAxis& along = axes_[static_cast<size_t>(axis)];
@@ -236,7 +253,9 @@ void HaloFold::fold_rows(void* const* fields, const double* uniforms, int axis) 
   Real* folded = static_cast<Real*>(fields[field_]);
   for (int64_t other_place = -other_grow; other_place < other.cells + other_grow; ++other_place) {
     const int64_t first = other_place * other_stride - axes_[0].halo;
-    along.inwards([&](bool is_low, int64_t k) { fold_layer(folded + first, fields, first, stride, count, along, is_low, k, uniforms); });
+    along.inwards([&](bool is_low, int64_t k) {
+      fold_layer(folded + first, fields, first, stride, count, along, is_low, k, uniforms);
+    });
   }
 }
 

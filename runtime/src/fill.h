@@ -14,9 +14,9 @@
 
 namespace dpde {
 
-/// Where the layers beyond the two sides of an axis are and which cells they are images of: layer k of the low side is cell
-/// -1-k, of the high one cells+k, or cells-1+k where the field lies on the walls (DPDE_ON_WALL, DPDE_MIXED_ON_WALL), which makes one
-/// layer more, number 0: the walls themselves.
+/// Where the layers beyond the two sides of an axis are and which cells they are images of: layer k of the low side is
+/// cell -1-k, of the high one cells+k, or cells-1+k where the field lies on the walls (DPDE_ON_WALL,
+/// DPDE_MIXED_ON_WALL), which makes one layer more, number 0: the walls themselves.
 struct HaloAxis {
   bool periodic = true;
   bool on_walls = false;
@@ -30,7 +30,9 @@ struct HaloAxis {
   int64_t low_place(int64_t k) const { return -1 - k; }
   int64_t high_place(int64_t k) const { return cells + k - (on_walls ? 1 : 0); }
   int64_t low_image(int64_t k) const { return periodic ? cells - 1 - k : on_walls ? (k > 0 ? k - 1 : 0) : k; }
-  int64_t high_image(int64_t k) const { return periodic ? k : cells - 1 - k - (is_wall(k) && high.kind == DPDE_MIXED_ON_WALL ? 1 : 0); }
+  int64_t high_image(int64_t k) const {
+    return periodic ? k : cells - 1 - k - (is_wall(k) && high.kind == DPDE_MIXED_ON_WALL ? 1 : 0);
+  }
   /// Some wall is made of two cells.
   bool reads_two() const { return low.kind == DPDE_MIXED_ON_WALL || high.kind == DPDE_MIXED_ON_WALL; }
   /// Calls f(is_low, k) for all layers, in the order of a fill.
@@ -57,9 +59,10 @@ struct HaloAxis {
   bool stays(int64_t k) const { return is_wall(k) && cells == 1 && high.kind == DPDE_MIXED_ON_WALL; }
 };
 
-/// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it; values
-/// are `real` (DPDE_F64, DPDE_F32).
-void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer, const double* uniforms);
+/// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it;
+/// values are `real` (DPDE_F64, DPDE_F32).
+void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer,
+               const double* uniforms);
 
 class HaloFill {
  public:

@@ -17,14 +17,18 @@ namespace dpde {
 class HeaderText {
  public:
   /// `format`: ".npy", for messages; `file` must stay.
-  HeaderText(std::string_view text, const std::string& file, std::string_view format) : text_(text), file_(file), format_(format) {}
+  HeaderText(std::string_view text, const std::string& file, std::string_view format)
+      : text_(text), file_(file), format_(format) {}
 
   /// @throws Error(input) with the file's name.
-  [[noreturn]] void fail(std::string_view what) const { throw Error(ErrorKind::input, fmt::format("{} is not a usable {} file: {}", file_, format_, what)); }
+  [[noreturn]] void fail(std::string_view what) const {
+    throw Error(ErrorKind::input, fmt::format("{} is not a usable {} file: {}", file_, format_, what));
+  }
 
  protected:
   void skip_space() {
-    while (!text_.empty() && std::string_view(" \n\r\t").find(text_.front()) != std::string_view::npos) text_.remove_prefix(1);
+    while (!text_.empty() && std::string_view(" \n\r\t").find(text_.front()) != std::string_view::npos)
+      text_.remove_prefix(1);
   }
   bool accept(char c) {
     skip_space();

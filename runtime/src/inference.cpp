@@ -8,7 +8,9 @@ namespace dpde {
 Inference::Inference(const dpde_inference& source, const dpde_network& network)
     : network_(static_cast<std::size_t>(source.network)), mode_(source.mode), weights_(source.weights != 0) {
   const bool is_adjoint = mode_ == DPDE_NETWORK_ADJOINT;
-  const auto list = [](const int32_t* fields, int32_t count) { return List{{fields, fields + count}, std::vector<void*>(static_cast<std::size_t>(count))}; };
+  const auto list = [](const int32_t* fields, int32_t count) {
+    return List{{fields, fields + count}, std::vector<void*>(static_cast<std::size_t>(count))};
+  };
   inputs_ = list(source.inputs, network.inputs);
   if (mode_ != DPDE_NETWORK_VALUE) rates_ = list(source.rates, is_adjoint ? network.outputs : network.inputs);
   results_ = list(source.results, is_adjoint ? network.inputs : network.outputs);
@@ -31,9 +33,11 @@ void Inference::run(Network& network, void* const* fields, const dpde_weights& w
 }
 
 std::int64_t applications(const dpde_program& program, int network, int mode) {
-  return std::count_if(program.operations, program.operations + program.operation_count, [&](const dpde_operation& operation) {
-    return operation.kind == DPDE_NETWORK && operation.inference.network == network && operation.inference.mode == mode;
-  });
+  return std::count_if(program.operations, program.operations + program.operation_count,
+                       [&](const dpde_operation& operation) {
+                         return operation.kind == DPDE_NETWORK && operation.inference.network == network &&
+                                operation.inference.mode == mode;
+                       });
 }
 
 }  // namespace dpde

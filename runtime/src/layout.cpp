@@ -13,11 +13,12 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t most_elements = int64_t{1} << 44;  // 128 TiB of doubles: beyond every machine, far from overflow
+constexpr int64_t most_elements = int64_t{1} << 44;      // 128 TiB of doubles: beyond every machine, far from overflow
 constexpr int64_t most_single_cells = int64_t{1} << 24;  // whole numbers that a float tells apart
 
 [[noreturn]] void too_large(std::span<const int64_t> cells) {
-  throw Error(ErrorKind::machine, fmt::format("a grid of {} cells is larger than this machine can address", fmt::join(cells, " x ")));
+  throw Error(ErrorKind::machine,
+              fmt::format("a grid of {} cells is larger than this machine can address", fmt::join(cells, " x ")));
 }
 
 void check(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real) {
@@ -25,11 +26,15 @@ void check(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, i
     throw Error(ErrorKind::input, fmt::format("a grid has 1 to 3 axes, not {}", cells.size()));
   }
   for (size_t axis = 0; axis < cells.size(); ++axis) {
-    if (cells[axis] < 1) throw Error(ErrorKind::input, fmt::format("axis {} has {} cells; at least 1 is needed", "xyz"[axis], cells[axis]));
-    if (halo[axis] < 0) throw Error(ErrorKind::input, fmt::format("axis {} has a halo of {} cells", "xyz"[axis], halo[axis]));
+    if (cells[axis] < 1)
+      throw Error(ErrorKind::input,
+                  fmt::format("axis {} has {} cells; at least 1 is needed", "xyz"[axis], cells[axis]));
+    if (halo[axis] < 0)
+      throw Error(ErrorKind::input, fmt::format("axis {} has a halo of {} cells", "xyz"[axis], halo[axis]));
     if (cells[axis] > most_elements || halo[axis] > most_elements) too_large(cells);
     if (real == DPDE_F32 && cells[axis] > most_single_cells) {
-      throw Error(ErrorKind::input, fmt::format("axis {} has {} cells; single precision tells {} of them apart", "xyz"[axis], cells[axis], most_single_cells));
+      throw Error(ErrorKind::input, fmt::format("axis {} has {} cells; single precision tells {} of them apart",
+                                                "xyz"[axis], cells[axis], most_single_cells));
     }
   }
 }
@@ -59,7 +64,8 @@ dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t
   layout.stride[1] = cells.size() > 1 ? staggered(row) : row;
   layout.stride[2] = times(layout.stride[1], layout.cells[1] + 2 * layout.halo[1]);
   if (cells.size() > 2) layout.stride[2] = staggered(layout.stride[2]);
-  layout.size = times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]) + 2 * lane;  // rows may be read in whole vectors
+  layout.size =
+      times(layout.stride[2], layout.cells[2] + 2 * layout.halo[2]) + 2 * lane;  // rows may be read in whole vectors
   layout.origin = lane + margin + layout.halo[1] * layout.stride[1] + layout.halo[2] * layout.stride[2];
   return layout;
 }

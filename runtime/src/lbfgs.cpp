@@ -33,7 +33,12 @@ double interpolate(const Trial& a, const Trial& b) {
 class LineSearch {
  public:
   LineSearch(Minimiser& minimiser, const Eigen::VectorXd& from, const Eigen::VectorXd& direction, const Trial& start)
-      : minimiser_(minimiser), from_(from), direction_(direction), start_(start), best_(start), gradient_(from.size()) {}
+      : minimiser_(minimiser),
+        from_(from),
+        direction_(direction),
+        start_(start),
+        best_(start),
+        gradient_(from.size()) {}
 
   /// False when no step that lowers the loss was found; else x, gradient and loss are those of the best one.
   bool run(double first_step) {
@@ -59,8 +64,12 @@ class LineSearch {
 
  private:
   bool goes_on() const { return trials_ < most_trials && rounded_trials_ < most_rounded_trials; }
-  bool too_high(const Trial& trial) const { return trial.loss > start_.loss + sufficient_decrease * trial.step * start_.slope; }
-  bool accepted(const Trial& trial) const { return !too_high(trial) && std::abs(trial.slope) <= -curvature * start_.slope; }
+  bool too_high(const Trial& trial) const {
+    return trial.loss > start_.loss + sufficient_decrease * trial.step * start_.slope;
+  }
+  bool accepted(const Trial& trial) const {
+    return !too_high(trial) && std::abs(trial.slope) <= -curvature * start_.slope;
+  }
 
   std::optional<Trial> evaluate(double step) {
     ++trials_;
@@ -68,7 +77,8 @@ class LineSearch {
     Trial trial{step, 0, 0};
     if (!minimiser_.evaluate(x_, trial.loss, gradient_)) return std::nullopt;
     trial.slope = gradient_.dot(direction_);
-    if (minimiser_.is_rounding(start_.loss, trial.loss - start_.loss, 0.5 * step * (start_.slope + trial.slope))) ++rounded_trials_;
+    if (minimiser_.is_rounding(start_.loss, trial.loss - start_.loss, 0.5 * step * (start_.slope + trial.slope)))
+      ++rounded_trials_;
     if (trial.loss < best_.loss || (accepted(trial) && trial.loss <= best_.loss)) {
       best_ = trial;
       best_x_ = x_;
@@ -135,14 +145,17 @@ class PathSearch {
   PathSearch(Minimiser& minimiser, const LbfgsState& from, const Eigen::VectorXd& direction)
       : minimiser_(minimiser), from_(from), direction_(direction), start_slope_(from.gradient.dot(direction)) {}
 
-  /// Shorter until the loss has fallen enough; from the first step on longer while it falls about as steeply as at the start.
+  /// Shorter until the loss has fallen enough; from the first step on longer while it falls about as steeply as at the
+  /// start.
   bool run(double step) {
     int rounded = 0;
     for (int k = 0; k < most_trials && rounded < most_rounded_trials && step < longest_step; ++k) {
       const bool is_finite = evaluate(step);
       if (!(trial_.expected < 0)) return found_;
       const double change = trial_.loss - from_.loss;
-      if (is_finite && minimiser_.is_rounding(from_.loss, change, 0.5 * (from_.gradient + trial_.gradient).dot(trial_.x - from_.x))) ++rounded;
+      if (is_finite &&
+          minimiser_.is_rounding(from_.loss, change, 0.5 * (from_.gradient + trial_.gradient).dot(trial_.x - from_.x)))
+        ++rounded;
       if (!is_finite || change > sufficient_decrease * trial_.expected || (found_ && trial_.loss >= best_.loss)) {
         if (found_) return true;
         step /= 2;
@@ -152,7 +165,8 @@ class PathSearch {
       best_ = trial_;
       found_ = true;
       if (is_shortened_ || !(trial_.slope < curvature * start_slope_)) return true;
-      const double growth = start_slope_ / (start_slope_ - trial_.slope);  // to where the slope vanishes, if it goes on like this
+      const double growth =
+          start_slope_ / (start_slope_ - trial_.slope);  // to where the slope vanishes, if it goes on like this
       step *= growth > 0 && growth < most_growth ? std::max(growth, least_growth) : most_growth;
     }
     return found_;
@@ -168,7 +182,8 @@ class PathSearch {
     trial_.gradient.resize(trial_.x.size());
     if (!(trial_.expected < 0) || !minimiser_.evaluate(trial_.x, trial_.loss, trial_.gradient)) return false;
     trial_.slope = 0;
-    for (Eigen::Index i = 0; i < beyond.size(); ++i) trial_.slope += trial_.x[i] == beyond[i] ? trial_.gradient[i] * direction_[i] : 0.0;
+    for (Eigen::Index i = 0; i < beyond.size(); ++i)
+      trial_.slope += trial_.x[i] == beyond[i] ? trial_.gradient[i] * direction_[i] : 0.0;
     return true;
   }
 
@@ -181,7 +196,8 @@ class PathSearch {
 };
 
 /// False when no step along the projected path lowers the loss enough.
-bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first, size_t memory) {
+bool search_within(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first,
+                   size_t memory) {
   PathSearch search(minimiser, state, direction);
   if (!search.run(first)) return false;
   remember(state.pairs, memory, search.best().x - state.x, search.best().gradient - state.gradient);
@@ -213,7 +229,8 @@ bool move_within(Minimiser& minimiser, LbfgsState& state, size_t memory) {
   return search_within(minimiser, state, -free, careful, memory);
 }
 
-bool move_along(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first_step, size_t memory) {
+bool move_along(Minimiser& minimiser, LbfgsState& state, const Eigen::VectorXd& direction, double first_step,
+                size_t memory) {
   const double slope = state.gradient.dot(direction);
   if (!(slope < 0)) return false;
   LineSearch search(minimiser, state.x, direction, {0, state.loss, slope});
@@ -229,7 +246,9 @@ bool move(const Lbfgs& method, Minimiser& minimiser, LbfgsState& state) {
   const auto memory = static_cast<size_t>(std::max(method.memory, 1));
   if (!minimiser.bounds.empty()) return move_within(minimiser, state, memory);
   const double careful = std::min(1.0, 1 / state.gradient.lpNorm<1>());
-  if (move_along(minimiser, state, direction_of(state.pairs, state.gradient), state.pairs.empty() ? careful : 1.0, memory)) return true;
+  if (move_along(minimiser, state, direction_of(state.pairs, state.gradient), state.pairs.empty() ? careful : 1.0,
+                 memory))
+    return true;
   if (state.pairs.empty()) return false;
   state.pairs.clear();
   return move_along(minimiser, state, -state.gradient, careful, memory);
@@ -270,7 +289,8 @@ OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::
     ++minimiser.result.iterations;
     // The gradient still has digits where the loss has none: as long as it falls this goes on.
     const bool falls = free_norm(bounds, state.x, state.gradient) < 0.5 * free_norm(bounds, x, gradient);
-    is_rounding = !falls && minimiser.is_rounding(state.loss, state.loss - loss, 0.5 * (gradient + state.gradient).dot(state.x - x));
+    is_rounding = !falls && minimiser.is_rounding(state.loss, state.loss - loss,
+                                                  0.5 * (gradient + state.gradient).dot(state.x - x));
   }
   return std::move(minimiser.result);
 }

@@ -16,7 +16,8 @@ namespace dpde {
 namespace {
 
 [[noreturn]] void fail(const std::string& folder, int64_t bytes, int reason) {
-  throw Error(ErrorKind::machine, fmt::format("the folder {} cannot hold checkpoints of {} bytes: {}", folder, bytes, std::strerror(reason)));
+  throw Error(ErrorKind::machine, fmt::format("the folder {} cannot hold checkpoints of {} bytes: {}", folder, bytes,
+                                              std::strerror(reason)));
 }
 
 /// A file without a name: where the system knows none it loses its name at once.

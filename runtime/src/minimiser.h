@@ -24,8 +24,9 @@ struct Minimiser {
   /// Records an iterate, shows it to the observer; false when this was the last one (result is then complete).
   bool visit(const Eigen::VectorXd& x, double loss, const Eigen::VectorXd& gradient, bool finite);
   bool stop(StopReason reason);
-  /// True where a change of the loss is rounding: less than its last digits, or than what residuals of full size leave of a sum of
-  /// squares, and not what the slopes at both ends say (`expected`). The slopes keep losses that began far too large going.
+  /// True where a change of the loss is rounding: less than its last digits, or than what residuals of full size leave
+  /// of a sum of squares, and not what the slopes at both ends say (`expected`). The slopes keep losses that began far
+  /// too large going.
   bool is_rounding(double loss, double change, double expected) const;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Newton's method with a trust region (Nocedal and Wright, Numerical Optimization, algorithms 4.1 and 7.2): each step
-// minimises the quadratic model by conjugate gradients, which stop at the region's edge, at negative curvature (and go on
-// to the edge along it), or when the model's gradient is small enough. At bounds the step is projected.
+// minimises the quadratic model by conjugate gradients, which stop at the region's edge, at negative curvature (and go
+// on to the edge along it), or when the model's gradient is small enough. At bounds the step is projected.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,7 +31,8 @@ double distance_to_edge(const Eigen::VectorXd& p, const Eigen::VectorXd& d, doub
 /// Steihaug's method, the more exact the smaller the gradient has become, so that Newton's method ends superlinearly.
 /// `product` is that of the Hessian at the current point; false when it is not finite.
 template <class Product>
-bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, int iterations, const Product& product, ModelStep& model) {
+bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, int iterations, const Product& product,
+           ModelStep& model) {
   const double norm = gradient.norm(), tolerance = std::min(0.1, std::sqrt(norm / first_norm)) * norm;
   model = {Eigen::VectorXd::Zero(gradient.size()), 0, false};
   Eigen::VectorXd residual = gradient, direction = -gradient, image(gradient.size()), step_image = model.step;
@@ -60,8 +61,9 @@ bool solve(const Eigen::VectorXd& gradient, double first_norm, double radius, in
 
 }  // namespace
 
-OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
-                        int iterations, const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
+OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian,
+                        Eigen::VectorXd x, int iterations, const IterationObserver& observer, double gradient_tolerance,
+                        const Bounds& bounds) {
   Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
   Eigen::VectorXd gradient, trial_gradient(x.size());
   double loss = 0, radius = 0;  // 0: not known before the first step, which is the Newton step where there is one
@@ -79,7 +81,9 @@ OptimiseResult minimise(const NewtonCg& method, const Objective& objective, cons
     bool moved = false;
     for (int rejections = 0; !moved && rejections < most_rejections; ++rejections) {
       ModelStep model;
-      const double edge = radius > 0 ? radius : method.first_radius > 0 ? method.first_radius : 10 * std::max(1.0, x.norm());
+      const double edge = radius > 0                ? radius
+                          : method.first_radius > 0 ? method.first_radius
+                                                    : 10 * std::max(1.0, x.norm());
       if (!solve(free, first_norm, edge, method.inner_iterations, product, model) || !(model.decrease > 0)) break;
       Eigen::VectorXd trial = x + model.step;
       bounds.project(trial);

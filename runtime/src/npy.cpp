@@ -66,7 +66,8 @@ class HeaderReader : public HeaderText {
  private:
   std::string quoted() {
     skip_space();
-    if (text_.empty() || (text_.front() != '\'' && text_.front() != '"')) fail("its header has no text in quotes where one belongs (records are not supported)");
+    if (text_.empty() || (text_.front() != '\'' && text_.front() != '"'))
+      fail("its header has no text in quotes where one belongs (records are not supported)");
     const char quote = text_.front();
     const size_t end = text_.find(quote, 1);
     if (end == std::string_view::npos) fail("its header has an open quote");
@@ -155,7 +156,8 @@ std::vector<double> from_fortran_order(const std::vector<double>& values, const 
 }
 
 std::string header_of(std::span<const int64_t> shape, bool is_single) {
-  std::string text = fmt::format("{{'descr': '<f{}', 'fortran_order': False, 'shape': ({}{}), }}", is_single ? 4 : 8, fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
+  std::string text = fmt::format("{{'descr': '<f{}', 'fortran_order': False, 'shape': ({}{}), }}", is_single ? 4 : 8,
+                                 fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
   const size_t before = magic.size() + 4;
   text.append(63 - (before + text.size()) % 64, ' ');
   text += '\n';
@@ -180,11 +182,17 @@ NpyArray parse_npy(std::span<const char> bytes, const std::string& name) {
   if (length > all.size() - start) reader.fail("it ends inside its header");
   const Header header = HeaderReader(all.substr(start, length), name).read();
   const std::optional<Type> type = find_type(header.type);
-  if (!type) reader.fail(fmt::format("its numbers are of type '{}'; float64, float32, int64 and int32 are supported", header.type.substr(0, 40)));
+  if (!type)
+    reader.fail(fmt::format("its numbers are of type '{}'; float64, float32, int64 and int32 are supported",
+                            header.type.substr(0, 40)));
   const std::string_view data = all.substr(start + length);
   const std::optional<size_t> count = count_of(header.shape, data.size() / type->size);
-  if (!count) reader.fail(fmt::format("{} bytes of numbers are too few for its shape ({})", data.size(), fmt::join(header.shape, ", ")));
-  if (*count * type->size != data.size()) reader.fail(fmt::format("{} bytes follow the numbers of its shape ({})", data.size() - *count * type->size, fmt::join(header.shape, ", ")));
+  if (!count)
+    reader.fail(
+        fmt::format("{} bytes of numbers are too few for its shape ({})", data.size(), fmt::join(header.shape, ", ")));
+  if (*count * type->size != data.size())
+    reader.fail(fmt::format("{} bytes follow the numbers of its shape ({})", data.size() - *count * type->size,
+                            fmt::join(header.shape, ", ")));
   NpyArray array{header.shape, std::vector<double>(*count)};
   for (size_t i = 0; i < *count; ++i) array.values[i] = type->read(data.data() + i * type->size, type->swap);
   if (header.fortran_order && header.shape.size() > 1) array.values = from_fortran_order(array.values, header.shape);
@@ -196,7 +204,8 @@ NpyArray read_npy(const std::filesystem::path& path) { return parse_npy(read_fil
 std::string compose_npy(std::span<const int64_t> shape, std::span<const double> values, bool is_single) {
   const std::optional<size_t> count = count_of({shape.begin(), shape.end()}, values.size());
   if (!count || *count != values.size()) {
-    throw Error(ErrorKind::input, fmt::format("{} values do not have the shape ({})", values.size(), fmt::join(shape, ", ")));
+    throw Error(ErrorKind::input,
+                fmt::format("{} values do not have the shape ({})", values.size(), fmt::join(shape, ", ")));
   }
   std::string bytes = header_of(shape, is_single);
   if (!is_single) return bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());

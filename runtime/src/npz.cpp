@@ -26,7 +26,8 @@ constexpr uint32_t not_here = 0xffffffff;  // the number stands in an extra fiel
 
 uint32_t number_at(std::string_view bytes, std::size_t at, int count) {
   uint32_t number = 0;
-  for (int i = count; i-- > 0;) number = number << 8 | static_cast<unsigned char>(bytes[at + static_cast<std::size_t>(i)]);
+  for (int i = count; i-- > 0;)
+    number = number << 8 | static_cast<unsigned char>(bytes[at + static_cast<std::size_t>(i)]);
   return number;
 }
 
@@ -58,34 +59,44 @@ struct Entry {
 
 /// The list's entries; they follow one another from `at` on.
 std::vector<Entry> entries_of(std::string_view bytes, const std::string& file) {
-  if (!bytes.starts_with(local_mark) && !bytes.starts_with(end_mark)) fail(file, "it does not begin with the bytes of a zip archive");
+  if (!bytes.starts_with(local_mark) && !bytes.starts_with(end_mark))
+    fail(file, "it does not begin with the bytes of a zip archive");
   const std::size_t end = bytes.rfind(end_mark);
-  if (end == std::string_view::npos || bytes.size() - end < end_bytes || bytes.size() - end > end_bytes + longest_comment) fail(file, "its list of arrays is not there: the file was cut off");
+  if (end == std::string_view::npos || bytes.size() - end < end_bytes ||
+      bytes.size() - end > end_bytes + longest_comment)
+    fail(file, "its list of arrays is not there: the file was cut off");
   const uint32_t count = number_at(bytes, end + 10, 2);
   std::size_t at = number_at(bytes, end + 16, 4);
   std::vector<Entry> entries;
   for (uint32_t i = 0; i < count; ++i) {
-    if (at > end || end - at < central_bytes || bytes.substr(at, 4) != central_mark) fail(file, "its list of arrays is damaged");
-    const std::size_t name = number_at(bytes, at + 28, 2), extra = number_at(bytes, at + 30, 2), comment = number_at(bytes, at + 32, 2);
+    if (at > end || end - at < central_bytes || bytes.substr(at, 4) != central_mark)
+      fail(file, "its list of arrays is damaged");
+    const std::size_t name = number_at(bytes, at + 28, 2), extra = number_at(bytes, at + 30, 2),
+                      comment = number_at(bytes, at + 32, 2);
     if (name + extra + comment > end - at - central_bytes) fail(file, "its list of arrays is damaged");
-    entries.push_back({std::string(bytes.substr(at + central_bytes, name)), number_at(bytes, at + 10, 2), number_at(bytes, at + 16, 4),
-                       number_at(bytes, at + 24, 4), number_at(bytes, at + 42, 4)});
+    entries.push_back({std::string(bytes.substr(at + central_bytes, name)), number_at(bytes, at + 10, 2),
+                       number_at(bytes, at + 16, 4), number_at(bytes, at + 24, 4), number_at(bytes, at + 42, 4)});
     at += central_bytes + name + extra + comment;
   }
   return entries;
 }
 
 std::string_view content_of(std::string_view bytes, const Entry& entry, const std::string& file) {
-  if (entry.method != 0) fail(file, fmt::format("{} is compressed; write it with numpy.savez, not savez_compressed", entry.name));
+  if (entry.method != 0)
+    fail(file, fmt::format("{} is compressed; write it with numpy.savez, not savez_compressed", entry.name));
   if (entry.size == not_here || entry.begin == not_here) fail(file, fmt::format("{} is larger than 4 GiB", entry.name));
-  if (entry.begin > bytes.size() || bytes.size() - entry.begin < local_bytes || bytes.substr(entry.begin, 4) != local_mark) fail(file, fmt::format("{} is not where the list says", entry.name));
+  if (entry.begin > bytes.size() || bytes.size() - entry.begin < local_bytes ||
+      bytes.substr(entry.begin, 4) != local_mark)
+    fail(file, fmt::format("{} is not where the list says", entry.name));
   const std::size_t start = local_bytes + number_at(bytes, entry.begin + 26, 2) + number_at(bytes, entry.begin + 28, 2);
-  if (bytes.size() - entry.begin < start || bytes.size() - entry.begin - start < entry.size) fail(file, fmt::format("{} is cut off", entry.name));
+  if (bytes.size() - entry.begin < start || bytes.size() - entry.begin - start < entry.size)
+    fail(file, fmt::format("{} is cut off", entry.name));
   return bytes.substr(entry.begin + start, entry.size);
 }
 
 /// No byte belongs to two entries, so that arrays take no more memory than the file gives reason for.
-void check_bytes_are_used_once(const std::vector<Entry>& entries, std::vector<std::string_view> contents, const std::string& file) {
+void check_bytes_are_used_once(const std::vector<Entry>& entries, std::vector<std::string_view> contents,
+                               const std::string& file) {
   std::ranges::sort(contents, {}, [](std::string_view content) { return content.data(); });
   for (std::size_t i = 1; i < contents.size(); ++i) {
     if (contents[i - 1].data() + contents[i - 1].size() <= contents[i].data()) continue;
@@ -100,13 +111,15 @@ std::vector<NamedArray> parse_npz(std::string_view bytes, const std::string& nam
   const std::vector<Entry> entries = entries_of(bytes, name);
   std::vector<std::string_view> contents;
   for (const Entry& entry : entries) {
-    if (!entry.name.ends_with(".npy")) fail(name, fmt::format("it holds {}, which is no .npy", entry.name.substr(0, 80)));
+    if (!entry.name.ends_with(".npy"))
+      fail(name, fmt::format("it holds {}, which is no .npy", entry.name.substr(0, 80)));
     contents.push_back(content_of(bytes, entry, name));
   }
   check_bytes_are_used_once(entries, contents, name);
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const Entry& entry = entries[i];
-    if (crc_of(contents[i]) != entry.crc) fail(name, fmt::format("{} is damaged: its checksum is another one", entry.name));
+    if (crc_of(contents[i]) != entry.crc)
+      fail(name, fmt::format("{} is damaged: its checksum is another one", entry.name));
     NpyArray array = parse_npy(contents[i], fmt::format("{} in {}", entry.name, name));
     arrays.push_back({entry.name.substr(0, entry.name.size() - 4), std::move(array.shape), std::move(array.values)});
   }
@@ -117,9 +130,20 @@ std::string compose_npz(std::span<const NamedArray> arrays, bool is_single) {
   std::string bytes, list;
   for (const NamedArray& array : arrays) {
     const std::string content = compose_npy(array.shape, array.values, is_single), name = array.name + ".npy";
-    if (bytes.size() + content.size() > std::numeric_limits<uint32_t>::max() / 2) throw Error(ErrorKind::input, "arrays of more than 2 GiB need a .safetensors file");
-    std::string common;  // version needed, flags, method, time, date (1980-01-01), checksum, sizes, length of the name, of extra fields
-    for (const auto& [number, count] : {std::pair<uint64_t, int>{20, 2}, {0, 2}, {0, 2}, {0, 2}, {0x21, 2}, {crc_of(content), 4}, {content.size(), 4}, {content.size(), 4}, {name.size(), 2}, {0, 2}}) {
+    if (bytes.size() + content.size() > std::numeric_limits<uint32_t>::max() / 2)
+      throw Error(ErrorKind::input, "arrays of more than 2 GiB need a .safetensors file");
+    std::string common;  // version needed, flags, method, time, date (1980-01-01), checksum, sizes, length of the name,
+                         // of extra fields
+    for (const auto& [number, count] : {std::pair<uint64_t, int>{20, 2},
+                                        {0, 2},
+                                        {0, 2},
+                                        {0, 2},
+                                        {0x21, 2},
+                                        {crc_of(content), 4},
+                                        {content.size(), 4},
+                                        {content.size(), 4},
+                                        {name.size(), 2},
+                                        {0, 2}}) {
       append(common, number, count);
     }
     list += std::string(central_mark) + std::string("\x14\0", 2) + common;

@@ -100,7 +100,8 @@ OptimiseResult descend(Minimiser& minimiser, Eigen::VectorXd x, const Update& up
 OptimiseResult minimise(const GradientDescent& method, const Objective& objective, Eigen::VectorXd x, int iterations,
                         const IterationObserver& observer, double gradient_tolerance, const Bounds& bounds) {
   Minimiser minimiser{objective, observer, iterations, gradient_tolerance, bounds, {}, {}, 0};
-  return descend(minimiser, std::move(x), [&](Eigen::VectorXd& at, const Eigen::VectorXd& gradient, int) { at -= method.rate * gradient; });
+  return descend(minimiser, std::move(x),
+                 [&](Eigen::VectorXd& at, const Eigen::VectorXd& gradient, int) { at -= method.rate * gradient; });
 }
 
 OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::VectorXd x, int iterations,
@@ -115,12 +116,15 @@ OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::V
   });
 }
 
-OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
-                        int iterations, const IterationObserver& observer, const Bounds& bounds) {
+OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian,
+                        Eigen::VectorXd x, int iterations, const IterationObserver& observer, const Bounds& bounds) {
   switch (method.kind) {
-    case Method::Kind::gradient_descent: return minimise(GradientDescent{method.rate}, objective, std::move(x), iterations, observer, 0, bounds);
-    case Method::Kind::adam: return minimise(Adam{method.rate}, objective, std::move(x), iterations, observer, 0, bounds);
-    case Method::Kind::newton_cg: return minimise(NewtonCg{}, objective, hessian, std::move(x), iterations, observer, 0, bounds);
+    case Method::Kind::gradient_descent:
+      return minimise(GradientDescent{method.rate}, objective, std::move(x), iterations, observer, 0, bounds);
+    case Method::Kind::adam:
+      return minimise(Adam{method.rate}, objective, std::move(x), iterations, observer, 0, bounds);
+    case Method::Kind::newton_cg:
+      return minimise(NewtonCg{}, objective, hessian, std::move(x), iterations, observer, 0, bounds);
     case Method::Kind::lbfgs: break;
   }
   return minimise(Lbfgs{}, objective, std::move(x), iterations, observer, 0, bounds);

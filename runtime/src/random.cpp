@@ -14,13 +14,16 @@ constexpr std::array<std::uint32_t, 2> multipliers{0xD2511F53, 0xCD9E8D57}, key_
 std::uint32_t low(std::uint64_t value) { return static_cast<std::uint32_t>(value); }
 std::uint32_t high(std::uint64_t value) { return static_cast<std::uint32_t>(value >> 32); }
 /// The upper 53 bits of two words, the low one first.
-double bits_of(std::uint32_t first, std::uint32_t second) { return static_cast<double>((std::uint64_t{second} << 32 | first) >> 11); }
+double bits_of(std::uint32_t first, std::uint32_t second) {
+  return static_cast<double>((std::uint64_t{second} << 32 | first) >> 11);
+}
 
 }  // namespace
 
 std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) {
   for (int round = 0; round < rounds; ++round) {
-    const std::uint64_t first = std::uint64_t{multipliers[0]} * counter[0], second = std::uint64_t{multipliers[1]} * counter[2];
+    const std::uint64_t first = std::uint64_t{multipliers[0]} * counter[0],
+                        second = std::uint64_t{multipliers[1]} * counter[2];
     counter = {high(second) ^ counter[1] ^ key[0], low(second), high(first) ^ counter[3] ^ key[1], low(first)};
     for (std::size_t i = 0; i < key.size(); ++i) key[i] += key_steps[i];
   }

@@ -12,7 +12,9 @@
 namespace dpde {
 
 std::string read_file(const std::filesystem::path& path) {
-  const auto fail = [&](std::string_view why) { throw Error(ErrorKind::input, fmt::format("cannot read {}: {}", path.string(), why)); };
+  const auto fail = [&](std::string_view why) {
+    throw Error(ErrorKind::input, fmt::format("cannot read {}: {}", path.string(), why));
+  };
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) fail("it is a folder");
   std::ifstream file(path, std::ios::binary);

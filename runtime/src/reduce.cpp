@@ -10,8 +10,8 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t lanes = 8;    // of a row: sums that do not wait for each other
-constexpr int64_t widest = 2048;  // piece of a row that is combined with those of the other rows at a time
+constexpr int64_t lanes = 8;        // of a row: sums that do not wait for each other
+constexpr int64_t widest = 2048;    // piece of a row that is combined with those of the other rows at a time
 constexpr int64_t cache_line = 64;  // bytes
 constexpr int64_t least_cells_for_threads = 32 * 1024;
 
@@ -43,7 +43,8 @@ double value_of_row(const Real* row, int64_t count, double first, const Combine&
 
 }  // namespace
 
-FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team) : reduce_(reduce), real_(layout.real) {
+FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& layout, const Team& team)
+    : reduce_(reduce), real_(layout.real) {
   int64_t all = 1;
   for (size_t axis = 0; axis < 3; ++axis) {
     const bool exists = static_cast<int32_t>(axis) < layout.rank;
@@ -54,8 +55,9 @@ FieldReduction::FieldReduction(const dpde_reduce& reduce, const dpde_layout& lay
   }
   if (all >= least_cells_for_threads) team_ = team;
   const int64_t threads = team_.threads();
-  // As long as there is one for each thread: what is far apart in memory is slow to read (measured: 128 cells take twice the
-  // time of 1024, over y at 1024^2). Results do not depend on it, each cell being combined with those of other rows alone.
+  // As long as there is one for each thread: what is far apart in memory is slow to read (measured: 128 cells take
+  // twice the time of 1024, over y at 1024^2). Results do not depend on it, each cell being combined with those of
+  // other rows alone.
   const int64_t line = cache_line / real_bytes(layout), share = (cells_[0] + threads - 1) / threads;
   piece_ = std::min(widest, (share + line - 1) / line * line);
   if (over(0)) rows_.assign(static_cast<size_t>(cells_[1] * cells_[2]), 0.0);
@@ -84,9 +86,13 @@ template <class Real, class Combine>
 void FieldReduction::reduce_rows(const Real* from, Real* to, double first, const Combine& combine) {
   const int64_t count = cells_[1] * cells_[2];
   const auto place = [&](int64_t row) { return row % cells_[1] * stride_[1] + row / cells_[1] * stride_[2]; };
-  team_.run(count, [&](int64_t row, int) { rows_[static_cast<size_t>(row)] = value_of_row(from + place(row), cells_[0], first, combine); });
+  team_.run(count, [&](int64_t row, int) {
+    rows_[static_cast<size_t>(row)] = value_of_row(from + place(row), cells_[0], first, combine);
+  });
   combine_rows(first, combine);
-  team_.run(count, [&](int64_t row, int) { std::fill_n(to + place(row), cells_[0], static_cast<Real>(rows_[static_cast<size_t>(row)])); });
+  team_.run(count, [&](int64_t row, int) {
+    std::fill_n(to + place(row), cells_[0], static_cast<Real>(rows_[static_cast<size_t>(row)]));
+  });
 }
 
 /// The values of rows that belong together become one.
@@ -123,7 +129,9 @@ void FieldReduction::reduce_across_rows(const Real* from, Real* to, double first
     }
     for (int64_t i = 0; i < width; ++i) values[i] = finished(values[i]);
     for (int64_t k = 0; k < length(2); ++k) {
-      for (int64_t j = 0; j < length(1); ++j) std::transform(values, values + width, to + begin + j * stride_[1] + k * stride_[2], [](double v) { return static_cast<Real>(v); });
+      for (int64_t j = 0; j < length(1); ++j)
+        std::transform(values, values + width, to + begin + j * stride_[1] + k * stride_[2],
+                       [](double v) { return static_cast<Real>(v); });
     }
   });
 }

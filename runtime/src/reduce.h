@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reductions over axes, resolved for one layout: the mean, sum, maximum or minimum of a field over each line, plane or grid
-// along these axes, stored at all of its cells.
+// Reductions over axes, resolved for one layout: the mean, sum, maximum or minimum of a field over each line, plane or
+// grid along these axes, stored at all of its cells.
 //
-// Values are combined in f64, in an order that does not depend on the number of threads: along x in lanes of a row, then
-// row by row.
+// Values are combined in f64, in an order that does not depend on the number of threads: along x in lanes of a row,
+// then row by row.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ class FieldReduction {
   int32_t real_ = DPDE_F64;
   Team team_;
   int64_t piece_ = 1;  // cells of a row that are combined with those of other rows at a time
-  double count_ = 1;  // cells that make one value
+  double count_ = 1;   // cells that make one value
   std::array<int64_t, 3> cells_{1, 1, 1}, stride_{};
   std::vector<double> rows_;  // where x is reduced: the value of each row
 };

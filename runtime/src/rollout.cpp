@@ -20,8 +20,8 @@ constexpr int check_interval = 64;  // a check reads the states once: under 1 % 
 
 }  // namespace
 
-/// The fields of the interval that step n, or a loss at state n, lies in. Halos are filled when an interval begins: its field may
-/// be new since the last time.
+/// The fields of the interval that step n, or a loss at state n, lies in. Halos are filled when an interval begins: its
+/// field may be new since the last time.
 void Rollout::Impl::bind_control_fields(BoundProgram& program, int n) const {
   for (const auto& [field, number] : program.control_fields) {
     const ControlField& control = setup.control_fields[number];
@@ -79,8 +79,8 @@ void Rollout::Impl::step(int n, const StateBuffer& from, const StateBuffer& to) 
   }
 }
 
-/// Into how many equal parts the Courant number splits step n. What has blown up is not worth more than one: the look for
-/// values that are not finite finds it.
+/// Into how many equal parts the Courant number splits step n. What has blown up is not worth more than one: the look
+/// for values that are not finite finds it.
 int Rollout::Impl::parts_of(int n, const StateBuffer& state) {
   if (!rate) return 1;
   set_step(rate->program, n);
@@ -93,7 +93,8 @@ int Rollout::Impl::parts_of(int n, const StateBuffer& state) {
   if (find_blow_up(n, state)) return 1;
   const std::string why = std::isfinite(parts) ? fmt::format("it would take {} parts, more than {}", parts, most_parts)
                                                : "the speed is not a finite number";
-  throw Error(ErrorKind::run, fmt::format("step {} of {} (t = {:.6g}) cannot be limited by a Courant number: {}", n + 1, setup.steps, time(n), why));
+  throw Error(ErrorKind::run, fmt::format("step {} of {} (t = {:.6g}) cannot be limited by a Courant number: {}", n + 1,
+                                          setup.steps, time(n), why));
 }
 
 /// States between the parts of a step, made when they are first needed.
@@ -118,7 +119,8 @@ int Rollout::Impl::end_of_intervals(int n) const {
 
 /// How many of the steps n .. until - 1 are done in one go.
 int Rollout::Impl::steps_at_once(int n, int until) const {
-  return forward->block && std::min(until, end_of_intervals(n)) - n >= forward->block->steps() ? forward->block->steps() : 1;
+  return forward->block && std::min(until, end_of_intervals(n)) - n >= forward->block->steps() ? forward->block->steps()
+                                                                                               : 1;
 }
 
 void Rollout::Impl::steps(int n, int count, const StateBuffer& from, const StateBuffer& to) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several steps in one pass over memory, forward and backward: when, how many, and how blocks are run. A block of the gradient
-// begins at a stored state and ends where the next one is; losses count at its ends only, and control fields stay the same in it. The plan depends on the grid and the
-// losses, not on memory or threads, and so do the sums of the adjoints.
+// Several steps in one pass over memory, forward and backward: when, how many, and how blocks are run. A block of the
+// gradient begins at a stored state and ends where the next one is; losses count at its ends only, and control fields
+// stay the same in it. The plan depends on the grid and the losses, not on memory or threads, and so do the sums of the
+// adjoints.
 #include <algorithm>
 
 #include "rollout_impl.h"
@@ -14,8 +15,8 @@ constexpr int64_t least_bytes_for_blocks = 2 << 20;
 constexpr int64_t least_trajectory = 64 << 20;
 constexpr double most_extra_work = 1.2;
 
-/// In 3-D planes of the rings are read from the shared cache, and stencils that read several planes on each side are faster in tuned plain
-/// sweeps (Zen 5, 192^3: 25 points 1.35 times, 13 points 1.2 times).
+/// In 3-D planes of the rings are read from the shared cache, and stencils that read several planes on each side are
+/// faster in tuned plain sweeps (Zen 5, 192^3: 25 points 1.35 times, 13 points 1.2 times).
 bool reads_far_planes(const dpde_program& program) { return program.rank == 3 && program.halo[2] > 1; }
 
 }  // namespace
@@ -28,7 +29,8 @@ void Rollout::Impl::plan_block() {
     forward->block = Wavefront::make(executor, setup.block_steps, setup.team);
     return;
   }
-  if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks || reads_far_planes(*setup.step)) return;
+  if (field_bytes(setup.layout) * setup.step->field_count < least_bytes_for_blocks || reads_far_planes(*setup.step))
+    return;
   int longest = setup.steps;
   for (const ControlField& control : setup.control_fields) longest = std::min(longest, control.every);
   for (const int steps : {16, 8, 4, 2}) {
@@ -43,10 +45,12 @@ void Rollout::Impl::plan_block() {
 void Rollout::Impl::plan_reverse_block() {
   if (setup.block_steps == 1 || rate || setup.cut > 0 || !backward->program.fill_states.empty()) return;
   AdjointFields fields{backward->program.states, {}};
-  for (const FieldBar& bar_of_field : backward->fields) fields.added.emplace_back(bar_of_field.field, static_cast<int>(bar_of_field.number));
+  for (const FieldBar& bar_of_field : backward->fields)
+    fields.added.emplace_back(bar_of_field.field, static_cast<int>(bar_of_field.number));
   const bool chooses = setup.block_steps == 0;
   const int64_t bytes = field_bytes(setup.layout), states = static_cast<int64_t>(state_names.size());
-  if (chooses && (bytes * setup.adjoint->field_count < least_bytes_for_blocks || reads_far_planes(*setup.adjoint))) return;
+  if (chooses && (bytes * setup.adjoint->field_count < least_bytes_for_blocks || reads_far_planes(*setup.adjoint)))
+    return;
   if (chooses && keeps_trajectory && bytes * states * last_loss < least_trajectory) return;
   const Executor &step = forward->program.executor, &adjoint = backward->program.executor;
   for (const int steps : chooses ? std::vector{8, 4, 2} : std::vector{setup.block_steps}) {
@@ -60,7 +64,8 @@ void Rollout::Impl::plan_reverse_block() {
   forward->leg.reset();
 }
 
-/// Blocks where no loss and no begin of an interval lies inside, else single steps; false where there is no room for a block.
+/// Blocks where no loss and no begin of an interval lies inside, else single steps; false where there is no room for a
+/// block.
 bool Rollout::Impl::plan_marks() {
   const int steps = backward->block->steps();
   marks = {0};
@@ -74,7 +79,8 @@ bool Rollout::Impl::plan_marks() {
   }
   const std::span swaps(setup.adjoint->swaps, static_cast<size_t>(setup.adjoint->swap_count));
   for (const dpde_swap& swap : swaps) {
-    backward->block_results.push_back(static_cast<size_t>(std::ranges::find(backward->results, swap.next) - backward->results.begin()));
+    backward->block_results.push_back(
+        static_cast<size_t>(std::ranges::find(backward->results, swap.next) - backward->results.begin()));
   }
   leg_results.assign(swaps.size(), nullptr);
   leg_totals.assign(sought.size(), nullptr);
@@ -84,7 +90,9 @@ bool Rollout::Impl::plan_marks() {
 /// Steps n, n + 1, ... or their adjoints, from the states before the first one.
 void Rollout::Impl::run_block(Wavefront& block, int n, const StateBuffer& from, std::span<void* const> results) {
   const bool is_adjoint = backward && backward->block && &block == &*backward->block;
-  const Stopwatch watch_of_block(setup.seconds == nullptr ? nullptr : is_adjoint ? &setup.seconds->adjoints.all : &setup.seconds->steps.all);
+  const Stopwatch watch_of_block(setup.seconds == nullptr ? nullptr
+                                 : is_adjoint             ? &setup.seconds->adjoints.all
+                                                          : &setup.seconds->steps.all);
   for (size_t p = 0; p < block.passes().size(); ++p) {
     const WavefrontPass& pass = block.passes()[p];
     BoundProgram& program = pass.program == 0 ? forward->program : backward->program;
@@ -108,7 +116,8 @@ void Rollout::Impl::reverse_leg(int leg, const StateBuffer& state) {
   bind_reverse(state, bar);
   if (has_losses(end)) prepare_seeds();
   for (size_t s = 0; s < leg_results.size(); ++s) leg_results[s] = bars[1 - bar][backward->block_results[s]];
-  for (size_t i = 0; i < sought.size(); ++i) leg_totals[i] = static_cast<double*>(field_bar_pool.base(static_cast<int64_t>(sought[i].at(n))));
+  for (size_t i = 0; i < sought.size(); ++i)
+    leg_totals[i] = static_cast<double*>(field_bar_pool.base(static_cast<int64_t>(sought[i].at(n))));
   Wavefront& block = *backward->block;
   block.set_totals(leg_totals);
   run_block(block, n, state, leg_results);

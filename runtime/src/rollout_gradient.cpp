@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gradient: forward by the checkpoint plan, then the adjoint back, with the seeds of the losses added at their steps.
+// The gradient: forward by the checkpoint plan, then the adjoint back, with the seeds of the losses added at their
+// steps.
 //
 // Buffers are handed around, never copied: to store a state is to keep its buffer. With s slots, s + 2 buffers suffice:
 // the stored states, the current one and the one that the current step writes.
@@ -18,7 +19,8 @@ void check_adjoints(bool has_step_adjoint, const std::vector<BoundTerm>& terms) 
   if (!has_step_adjoint) throw Error(ErrorKind::run, "the gradient needs the adjoint of the step");
   for (const BoundTerm& term : terms) {
     if (term.adjoint) continue;
-    throw Error(ErrorKind::run, fmt::format("the gradient needs the adjoint of the loss {}", term.loss.program.executor.program().name));
+    throw Error(ErrorKind::run, fmt::format("the gradient needs the adjoint of the loss {}",
+                                            term.loss.program.executor.program().name));
   }
 }
 
@@ -44,12 +46,15 @@ const GradientResult& Rollout::Impl::gradient() {
   steps_worked = 0;
   record_tapes(true);
   add_losses(0, buffers.front());
-  const bool complete = !step_frames.empty() ? run_frames() : keeps_trajectory ? run_with_checkpoints() : run_without_trajectory();
+  const bool complete = !step_frames.empty() ? run_frames()
+                        : keeps_trajectory   ? run_with_checkpoints()
+                                             : run_without_trajectory();
   record_tapes(false);
   result.stopped = !complete;
   result.loss = loss_value;
   for (size_t i = 0; i < state_names.size(); ++i) result.state_bars[i] = {&setup.layout, bars[bar][i]};
-  result.checkpoint_bytes = planned_bytes + static_cast<int64_t>(part_buffers.size() * state_names.size()) * FieldPool::stride_of(setup.layout);
+  result.checkpoint_bytes = planned_bytes + static_cast<int64_t>(part_buffers.size() * state_names.size()) *
+                                                FieldPool::stride_of(setup.layout);
   result.total_seconds = seconds_since(start);
   return result;
 }
@@ -67,7 +72,9 @@ FieldView Rollout::Impl::bar_of(std::string_view field) const {
   const auto state = std::ranges::find(state_names, field);
   if (state != state_names.end()) return result.state_bars[static_cast<size_t>(state - state_names.begin())];
   const auto found = std::ranges::find(setup.sought, field);
-  return found == setup.sought.end() ? FieldView{} : result.field_bars[sought[static_cast<size_t>(found - setup.sought.begin())].first];
+  return found == setup.sought.end()
+             ? FieldView{}
+             : result.field_bars[sought[static_cast<size_t>(found - setup.sought.begin())].first];
 }
 
 void Rollout::Impl::copy_field_bar(std::string_view field, std::span<double> to) const {
@@ -250,7 +257,8 @@ void Rollout::Impl::add_param_bars(std::span<const double> sums, const std::vect
 /// Of a control field, too.
 void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n) {
   for (const FieldBar& bar_of : fields) {
-    add_interior(bar_layout, field_bar_pool.base(static_cast<int64_t>(sought[bar_of.number].at(n))), {&setup.layout, executor.bound(bar_of.field)});
+    add_interior(bar_layout, field_bar_pool.base(static_cast<int64_t>(sought[bar_of.number].at(n))),
+                 {&setup.layout, executor.bound(bar_of.field)});
   }
 }
 
@@ -282,8 +290,8 @@ void Rollout::Impl::drop_adjoints(int state) {
   for (void* bar_of_state : bars[bar]) fill_all(setup.layout, bar_of_state, 0.0);
 }
 
-/// The states between the parts of a step are computed again, by a checkpoint plan of their own: buffers 0 and 1 are worked
-/// in, slot s > 0 is buffer s + 1.
+/// The states between the parts of a step are computed again, by a checkpoint plan of their own: buffers 0 and 1 are
+/// worked in, slot s > 0 is buffer s + 1.
 void Rollout::Impl::reverse_parts(int n, int parts, const StateBuffer& state) {
   if (planned_parts != parts) {
     part_schedule = checkpoint::Schedule(parts, std::min(parts, part_slots));
@@ -333,7 +341,8 @@ void Rollout::Impl::after_reverse(int n) {
 /// When all states are stored (state k in buffer k) the pointers of every run are known beforehand.
 void Rollout::Impl::make_frames() {
   Executor &step = forward->program.executor, &adjoint = backward->program.executor;
-  const size_t step_size = step.frame_size(), adjoint_size = adjoint.frame_size(), steps = static_cast<size_t>(last_loss);
+  const size_t step_size = step.frame_size(), adjoint_size = adjoint.frame_size(),
+               steps = static_cast<size_t>(last_loss);
   const bool stores_all = keeps_trajectory && result.recomputed_steps == 0;
   if (rate || !stores_all || step_size == 0 || adjoint_size == 0 || !backward->program.fill_states.empty()) return;
   step_frames.resize(steps * step_size);

@@ -32,7 +32,8 @@ struct Control {
 /// All states at one time: one base pointer a state.
 using StateBuffer = std::vector<void*>;
 
-/// Equal arrays with one layout in one allocation; with a folder in a file there that has no name and goes with the pool.
+/// Equal arrays with one layout in one allocation; with a folder in a file there that has no name and goes with the
+/// pool.
 class FieldPool {
  public:
   FieldPool() = default;
@@ -56,11 +57,11 @@ class FieldPool {
 struct BoundProgram {
   Executor executor;
   int t_param = -1, dt_param = -1;
-  std::vector<std::pair<int, size_t>> controls;  // parameter, and number among the rollout's controls
+  std::vector<std::pair<int, size_t>> controls;        // parameter, and number among the rollout's controls
   std::vector<std::pair<int, size_t>> control_fields;  // field, and number among those of the setup
-  std::vector<int> states;      // field of each state; -1 when the program does not read it
-  std::vector<int> fill_states; // fields of states whose halo the step does not keep filled
-  std::vector<int> fill_inputs; // fields of the caller
+  std::vector<int> states;                             // field of each state; -1 when the program does not read it
+  std::vector<int> fill_states;                        // fields of states whose halo the step does not keep filled
+  std::vector<int> fill_inputs;                        // fields of the caller
   FieldPool temporaries;
 
   void bind_states(const StateBuffer& buffer) {
@@ -79,8 +80,8 @@ struct ParamBar {
   size_t sum, param;
 };
 
-/// The field x_bar of an adjoint, the number of x among the sought fields, and where the sum of what steps say of it is kept: a
-/// control field has one place an interval, from the first on.
+/// The field x_bar of an adjoint, the number of x among the sought fields, and where the sum of what steps say of it is
+/// kept: a control field has one place an interval, from the first on.
 struct FieldBar {
   int field;
   size_t number;
@@ -93,7 +94,7 @@ struct SoughtField {
 
 struct BoundStep {
   BoundProgram program;
-  std::vector<int> next;  // field of each state's next value
+  std::vector<int> next;           // field of each state's next value
   std::optional<Wavefront> block;  // several steps at once
   std::optional<Wavefront> leg;    // those whose adjoints are done at once
 };
@@ -107,7 +108,7 @@ struct BoundAdjoint {
   std::vector<int> seeds, results;  // fields u_next_bar and u_bar of each state
   std::vector<ParamBar> params;
   std::vector<FieldBar> fields;
-  std::optional<Wavefront> block;  // adjoints of several steps at once
+  std::optional<Wavefront> block;     // adjoints of several steps at once
   std::vector<size_t> block_results;  // of its swaps: the state
 };
 /// Data of a loss: a field and its memory at each entry of at_steps (or the same for all).
@@ -256,21 +257,22 @@ struct Rollout::Impl {
   int64_t bytes_of_fields = 0;  // of all pools in memory, and the initial states
   std::optional<BoundStep> forward;
   std::optional<BoundRate> rate;
-  std::vector<FieldPool> part_pools;     // states between the parts of a step: two to work in, and in gradient() those that are stored
+  std::vector<FieldPool>
+      part_pools;  // states between the parts of a step: two to work in, and in gradient() those that are stored
   std::deque<StateBuffer> part_buffers;  // a deque: buffers in use stay where they are
   int64_t parts_made = 0;
   int part_slots = 1, planned_parts = 0;  // how many may be stored; for how many parts the plan is
   checkpoint::Schedule part_schedule;
-  int64_t planned_bytes = 0;              // of checkpoints, without those of parts
+  int64_t planned_bytes = 0;  // of checkpoints, without those of parts
   std::optional<BoundAdjoint> backward;
   std::vector<BoundTerm> terms;
-  std::vector<LossEvent> events;     // in order of their steps; not a list over all steps, of which there may be 1e9
-  size_t next_event = 0;             // of those at or behind the step that was asked for last
-  int last_loss = 0;                 // the last step with a loss: the gradient runs so far
+  std::vector<LossEvent> events;  // in order of their steps; not a list over all steps, of which there may be 1e9
+  size_t next_event = 0;          // of those at or behind the step that was asked for last
+  int last_loss = 0;              // the last step with a loss: the gradient runs so far
   std::vector<std::string> param_bar_names;
   std::deque<WeightBars> weight_bars;
   std::vector<Control> controls;
-  std::vector<int> control_every;    // steps an interval, for those of param_bar_names that are controls
+  std::vector<int> control_every;  // steps an interval, for those of param_bar_names that are controls
 
   // Buffers of states: 0 is initial, the others lie in `pool`.
   int64_t buffer_count = 0;
@@ -291,20 +293,20 @@ struct Rollout::Impl {
   std::vector<char> is_stored;  // of each buffer
   // Not empty: all states are stored and the programs have frames, made once: those of step n, and of its adjoint.
   std::vector<void*> step_frames, adjoint_frames;
-  int current = 0;              // buffer of the current state
-  int front = 0;                // the last state whose losses are counted
+  int current = 0;  // buffer of the current state
+  int front = 0;    // the last state whose losses are counted
   FieldPool bar_pool;
-  FieldPool field_bar_pool;       // one a sought field, or one an interval of it
+  FieldPool field_bar_pool;         // one a sought field, or one an interval of it
   std::vector<SoughtField> sought;  // where they are
-  dpde_layout bar_layout{};       // of field_bar_pool: that of the states, but of doubles
-  std::vector<StateBuffer> bars;  // two, and one for seeds to be added
-  std::vector<char> is_seeded;    // of each state
-  size_t bar = 0;                 // bars[bar] holds the seeds
+  dpde_layout bar_layout{};         // of field_bar_pool: that of the states, but of doubles
+  std::vector<StateBuffer> bars;    // two, and one for seeds to be added
+  std::vector<char> is_seeded;      // of each state
+  size_t bar = 0;                   // bars[bar] holds the seeds
   std::vector<std::shared_ptr<Tapes>> tapes;
   GradientCallback watch;
   int watch_every = 1;
-  FloatMode host_mode = 0;        // of whoever asked for the gradient, for `watch`
-  int64_t steps_worked = 0;       // of this gradient, in any direction
+  FloatMode host_mode = 0;   // of whoever asked for the gradient, for `watch`
+  int64_t steps_worked = 0;  // of this gradient, in any direction
   GradientResult result;
   std::chrono::steady_clock::time_point start;
 };

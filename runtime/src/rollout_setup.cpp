@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Construction of a rollout: every name of every program is looked up here, once; everything that is missing is an error
-// that names it; all memory is allocated.
+// Construction of a rollout: every name of every program is looked up here, once; everything that is missing is an
+// error that names it; all memory is allocated.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,8 +14,6 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t line = 64, page = 4096;  // bytes
-
 [[noreturn]] void not_bound(const dpde_program& program, std::string_view what, std::string_view name) {
   throw Error(ErrorKind::run, fmt::format("program {}: {} {} is not bound", program.name, what, name));
 }
@@ -25,43 +23,21 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
 }
 
 void check_steps(const RolloutSetup& setup) {
-  if (setup.steps < 0) throw Error(ErrorKind::input, fmt::format("the number of steps is {}; it must not be negative", setup.steps));
+  if (setup.steps < 0)
+    throw Error(ErrorKind::input, fmt::format("the number of steps is {}; it must not be negative", setup.steps));
   for (const LossTerm& term : setup.losses) {
     for (size_t i = 0; i < term.at_steps.size(); ++i) {
       const int step = term.at_steps[i];
       if (step < 0 || step > setup.steps) {
         throw Error(ErrorKind::input, fmt::format("a loss at step {} of a run of {} steps", step, setup.steps));
       }
-      if (i > 0 && step <= term.at_steps[i - 1]) throw Error(ErrorKind::input, fmt::format("the steps of a loss are not increasing at {}", step));
+      if (i > 0 && step <= term.at_steps[i - 1])
+        throw Error(ErrorKind::input, fmt::format("the steps of a loss are not increasing at {}", step));
     }
   }
 }
 
 }  // namespace
-
-void FieldPool::Free::operator()(char* memory) const {
-  if (mapped > 0) {
-    unmap_file(memory, mapped);
-  } else {
-    std::free(memory);
-  }
-}
-
-int64_t FieldPool::stride_of(const dpde_layout& layout) {
-  const int64_t bytes = field_bytes(layout);
-  if (bytes < page) return (bytes + line - 1) / line * line;
-  return (bytes + page - 1) / page * page + 5 * line;  // neighbours differ by 320 bytes modulo 4 KiB
-}
-
-FieldPool::FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder)
-    : stride_(stride_of(layout)), origin_(layout.origin * real_bytes(layout)) {
-  int64_t bytes = 0;
-  if (__builtin_mul_overflow(stride_, count, &bytes) || bytes > (int64_t{1} << 62)) {
-    throw Error(ErrorKind::machine, fmt::format("there is no memory for {} fields of {} bytes", count, field_bytes(layout)));
-  }
-  if (count == 0) return;
-  memory_ = std::unique_ptr<char, Free>(folder.empty() ? allocate_bytes(bytes) : map_file(folder, bytes), Free(folder.empty() ? 0 : bytes));
-}
 
 Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), purpose(why) {
   check_steps(setup);
@@ -79,9 +55,7 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
   allocate_states();
   if (purpose == Purpose::plan) return;
   if (backward) make_frames();
-  for_each_program([&](BoundProgram& program) {
-    program.executor.update_uniforms();
-  });
+  for_each_program([&](BoundProgram& program) { program.executor.update_uniforms(); });
   set_tuning(setup.tuning);
   if (setup.seconds != nullptr) set_clocks(*setup.seconds);
 }
@@ -89,7 +63,10 @@ Rollout::Impl::Impl(RolloutSetup from, Purpose why) : setup(std::move(from)), pu
 GradientPlan plan_gradient(RolloutSetup setup) {
   const Rollout::Impl impl(std::move(setup), Rollout::Impl::Purpose::plan);
   const int block = impl.marks.empty() ? 1 : impl.backward->block->steps();
-  return {impl.keeps_trajectory, block, impl.result.stored_states, impl.result.recomputed_steps, impl.result.checkpoint_bytes, impl.result.tape_bytes, impl.bytes_of_fields};
+  return {impl.keeps_trajectory,        block,
+          impl.result.stored_states,    impl.result.recomputed_steps,
+          impl.result.checkpoint_bytes, impl.result.tape_bytes,
+          impl.bytes_of_fields};
 }
 
 void Rollout::Impl::set_clocks(GradientSeconds& seconds) {
@@ -105,7 +82,9 @@ void Rollout::Impl::bind_params(BoundProgram& bound) {
   const dpde_program& program = bound.executor.program();
   for (int p = 0; p < program.param_count; ++p) {
     const std::string_view name = program.params[p];
-    const auto is_seed = [&](const dpde_link& link) { return link.kind == DPDE_LINK_SUM && link.derived_kind == DPDE_LINK_PARAM && link.derived == p; };
+    const auto is_seed = [&](const dpde_link& link) {
+      return link.kind == DPDE_LINK_SUM && link.derived_kind == DPDE_LINK_PARAM && link.derived == p;
+    };
     if (name == "t" || std::ranges::any_of(links_of(program), is_seed)) continue;
     if (name == "dt") bound.executor.set_param(p, setup.dt);
     const auto found = std::ranges::find(setup.params, name, &BoundParam::name);
@@ -121,12 +100,14 @@ void Rollout::Impl::bind_weights(BoundProgram& bound) {
   for (int i = 0; i < program.network_count; ++i) {
     const dpde_network& network = *program.networks[i];
     const auto given = std::ranges::find(setup.weights, network.name, &BoundWeights::network);
-    if (given == setup.weights.end() || (given->values == nullptr && network.weight_count > 0)) not_bound(program, "network", network.name);
+    if (given == setup.weights.end() || (given->values == nullptr && network.weight_count > 0))
+      not_bound(program, "network", network.name);
     auto bars = std::ranges::find(weight_bars, network.name, &WeightBars::network);
     if (given->learned && bars == weight_bars.end()) {
       bars = weight_bars.insert(bars, {network.name, std::vector<double>(static_cast<size_t>(network.weight_count))});
     }
-    bound.executor.bind_weights(i, {given->values, given->rates, given->learned ? bars->values.data() : nullptr, given->host});
+    bound.executor.bind_weights(
+        i, {given->values, given->rates, given->learned ? bars->values.data() : nullptr, given->host});
   }
 }
 
@@ -148,16 +129,19 @@ void Rollout::Impl::bind_inputs(BoundProgram& bound, const std::vector<std::stri
       bound.executor.bind(f, found->base);
       if (bound.executor.prepares(f)) bound.fill_inputs.push_back(f);
       const auto control = std::ranges::find(setup.control_fields, name, &ControlField::name);
-      if (control != setup.control_fields.end()) bound.control_fields.emplace_back(f, control - setup.control_fields.begin());
+      if (control != setup.control_fields.end())
+        bound.control_fields.emplace_back(f, control - setup.control_fields.begin());
     }
   }
   bound.temporaries = make_pool(setup.layout, static_cast<int64_t>(temporaries.size()));
   if (purpose == Purpose::plan) return;
-  for (size_t i = 0; i < temporaries.size(); ++i) bound.executor.bind(temporaries[i], bound.temporaries.base(static_cast<int64_t>(i)));
+  for (size_t i = 0; i < temporaries.size(); ++i)
+    bound.executor.bind(temporaries[i], bound.temporaries.base(static_cast<int64_t>(i)));
 }
 
 /// own_fields: fields that the caller of this function binds itself (beside the states).
-BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields, bool is_step) {
+BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std::vector<std::string>& own_fields,
+                                         bool is_step) {
   BoundProgram bound{.executor = Executor(program, setup.layout, setup.team)};
   bytes_of_fields += bound.executor.network_bytes();
   if (purpose == Purpose::run) {
@@ -190,10 +174,12 @@ void Rollout::Impl::bind_step() {
 }
 
 void Rollout::Impl::bind_rate() {
-  if (!(setup.courant > 0)) throw Error(ErrorKind::input, fmt::format("the Courant number is {}; it must be positive", setup.courant));
+  if (!(setup.courant > 0))
+    throw Error(ErrorKind::input, fmt::format("the Courant number is {}; it must be positive", setup.courant));
   rate.emplace(BoundRate{bind_program(*setup.rate, {}, false), -1});
   rate->field = rate->program.executor.field_index("courant_rate");
-  if (rate->field < setup.rate->input_count) throw Error(ErrorKind::run, fmt::format("program {}: no result called courant_rate", setup.rate->name));
+  if (rate->field < setup.rate->input_count)
+    throw Error(ErrorKind::run, fmt::format("program {}: no result called courant_rate", setup.rate->name));
 }
 
 void Rollout::Impl::bind_adjoint() {
@@ -204,19 +190,23 @@ void Rollout::Impl::bind_adjoint() {
     const int seed = find_derived(program, DPDE_LINK_FIELD, next);
     const auto swaps = std::span(program.swaps, static_cast<size_t>(program.swap_count));
     const auto found = std::ranges::find(swaps, seed, &dpde_swap::state);
-    if (found == swaps.end()) throw Error(ErrorKind::run, fmt::format("program {}: no swap of the adjoint of {}", program.name, next));
+    if (found == swaps.end())
+      throw Error(ErrorKind::run, fmt::format("program {}: no swap of the adjoint of {}", program.name, next));
     seeds.push_back(found->state);
     results.push_back(found->next);
     own.emplace_back(program.fields[seed]);
     own.emplace_back(program.fields[found->next]);
   }
-  backward.emplace(BoundAdjoint{bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}, {}, {}});
+  backward.emplace(BoundAdjoint{
+      bind_program(program, own, false), std::move(seeds), std::move(results), bind_param_bars(program), {}, {}, {}});
   backward->fields = bind_field_bars(backward->program.executor);
 }
 
 void Rollout::Impl::place_sought() {
   for (const ControlField& control : setup.control_fields) {
-    if (control.every < 1 || control.at.empty()) throw Error(ErrorKind::input, fmt::format("control field {} needs intervals of at least one step, and fields", control.name));
+    if (control.every < 1 || control.at.empty())
+      throw Error(ErrorKind::input,
+                  fmt::format("control field {} needs intervals of at least one step, and fields", control.name));
   }
   size_t next = 0;
   for (const std::string& name : setup.sought) {
@@ -253,7 +243,8 @@ std::vector<BoundData> Rollout::Impl::bind_data(const LossTerm& term, BoundProgr
   if (purpose == Purpose::plan) return data;
   for (const LossData& from : term.data) {
     if (from.at.size() != 1 && from.at.size() != term.at_steps.size()) {
-      throw Error(ErrorKind::run, fmt::format("program {}: field {} is bound for {} of {} steps", term.loss->name, from.name, from.at.size(), term.at_steps.size()));
+      throw Error(ErrorKind::run, fmt::format("program {}: field {} is bound for {} of {} steps", term.loss->name,
+                                              from.name, from.at.size(), term.at_steps.size()));
     }
     const int field = bound.executor.field_index(from.name);
     if (field < 0 || from.at.empty()) continue;
@@ -276,7 +267,9 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   loss.data = bind_data(term, loss.program);
   terms.push_back({term.weight, std::move(loss), std::nullopt});
   if (term.adjoint == nullptr) return;
-  if (term.adjoint->link_count == 0) throw Error(ErrorKind::run, fmt::format("program {} does not say what its derivatives belong to", term.adjoint->name));
+  if (term.adjoint->link_count == 0)
+    throw Error(ErrorKind::run,
+                fmt::format("program {} does not say what its derivatives belong to", term.adjoint->name));
   std::vector<int> results;
   for (const std::string& name : state_names) results.push_back(find_derived(*term.adjoint, DPDE_LINK_FIELD, name));
   for (const int result : results) {
@@ -303,7 +296,9 @@ void Rollout::Impl::schedule_losses() {
 
 /// Whether the reverse pass needs any state but the last.
 bool Rollout::Impl::adjoint_reads_states() const {
-  const auto reads = [](const BoundProgram& program) { return std::ranges::any_of(program.states, [](int field) { return field >= 0; }); };
+  const auto reads = [](const BoundProgram& program) {
+    return std::ranges::any_of(program.states, [](int field) { return field >= 0; });
+  };
   if (reads(backward->program)) return true;
   return std::ranges::any_of(events, [&](const LossEvent& event) {
     const std::optional<BoundLossAdjoint>& adjoint = terms[event.term].adjoint;
@@ -314,7 +309,9 @@ bool Rollout::Impl::adjoint_reads_states() const {
 /// Beyond the first pass: by the plan, and those inside of blocks.
 int64_t Rollout::Impl::recomputed_steps(int slots) {
   if (last_loss == 0) return 0;
-  if (marks.empty()) return 1 + checkpoint::advanced_steps(last_loss, slots) - last_loss;  // of legs that are steps: no need to go through them
+  if (marks.empty())
+    return 1 + checkpoint::advanced_steps(last_loss, slots) -
+           last_loss;                              // of legs that are steps: no need to go through them
   int64_t made = mark(legs()) - mark(legs() - 1);  // the last leg, for the losses at its end
   schedule.rewind();
   while (const std::optional<checkpoint::Action> action = schedule.next()) {
@@ -332,7 +329,8 @@ void Rollout::Impl::plan_storage() {
   const int64_t state_bytes = states * FieldPool::stride_of(setup.layout);
   if (backward) plan_reverse_block();
   if (keeps_trajectory) {
-    slots = setup.slots > 0 ? std::min(setup.slots, std::max(legs() - 1, 1)) : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, legs());
+    slots = setup.slots > 0 ? std::min(setup.slots, std::max(legs() - 1, 1))
+                            : checkpoint::slots_for(setup.checkpoint_bytes, state_bytes, legs());
     if (purpose == Purpose::run || !marks.empty()) schedule = checkpoint::Schedule(legs(), slots);
     if (purpose == Purpose::run) slot_buffers.assign(static_cast<size_t>(slots), 0);
     result.stored_states = slots - 1;
@@ -340,11 +338,13 @@ void Rollout::Impl::plan_storage() {
   }
   buffer_count = std::max(slots - 1 + 2, 3);
   result.checkpoint_bytes = planned_bytes = backward ? (buffer_count + 1) * state_bytes : 0;
-  // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two more are worked in.
+  // What the states between steps leave of the budget is for tapes and for the states between the parts of a step; two
+  // more are worked in.
   const int64_t unused = std::max<int64_t>(setup.checkpoint_bytes - planned_bytes, 0);
   if (backward) plan_tapes(rate ? unused / 2 : unused);
   const int64_t left = (unused - result.tape_bytes) / state_bytes - 2;
-  part_slots = setup.slots > 0 ? setup.slots : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
+  part_slots = setup.slots > 0 ? setup.slots
+                               : static_cast<int>(std::clamp<int64_t>(left, 1, std::numeric_limits<int>::max() - 1));
 }
 
 /// What a plan counts is what a run takes, since both come here.
@@ -433,7 +433,8 @@ bool Rollout::set_param(std::string_view name, double value) {
 void Rollout::set_begin(double t0) { impl_->setup.t0 = t0; }
 
 void Rollout::Impl::set_control(std::string_view name, int every, std::span<const double> values) {
-  if (every < 1 || values.empty()) throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
+  if (every < 1 || values.empty())
+    throw Error(ErrorKind::input, fmt::format("control {} needs intervals of at least one step, and values", name));
   auto control = std::ranges::find(controls, name, &Control::name);
   if (control == controls.end()) {
     control = controls.insert(control, {std::string(name), every, {}});
@@ -451,7 +452,9 @@ void Rollout::Impl::set_control(std::string_view name, int every, std::span<cons
   control_every[number] = every;
 }
 
-void Rollout::set_control(std::string_view name, int every, std::span<const double> values) { impl_->set_control(name, every, values); }
+void Rollout::set_control(std::string_view name, int every, std::span<const double> values) {
+  impl_->set_control(name, every, values);
+}
 
 RunResult Rollout::run(const Observer& observer, int first) { return impl_->run(observer, first); }
 const std::vector<void*>& Rollout::final_states() const { return impl_->final_states; }

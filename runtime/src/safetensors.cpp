@@ -27,7 +27,8 @@ struct Entry {
   std::vector<int64_t> shape, offsets;
 };
 
-/// Reads the header: {"name": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}, "__metadata__": {"key": "text"}}
+/// Reads the header: {"name": {"dtype": "F32", "shape": [2, 3], "data_offsets": [0, 24]}, "__metadata__": {"key":
+/// "text"}}
 class HeaderReader : public HeaderText {
  public:
   HeaderReader(std::string_view text, const std::string& file) : HeaderText(text, file, ".safetensors") {}
@@ -83,7 +84,8 @@ class HeaderReader : public HeaderText {
     if (accept(']')) return values;
     do {
       const std::optional<int64_t> value = size();
-      if (!value || values.size() == most_axes) fail(fmt::format("the entry of {} has a list that is none of sizes", of));
+      if (!value || values.size() == most_axes)
+        fail(fmt::format("the entry of {} has a list that is none of sizes", of));
       values.push_back(*value);
     } while (accept(','));
     expect(']');
@@ -103,7 +105,8 @@ class HeaderReader : public HeaderText {
         fail(fmt::format("the entry of {} has an unknown key {}", name, key.substr(0, 40)));
       }
     });
-    if (entry.offsets.size() != 2 || entry.offsets[0] > entry.offsets[1]) fail(fmt::format("the entry of {} has no data_offsets", name));
+    if (entry.offsets.size() != 2 || entry.offsets[0] > entry.offsets[1])
+      fail(fmt::format("the entry of {} has no data_offsets", name));
     return entry;
   }
 };
@@ -117,30 +120,39 @@ std::vector<double> numbers(std::string_view data) {
 
 NamedArray array_of(const HeaderReader& reader, const std::string& name, const Entry& entry, std::string_view data) {
   const std::size_t bytes = entry.type == "F64" ? 8 : entry.type == "F32" ? 4 : 0;
-  if (bytes == 0) reader.fail(fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, entry.type.substr(0, 40)));
+  if (bytes == 0)
+    reader.fail(
+        fmt::format("the numbers of {} are of type {}; F32 and F64 are supported", name, entry.type.substr(0, 40)));
   const auto begin = static_cast<std::size_t>(entry.offsets[0]), end = static_cast<std::size_t>(entry.offsets[1]);
-  if (end > data.size()) reader.fail(fmt::format("{} ends at byte {} of {}: the file was cut off", name, end, data.size()));
+  if (end > data.size())
+    reader.fail(fmt::format("{} ends at byte {} of {}: the file was cut off", name, end, data.size()));
   std::size_t count = bytes;
   for (const int64_t size : entry.shape) {
-    if (__builtin_mul_overflow(count, static_cast<std::size_t>(size), &count)) reader.fail(fmt::format("the shape of {} is too large", name));
+    if (__builtin_mul_overflow(count, static_cast<std::size_t>(size), &count))
+      reader.fail(fmt::format("the shape of {} is too large", name));
   }
-  if (count != end - begin) reader.fail(fmt::format("{} bytes of {} do not fit its shape ({})", end - begin, name, fmt::join(entry.shape, ", ")));
+  if (count != end - begin)
+    reader.fail(
+        fmt::format("{} bytes of {} do not fit its shape ({})", end - begin, name, fmt::join(entry.shape, ", ")));
   data = data.substr(begin, count);
   return {name, entry.shape, bytes == 8 ? numbers<double>(data) : numbers<float>(data)};
 }
 
 /// As the format wants it: every byte belongs to one entry.
-void check_bytes_are_used_once(const HeaderReader& reader, const std::vector<std::pair<std::string, Entry>>& entries, std::size_t bytes) {
+void check_bytes_are_used_once(const HeaderReader& reader, const std::vector<std::pair<std::string, Entry>>& entries,
+                               std::size_t bytes) {
   std::vector<std::pair<std::vector<int64_t>, std::string>> parts;
   for (const auto& [name, entry] : entries) parts.emplace_back(entry.offsets, name);
   std::ranges::sort(parts);
   int64_t end = 0;
   for (const auto& [offsets, name] : parts) {
-    if (offsets[0] < end) reader.fail(fmt::format("{} begins at byte {}, inside the entry before it", name, offsets[0]));
+    if (offsets[0] < end)
+      reader.fail(fmt::format("{} begins at byte {}, inside the entry before it", name, offsets[0]));
     if (offsets[0] > end) reader.fail(fmt::format("its bytes {} to {} belong to no entry", end, offsets[0]));
     end = offsets[1];
   }
-  if (static_cast<std::size_t>(end) < bytes) reader.fail(fmt::format("{} bytes stand behind its last entry", bytes - static_cast<std::size_t>(end)));
+  if (static_cast<std::size_t>(end) < bytes)
+    reader.fail(fmt::format("{} bytes stand behind its last entry", bytes - static_cast<std::size_t>(end)));
 }
 
 std::string quoted(const std::string& name) {
@@ -180,8 +192,9 @@ std::string compose_safetensors(std::span<const NamedArray> arrays, bool is_sing
     } else {
       data.append(reinterpret_cast<const char*>(array.values.data()), array.values.size() * bytes);
     }
-    header += fmt::format(R"({}{}:{{"dtype":"{}","shape":[{}],"data_offsets":[{},{}]}})", header.size() > 1 ? "," : "", quoted(array.name),
-                          is_single ? "F32" : "F64", fmt::join(array.shape, ","), begin, data.size());
+    header +=
+        fmt::format(R"({}{}:{{"dtype":"{}","shape":[{}],"data_offsets":[{},{}]}})", header.size() > 1 ? "," : "",
+                    quoted(array.name), is_single ? "F32" : "F64", fmt::join(array.shape, ","), begin, data.size());
   }
   header += '}';
   header.append((8 - header.size() % 8) % 8, ' ');  // the numbers begin at a multiple of eight bytes

@@ -42,15 +42,18 @@ std::size_t Simulation::Impl::interval_at(double t, int every, std::size_t count
 
 void* Simulation::Impl::field_at(std::string_view name, double t) {
   const auto control = std::ranges::find(control_fields, name, &ControlField::name);
-  return control == control_fields.end() ? field(name).base() : control->at[interval_at(t, control->every, control->at.size())];
+  return control == control_fields.end() ? field(name).base()
+                                         : control->at[interval_at(t, control->every, control->at.size())];
 }
 
 void Simulation::Impl::copy_in_all(std::string_view name, Values values) {
-  for (std::size_t k = 0; k * size < values.size(); ++k) state_of(name, static_cast<int64_t>(k)).copy_in(values.subspan(k * size, size));
+  for (std::size_t k = 0; k * size < values.size(); ++k)
+    state_of(name, static_cast<int64_t>(k)).copy_in(values.subspan(k * size, size));
 }
 
 void Simulation::Impl::copy_out_all(std::string_view name, Target to) {
-  for (std::size_t k = 0; k * size < to.size(); ++k) state_of(name, static_cast<int64_t>(k)).copy_out(to.subspan(k * size, size));
+  for (std::size_t k = 0; k * size < to.size(); ++k)
+    state_of(name, static_cast<int64_t>(k)).copy_out(to.subspan(k * size, size));
 }
 
 const Executor& Simulation::Impl::execute(const dpde_program& program, double t) {
@@ -86,7 +89,8 @@ void Simulation::Impl::update_formulas() {
   if (!formulas_are_stale) return;
   formulas_are_stale = false;
   const auto has_formula = [](const dpde_coefficient& coefficient) { return coefficient.formula != nullptr; };
-  const bool has_any = scene.coefficient_formulas != nullptr || std::any_of(scene.coefficients, scene.coefficients + scene.coefficient_count, has_formula);
+  const bool has_any = scene.coefficient_formulas != nullptr ||
+                       std::any_of(scene.coefficients, scene.coefficients + scene.coefficient_count, has_formula);
   if (!has_any && !needs_initial()) return;
   keeping_given([&] {
     update_control_fields();
@@ -95,8 +99,11 @@ void Simulation::Impl::update_formulas() {
   });
 }
 
-/// Windows of trajectories begin anew again and again, each with states of the data: their formulas may cost as much as many steps.
-bool Simulation::Impl::needs_initial() const { return scene.start != nullptr || !std::ranges::all_of(initial_states, &InitialState::is_given); }
+/// Windows of trajectories begin anew again and again, each with states of the data: their formulas may cost as much as
+/// many steps.
+bool Simulation::Impl::needs_initial() const {
+  return scene.start != nullptr || !std::ranges::all_of(initial_states, &InitialState::is_given);
+}
 
 /// By their formulas, interval by interval; noise is drawn anew in each.
 void Simulation::Impl::update_control_fields() {
@@ -112,7 +119,8 @@ void Simulation::Impl::update_control_fields() {
       drew = true;
       program.bind(result, state_of(control.name, k).base());
       const double middle = t_begin + (k + 0.5) * control.every * scene.step;
-      for (int p = 0; p < control.formula->param_count; ++p) program.set_param(p, param_at(control.formula->params[p], middle));
+      for (int p = 0; p < control.formula->param_count; ++p)
+        program.set_param(p, param_at(control.formula->params[p], middle));
       program.update_uniforms();
       program.prepare();
       program.run();
@@ -140,7 +148,8 @@ void Simulation::Impl::update_initial() {
 void Simulation::Impl::require_finite(const Field& values, const std::string& name) const {
   const std::optional<Cell> bad = find_not_finite(layout, values.base());
   if (!bad) return;
-  throw Error(ErrorKind::run, fmt::format("the initial state of {} is not finite in cell ({}, {}, {})", name, bad->x, bad->y, bad->z));
+  throw Error(ErrorKind::run,
+              fmt::format("the initial state of {} is not finite in cell ({}, {}, {})", name, bad->x, bad->y, bad->z));
 }
 
 /// Everything without a formula must have been given.
@@ -148,14 +157,18 @@ void Simulation::Impl::require_host_fields(bool with_data) const {
   for (size_t s = 0; s < initial_states.size(); ++s) {
     const InitialState& state = initial_states[s];
     if (state.start == DPDE_START_HOST && !state.is_given) {
-      throw Error(ErrorKind::input, fmt::format("scene {}: the initial state of {} comes from a file; give it with set_initial", scene.name, state.name));
+      throw Error(ErrorKind::input,
+                  fmt::format("scene {}: the initial state of {} comes from a file; give it with set_initial",
+                              scene.name, state.name));
     }
     require_finite(initial[s], state.name);
   }
   for (const auto& [name, host] : host_fields) {
-    const bool is_datum = std::any_of(scene.data, scene.data + scene.datum_count, [&](const dpde_datum& d) { return name == d.name; });
+    const bool is_datum =
+        std::any_of(scene.data, scene.data + scene.datum_count, [&](const dpde_datum& d) { return name == d.name; });
     if (!host.is_needed || host.is_given || (is_datum && !with_data)) continue;
-    throw Error(ErrorKind::input, fmt::format("scene {}: {} {} no formula; give {} with set_field", scene.name, name, is_datum ? "are data and have" : "has", is_datum ? "them" : "it"));
+    throw Error(ErrorKind::input, fmt::format("scene {}: {} {} no formula; give {} with set_field", scene.name, name,
+                                              is_datum ? "are data and have" : "has", is_datum ? "them" : "it"));
   }
 }
 
@@ -179,10 +192,11 @@ void Simulation::Impl::look_for_blow_up() {
   for (size_t s = 0; s < initial_states.size(); ++s) {
     const std::optional<Cell> bad = find_not_finite(layout, stepper->present()[s]);
     if (!bad) continue;
-    throw NotFinite(fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}){}; "
-                                "a smaller step than {} may help",
-                                initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z,
-                                reached - before == 1 ? "" : fmt::format("; it was after {}", before), scene.step));
+    throw NotFinite(
+        fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}){}; "
+                    "a smaller step than {} may help",
+                    initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z,
+                    reached - before == 1 ? "" : fmt::format("; it was after {}", before), scene.step));
   }
 }
 
@@ -217,13 +231,15 @@ const std::vector<std::int64_t>& Simulation::cells() const { return impl_->cells
 std::size_t Simulation::size() const { return impl_->size; }
 
 std::vector<double> Simulation::coordinates(int axis) const {
-  if (axis < 0 || axis >= impl_->scene.rank) throw Error(ErrorKind::input, fmt::format("scene {} has no axis {}", impl_->scene.name, axis));
+  if (axis < 0 || axis >= impl_->scene.rank)
+    throw Error(ErrorKind::input, fmt::format("scene {} has no axis {}", impl_->scene.name, axis));
   const auto a = static_cast<size_t>(axis);
   const dpde_axis& from = impl_->scene.axes[a];
   if (from.centres != nullptr) return {from.centres, from.centres + from.cells};
   std::vector<double> centres(static_cast<size_t>(impl_->cells[a]));
   for (size_t i = 0; i < centres.size(); ++i) {
-    centres[i] = from.low + (static_cast<double>(i) + 0.5) * (from.high - from.low) / static_cast<double>(centres.size());
+    centres[i] =
+        from.low + (static_cast<double>(i) + 0.5) * (from.high - from.low) / static_cast<double>(centres.size());
   }
   return centres;
 }
@@ -240,7 +256,8 @@ void Simulation::Impl::set_param(std::string_view name, double value) {
 void Simulation::Impl::set_control(std::string_view name, Values values) {
   std::vector<double>& control = control_named(name);
   if (values.size() != control.size()) {
-    throw Error(ErrorKind::input, fmt::format("control {} needs {} values, not {}", name, control.size(), values.size()));
+    throw Error(ErrorKind::input,
+                fmt::format("control {} needs {} values, not {}", name, control.size(), values.size()));
   }
   control.assign(values.begin(), values.end());
   for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
@@ -256,12 +273,18 @@ void Simulation::set_control(std::string_view name, Values values) {
 }
 void Simulation::Impl::set_weights(std::string_view network, Values values) {
   std::vector<double>& own = weights_named(network);
-  if (values.size() != own.size()) throw Error(ErrorKind::input, fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
-  if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0) return;  // whoever runs next takes them as they are
+  if (values.size() != own.size())
+    throw Error(ErrorKind::input,
+                fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
+  if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0)
+    return;  // whoever runs next takes them as they are
   std::ranges::copy(values, own.begin());
   stepper->update_weights();
-  const auto applies_networks = [](const dpde_program* formulas) { return formulas != nullptr && formulas->network_count > 0; };
-  const bool is_read = applies_networks(scene.coefficient_formulas) || applies_networks(scene.initial) || applies_networks(scene.start);
+  const auto applies_networks = [](const dpde_program* formulas) {
+    return formulas != nullptr && formulas->network_count > 0;
+  };
+  const bool is_read =
+      applies_networks(scene.coefficient_formulas) || applies_networks(scene.initial) || applies_networks(scene.start);
   formulas_are_stale = formulas_are_stale || is_read;
 }
 void Simulation::set_weights(std::string_view network, Values values) { impl_->set_weights(network, values); }
@@ -269,7 +292,11 @@ void Simulation::set_weights(std::string_view network, Values values) { impl_->s
 void Simulation::supply(std::string_view network, HostNetwork functions) {
   impl_->weights_named(network);  // or an error that says which there are
   const auto own = impl_->supplied.find(network);
-  if (own == impl_->supplied.end()) throw Error(ErrorKind::input, fmt::format("network {} has layers of its own: a host supplies those that say `host` in place of layers", network));
+  if (own == impl_->supplied.end())
+    throw Error(
+        ErrorKind::input,
+        fmt::format("network {} has layers of its own: a host supplies those that say `host` in place of layers",
+                    network));
   own->second->supply(std::move(functions));
   impl_->formulas_are_stale = true;
 }
@@ -302,7 +329,8 @@ void Simulation::set_field(std::string_view name, Values values) {
   HostField& host = impl_->host_field_named(name);
   const auto wanted = static_cast<size_t>(host.states) * impl_->size;
   if (values.size() != wanted) {
-    throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, wanted, impl_->size, host.states, values.size()));
+    throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, wanted,
+                                              impl_->size, host.states, values.size()));
   }
   impl_->copy_in_all(name, values);
   host.is_given = true;
@@ -381,7 +409,8 @@ bool Simulation::Impl::run_to_step(int step, const Simulation& host, const Progr
 
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
   const double position = (time - impl_->t_begin) / impl_->scene.step;
-  if (!(position < std::numeric_limits<int>::max())) throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
+  if (!(position < std::numeric_limits<int>::max()))
+    throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
   // A time is known to a few units in its last place: far from t = 0 these are more of a step than anything else.
   constexpr double roundings = 4 * std::numeric_limits<double>::epsilon();
   const double instant = roundings * std::max(std::abs(time), std::abs(impl_->t_begin)) / impl_->scene.step;

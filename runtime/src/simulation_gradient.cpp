@@ -67,8 +67,8 @@ bool Simulation::Impl::comes_from_formula(std::string_view field) const {
   return coefficient != host_fields.end() && !coefficient->second.is_given && !coefficient->second.is_unknown;
 }
 
-/// What unknown parameters do by the formulas of initial states and coefficients, where those are used. Of rates only what comes
-/// by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
+/// What unknown parameters do by the formulas of initial states and coefficients, where those are used. Of rates only
+/// what comes by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
 void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial_program,
                                             const dpde_program* coefficient_program, std::span<double> to) {
   const auto counts = [&](std::string_view name) {
@@ -77,20 +77,26 @@ void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rate
   };
   const auto add = [&](std::string_view param, double value) {
     for (const Unknown& unknown : unknowns) {
-      if (unknown.kind == DPDE_UNKNOWN_PARAM && (of_rates ? unknown.rate : unknown.name) == param) to[unknown.offset] += value;
+      if (unknown.kind == DPDE_UNKNOWN_PARAM && (of_rates ? unknown.rate : unknown.name) == param)
+        to[unknown.offset] += value;
     }
   };
   const auto add_network = [&](std::string_view network) {
-    const auto learned = std::ranges::find_if(unknowns, [&](const Unknown& u) { return u.is_network() && u.name == network; });
+    const auto learned =
+        std::ranges::find_if(unknowns, [&](const Unknown& u) { return u.is_network() && u.name == network; });
     if (learned == unknowns.end() || of_rates) return;
     const std::vector<double>& bars = formula_bars.find(network)->second;
     for (size_t i = 0; i < bars.size(); ++i) to[learned->offset + i] += bars[i];
   };
-  const auto is_used = [&](const dpde_program& program) {  // where all is given nothing was computed that the adjoint could read
-    return std::ranges::any_of(links_of(program), [&](const dpde_link& link) { return is_seed_of_field(program, link) && counts(link.primal); });
-  };
+  const auto is_used =
+      [&](const dpde_program& program) {  // where all is given nothing was computed that the adjoint could read
+        return std::ranges::any_of(links_of(program), [&](const dpde_link& link) {
+          return is_seed_of_field(program, link) && counts(link.primal);
+        });
+      };
   for (const dpde_program* program : {coefficient_program, initial_program}) {
-    if (program != nullptr && is_used(*program)) add_through_formula(*this, *program, rollout, counts, add, add_network);
+    if (program != nullptr && is_used(*program))
+      add_through_formula(*this, *program, rollout, counts, add, add_network);
   }
 }
 
@@ -101,14 +107,19 @@ const Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
   throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
 }
 
-/// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite `what` is at fault.
+/// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite
+/// `what` is at fault.
 void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) const {
   const std::optional<BlowUp> first = rollout.run().blow_up;
-  if (!first) throw NotFinite(what + " is not finite, though all states are: a root or a power may have no derivative at 0, or a quotient no value");
-  throw NotFinite(fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
-                              "a smaller step than {} may help",
-                              rollout.state_name(first->state), first->step, scene.steps, first->t,
-                              first->cell.x, first->cell.y, first->cell.z, scene.step));
+  if (!first)
+    throw NotFinite(
+        what +
+        " is not finite, though all states are: a root or a power may have no derivative at 0, or a quotient no value");
+  throw NotFinite(
+      fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
+                  "a smaller step than {} may help",
+                  rollout.state_name(first->state), first->step, scene.steps, first->t, first->cell.x, first->cell.y,
+                  first->cell.z, scene.step));
 }
 
 double Simulation::gradient() {
@@ -116,7 +127,8 @@ double Simulation::gradient() {
   if (impl_->was_stopped) return loss;
   if (!std::isfinite(loss)) impl_->refuse(impl_->objective(), "the loss");
   for (const Unknown& unknown : impl_->unknowns) {
-    const bool is_finite = std::ranges::all_of(unknown.part_of(gradient_vector()), [](double value) { return std::isfinite(value); });
+    const bool is_finite =
+        std::ranges::all_of(unknown.part_of(gradient_vector()), [](double value) { return std::isfinite(value); });
     if (!is_finite) impl_->refuse(impl_->objective(), fmt::format("the gradient of the loss by {}", unknown.name));
   }
   return loss;

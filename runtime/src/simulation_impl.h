@@ -113,13 +113,14 @@ struct Simulation::Impl {
   Rollout& objective();
   void begin_objective(Rollout& rollout);
   double gradient();
-  /// Runs again from the initial state that `rollout` has. @throws NotFinite that says where a state blows up first, else that `what` is not finite.
+  /// Runs again from the initial state that `rollout` has. @throws NotFinite that says where a state blows up first,
+  /// else that `what` is not finite.
   [[noreturn]] void refuse(Rollout& rollout, const std::string& what) const;
   bool comes_from_formula(std::string_view field) const;
   std::string_view value_of_rate(std::string_view rate) const;
   void copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const;
-  void add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial, const dpde_program* coefficients,
-                            std::span<double> to);
+  void add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial,
+                            const dpde_program* coefficients, std::span<double> to);
 
   // The unknowns as one vector
   const Unknown& unknown_named(std::string_view name) const;
@@ -143,19 +144,21 @@ struct Simulation::Impl {
   dpde_layout layout{};
   std::size_t size = 0;
   std::map<std::string, double, std::less<>> params, scene_params;  // all that programs get; those of the scene alone
-  std::map<std::string, std::vector<double>, std::less<>> controls;  // values of those of the scene's params that are controls
-  std::map<std::string, std::vector<double>, std::less<>> weights;   // of networks
-  std::map<std::string, std::vector<double>, std::less<>> formula_bars;  // what the last execute() added to their gradients
+  std::map<std::string, std::vector<double>, std::less<>>
+      controls;  // values of those of the scene's params that are controls
+  std::map<std::string, std::vector<double>, std::less<>> weights;  // of networks
+  std::map<std::string, std::vector<double>, std::less<>>
+      formula_bars;  // what the last execute() added to their gradients
   std::map<std::string, std::unique_ptr<SuppliedNetwork>, std::less<>> supplied;  // those that the host computes
   std::map<std::string, std::unique_ptr<Field>, std::less<>> fields;
-  std::map<std::string, HostField, std::less<>> host_fields;        // coefficients and data
-  std::vector<ControlField> control_fields;                         // coefficients, and their rates
+  std::map<std::string, HostField, std::less<>> host_fields;  // coefficients and data
+  std::vector<ControlField> control_fields;                   // coefficients, and their rates
   std::vector<InitialState> initial_states;
   std::vector<Field> initial;
   bool formulas_are_stale = true, has_begun = false;
   double t_begin = scene.t_begin;
-  int reached = 0, looked_at = 0;  // steps
-  std::map<const dpde_program*, Executor> executors;  // of execute()
+  int reached = 0, looked_at = 0;                              // steps
+  std::map<const dpde_program*, Executor> executors;           // of execute()
   std::optional<Rollout> stepper, losses, full, gauss_newton;  // the last two are for products
   std::vector<Unknown> unknowns;
   std::vector<double> gradient_values;  // of all unknowns

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products of second derivatives: a run that carries states and rates forward through the tangent of the step, and the adjoint
-// of that tangent back. With the rate of the loss at the end the adjoint of the states is the Hessian's product; with the
-// squares of the residuals' rates at the end the adjoint of the rates is that of the Gauss-Newton matrix.
+// Products of second derivatives: a run that carries states and rates forward through the tangent of the step, and the
+// adjoint of that tangent back. With the rate of the loss at the end the adjoint of the states is the Hessian's
+// product; with the squares of the residuals' rates at the end the adjoint of the rates is that of the Gauss-Newton
+// matrix.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,7 +33,9 @@ RolloutSetup Simulation::Impl::second_setup(Curvature curvature) {
     const dpde_loss& loss = scene.losses[i];
     const dpde_second& programs = curvature == Curvature::full ? loss.full : loss.squares;
     if (programs.tangent == nullptr) {
-      throw Error(ErrorKind::input, fmt::format("loss {} of task {} is not a sum of squares: it has no Gauss-Newton matrix", i + 1, scene.task));
+      throw Error(
+          ErrorKind::input,
+          fmt::format("loss {} of task {} is not a sum of squares: it has no Gauss-Newton matrix", i + 1, scene.task));
     }
     LossTerm term = loss_term(loss, *programs.tangent);
     term.adjoint = programs.adjoint;
@@ -65,7 +68,8 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
       rollout.set_param(unknown.rate, rates[0]);
     } else if (unknown.kind == DPDE_UNKNOWN_CONTROL) {
       const auto same = [&](const dpde_control& control) { return unknown.name == control.name; };
-      rollout.set_control(unknown.rate, std::find_if(scene.controls, scene.controls + scene.control_count, same)->every, rates);
+      rollout.set_control(unknown.rate, std::find_if(scene.controls, scene.controls + scene.control_count, same)->every,
+                          rates);
     }
   }
   keeping_given([&] {
@@ -73,7 +77,8 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
       if (formulas->tangent != nullptr) execute(*formulas->tangent);
     }
   });
-  formulas_are_stale = true;  // the tangents have computed the fields, too, and those that a task starts elsewhere are not so
+  formulas_are_stale =
+      true;  // the tangents have computed the fields, too, and those that a task starts elsewhere are not so
   const auto copy_rates = [&](const std::string& name, const Unknown* unknown, void* to) {
     if (unknown != nullptr) {
       copy_in(layout, to, unknown->part_of(all));
@@ -84,7 +89,8 @@ void Simulation::Impl::set_direction(Rollout& rollout, Values direction) {
     }
   };
   const auto sought_as = [&](int32_t kind, std::string_view name) {
-    const auto found = std::ranges::find_if(unknowns, [&](const Unknown& u) { return u.kind == kind && u.name == name; });
+    const auto found =
+        std::ranges::find_if(unknowns, [&](const Unknown& u) { return u.kind == kind && u.name == name; });
     return found == unknowns.end() ? nullptr : &*found;
   };
   for (const InitialState& state : initial_states) {

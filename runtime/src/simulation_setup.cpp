@@ -15,7 +15,8 @@ namespace dpde {
 namespace {
 
 bool has_input(const dpde_program& program, std::string_view name) {
-  return std::any_of(program.fields, program.fields + program.input_count, [&](const char* field) { return name == field; });
+  return std::any_of(program.fields, program.fields + program.input_count,
+                     [&](const char* field) { return name == field; });
 }
 
 template <class Map>
@@ -31,8 +32,8 @@ template <class Map>
 Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, std::shared_ptr<const void> code)
     : scene(from), options(wanted), team(options.threads), keep(std::move(code)) {
   if (scene.version != DPDE_SCENE_VERSION) {
-    throw Error(ErrorKind::run, fmt::format("scene {} was compiled for version {} of the runtime, this is {}", scene.name,
-                                            scene.version, DPDE_SCENE_VERSION));
+    throw Error(ErrorKind::run, fmt::format("scene {} was compiled for version {} of the runtime, this is {}",
+                                            scene.name, scene.version, DPDE_SCENE_VERSION));
   }
   make_layout(wanted);
   make_params();
@@ -43,27 +44,40 @@ Simulation::Impl::Impl(const dpde_scene& from, const SimulationOptions& wanted, 
 }
 
 std::vector<const dpde_program*> Simulation::Impl::programs() const {
-  std::vector<const dpde_program*> all{scene.program, scene.adjoint,  scene.initial, scene.initial_adjoint, scene.coefficient_formulas,
-                                       scene.coefficient_adjoint, scene.start, scene.observe, scene.rate};
+  std::vector<const dpde_program*> all{scene.program,
+                                       scene.adjoint,
+                                       scene.initial,
+                                       scene.initial_adjoint,
+                                       scene.coefficient_formulas,
+                                       scene.coefficient_adjoint,
+                                       scene.start,
+                                       scene.observe,
+                                       scene.rate};
   for (int32_t i = 0; i < scene.loss_count; ++i) {
     const dpde_loss& loss = scene.losses[i];
-    all.insert(all.end(), {loss.loss, loss.adjoint, loss.full.tangent, loss.full.adjoint, loss.squares.tangent, loss.squares.adjoint});
+    all.insert(all.end(), {loss.loss, loss.adjoint, loss.full.tangent, loss.full.adjoint, loss.squares.tangent,
+                           loss.squares.adjoint});
   }
-  for (const dpde_second& second : {scene.second, scene.initial_second, scene.coefficient_second}) all.insert(all.end(), {second.tangent, second.adjoint});
+  for (const dpde_second& second : {scene.second, scene.initial_second, scene.coefficient_second})
+    all.insert(all.end(), {second.tangent, second.adjoint});
   std::erase(all, nullptr);
   return all;
 }
 
 void Simulation::Impl::make_layout(const SimulationOptions& wanted) {
   const auto rank = static_cast<size_t>(scene.rank);
-  for (size_t a = 0; a < rank; ++a) cells.push_back(wanted.cells.empty() ? scene.axes[a].cells : wanted.cells[std::min(a, wanted.cells.size() - 1)]);
+  for (size_t a = 0; a < rank; ++a)
+    cells.push_back(wanted.cells.empty() ? scene.axes[a].cells : wanted.cells[std::min(a, wanted.cells.size() - 1)]);
   if (!wanted.cells.empty() && wanted.cells.size() != rank) {
-    throw Error(ErrorKind::input, fmt::format("scene {} has {} axes, cells are given for {}", scene.name, rank, wanted.cells.size()));
+    throw Error(ErrorKind::input,
+                fmt::format("scene {} has {} axes, cells are given for {}", scene.name, rank, wanted.cells.size()));
   }
   for (size_t a = 0; a < rank; ++a) {
     if (scene.axes[a].centres == nullptr || cells[a] == scene.axes[a].cells) continue;
-    throw Error(ErrorKind::input, fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number", scene.axes[a].name,
-                                              scene.name, scene.axes[a].cells));
+    throw Error(
+        ErrorKind::input,
+        fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number",
+                    scene.axes[a].name, scene.name, scene.axes[a].cells));
   }
   std::array<int64_t, 3> halo{};
   for (const dpde_program* program : programs()) {
@@ -100,7 +114,8 @@ void Simulation::Impl::make_fields() {
   for (int32_t n = 0; n < scene.network_count; ++n) {
     const dpde_network& network = *scene.networks[n];
     const double* given = scene.weights[n];
-    weights[network.name] = given ? std::vector<double>(given, given + network.weight_count) : initial_weights(network, network.seed);
+    weights[network.name] =
+        given ? std::vector<double>(given, given + network.weight_count) : initial_weights(network, network.seed);
     if (network.is_host != 0) supplied[network.name] = std::make_unique<SuppliedNetwork>(network, size);
   }
   for (int32_t c = 0; c < scene.coefficient_count; ++c) {
@@ -132,8 +147,11 @@ void Simulation::Impl::make_fields() {
 
 /// What the tangents, which agree on it, call the rate of a value; "" where none of them varies by it.
 std::string_view Simulation::Impl::rate_of(int32_t kind, std::string_view name) const {
-  const auto rate = [&](const dpde_program* tangent) { return tangent == nullptr ? std::string_view() : rate_in(*tangent, kind, name); };
-  for (const dpde_program* tangent : {scene.second.tangent, scene.coefficient_second.tangent, scene.initial_second.tangent}) {
+  const auto rate = [&](const dpde_program* tangent) {
+    return tangent == nullptr ? std::string_view() : rate_in(*tangent, kind, name);
+  };
+  for (const dpde_program* tangent :
+       {scene.second.tangent, scene.coefficient_second.tangent, scene.initial_second.tangent}) {
     if (!rate(tangent).empty()) return rate(tangent);
   }
   for (int32_t i = 0; i < scene.loss_count; ++i) {
@@ -155,8 +173,10 @@ void Simulation::Impl::make_unknowns() {
     std::size_t count = unknown.kind == DPDE_UNKNOWN_PARAM ? 1 : size;
     if (unknown.kind == DPDE_UNKNOWN_NETWORK) count = weights_named(unknown.name).size();
     if (unknown.kind == DPDE_UNKNOWN_CONTROL) count = control_named(unknown.name).size();
-    if (unknown.kind == DPDE_UNKNOWN_COEFFICIENT) count = size * static_cast<std::size_t>(host_field_named(unknown.name).states);
-    unknowns.push_back({unknown.name, std::string(rate_of(unknown)), unknown.kind, unknown.low, unknown.high, gradient_values.size(), count});
+    if (unknown.kind == DPDE_UNKNOWN_COEFFICIENT)
+      count = size * static_cast<std::size_t>(host_field_named(unknown.name).states);
+    unknowns.push_back({unknown.name, std::string(rate_of(unknown)), unknown.kind, unknown.low, unknown.high,
+                        gradient_values.size(), count});
     gradient_values.resize(gradient_values.size() + count);
     const auto seek = [&](auto& field) {
       field.is_unknown = true;
@@ -176,7 +196,9 @@ Field& Simulation::Impl::field(std::string_view name) {
   return *fields.emplace(name, std::make_unique<Field>(layout, static_cast<int>(fields.size()))).first->second;
 }
 
-Field& Simulation::Impl::state_of(std::string_view name, int64_t number) { return number == 0 ? field(name) : field(fmt::format("{}@{}", name, number)); }
+Field& Simulation::Impl::state_of(std::string_view name, int64_t number) {
+  return number == 0 ? field(name) : field(fmt::format("{}@{}", name, number));
+}
 
 void Simulation::Impl::make_control_field(std::string_view name, int32_t every, int32_t count) {
   if (std::ranges::find(control_fields, name, &ControlField::name) != control_fields.end()) return;
@@ -185,7 +207,8 @@ void Simulation::Impl::make_control_field(std::string_view name, int32_t every, 
 }
 
 void Simulation::Impl::draw_noise(std::uint64_t interval) {
-  for (int32_t n = 0; n < scene.noise_count; ++n) fill_noise(layout, field(scene.noises[n].name).base(), scene.noises[n].seed, interval);
+  for (int32_t n = 0; n < scene.noise_count; ++n)
+    fill_noise(layout, field(scene.noises[n].name).base(), scene.noises[n].seed, interval);
 }
 
 RolloutSetup Simulation::Impl::setup() const {
@@ -203,7 +226,8 @@ RolloutSetup Simulation::Impl::setup() const {
   setup.stop = options.stop;
   for (const auto& [name, field] : fields) {
     const auto is_it = [&](const InitialState& state) { return state.name == name; };
-    if (std::none_of(initial_states.begin(), initial_states.end(), is_it)) setup.fields.push_back({name, field->base()});
+    if (std::none_of(initial_states.begin(), initial_states.end(), is_it))
+      setup.fields.push_back({name, field->base()});
   }
   setup.control_fields = control_fields;
   for (const auto& [name, value] : params) setup.params.push_back({name, value});
@@ -250,11 +274,13 @@ LossTerm Simulation::Impl::loss_term(const dpde_loss& loss, const dpde_program& 
 }
 
 Rollout& Simulation::Impl::objective() {
-  if (scene.task == nullptr) throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no loss", scene.name));
+  if (scene.task == nullptr)
+    throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no loss", scene.name));
   if (!losses) {
     RolloutSetup full = setup();
     full.adjoint = scene.adjoint;
-    for (int32_t i = 0; i < scene.loss_count; ++i) full.losses.push_back(loss_term(scene.losses[i], *scene.losses[i].loss));
+    for (int32_t i = 0; i < scene.loss_count; ++i)
+      full.losses.push_back(loss_term(scene.losses[i], *scene.losses[i].loss));
     full.cut = options.cut;
     full.seconds = options.seconds;
     full.sought.assign(scene.sought, scene.sought + scene.sought_count);
@@ -290,7 +316,8 @@ std::vector<double>& Simulation::Impl::weights_named(std::string_view name) {
 
 void Simulation::Impl::give_controls(Rollout& rollout) const {
   for (int32_t c = 0; c < scene.control_count; ++c) {
-    rollout.set_control(scene.controls[c].name, scene.controls[c].every, controls.find(std::string_view(scene.controls[c].name))->second);
+    rollout.set_control(scene.controls[c].name, scene.controls[c].every,
+                        controls.find(std::string_view(scene.controls[c].name))->second);
   }
 }
 

@@ -26,9 +26,11 @@ Method method_of(const dpde_optimiser& optimiser) {
 }  // namespace
 
 void Simulation::Impl::require_size(Values values, std::string_view what) const {
-  if (scene.task == nullptr) throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no unknowns", scene.name));
+  if (scene.task == nullptr)
+    throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no unknowns", scene.name));
   if (values.size() == gradient_values.size()) return;
-  throw Error(ErrorKind::input, fmt::format("the unknowns of task {} are {} values, the {} has {}", scene.task, gradient_values.size(), what, values.size()));
+  throw Error(ErrorKind::input, fmt::format("the unknowns of task {} are {} values, the {} has {}", scene.task,
+                                            gradient_values.size(), what, values.size()));
 }
 
 void Simulation::Impl::values_of(const Unknown& unknown, std::span<double> to) {
@@ -71,7 +73,9 @@ void Simulation::Impl::set_unknowns(Values x) {
 
 /// As tasks say it: infinite where an unknown has none; empty when none has any.
 Bounds Simulation::Impl::bounds() const {
-  const auto is_bounded = [](const Unknown& unknown) { return std::isfinite(unknown.low) || std::isfinite(unknown.high); };
+  const auto is_bounded = [](const Unknown& unknown) {
+    return std::isfinite(unknown.low) || std::isfinite(unknown.high);
+  };
   if (std::ranges::none_of(unknowns, is_bounded)) return {};
   const auto size_of_all = static_cast<Eigen::Index>(gradient_values.size());
   Bounds bounds{Eigen::VectorXd(size_of_all), Eigen::VectorXd(size_of_all)};
@@ -106,9 +110,15 @@ Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iter
   const IterationObserver observer = [&](const Iteration& now) {
     return !progress || progress({now.iteration, now.loss, now.gradient_norm});
   };
-  const OptimiseResult done = minimise(method_of(optimiser), loss, hessian, start, iterations > 0 ? iterations : optimiser.iterations, observer, bounds());
+  const OptimiseResult done = minimise(method_of(optimiser), loss, hessian, start,
+                                       iterations > 0 ? iterations : optimiser.iterations, observer, bounds());
   set_unknowns(values_in(done.x));
-  return {was_stopped ? StopReason::observer : done.reason, done.loss, done.losses, done.iterations, done.evaluations, done.hessian_products};
+  return {was_stopped ? StopReason::observer : done.reason,
+          done.loss,
+          done.losses,
+          done.iterations,
+          done.evaluations,
+          done.hessian_products};
 }
 
 std::vector<double> Simulation::value_of(std::string_view name) {
@@ -126,6 +136,8 @@ std::vector<double> Simulation::unknown_values() {
 
 void Simulation::set_unknowns(Values values) { impl_->set_unknowns(values); }
 
-Optimised Simulation::optimise(const OptimiserCallback& progress, int iterations) { return impl_->optimise(progress, iterations); }
+Optimised Simulation::optimise(const OptimiserCallback& progress, int iterations) {
+  return impl_->optimise(progress, iterations);
+}
 
 }  // namespace dpde

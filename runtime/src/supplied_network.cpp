@@ -14,8 +14,8 @@
 namespace dpde {
 namespace {
 
-/// Of differences over a thousandth of what is varied: networks in single precision are right to some 1e-3 of their change, and
-/// rectifiers whose kinks lie in between to about as much.
+/// Of differences over a thousandth of what is varied: networks in single precision are right to some 1e-3 of their
+/// change, and rectifiers whose kinks lie in between to about as much.
 constexpr double relative_step = 1e-3, largest_error = 0.02;
 
 std::vector<double> moved(const std::vector<double>& x, double by, const std::vector<double>& rates) {
@@ -24,7 +24,9 @@ std::vector<double> moved(const std::vector<double>& x, double by, const std::ve
   return at;
 }
 
-double product(const std::vector<double>& a, const std::vector<double>& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
+double product(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
 
 double largest(const std::vector<double>& values) {
   double most = 0;
@@ -43,7 +45,8 @@ SuppliedNetwork::SuppliedNetwork(const dpde_network& network, std::size_t cells)
   table_.value = [](void* self, const double* inputs, const double* weights, double* outputs) {
     static_cast<SuppliedNetwork*>(self)->value(inputs, weights, outputs);
   };
-  table_.vector_jacobian = [](void* self, const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars) {
+  table_.vector_jacobian = [](void* self, const double* inputs, const double* weights, const double* seeds,
+                              double* input_bars, double* weight_bars) {
     static_cast<SuppliedNetwork*>(self)->vector_jacobian(inputs, weights, seeds, input_bars, weight_bars);
   };
 }
@@ -54,25 +57,35 @@ void SuppliedNetwork::supply(HostNetwork functions) {
 }
 
 void SuppliedNetwork::value(const double* inputs, const double* weights, double* outputs) {
-  if (!functions_.value) throw Error(ErrorKind::input, fmt::format("network {} is the host's own: supply() its value before anything runs", name_));
+  if (!functions_.value)
+    throw Error(ErrorKind::input,
+                fmt::format("network {} is the host's own: supply() its value before anything runs", name_));
   functions_.value({inputs, inputs_}, {weights, weights_}, {outputs, outputs_});
   if (std::exchange(is_tried_, true)) return;  // later ones may be of a search's step that goes too far
   const auto is_finite = [](double value) { return std::isfinite(value); };
   const double* const bad = std::find_if_not(outputs, outputs + outputs_, is_finite);
-  if (bad == outputs + outputs_ || !std::all_of(inputs, inputs + inputs_, is_finite)) return;  // what has blown up before is told elsewhere
-  throw Error(ErrorKind::run, fmt::format("network {}, which the host computes, gives {} for finite inputs, first in value {} of its outputs", name_, *bad, bad - outputs));
+  if (bad == outputs + outputs_ || !std::all_of(inputs, inputs + inputs_, is_finite))
+    return;  // what has blown up before is told elsewhere
+  throw Error(
+      ErrorKind::run,
+      fmt::format("network {}, which the host computes, gives {} for finite inputs, first in value {} of its outputs",
+                  name_, *bad, bad - outputs));
 }
 
-void SuppliedNetwork::vector_jacobian(const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars) {
+void SuppliedNetwork::vector_jacobian(const double* inputs, const double* weights, const double* seeds,
+                                      double* input_bars, double* weight_bars) {
   if (!functions_.vector_jacobian) {
-    throw Error(ErrorKind::input, fmt::format("network {} has no vector-Jacobian product: a gradient through it needs one (supply)", name_));
+    throw Error(
+        ErrorKind::input,
+        fmt::format("network {} has no vector-Jacobian product: a gradient through it needs one (supply)", name_));
   }
   if (!is_checked_) is_checked_ = check(inputs, weights);
-  functions_.vector_jacobian({inputs, inputs_}, {weights, weights_}, {seeds, outputs_}, {input_bars, inputs_}, {weight_bars, weights_});
+  functions_.vector_jacobian({inputs, inputs_}, {weights, weights_}, {seeds, outputs_}, {input_bars, inputs_},
+                             {weight_bars, weights_});
 }
 
-/// With w = J v by differences, <J' w, v> must be |w|^2: no cancellation, so that a wrong factor or a missing term shows.
-/// False where there was nothing to compare: with weights of 0 many networks do not depend on their inputs.
+/// With w = J v by differences, <J' w, v> must be |w|^2: no cancellation, so that a wrong factor or a missing term
+/// shows. False where there was nothing to compare: with weights of 0 many networks do not depend on their inputs.
 bool SuppliedNetwork::check(const double* inputs, const double* weights) const {
   const Values x(inputs, inputs + inputs_), p(weights, weights + weights_);
   std::mt19937_64 random(20261122);
@@ -86,7 +99,8 @@ bool SuppliedNetwork::check(const double* inputs, const double* weights) const {
   return (p.empty() || check_along(x, p, Values(x.size()), direction(p), "weights")) && by_inputs;
 }
 
-bool SuppliedNetwork::check_along(const Values& inputs, const Values& weights, const Values& input_rates, const Values& weight_rates, const char* what) const {
+bool SuppliedNetwork::check_along(const Values& inputs, const Values& weights, const Values& input_rates,
+                                  const Values& weight_rates, const char* what) const {
   Values w(outputs_), behind(outputs_), input_bars(inputs_), weight_bars(weights_);
   functions_.value(moved(inputs, relative_step, input_rates), moved(weights, relative_step, weight_rates), w);
   functions_.value(moved(inputs, -relative_step, input_rates), moved(weights, -relative_step, weight_rates), behind);
@@ -95,9 +109,12 @@ bool SuppliedNetwork::check_along(const Values& inputs, const Values& weights, c
   const double expected = product(w, w), got = product(input_bars, input_rates) + product(weight_bars, weight_rates);
   if (!std::isfinite(expected) || expected == 0) return false;
   if (std::abs(got - expected) <= largest_error * expected) return true;
-  throw Error(ErrorKind::input, fmt::format("the vector-Jacobian product that the host gave for network {} is not the derivative of its value: along a "
-                                            "direction of its {} it has {:.6g}, differences of the value have {:.6g}",
-                                            name_, what, got, expected));
+  throw Error(
+      ErrorKind::input,
+      fmt::format(
+          "the vector-Jacobian product that the host gave for network {} is not the derivative of its value: along a "
+          "direction of its {} it has {:.6g}, differences of the value have {:.6g}",
+          name_, what, got, expected));
 }
 
 }  // namespace dpde

@@ -24,9 +24,11 @@ class SuppliedNetwork {
  private:
   using Values = std::vector<double>;
   void value(const double* inputs, const double* weights, double* outputs);
-  void vector_jacobian(const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars);
+  void vector_jacobian(const double* inputs, const double* weights, const double* seeds, double* input_bars,
+                       double* weight_bars);
   bool check(const double* inputs, const double* weights) const;
-  bool check_along(const Values& inputs, const Values& weights, const Values& input_rates, const Values& weight_rates, const char* what) const;
+  bool check_along(const Values& inputs, const Values& weights, const Values& input_rates, const Values& weight_rates,
+                   const char* what) const;
 
   std::string name_;
   std::size_t inputs_, outputs_, weights_;  // values

@@ -14,7 +14,7 @@ constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
 constexpr int64_t least_cells_for_threads = 32 * 1024;
 constexpr int64_t parts_per_thread = 4;  // so that little is left to wait for where a thread comes late
 constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
-constexpr int64_t least_tile = 8;                               // rows
+constexpr int64_t least_tile = 8;                              // rows
 
 std::vector<size_t> leading_streams(const dpde_kernel& kernel) {
   std::vector<size_t> leading;
@@ -39,15 +39,19 @@ SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
   const bool is_large = field_bytes(layout) >= least_bytes_for_prefetch;
   const int64_t plane_fields = std::max<int64_t>(1, is_large ? static_cast<int64_t>(sweep.leading.size()) : 0);
   const bool has_tiles = sweep.z.count() > 1 && !sweep.ordered;
-  const auto ahead = std::ranges::find_if(sweep.code, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
+  const auto ahead = std::ranges::find_if(
+      sweep.code, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
   const bool begins_ahead = is_large && layout.rank > 1 && ahead != sweep.code.end();
   SweepChoice first{begins_ahead ? ahead - sweep.code.begin() : 0, is_large ? 1 : 0, sweep.y.count()};
-  if (has_tiles) first.tile = std::min(sweep.y.count(), std::max(least_tile, tile_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields)));
+  if (has_tiles)
+    first.tile = std::min(sweep.y.count(),
+                          std::max(least_tile, tile_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields)));
   std::vector<SweepTuner::Move> moves;
   if (!is_large || sweep.ordered || layout.rank == 1) return {first, {}};
   for (size_t v = 0; v < sweep.code.size(); ++v) {
     const auto number = static_cast<int64_t>(v);
-    if (number != first.variant && (sweep.code[v].streams == 0 || sweep.first == 0)) moves.push_back({&SweepChoice::variant, number});
+    if (number != first.variant && (sweep.code[v].streams == 0 || sweep.first == 0))
+      moves.push_back({&SweepChoice::variant, number});
   }
   moves.push_back({&SweepChoice::prefetches, 0});
   if (has_tiles) moves.push_back({&SweepChoice::planes, 2});

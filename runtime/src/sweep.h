@@ -24,12 +24,13 @@ struct SweepRange {
 
 struct Sweep {
   std::vector<dpde_variant> code;  // the row itself, and its variants
-  int own = 0;  // first of its own uniforms
+  int own = 0;                     // first of its own uniforms
   std::vector<SweepStream> streams;
   std::vector<int> grids;
   std::vector<int> sums;  // program sums
   std::vector<HaloFill> then;
-  /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is prefetched.
+  /// 3-D: of each field that is read in planes above, the stream that is first to touch new memory; its row is
+  /// prefetched.
   std::vector<size_t> leading;
   SweepTuner tuner;
   int64_t first = 0, count = 0;
@@ -41,7 +42,8 @@ struct Sweep {
   int64_t rows() const { return y.count() * z.count(); }
 };
 
-/// The sweep of an operation (DPDE_SWEEP) of a program, in parts for so many threads where it is large enough to be shared.
+/// The sweep of an operation (DPDE_SWEEP) of a program, in parts for so many threads where it is large enough to be
+/// shared.
 Sweep make_sweep(const dpde_program& program, const dpde_operation& operation, const dpde_layout& layout, int threads);
 
 }  // namespace dpde

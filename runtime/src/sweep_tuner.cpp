@@ -40,15 +40,21 @@ void SweepTuner::took(double seconds) {
   begin_move();
 }
 
-std::string SweepTuner::text() const { return is_done() && has_choice() ? fmt::format("{} {} {} {}", best_.variant, best_.prefetches, best_.tile, best_.planes) : ""; }
+std::string SweepTuner::text() const {
+  return is_done() && has_choice()
+             ? fmt::format("{} {} {} {}", best_.variant, best_.prefetches, best_.tile, best_.planes)
+             : "";
+}
 
 bool SweepTuner::set(std::string_view text) {
   SweepChoice given;
   for (int64_t* member : {&given.variant, &given.prefetches, &given.tile, &given.planes}) {
     if (!take_number(text, *member)) return false;
   }
-  for (int64_t SweepChoice::*member : {&SweepChoice::variant, &SweepChoice::prefetches, &SweepChoice::tile, &SweepChoice::planes}) {
-    const bool is_move = std::ranges::any_of(moves_, [&](const Move& move) { return move.member == member && move.value == given.*member; });
+  for (int64_t SweepChoice::*member :
+       {&SweepChoice::variant, &SweepChoice::prefetches, &SweepChoice::tile, &SweepChoice::planes}) {
+    const bool is_move = std::ranges::any_of(
+        moves_, [&](const Move& move) { return move.member == member && move.value == given.*member; });
     if (given.*member != best_.*member && !is_move) return false;
   }
   best_ = given;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of several equal ways to do a sweep is fastest on this machine, found while the sweep is used: all of them give the
-// same values to the last bit, so no run is lost. Inside the runtime only.
+// Which of several equal ways to do a sweep is fastest on this machine, found while the sweep is used: all of them give
+// the same values to the last bit, so no run is lost. Inside the runtime only.
 #pragma once
 
 #include <cstddef>
@@ -19,9 +19,9 @@ struct SweepChoice {
   bool operator==(const SweepChoice&) const = default;
 };
 
-/// Each move (one value of one member) is tried against the best choice so far, both in turn, and taken when the fastest of its
-/// runs is clearly the faster. A turn is several runs, the first of which does not count: its data lie where the other choice
-/// left them, in the caches or past them.
+/// Each move (one value of one member) is tried against the best choice so far, both in turn, and taken when the
+/// fastest of its runs is clearly the faster. A turn is several runs, the first of which does not count: its data lie
+/// where the other choice left them, in the caches or past them.
 class SweepTuner {
  public:
   struct Move {
@@ -30,7 +30,10 @@ class SweepTuner {
   };
 
   SweepTuner() = default;
-  SweepTuner(const SweepChoice& first, std::vector<Move> moves) : moves_(std::move(moves)), best_(first), trial_(first) { begin_move(); }
+  SweepTuner(const SweepChoice& first, std::vector<Move> moves)
+      : moves_(std::move(moves)), best_(first), trial_(first) {
+    begin_move();
+  }
 
   bool has_choice() const { return !moves_.empty(); }
   bool is_done() const { return next_ == moves_.size(); }

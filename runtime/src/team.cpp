@@ -44,12 +44,15 @@ std::uint32_t changed(const std::atomic<std::uint32_t>& value, std::uint32_t old
   return value.load(std::memory_order_acquire);
 }
 
-/// The units from `front` to `back` that nobody has begun, in the work of number `epoch`: the number is part of the word, so that a
-/// thread that comes late takes nothing of later work.
+/// The units from `front` to `back` that nobody has begun, in the work of number `epoch`: the number is part of the
+/// word, so that a thread that comes late takes nothing of later work.
 struct Range {
   std::uint32_t epoch, front, back;
   std::uint64_t word() const { return std::uint64_t{epoch} << 32 | std::uint64_t{front} << 16 | back; }
-  static Range of(std::uint64_t word) { return {static_cast<std::uint32_t>(word >> 32), static_cast<std::uint32_t>(word >> 16 & 0xffff), static_cast<std::uint32_t>(word & 0xffff)}; }
+  static Range of(std::uint64_t word) {
+    return {static_cast<std::uint32_t>(word >> 32), static_cast<std::uint32_t>(word >> 16 & 0xffff),
+            static_cast<std::uint32_t>(word & 0xffff)};
+  }
 };
 
 }  // namespace
@@ -65,14 +68,16 @@ struct alignas(64) Share {
       Range left = Range::of(word);
       if (left.epoch != epoch || left.front == left.back) return -1;
       const std::uint32_t unit = is_own ? left.front++ : --left.back;
-      if (range.compare_exchange_weak(word, left.word(), std::memory_order_acq_rel, std::memory_order_relaxed)) return unit;
+      if (range.compare_exchange_weak(word, left.word(), std::memory_order_acq_rel, std::memory_order_relaxed))
+        return unit;
     }
   }
 };
 
-/// Whether threads pay. Each work is compared with the time that the caller, by the units it did itself, would have needed alone. Where
-/// it took longer and no gain is left from before, nothing is shared for twenty times the loss, twice as long after each loss that
-/// follows: that bounds what is lost to one part in twenty. A gain counts little: a caller that was itself interrupted takes it for one.
+/// Whether threads pay. Each work is compared with the time that the caller, by the units it did itself, would have
+/// needed alone. Where it took longer and no gain is left from before, nothing is shared for twenty times the loss,
+/// twice as long after each loss that follows: that bounds what is lost to one part in twenty. A gain counts little: a
+/// caller that was itself interrupted takes it for one.
 class Ledger {
  public:
   bool rests(Clock::time_point now) const { return now < until_; }
@@ -143,7 +148,8 @@ void Team::Crew::begin() {
   has_begun_ = true;
   try {
     workers_.reserve(shares_.size() - 1);
-    while (workers_.size() + 1 < shares_.size()) workers_.emplace_back([this, thread = static_cast<int>(workers_.size()) + 1] { stay(thread); });
+    while (workers_.size() + 1 < shares_.size())
+      workers_.emplace_back([this, thread = static_cast<int>(workers_.size()) + 1] { stay(thread); });
   } catch (const std::system_error&) {  // no more threads: their shares are taken over by the others
   }
 }
@@ -163,7 +169,8 @@ void Team::Crew::deal(std::int64_t units) {
   const auto threads = static_cast<std::int64_t>(shares_.size());
   for (std::int64_t t = 0; t < threads; ++t) {
     const std::int64_t count = units * (t + 1) / threads - units * t / threads;
-    shares_[static_cast<std::size_t>(t)].range.store(Range{epoch, 0, static_cast<std::uint32_t>(count)}.word(), std::memory_order_relaxed);
+    shares_[static_cast<std::size_t>(t)].range.store(Range{epoch, 0, static_cast<std::uint32_t>(count)}.word(),
+                                                     std::memory_order_relaxed);
   }
   epoch_.store(epoch, std::memory_order_release);
   epoch_.notify_all();
@@ -232,7 +239,8 @@ bool Team::Crew::run(std::int64_t parts, Call call, const void* work) {
   return true;
 }
 
-Team::Team(int threads) : threads_(std::max(threads, 1)), crew_(threads > 1 ? std::make_shared<Crew>(threads) : nullptr) {}
+Team::Team(int threads)
+    : threads_(std::max(threads, 1)), crew_(threads > 1 ? std::make_shared<Crew>(threads) : nullptr) {}
 
 void Team::share(std::int64_t parts, Call call, const void* work) const {
   if (crew_->run(parts, call, work)) return;

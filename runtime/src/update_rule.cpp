@@ -16,7 +16,10 @@ double RateSchedule::factor(std::int64_t k, std::int64_t updates) const {
   switch (kind) {
     case Kind::constant: break;
     case Kind::halve: return std::exp2(-static_cast<double>(k / every));
-    case Kind::cosine: return (1 + std::cos(std::numbers::pi * static_cast<double>(k) / static_cast<double>(std::max<std::int64_t>(updates, 1)))) / 2;
+    case Kind::cosine:
+      return (1 + std::cos(std::numbers::pi * static_cast<double>(k) /
+                           static_cast<double>(std::max<std::int64_t>(updates, 1)))) /
+             2;
   }
   return 1;
 }
@@ -27,7 +30,8 @@ UpdateState begin_updates(const UpdateRule& rule, const Eigen::VectorXd& x) {
   return state;
 }
 
-void update(const UpdateRule& rule, UpdateState& state, Eigen::VectorXd& gradient, std::int64_t updates, const Bounds& bounds) {
+void update(const UpdateRule& rule, UpdateState& state, Eigen::VectorXd& gradient, std::int64_t updates,
+            const Bounds& bounds) {
   const double length = gradient.norm();
   if (rule.clip > 0 && length > rule.clip) gradient *= rule.clip / length;
   const double rate = rule.rate * rule.schedule.factor(state.made, updates);
@@ -41,7 +45,8 @@ void update(const UpdateRule& rule, UpdateState& state, Eigen::VectorXd& gradien
     state.square = beta2 * state.square + (1 - beta2) * gradient.cwiseAbs2();
     const auto k = static_cast<double>(state.made);
     const double mean_scale = 1 / (1 - std::pow(beta1, k)), square_scale = 1 / (1 - std::pow(beta2, k));
-    state.x.array() -= rate * mean_scale * state.mean.array() / ((square_scale * state.square.array()).sqrt() + epsilon);
+    state.x.array() -=
+        rate * mean_scale * state.mean.array() / ((square_scale * state.square.array()).sqrt() + epsilon);
   }
   bounds.project(state.x);
 }

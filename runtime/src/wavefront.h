@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temporal blocking: several steps of a program in one pass over memory, as a wavefront. Level s (one sweep of one step)
-// runs along the last axis behind the levels it reads from; what lies between the first and the last step is kept in rings
-// of few rows (planes in 3-D) that stay in the core's cache. Tiles (strips along x in 2-D, along y in 3-D; a part for each
-// thread) compute the cells they need of their neighbours' again, so they never wait. Every value is computed by the same
-// row function from the same values as in the plain schedule: results are bit-identical.
+// Temporal blocking: several steps of a program in one pass over memory, as a wavefront. Level s (one sweep of one
+// step) runs along the last axis behind the levels it reads from; what lies between the first and the last step is kept
+// in rings of few rows (planes in 3-D) that stay in the core's cache. Tiles (strips along x in 2-D, along y in 3-D; a
+// part for each thread) compute the cells they need of their neighbours' again, so they never wait. Every value is
+// computed by the same row function from the same values as in the plain schedule: results are bit-identical.
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ struct WavefrontLevel {
     int copied = -1;                // result (a swap) that the tile's own cells are copied to
   };
   std::vector<Output> outputs;
-  std::vector<int> sums;  // of the program
+  std::vector<int> sums;                    // of the program
   std::vector<size_t> leading;              // 3-D: of each input, the stream that is first to touch new memory
   int64_t lag = 0;                          // along the last axis
   std::array<int64_t, 3> below{}, above{};  // cells needed beyond the tile's, an axis
@@ -70,26 +70,27 @@ struct WavefrontPlan {
   int64_t reach(size_t axis) const;
 };
 
-/// nullopt when the program is not one that can be blocked: only sweeps over the interior, no sums, scatters or explicit
-/// fills, every field written once, and axes longer than what the levels reach.
+/// nullopt when the program is not one that can be blocked: only sweeps over the interior, no sums, scatters or
+/// explicit fills, every field written once, and axes longer than what the levels reach.
 std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const dpde_layout& layout, int steps);
 
 /// Fields of the adjoint of a step.
 struct AdjointFields {
-  std::vector<int> states;                   // of each state of the step; -1 where it is not read
-  std::vector<std::pair<int, int>> added;    // results that are added up over steps, and the number of their total
+  std::vector<int> states;                 // of each state of the step; -1 where it is not read
+  std::vector<std::pair<int, int>> added;  // results that are added up over steps, and the number of their total
 };
 
 /// The same for the adjoints of `steps` steps; those may have sums.
-std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields,
-                                                    const dpde_layout& layout, int steps);
+std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, const dpde_program& adjoint,
+                                                    const AdjointFields& fields, const dpde_layout& layout, int steps);
 
 class Wavefront {
  public:
   /// `executor` is the plain schedule of the program: its bindings, fills and uniforms are used. nullopt: see above.
   static std::optional<Wavefront> make(const Executor& executor, int steps, const Team& team);
   /// Adjoints of steps, the last one first. What the adjoint reads of states need not be bound in `adjoint`.
-  static std::optional<Wavefront> make_reverse(const Executor& step, const Executor& adjoint, const AdjointFields& fields, int steps, const Team& team);
+  static std::optional<Wavefront> make_reverse(const Executor& step, const Executor& adjoint,
+                                               const AdjointFields& fields, int steps, const Team& team);
   ~Wavefront();
   Wavefront(Wavefront&&) noexcept;
   Wavefront& operator=(Wavefront&&) noexcept;
@@ -102,8 +103,8 @@ class Wavefront {
   void set_uniforms(size_t pass, std::span<const double> uniforms);
   /// Where results that are added up go: base pointers of fields of doubles, by their numbers.
   void set_totals(std::span<double* const> totals);
-  /// From the bound inputs, halos filled, to results[s] (base pointers, one a swap of the last pass's program, not among the
-  /// inputs): the states after steps() steps, or adjoints before them, with their halos.
+  /// From the bound inputs, halos filled, to results[s] (base pointers, one a swap of the last pass's program, not
+  /// among the inputs): the states after steps() steps, or adjoints before them, with their halos.
   void run(std::span<void* const> results);
   /// Of the last run(): the sums of the program of a pass.
   std::span<const double> sums(size_t pass) const;

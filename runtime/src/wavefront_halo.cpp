@@ -4,8 +4,10 @@
 
 namespace dpde {
 
-/// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their ends.
-void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, const Range& x, const Place& place) const {
+/// The halo at the ends of a row; of a strip only at walls, as periodic strips compute what they need beyond their
+/// ends.
+void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, const Range& x,
+                                const Place& place) const {
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.pass)].data();
   char* row = row_of(level.outputs[output].stream, rings, place);
@@ -22,12 +24,14 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
 }
 
 /// Row `from`, complete with its ends, as its image at place `to` along an axis.
-void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, size_t axis, const Place& from, int64_t to) const {
+void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, size_t axis, const Place& from,
+                                int64_t to) const {
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.pass)].data();
   Place target = from;
   target[axis] = to;
-  const int64_t first = x.from == 0 ? -layout.halo[0] : x.from, end = x.to == layout.cells[0] ? x.to + layout.halo[0] : x.to;
+  const int64_t first = x.from == 0 ? -layout.halo[0] : x.from,
+                end = x.to == layout.cells[0] ? x.to + layout.halo[0] : x.to;
   for (const WavefrontLevel::Output& output : level.outputs) {
     if (!output.fill) continue;
     const dpde_boundary& sides = output.fill->axes[axis];
@@ -38,7 +42,8 @@ void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, siz
   }
 }
 
-/// Images of a row (plane) beyond the walls of the last axis: those below with their row, those above when all are there.
+/// Images of a row (plane) beyond the walls of the last axis: those below with their row, those above when all are
+/// there.
 void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64_t slab) const {
   if (!is_bounded(last)) return;
   const int64_t n = layout.cells[last];

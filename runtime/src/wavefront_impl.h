@@ -15,8 +15,8 @@
 
 namespace dpde::wavefront {
 
-/// Ranges and places go by reference: g++ puts the halves of a value together on the stack and reads them back as one vector,
-/// which waits until the row stored before is in the cache (a fifth of the time of 3-D blocks).
+/// Ranges and places go by reference: g++ puts the halves of a value together on the stack and reads them back as one
+/// vector, which waits until the row stored before is in the cache (a fifth of the time of 3-D blocks).
 struct Range {
   int64_t from = 0, to = 1;
   int64_t count() const { return to - from; }
@@ -28,12 +28,14 @@ using Place = std::array<int64_t, 3>;  // of a row; x is not looked at
 inline bool contains(const Range& range, int64_t place) { return place >= range.from && place < range.to; }
 
 /// Into 0 .. cells - 1 from at most one period away.
-inline int64_t wrapped(int64_t place, int64_t cells) { return place < 0 ? place + cells : place >= cells ? place - cells : place; }
+inline int64_t wrapped(int64_t place, int64_t cells) {
+  return place < 0 ? place + cells : place >= cells ? place - cells : place;
+}
 
 /// Where a level finds the rows of one stream in the tile that runs.
 struct Access {
-  char* base;           // first cell of the first row (of ring slot 0, or of the field) at the stream's offset along x
-  int64_t mask;         // of ring slots; -1: no ring
+  char* base;    // first cell of the first row (of ring slot 0, or of the field) at the stream's offset along x
+  int64_t mask;  // of ring slots; -1: no ring
   int64_t slab_stride, row_stride;  // bytes
   int64_t slab_offset, row_offset;  // the stream's; row_offset counts from the first row of a slot
 };
@@ -41,7 +43,7 @@ struct Access {
 /// Rings and pointers of one thread.
 struct Rings {
   std::unique_ptr<char, decltype(&std::free)> memory{nullptr, &std::free};
-  std::vector<char*> base;      // of each ring, then of each copy: the first element of slot 0
+  std::vector<char*> base;                    // of each ring, then of each copy: the first element of slot 0
   std::vector<void*> pointers;                // of the streams of a level: at the row
   std::vector<void*> pieces;                  // at a piece of it
   std::vector<double> unused_sums;            // of pieces beyond the tile
@@ -49,8 +51,8 @@ struct Rings {
   std::vector<dpde_row> rows;                 // what a level calls; y, z are those of the last call
   std::vector<std::vector<Access>> accesses;  // of each level's streams
   std::vector<Tile> regions;                  // of each level
-  std::array<int64_t, 3> first{};  // place of the first element of a slot
-  bool copies = false;             // the tile reads inputs through copies
+  std::array<int64_t, 3> first{};             // place of the first element of a slot
+  bool copies = false;                        // the tile reads inputs through copies
 };
 
 }  // namespace dpde::wavefront
@@ -98,18 +100,18 @@ struct Wavefront::Impl {
   std::array<const Executor*, 2> executors;  // of the step and its adjoint
   dpde_layout layout;
   WavefrontPlan plan;
-  size_t last;    // axis
-  int64_t width;  // bytes of a value
-  int64_t line;   // values of a cache line
+  size_t last;                                // axis
+  int64_t width;                              // bytes of a value
+  int64_t line;                               // values of a cache line
   std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
   std::vector<std::vector<double>> uniforms;  // of each pass
   std::vector<std::vector<double>> sums;      // of each pass
   std::vector<int64_t> first_row_sum;         // of each level: where its sums begin in row_sums
-  std::vector<double> row_sums;       // of each level, strip, plane, row and sum
+  std::vector<double> row_sums;               // of each level, strip, plane, row and sum
   std::vector<double*> totals;
   std::vector<Tile> tiles;
   bool splits_x = false;
-  int64_t strips = 1;  // along x
+  int64_t strips = 1;                                // along x
   std::array<int64_t, 3> before{}, extent{1, 1, 1};  // of a slot: cells before the tile's first, and in all
   int64_t slot_size = 0;
   std::vector<Rings> rings_of_threads;

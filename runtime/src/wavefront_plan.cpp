@@ -13,11 +13,12 @@ namespace {
 
 using Kind = WavefrontStream::Kind;
 
-/// In 2-D where a step is one sweep (4096^2: 0.87 times as long). Stages of a step are read by several others, and the rows that more
-/// at once would have to be kept of them cost more than they save (RK4: 1.07 times as long).
+/// In 2-D where a step is one sweep (4096^2: 0.87 times as long). Stages of a step are read by several others, and the
+/// rows that more at once would have to be kept of them cost more than they save (RK4: 1.07 times as long).
 constexpr int64_t rows_at_once = 4;
 
-/// Values that vary along a wall come from a field, for which there is no ring; fields on the walls have images of other rows.
+/// Values that vary along a wall come from a field, for which there is no ring; fields on the walls have images of
+/// other rows.
 bool is_known_side(const dpde_side& side) {
   return side.kind == DPDE_PERIODIC || (side.field < 0 && side.kind != DPDE_ON_WALL && side.kind != DPDE_MIXED_ON_WALL);
 }
@@ -60,7 +61,8 @@ bool note_program(const dpde_program& program, bool may_sum, std::array<int, 3>&
 class Planner {
  public:
   explicit Planner(const dpde_program& step) : programs_{&step, nullptr} {}
-  Planner(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields) : programs_{&step, &adjoint}, adjoint_(fields) {}
+  Planner(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields)
+      : programs_{&step, &adjoint}, adjoint_(fields) {}
 
   std::optional<WavefrontPlan> forward(int steps) {
     Sources now = inputs(0);
@@ -103,7 +105,8 @@ class Planner {
 
   Sources inputs(int program) const {
     Sources sources;
-    for (int field = 0; field < programs_[static_cast<size_t>(program)]->field_count; ++field) sources[field] = {{Kind::input, field, program}, -1};
+    for (int field = 0; field < programs_[static_cast<size_t>(program)]->field_count; ++field)
+      sources[field] = {{Kind::input, field, program}, -1};
     return sources;
   }
 
@@ -120,7 +123,8 @@ class Planner {
     return true;
   }
 
-  bool add_level(const dpde_program& program, const dpde_operation& operation, Sources& now, std::vector<bool>& written, bool is_last) {
+  bool add_level(const dpde_program& program, const dpde_operation& operation, Sources& now, std::vector<bool>& written,
+                 bool is_last) {
     const dpde_kernel& kernel = program.kernels[operation.kernel];
     const int number = static_cast<int>(plan_.levels.size());
     WavefrontLevel level;
@@ -148,7 +152,8 @@ class Planner {
       }
       level.streams.push_back(outputs[stream.field].stream);
     }
-    if (std::ranges::find(level.streams, Kind::input, &WavefrontStream::kind) != level.streams.end()) level.row = row_for_memory(kernel);
+    if (std::ranges::find(level.streams, Kind::input, &WavefrontStream::kind) != level.streams.end())
+      level.row = row_for_memory(kernel);
     for (const auto& [field, source] : outputs) {
       level.outputs.push_back({source.stream, field, find_fill(operation, field), find_total(level.pass, field)});
       now[field] = source;
@@ -160,13 +165,17 @@ class Planner {
   /// Inputs come from memory, rings from the core's cache.
   static dpde_row_fn row_for_memory(const dpde_kernel& kernel) {
     const std::span variants(kernel.variants, static_cast<size_t>(kernel.variant_count));
-    const auto ahead = std::ranges::find_if(variants, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
+    const auto ahead = std::ranges::find_if(
+        variants, [](const dpde_variant& variant) { return variant.ahead != 0 && variant.streams == 0; });
     return ahead == variants.end() ? kernel.row : ahead->row;
   }
 
   /// A result of the same pass that a later level adds to, in its place: nobody may read it in between.
   std::optional<Source> add_to(const Source& source, int number, WavefrontLevel& level) {
-    const auto is_read = [&](const Read& read) { return read.from == source.level && read.stream.kind == source.stream.kind && read.stream.index == source.stream.index; };
+    const auto is_read = [&](const Read& read) {
+      return read.from == source.level && read.stream.kind == source.stream.kind &&
+             read.stream.index == source.stream.index;
+    };
     if (source.level < 0 || std::ranges::any_of(reads_, is_read)) return std::nullopt;
     WavefrontLevel& before = plan_.levels[static_cast<size_t>(source.level)];
     if (before.pass != level.pass) return std::nullopt;
@@ -259,8 +268,8 @@ class Planner {
     }
   }
 
-  /// Results hold the cells of all tiles: a level that computes those of neighbours again, for other fields of its own, must not
-  /// write there. Its results lie in rings and are copied.
+  /// Results hold the cells of all tiles: a level that computes those of neighbours again, for other fields of its own,
+  /// must not write there. Its results lie in rings and are copied.
   void keep_to_tile(const WavefrontLevel& level) {
     if (level.below == std::array<int64_t, 3>{} && level.above == std::array<int64_t, 3>{}) return;
     for (const WavefrontLevel::Output& output : level.outputs) {
@@ -288,11 +297,15 @@ class Planner {
   }
 
   void find_leading(WavefrontLevel& level) const {
-    const auto is_ahead = [&](const WavefrontStream& a, const WavefrontStream& b) { return std::pair(a.offset[2], a.offset[1]) > std::pair(b.offset[2], b.offset[1]); };
+    const auto is_ahead = [&](const WavefrontStream& a, const WavefrontStream& b) {
+      return std::pair(a.offset[2], a.offset[1]) > std::pair(b.offset[2], b.offset[1]);
+    };
     for (size_t s = 0; s < level.streams.size(); ++s) {
       const WavefrontStream& stream = level.streams[s];
       if (last() != 2 || stream.kind != Kind::input || stream.offset[2] < 0) continue;
-      const auto same = [&](size_t other) { return level.streams[other].program == stream.program && level.streams[other].index == stream.index; };
+      const auto same = [&](size_t other) {
+        return level.streams[other].program == stream.program && level.streams[other].index == stream.index;
+      };
       const auto found = std::ranges::find_if(level.leading, same);
       if (found == level.leading.end()) {
         level.leading.push_back(s);
@@ -305,7 +318,8 @@ class Planner {
   /// A ring holds the rows from the lowest its slowest reader still needs to those written last, and the images of rows
   /// beyond a wall.
   void find_rings() {
-    std::vector<int64_t> rows(static_cast<size_t>(rings_), 1), first_lag(rows.size(), std::numeric_limits<int64_t>::max());
+    std::vector<int64_t> rows(static_cast<size_t>(rings_), 1),
+        first_lag(rows.size(), std::numeric_limits<int64_t>::max());
     for (const WavefrontLevel& level : plan_.levels) {
       for (const WavefrontLevel::Output& output : level.outputs) {
         if (output.stream.kind != Kind::ring) continue;
@@ -316,19 +330,25 @@ class Planner {
     for (const Read& read : reads_) {
       const int64_t lag = plan_.levels[static_cast<size_t>(read.to)].lag - read.stream.offset[last()];
       if (read.from < 0) {
-        WavefrontCopy& copy = *std::ranges::find_if(plan_.copies, [&](const WavefrontCopy& one) { return one.program == read.stream.program && one.field == read.stream.index; });
+        WavefrontCopy& copy = *std::ranges::find_if(plan_.copies, [&](const WavefrontCopy& one) {
+          return one.program == read.stream.program && one.field == read.stream.index;
+        });
         copy.slots = std::max(copy.slots, lag + copy.ahead + plan_.rows_at_once);
       } else if (read.stream.kind == Kind::ring) {
         const auto ring = static_cast<size_t>(read.stream.index);
         rows[ring] = std::max(rows[ring], lag - first_lag[ring] + plan_.rows_at_once + halo());
       }
     }
-    const auto round_up = [](int64_t count) { return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(count))); };
+    const auto round_up = [](int64_t count) {
+      return static_cast<int64_t>(std::bit_ceil(static_cast<uint64_t>(count)));
+    };
     for (const int64_t count : rows) plan_.ring_slots.push_back(round_up(count));
     for (WavefrontCopy& copy : plan_.copies) copy.slots = round_up(copy.slots);
   }
 
-  int64_t halo() const { return std::max(programs_[0]->halo[last()], programs_[1] == nullptr ? 0 : programs_[1]->halo[last()]); }
+  int64_t halo() const {
+    return std::max(programs_[0]->halo[last()], programs_[1] == nullptr ? 0 : programs_[1]->halo[last()]);
+  }
 
   std::array<const dpde_program*, 2> programs_;
   AdjointFields adjoint_;
@@ -347,14 +367,18 @@ int64_t WavefrontPlan::reach(size_t axis) const {
 
 namespace {
 
-bool is_known(const dpde_program& program) { return program.rank >= 2 && program.interpret == nullptr && program.swap_count > 0; }
+bool is_known(const dpde_program& program) {
+  return program.rank >= 2 && program.interpret == nullptr && program.swap_count > 0;
+}
 
 /// nullopt where an axis is too short.
-std::optional<WavefrontPlan> on_grid(std::optional<WavefrontPlan> plan, const std::array<int, 3>& kinds, const dpde_layout& layout) {
+std::optional<WavefrontPlan> on_grid(std::optional<WavefrontPlan> plan, const std::array<int, 3>& kinds,
+                                     const dpde_layout& layout) {
   if (!plan) return std::nullopt;
   plan->periodic = {kinds[0] != 2, kinds[1] != 2, kinds[2] != 2};
   for (int axis = 1; axis < layout.rank; ++axis) {
-    if (layout.cells[axis] <= std::max(2 * layout.halo[axis], plan->reach(static_cast<size_t>(axis)))) return std::nullopt;
+    if (layout.cells[axis] <= std::max(2 * layout.halo[axis], plan->reach(static_cast<size_t>(axis))))
+      return std::nullopt;
   }
   return plan;
 }
@@ -367,8 +391,8 @@ std::optional<WavefrontPlan> plan_wavefront(const dpde_program& program, const d
   return on_grid(Planner(program).forward(steps), kinds, layout);
 }
 
-std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, const dpde_program& adjoint, const AdjointFields& fields,
-                                                    const dpde_layout& layout, int steps) {
+std::optional<WavefrontPlan> plan_reverse_wavefront(const dpde_program& step, const dpde_program& adjoint,
+                                                    const AdjointFields& fields, const dpde_layout& layout, int steps) {
   std::array<int, 3> kinds{};
   if (!is_known(step) || !is_known(adjoint) || steps < 1) return std::nullopt;
   if (!note_program(step, false, kinds) || !note_program(adjoint, true, kinds)) return std::nullopt;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What adjoints in a wavefront add up: sums over all cells, and results over the steps. Tiles compute cells of their neighbours
-// again, which must not count twice.
+// What adjoints in a wavefront add up: sums over all cells, and results over the steps. Tiles compute cells of their
+// neighbours again, which must not count twice.
 #include <algorithm>
 #include <cstring>
 
@@ -21,10 +21,12 @@ void Wavefront::Impl::make_sums() {
 }
 
 /// Only the cells of the tile itself count, so a row that goes on beyond them is called in pieces.
-void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row row, const Tile& tile, const Place& place) {
+void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, dpde_row row, const Tile& tile,
+                                     const Place& place) {
   const bool is_own = contains(tile[1], place[1]) && contains(tile[2], place[2]);
   const int64_t first = row.first, end = row.first + row.count;
-  const int64_t own_from = is_own ? std::max(first, tile[0].from) : end, own_to = is_own ? std::min(end, tile[0].to) : end;
+  const int64_t own_from = is_own ? std::max(first, tile[0].from) : end,
+                own_to = is_own ? std::min(end, tile[0].to) : end;
   const size_t count = level.sums.size();
   void* const* streams = row.streams;
   const int64_t strip = (&tile - tiles.data()) % strips;
@@ -40,22 +42,28 @@ void Wavefront::Impl::call_with_sums(const WavefrontLevel& level, Rings& rings, 
     level.row(&row);
   };
   piece(first, own_from, rings.unused_sums.data());
-  if (is_own) piece(own_from, own_to, own + ((strip * layout.cells[2] + place[2]) * layout.cells[1] + place[1]) * static_cast<int64_t>(count));
+  if (is_own)
+    piece(own_from, own_to,
+          own + ((strip * layout.cells[2] + place[2]) * layout.cells[1] + place[1]) * static_cast<int64_t>(count));
   piece(own_to, end, rings.unused_sums.data());
 }
 
 /// Results that are added up over the steps, or copied out of rings; each cell belongs to one tile.
-void Wavefront::Impl::keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile, const Place& place) const {
+void Wavefront::Impl::keep_outputs(const WavefrontLevel& level, const Rings& rings, const Tile& tile,
+                                   const Place& place) const {
   if (!contains(tile[1], place[1]) || !contains(tile[2], place[2])) return;
   for (const WavefrontLevel::Output& output : level.outputs) {
     if (output.copied >= 0) {
-      char* to = moved(results[static_cast<size_t>(output.copied)], tile[0].from + place[1] * layout.stride[1] + place[2] * layout.stride[2], width);
-      std::memcpy(to, row_of(output.stream, rings, place) + tile[0].from * width, static_cast<size_t>(tile[0].count() * width));
+      char* to = moved(results[static_cast<size_t>(output.copied)],
+                       tile[0].from + place[1] * layout.stride[1] + place[2] * layout.stride[2], width);
+      std::memcpy(to, row_of(output.stream, rings, place) + tile[0].from * width,
+                  static_cast<size_t>(tile[0].count() * width));
     }
     if (output.added < 0) continue;
     double* to = totals[static_cast<size_t>(output.added)] + place[1] * layout.stride[1] + place[2] * layout.stride[2];
     with_real(layout.real, [&](auto real) {
-      const auto* from = static_cast<const decltype(real)*>(static_cast<const void*>(row_of(output.stream, rings, place)));
+      const auto* from =
+          static_cast<const decltype(real)*>(static_cast<const void*>(row_of(output.stream, rings, place)));
       for (int64_t x = tile[0].from; x < tile[0].to; ++x) to[x] += from[x];
     });
   }
@@ -68,7 +76,8 @@ void Wavefront::Impl::add_sums() {
     const auto count = static_cast<int64_t>(level.sums.size());
     std::vector<double>& into = sums[static_cast<size_t>(level.pass)];
     const double* from = row_sums.data() + first_row_sum[number];
-    for (int64_t i = 0; i < count * strips * layout.cells[1] * layout.cells[2]; ++i) into[static_cast<size_t>(level.sums[static_cast<size_t>(i % count)])] += from[i];
+    for (int64_t i = 0; i < count * strips * layout.cells[1] * layout.cells[2]; ++i)
+      into[static_cast<size_t>(level.sums[static_cast<size_t>(i % count)])] += from[i];
   }
 }
 

@@ -46,9 +46,13 @@ std::vector<WeightsPlace> places_of(const dpde_network& network) {
   for (int32_t l = 0; l < network.layer_count; ++l) {
     const dpde_layer& layer = network.layers[l];
     channels.push_back(layer.channels);
-    const auto has_begun = [&](const WeightsPlace& place) { return place.begin == layer.weights; };  // weights that several layers share
+    const auto has_begun = [&](const WeightsPlace& place) {
+      return place.begin == layer.weights;
+    };  // weights that several layers share
     if (layer.kind != DPDE_CONV || std::ranges::any_of(places, has_begun)) continue;
-    WeightsPlace weight{fmt::format("v{}.weight", l + 1), {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)}, layer.weights};
+    WeightsPlace weight{fmt::format("v{}.weight", l + 1),
+                        {layer.channels, channels[static_cast<std::size_t>(layer.input)] / std::max(layer.groups, 1)},
+                        layer.weights};
     weight.shape.insert(weight.shape.end(), static_cast<std::size_t>(network.rank), layer.extent);
     places.push_back(std::move(weight));
     if (layer.bias >= 0) places.push_back({fmt::format("v{}.bias", l + 1), {layer.channels}, layer.bias});
@@ -84,14 +88,16 @@ void write_weights(const std::filesystem::path& path, std::span<const NamedArray
   const bool zipped = is_npz(path.string());
   for (const NamedArray& array : arrays) {
     if (count_of(array.shape) == array.values.size()) continue;
-    throw Error(ErrorKind::input, fmt::format("{} values of {} do not have the shape ({})", array.values.size(), array.name, fmt::join(array.shape, ", ")));
+    throw Error(ErrorKind::input, fmt::format("{} values of {} do not have the shape ({})", array.values.size(),
+                                              array.name, fmt::join(array.shape, ", ")));
   }
   write_file_atomically(path, zipped ? compose_npz(arrays, is_single) : compose_safetensors(arrays, is_single));
 }
 
 std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const double> weights) {
   if (static_cast<int64_t>(weights.size()) != network.weight_count) {
-    throw Error(ErrorKind::input, fmt::format("network {} has {} weights, not {}", network.name, network.weight_count, weights.size()));
+    throw Error(ErrorKind::input,
+                fmt::format("network {} has {} weights, not {}", network.name, network.weight_count, weights.size()));
   }
   std::vector<NamedArray> arrays;
   for (const WeightsPlace& place : places_of(network)) {
@@ -101,7 +107,8 @@ std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const d
   return arrays;
 }
 
-std::vector<double> weights_of(const dpde_network& network, std::span<const NamedArray> arrays, const std::string& file) {
+std::vector<double> weights_of(const dpde_network& network, std::span<const NamedArray> arrays,
+                               const std::string& file) {
   std::vector<double> weights(static_cast<std::size_t>(network.weight_count));
   const std::string prefix = prefix_in(network, arrays);
   std::size_t used = 0;
@@ -114,15 +121,20 @@ std::vector<double> weights_of(const dpde_network& network, std::span<const Name
                              names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
     }
     if (array->shape != place.shape) {
-      fail(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name, fmt::join(array->shape, ", "), network.name, fmt::join(place.shape, ", ")));
+      fail(file, fmt::format("{} has the shape ({}), network {} needs ({})", array->name, fmt::join(array->shape, ", "),
+                             network.name, fmt::join(place.shape, ", ")));
     }
     const auto bad = std::ranges::find_if_not(array->values, [](double value) { return std::isfinite(value); });
-    if (bad != array->values.end()) fail(file, fmt::format("value {} of {} is {}", bad - array->values.begin(), array->name, *bad));
+    if (bad != array->values.end())
+      fail(file, fmt::format("value {} of {} is {}", bad - array->values.begin(), array->name, *bad));
     std::ranges::copy(array->values, weights.begin() + place.begin);
     ++used;
   }
-  const auto mine = std::ranges::count_if(arrays, [&](const NamedArray& array) { return array.name.starts_with(prefix); });
-  if (static_cast<std::size_t>(mine) != used) fail(file, fmt::format("it has {} arrays called {}*, network {} has {}: they are the weights of another network", mine, prefix, network.name, used));
+  const auto mine =
+      std::ranges::count_if(arrays, [&](const NamedArray& array) { return array.name.starts_with(prefix); });
+  if (static_cast<std::size_t>(mine) != used)
+    fail(file, fmt::format("it has {} arrays called {}*, network {} has {}: they are the weights of another network",
+                           mine, prefix, network.name, used));
   return weights;
 }
 

@@ -19,10 +19,12 @@ using testing::parse_module;
 using testing::program_cases;
 using testing::ProgramCase;
 
-void expect_right(const ProgramCase& c, const stencil::Module& module, const std::string& program, const Activity& wrt, bool differences) {
+void expect_right(const ProgramCase& c, const stencil::Module& module, const std::string& program, const Activity& wrt,
+                  bool differences) {
   double magnitude = 0;  // a departure point beyond a boundary may leave nothing to differentiate on one grid
   for (const stencil::Grid& grid : testing::small_grids(c.rank)) {
-    SCOPED_TRACE(c.name + " " + program + " on " + std::to_string(grid.cells[0]) + " x " + std::to_string(grid.cells[1]));
+    SCOPED_TRACE(c.name + " " + program + " on " + std::to_string(grid.cells[0]) + " x " +
+                 std::to_string(grid.cells[1]));
     const auto check = check_derivatives(module, program, wrt, grid, 1234 + grid.cells[0]);
     EXPECT_LT(check.dot_product, 1e-12) << stencil::print(module);
     if (differences) {
@@ -47,7 +49,8 @@ TEST(Adjoint, NetworksHaveNoSecondDerivatives) {
   const ProgramCase c = testing::network_cases().front();
   const stencil::Module module = parse_module(c.text);
   DiagnosticSink sink;
-  const adjoint::Derivative first = adjoint::adjoint(module, "p", c.wrt, sink), tangent = adjoint::tangent(module, "p", c.wrt, sink);
+  const adjoint::Derivative first = adjoint::adjoint(module, "p", c.wrt, sink),
+                            tangent = adjoint::tangent(module, "p", c.wrt, sink);
   ASSERT_FALSE(sink.has_errors());
   for (const adjoint::Derivative* derivative : {&first, &tangent}) {
     DiagnosticSink refusal;
@@ -71,7 +74,8 @@ TEST(Adjoint, IsClosedUnderItself) {
     DiagnosticSink sink;
     const adjoint::Derivative first = adjoint::adjoint(module, "p", c.wrt, sink);
     ASSERT_FALSE(sink.has_errors()) << c.name;
-    if (c.name.starts_with("weights that vary")) {  // a fold whose weights vary has no derivative; the tangent's adjoint has one
+    if (c.name.starts_with(
+            "weights that vary")) {  // a fold whose weights vary has no derivative; the tangent's adjoint has one
       adjoint::adjoint(first.module, first.program, inputs_of(first, c.wrt), sink);
       ASSERT_TRUE(sink.has_errors()) << c.name;
       EXPECT_EQ(sink.all()[0].kind->code, "E0604");
@@ -146,7 +150,8 @@ program p { run k; keep v }
 TEST(Adjoint, SharesTheDerivativeOfAMaximumEqually) {
   const stencil::Module module = parse_module("program p { reduce m = max u over x; keep m }");
   DiagnosticSink sink;
-  const adjoint::Derivative reverse = adjoint::adjoint(module, "p", {{"u"}, {}}, sink), forward = adjoint::tangent(module, "p", {{"u"}, {}}, sink);
+  const adjoint::Derivative reverse = adjoint::adjoint(module, "p", {{"u"}, {}}, sink),
+                            forward = adjoint::tangent(module, "p", {{"u"}, {}}, sink);
   stencil::State state({1, {4, 1, 1}}, 1);
   state.set("u", {3, 1, 3, 2});
   state.set("m_bar", {1, 10, 100, 1000});
@@ -159,10 +164,12 @@ TEST(Adjoint, SharesTheDerivativeOfAMaximumEqually) {
 }
 
 TEST(Adjoint, OfAMeanIsTheMean) {
-  const stencil::Module module = parse_module("program p { axes x periodic, y bounded; reduce m = mean u over y; keep m }");
+  const stencil::Module module =
+      parse_module("program p { axes x periodic, y bounded; reduce m = mean u over y; keep m }");
   DiagnosticSink sink;
   const adjoint::Derivative derived = adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
-  EXPECT_EQ(stencil::print(derived.module), "program p_adjoint {\n  axes x periodic, y bounded\n  reduce u_bar = mean m_bar over y\n  keep u_bar\n}\n");
+  EXPECT_EQ(stencil::print(derived.module),
+            "program p_adjoint {\n  axes x periodic, y bounded\n  reduce u_bar = mean m_bar over y\n  keep u_bar\n}\n");
 }
 
 TEST(Adjoint, OfALinearStepRecomputesNothing) {
@@ -194,27 +201,37 @@ std::string code_of_error(const std::string& text, const Activity& wrt) {
 }
 
 TEST(Adjoint, RefusesWhatItCannotDifferentiate) {
-  EXPECT_EQ(code_of_error("kernel k(u: field, out v: field) { v = floor(u) }\nprogram p { run k; keep v }", {{"u"}, {}}), "E0601");
+  EXPECT_EQ(
+      code_of_error("kernel k(u: field, out v: field) { v = floor(u) }\nprogram p { run k; keep v }", {{"u"}, {}}),
+      "E0601");
   EXPECT_EQ(code_of_error(R"(
 kernel a(u: field, out w: field) { w = u^2 }
 kernel b(u: field, inout w: field) { w += w*u }
 program p { run a; run b; keep w }
-)", {{"u"}, {}}), "E0602");
+)",
+                          {{"u"}, {}}),
+            "E0602");
   EXPECT_EQ(code_of_error(R"(
 kernel a(u: field, out w: field) { w = u^2 }
 kernel b(w: field, out v: field) { v = w^2 }
 kernel c(u: field, inout w: field) { w += u }
 program p { run a; run b; run c; keep v, w }
-)", {{"u"}, {}}), "E0603");
+)",
+                          {{"u"}, {}}),
+            "E0603");
   EXPECT_EQ(code_of_error(R"(
 kernel a(u: field, out w: field) { w = u^2 }
 kernel c(u: field, inout w: field) { w += u }
 program p { run a; reduce m = max w; run c; keep m, w }
-)", {{"u"}, {}}), "E0603");
+)",
+                          {{"u"}, {}}),
+            "E0603");
   EXPECT_EQ(code_of_error(R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1]*u }
 program p { fill u x = nu; run k; keep v }
-)", {{"u"}, {"nu"}}), "E0604");
+)",
+                          {{"u"}, {"nu"}}),
+            "E0604");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that a person gives: they do what the derived ones do, at walls and on tiny grids, and a wrong one is refused.
+// Adjoints that a person gives: they do what the derived ones do, at walls and on tiny grids, and a wrong one is
+// refused.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,24 +78,51 @@ const std::vector<ProgramCase>& cases() {
   static const std::vector<ProgramCase> all{
       {"periodic", 1, slope + "program p { fill u periodic; run slope; run step; swap u, v }", {{"u"}, {"c"}}},
       {"value", 1, slope + "program p { fill u x = 0.3; run slope; run step; swap u, v }", {{"u"}, {"c"}}},
-      {"mixed", 1, slope + "program p { fill u x.low = zero_gradient, x.high = mixed(1, 2, 0.4); run slope; run step; swap u, v }", {{"u"}, {"c"}}},
-      {"sums", 1, energy + "program p { fill u x.low = 0.3, x.high = mixed(1, 2, 0.4); run energy; keep s }", {{"u", "w"}, {"c"}}},
+      {"mixed",
+       1,
+       slope + "program p { fill u x.low = zero_gradient, x.high = mixed(1, 2, 0.4); run slope; run step; swap u, v }",
+       {{"u"}, {"c"}}},
+      {"sums",
+       1,
+       energy + "program p { fill u x.low = 0.3, x.high = mixed(1, 2, 0.4); run energy; keep s }",
+       {{"u", "w"}, {"c"}}},
       {"sums, periodic", 1, energy + "program p { fill u periodic; run energy; keep s }", {{"u", "w"}, {"c"}}},
-      {"sums, grown", 1, energy + "program p { fill u x = 0.3; fill w x = zero_gradient; run energy grow 1; run after; keep r }", {{"u", "w"}, {"c"}}},
+      {"sums, grown",
+       1,
+       energy + "program p { fill u x = 0.3; fill w x = zero_gradient; run energy grow 1; run after; keep r }",
+       {{"u", "w"}, {"c"}}},
       {"sums, 2-D", 2, energy_2 + "program p { fill u x periodic, y = 0.1; run energy }", {{"u"}, {}}},
-      {"sums, 2-D walls", 2, energy_2 + "program p { fill u x.low = gradient(0.2), x.high = 1, y = zero_gradient; run energy }", {{"u"}, {}}},
-      {"grown", 1, slope + R"(
+      {"sums, 2-D walls",
+       2,
+       energy_2 + "program p { fill u x.low = gradient(0.2), x.high = 1, y = zero_gradient; run energy }",
+       {{"u"}, {}}},
+      {"grown",
+       1,
+       slope + R"(
 kernel twice(s: field halo 1, out r: field) { r = s[+1] - s*s[-1] }
 program p { fill u x = 0.3; run slope grow 1; run twice; keep r }
-)", {{"u"}, {}}},
+)",
+       {{"u"}, {}}},
       {"2-D", 2, flux + "program p { fill u x periodic, y = 0.1; run flux; run step; swap u, v }", {{"u", "w"}, {"c"}}},
-      {"2-D walls", 2, flux + "program p { fill u x.low = gradient(0.2), x.high = 1, y = zero_gradient; run flux; run step; swap u, v }", {{"u"}, {"c"}}},
-      {"two results", 1, two_results + "program p { fill u x = 0.9; run begin; run both; fill a x = zero_gradient; run end; keep v, b }", {{"u"}, {}}},
-      {"two results, periodic", 1, two_results + "program p { fill u periodic; run begin; run both; fill a periodic; run end; keep v, b }", {{"u"}, {}}}};
+      {"2-D walls",
+       2,
+       flux +
+           "program p { fill u x.low = gradient(0.2), x.high = 1, y = zero_gradient; run flux; run step; swap u, v }",
+       {{"u"}, {"c"}}},
+      {"two results",
+       1,
+       two_results + "program p { fill u x = 0.9; run begin; run both; fill a x = zero_gradient; run end; keep v, b }",
+       {{"u"}, {}}},
+      {"two results, periodic",
+       1,
+       two_results + "program p { fill u periodic; run begin; run both; fill a periodic; run end; keep v, b }",
+       {{"u"}, {}}}};
   return all;
 }
 
-std::string without_adjoints(const std::string& text) { return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), ""); }
+std::string without_adjoints(const std::string& text) {
+  return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), "");
+}
 
 std::vector<stencil::Grid> grids(int rank) {
   std::vector<stencil::Grid> result = testing::small_grids(rank);
@@ -103,16 +131,20 @@ std::vector<stencil::Grid> grids(int rank) {
 }
 
 /// Everything that a derived program leaves, from the same numbers.
-std::map<std::string, std::vector<double>> results_of(const adjoint::Derivative& derivative, const stencil::Grid& grid) {
+std::map<std::string, std::vector<double>> results_of(const adjoint::Derivative& derivative,
+                                                      const stencil::Grid& grid) {
   const stencil::Program& program = *derivative.module.find_program(derivative.program);
   int halo = 1;
-  for (const auto& [field, widths] : required_halo(derivative.module, program)) halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
+  for (const auto& [field, widths] : required_halo(derivative.module, program))
+    halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
   stencil::State state(grid, halo);
   const stencil::Interface interface = interface_of(derivative.module, program);
   testing::SplitMix random(17);
   stencil::Params params;
-  std::set<std::string> inputs(interface.inputs.begin(), interface.inputs.end()), names(interface.params.begin(), interface.params.end());
-  for (const std::string& field : inputs) state.set(field, random.uniform(static_cast<std::size_t>(grid.cells[0] * grid.cells[1]), 0.5, 1.5));
+  std::set<std::string> inputs(interface.inputs.begin(), interface.inputs.end()),
+      names(interface.params.begin(), interface.params.end());
+  for (const std::string& field : inputs)
+    state.set(field, random.uniform(static_cast<std::size_t>(grid.cells[0] * grid.cells[1]), 0.5, 1.5));
   for (const std::string& name : names) params[name] = random.uniform(0.2, 0.8);
   std::map<std::string, std::vector<double>> results;
   for (const auto& [name, sum] : interpret(derivative.module, program, state, params)) results[name] = {sum};
@@ -128,7 +160,8 @@ void expect_same(const adjoint::Derivative& given, const adjoint::Derivative& de
     ASSERT_TRUE(b.contains(name)) << name;
     double scale = 1;
     for (const double value : b.at(name)) scale = std::max(scale, std::abs(value));
-    for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(values[i], b.at(name)[i], 1e-14 * scale) << name << " " << i;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      EXPECT_NEAR(values[i], b.at(name)[i], 1e-14 * scale) << name << " " << i;
   }
 }
 
@@ -136,7 +169,8 @@ TEST(GivenAdjoint, IsTheDerivedOneOnEverySmallExtent) {
   for (const ProgramCase& c : cases()) {
     const stencil::Module module = parse_module(c.text), plain = parse_module(without_adjoints(c.text));
     DiagnosticSink sink;
-    const adjoint::Derivative given = adjoint::adjoint(module, "p", c.wrt, sink), derived = adjoint::adjoint(plain, "p", c.wrt, sink);
+    const adjoint::Derivative given = adjoint::adjoint(module, "p", c.wrt, sink),
+                              derived = adjoint::adjoint(plain, "p", c.wrt, sink);
     ASSERT_FALSE(sink.has_errors()) << c.name;
     EXPECT_NE(stencil::print(given.module), stencil::print(derived.module)) << c.name << ": the formula was not taken";
     for (const stencil::Grid& grid : grids(c.rank)) {
@@ -203,7 +237,8 @@ TEST(GivenAdjoint, LosesTheSeedsOfWhatIsNotComputed) {
 }
 
 Diagnostic refusal_of(const std::string& formula, const std::string& program) {
-  const std::string text = "kernel k(u, w: field halo 1, out s: field, c: param) {\n  s = c*w[+1]*u[+1] + u\n  " + formula + "\n}\n" + program;
+  const std::string text = "kernel k(u, w: field halo 1, out s: field, c: param) {\n  s = c*w[+1]*u[+1] + u\n  " +
+                           formula + "\n}\n" + program;
   const SourceFile source("test.dpde", text);
   const stencil::Module module = parse_module(text);
   DiagnosticSink sink;
@@ -215,8 +250,9 @@ Diagnostic refusal_of(const std::string& formula, const std::string& program) {
 TEST(GivenAdjoint, IsRefusedWhereItIsNotTheTranspose) {
   const std::string fills = "program p { fill u x = 0; fill w x = 0; run k; keep s }";
   // a sign, a factor, a term that is missing, a place that is wrong, a sum
-  for (const char* formula : {"adjoint u_bar = s_bar - c*w*s_bar[-1]", "adjoint u_bar = s_bar + 2*c*w*s_bar[-1]", "adjoint u_bar = s_bar",
-                              "adjoint u_bar = s_bar + c*w[-1]*s_bar[-1]", "adjoint c_bar += w*u*s_bar"}) {
+  for (const char* formula :
+       {"adjoint u_bar = s_bar - c*w*s_bar[-1]", "adjoint u_bar = s_bar + 2*c*w*s_bar[-1]", "adjoint u_bar = s_bar",
+        "adjoint u_bar = s_bar + c*w[-1]*s_bar[-1]", "adjoint c_bar += w*u*s_bar"}) {
     const Diagnostic refused = refusal_of(formula, fills);
     EXPECT_EQ(refused.kind->code, "E0606") << formula;
     EXPECT_NE(refused.message.find("of k is not its transpose"), std::string::npos) << refused.message;
@@ -227,9 +263,12 @@ TEST(GivenAdjoint, IsRefusedWhereItIsNotTheTranspose) {
 
 /// A sign, a factor, a term that is missing; a seed at another point, which walls tell.
 TEST(GivenAdjoint, OfASumIsRefusedWhereItIsNotTheTranspose) {
-  for (const char* formula : {"2*(u - u[-1])*e_bar[-1] + 2*(u[+1] - u)*e_bar", "(u - u[-1])*e_bar[-1] - 2*(u[+1] - u)*e_bar", "2*(u - u[-1])*e_bar[-1]", "0",
-                              "2*(u - u[-1])*e_bar - 2*(u[+1] - u)*e_bar"}) {
-    const stencil::Module module = parse_module(std::string("kernel k(u: field halo 1, sum e: param) {\n  e += (u[+1] - u)^2\n  adjoint u_bar = ") + formula + "\n}\nprogram p { fill u x = 0.2; run k }");
+  for (const char* formula :
+       {"2*(u - u[-1])*e_bar[-1] + 2*(u[+1] - u)*e_bar", "(u - u[-1])*e_bar[-1] - 2*(u[+1] - u)*e_bar",
+        "2*(u - u[-1])*e_bar[-1]", "0", "2*(u - u[-1])*e_bar - 2*(u[+1] - u)*e_bar"}) {
+    const stencil::Module module = parse_module(
+        std::string("kernel k(u: field halo 1, sum e: param) {\n  e += (u[+1] - u)^2\n  adjoint u_bar = ") + formula +
+        "\n}\nprogram p { fill u x = 0.2; run k }");
     DiagnosticSink sink;
     adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
     ASSERT_TRUE(sink.has_errors()) << formula;
@@ -240,8 +279,10 @@ TEST(GivenAdjoint, OfASumIsRefusedWhereItIsNotTheTranspose) {
 
 /// A mistake of one part in a million, and one in a branch that few values take.
 TEST(GivenAdjoint, IsRefusedForSmallMistakes) {
-  for (const char* body : {"s = u[+1]^2\n  adjoint u_bar = 2.000001*u*s_bar[-1]", "s = if(u < -10, 2*u, u)\n  adjoint u_bar = s_bar"}) {
-    const stencil::Module module = parse_module(std::string("kernel k(u: field halo 1, out s: field) {\n  ") + body + "\n}\nprogram p { fill u periodic; run k; keep s }");
+  for (const char* body :
+       {"s = u[+1]^2\n  adjoint u_bar = 2.000001*u*s_bar[-1]", "s = if(u < -10, 2*u, u)\n  adjoint u_bar = s_bar"}) {
+    const stencil::Module module = parse_module(std::string("kernel k(u: field halo 1, out s: field) {\n  ") + body +
+                                                "\n}\nprogram p { fill u periodic; run k; keep s }");
     DiagnosticSink sink;
     adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
     ASSERT_TRUE(sink.has_errors()) << body;
@@ -262,13 +303,15 @@ TEST(GivenAdjoint, SaysWhatCanBeNoTranspose) {
       {"adjoint u_bar += s_bar", "is written with +="},
       {"adjoint v_bar = s_bar", "belongs to no input"},
       {"adjoint u_bar = s_bar\n  adjoint u_bar = s_bar", "is there already"},
-      {"e += u\n  adjoint u_bar = s_bar + e_bar[+1] + c*w[-1]*s_bar[-1]", "has a term with e_bar[+1], but the kernel does not read u[-1]"},
+      {"e += u\n  adjoint u_bar = s_bar + e_bar[+1] + c*w[-1]*s_bar[-1]",
+       "has a term with e_bar[+1], but the kernel does not read u[-1]"},
       {"e += u\n  adjoint u_bar = s_bar + e_bar^2", "is not linear in s_bar, e_bar"},
       {"interp(a, w) += u\n  adjoint u_bar = s_bar", "belongs to a kernel with interp(...) +="}};
   for (const auto& [formula, words] : wrong) {
     const char* more = formula[0] == 'e' ? ", sum e: param" : formula[0] == 'i' ? ", inout a: field" : "";
     const std::string parameters = std::string("u: field halo 1, w: field, out s: field, c: param") + more;
-    const SourceFile source("test.dpde", "kernel k(" + parameters + ") {\n  s = c*u[+1]*w + u\n  " + formula + "\n}\nprogram p { fill u x = 0; run k; keep s }");
+    const SourceFile source("test.dpde", "kernel k(" + parameters + ") {\n  s = c*u[+1]*w + u\n  " + formula +
+                                             "\n}\nprogram p { fill u x = 0; run k; keep s }");
     DiagnosticSink sink;
     stencil::from_ast(parse(source, sink), sink);
     ASSERT_EQ(sink.all().size(), 1u) << formula;
@@ -279,12 +322,14 @@ TEST(GivenAdjoint, SaysWhatCanBeNoTranspose) {
   }
 }
 
-/// Where tanh is near -1, (tanh + 1)*d keeps three digits, the same for all d some roundings apart; twice less once it is exact.
+/// Where tanh is near -1, (tanh + 1)*d keeps three digits, the same for all d some roundings apart; twice less once it
+/// is exact.
 TEST(GivenAdjoint, IsNotRefusedWhereItsTermsCancel) {
   const stencil::Module module = parse_module(
       "kernel k(v: field, w: field halo 1, u: field, out s: field, hx: param) {\n"
       "  s = tanh((exp(cos(0.71 + v)) + w[-1])/hx)*u + u\n"
-      "  adjoint u_bar = 2*(s_bar*tanh((exp(cos(0.71 + v)) + w[-1])/hx) + s_bar) - (s_bar*tanh((exp(cos(0.71 + v)) + w[-1])/hx) + s_bar)\n"
+      "  adjoint u_bar = 2*(s_bar*tanh((exp(cos(0.71 + v)) + w[-1])/hx) + s_bar) - (s_bar*tanh((exp(cos(0.71 + v)) + "
+      "w[-1])/hx) + s_bar)\n"
       "}\nprogram p { fill w periodic; run k; keep s }");
   DiagnosticSink sink;
   adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
@@ -292,7 +337,9 @@ TEST(GivenAdjoint, IsNotRefusedWhereItsTermsCancel) {
 }
 
 TEST(GivenAdjoint, IsNotAskedForWhatIsPassive) {
-  const stencil::Module module = parse_module("kernel k(u: field halo 1, w: field, out s: field) {\n  s = u[+1]*w\n  adjoint w_bar = 3*s_bar\n}\nprogram p { fill u x = 0; run k; keep s }");
+  const stencil::Module module = parse_module(
+      "kernel k(u: field halo 1, w: field, out s: field) {\n  s = u[+1]*w\n  adjoint w_bar = 3*s_bar\n}\nprogram p { "
+      "fill u x = 0; run k; keep s }");
   EXPECT_LT(testing::check_derivatives(module, "p", {{"u"}, {}}, {1, {3, 1, 1}}, 3).dot_product, 1e-13);
 }
 

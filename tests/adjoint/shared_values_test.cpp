@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that many terms of a gather need are stored once: where that pays, and with the results of the gather written out by hand.
+// Values that many terms of a gather need are stored once: where that pays, and with the results of the gather written
+// out by hand.
 #include "adjoint/shared_values.h"
 
 #include <fmt/format.h>
@@ -28,8 +29,10 @@ std::string step(const std::string& boundary) {
   for (int axis = 0; axis < 2; ++axis) {
     for (int k = -3; k <= 3; ++k) sum += fmt::format(" + {}*u{}", weights[k + 3], at(axis, k));
   }
-  return "kernel k(u: field halo 3, a: field, b: field, out w: field, c: param) { w = u + c*a*b*(0" + sum + ") }\n"
-         "program p { fill u " + boundary + "; run k; swap u, w }\n";
+  return "kernel k(u: field halo 3, a: field, b: field, out w: field, c: param) { w = u + c*a*b*(0" + sum +
+         ") }\n"
+         "program p { fill u " +
+         boundary + "; run k; swap u, w }\n";
 }
 
 /// The same adjoint in one kernel, as it is on paper: every term made where it is needed, and 0 where no cell lies.
@@ -43,14 +46,19 @@ std::string by_hand(const std::string& fills, bool is_bounded) {
   }
   const std::string boundary = is_bounded ? "fold u_bar grow 3 " + fills + "; " : "";
   const std::string seeds = is_bounded ? "" : "fill w_bar " + fills + "; fill a " + fills + "; fill b " + fills + "; ";
-  return "kernel g(w_bar: field halo 3, a: field halo 3, b: field halo 3, out u_bar: field, c: param) { u_bar = if(inside[0, 0], w_bar, 0)" + sum + " }\n"
-         "program p_adjoint { " + seeds + "run g" + (is_bounded ? " grow 3; " : "; ") + boundary + "swap w_bar, u_bar }\n";
+  return "kernel g(w_bar: field halo 3, a: field halo 3, b: field halo 3, out u_bar: field, c: param) { u_bar = "
+         "if(inside[0, 0], w_bar, 0)" +
+         sum +
+         " }\n"
+         "program p_adjoint { " +
+         seeds + "run g" + (is_bounded ? " grow 3; " : "; ") + boundary + "swap w_bar, u_bar }\n";
 }
 
 std::vector<double> run(const stencil::Module& module, const std::string& program, const stencil::Grid& grid) {
   stencil::State state(grid, 6);
   testing::SplitMix random(7);
-  for (const char* field : {"a", "b", "w_bar"}) state.set(field, random.uniform(static_cast<size_t>(grid.cells[0]) * grid.cells[1], -1, 1));
+  for (const char* field : {"a", "b", "w_bar"})
+    state.set(field, random.uniform(static_cast<size_t>(grid.cells[0]) * grid.cells[1], -1, 1));
   stencil::interpret(module, *module.find_program(program), state, {{"c", 0.3}, {"hx", 0.3}, {"hy", 0.4}});
   return state.get("w_bar");  // swapped: holds u_bar
 }
@@ -62,16 +70,19 @@ void expect_as_by_hand(const std::string& boundary, const std::string& hand) {
   ASSERT_FALSE(sink.has_errors());
   ASSERT_NE(derived.module.find_kernel("k_adjoint_shared"), nullptr) << stencil::print(derived.module);
   for (const stencil::Grid& grid : testing::small_grids(2)) {
-    const std::vector<double> found = run(derived.module, derived.program, grid), known = run(expected, "p_adjoint", grid);
+    const std::vector<double> found = run(derived.module, derived.program, grid),
+                              known = run(expected, "p_adjoint", grid);
     ASSERT_EQ(found.size(), known.size());
-    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], known[i], 1e-14) << grid.cells[0] << " x " << grid.cells[1];
+    for (size_t i = 0; i < found.size(); ++i)
+      EXPECT_NEAR(found[i], known[i], 1e-14) << grid.cells[0] << " x " << grid.cells[1];
   }
 }
 
 TEST(SharedValues, AroundPeriodicAxesAreThoseOfOneGather) { expect_as_by_hand("periodic", by_hand("periodic", false)); }
 
 TEST(SharedValues, BetweenWallsAreThoseOfOneGather) {
-  expect_as_by_hand("x = zero_gradient, y.low = 0.4, y.high = gradient(0.1)", by_hand("x = zero_gradient, y.low = 0, y.high = gradient(0)", true));
+  expect_as_by_hand("x = zero_gradient, y.low = 0.4, y.high = gradient(0.1)",
+                    by_hand("x = zero_gradient, y.low = 0, y.high = gradient(0)", true));
 }
 
 bool is_split(const std::string& text) {
@@ -80,15 +91,18 @@ bool is_split(const std::string& text) {
   const adjoint::Derivative derived = adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
   EXPECT_FALSE(sink.has_errors());
   const bool has_first = derived.module.find_kernel("k_adjoint_shared") != nullptr;
-  for (const stencil::Kernel& kernel : derived.module.kernels) EXPECT_EQ(has_first, stencil::print(kernel).find("shared_bar") != std::string::npos) << kernel.name;
+  for (const stencil::Kernel& kernel : derived.module.kernels)
+    EXPECT_EQ(has_first, stencil::print(kernel).find("shared_bar") != std::string::npos) << kernel.name;
   return has_first;
 }
 
-/// The cases that all the other tests of derivatives and back ends go through: kernels that store, and fields they store.
+/// The cases that all the other tests of derivatives and back ends go through: kernels that store, and fields they
+/// store.
 TEST(SharedValues, AreInTheProgramsOfOtherTests) {
   const std::map<std::string, std::pair<int, int>> expected = {
-      {"shared values periodic", {1, 1}}, {"shared values bounded", {1, 1}}, {"shared values in two kernels", {2, 2}},
-      {"shared values of two fields", {1, 2}}, {"shared values, one axis periodic", {1, 1}}, {"shared values beyond walls", {1, 1}}};
+      {"shared values periodic", {1, 1}},           {"shared values bounded", {1, 1}},
+      {"shared values in two kernels", {2, 2}},     {"shared values of two fields", {1, 2}},
+      {"shared values, one axis periodic", {1, 1}}, {"shared values beyond walls", {1, 1}}};
   size_t seen = 0;
   for (const testing::ProgramCase& c : testing::program_cases()) {
     DiagnosticSink sink;
@@ -101,7 +115,8 @@ TEST(SharedValues, AreInTheProgramsOfOtherTests) {
     }
     const auto known = expected.find(c.name);
     seen += known == expected.end() ? 0 : 1;
-    EXPECT_EQ(found, known == expected.end() ? std::pair(0, 0) : known->second) << c.name << stencil::print(derived.module);
+    EXPECT_EQ(found, known == expected.end() ? std::pair(0, 0) : known->second)
+        << c.name << stencil::print(derived.module);
   }
   EXPECT_EQ(seen, expected.size());
 }
@@ -112,14 +127,19 @@ TEST(SharedValues, AreMadeAgainWhereTheyAreCheap) {
   const std::string program = "program p { fill u periodic; run k; swap u, w }\n";
   EXPECT_FALSE(is_split("kernel k(u: field halo 1, out w: field, c: param) { w = u + c*" + five + " }\n" + program));
   EXPECT_FALSE(is_split("kernel k(u: field halo 1, a: field, out w: field) { w = u + a*" + five + " }\n" + program));
-  EXPECT_TRUE(is_split("kernel k(u: field halo 1, a: field, b: field, d: field, e: field, f: field, out w: field) { w = u + a*b*d*e*f*exp(a*b)*sqrt(d*e)*sin(f)*" + five + " }\n" + program));
+  EXPECT_TRUE(
+      is_split("kernel k(u: field halo 1, a: field, b: field, d: field, e: field, f: field, out w: field) { w = u + "
+               "a*b*d*e*f*exp(a*b)*sqrt(d*e)*sin(f)*" +
+               five + " }\n" + program));
 }
 
 /// A field that one axis' fill would spoil beyond the walls of the other: made again, and so refused as it always was.
 TEST(SharedValues, BesidePeriodicAxesAreNotStoredBeyondWalls) {
   const std::string text = step("x periodic, y = 0.2");
-  const std::string grown = "kernel use(w: field halo 1, out r: field) { r = w[0, +1] }\n"
-                            "program q { fill u x periodic, y = 0.2; fill a x periodic, y = 0; fill b x periodic, y = 0; run k grow 1; run use; keep r }\n";
+  const std::string grown =
+      "kernel use(w: field halo 1, out r: field) { r = w[0, +1] }\n"
+      "program q { fill u x periodic, y = 0.2; fill a x periodic, y = 0; fill b x periodic, y = 0; run k grow 1; run "
+      "use; keep r }\n";
   const stencil::Module module = testing::parse_module(text + grown);
   DiagnosticSink sink;
   const adjoint::Derivative inside = adjoint::adjoint(module, "p", {{"u"}, {}}, sink);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The machine's rooflines and the hand-written sweeps. items/s are grid points a second (one field point and step), bytes/s
-// count what must be read and written at least.
+// The machine's rooflines and the hand-written sweeps. items/s are grid points a second (one field point and step),
+// bytes/s count what must be read and written at least.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -20,7 +20,9 @@ Field wave_field(const dpde_layout& layout, int number) {
   for (int64_t z = -layout.halo[2]; z < layout.cells[2] + layout.halo[2]; ++z) {
     for (int64_t y = -layout.halo[1]; y < layout.cells[1] + layout.halo[1]; ++y) {
       for (int64_t x = -layout.halo[0]; x < layout.cells[0] + layout.halo[0]; ++x) {
-        const auto phase = [&](int64_t i, size_t axis) { return 2 * M_PI * static_cast<double>(i) / static_cast<double>(layout.cells[axis]); };
+        const auto phase = [&](int64_t i, size_t axis) {
+          return 2 * M_PI * static_cast<double>(i) / static_cast<double>(layout.cells[axis]);
+        };
         field.set(std::sin(phase(x, 0) + number) * std::cos(phase(y, 1)) * std::cos(phase(z, 2)), x, y, z);
       }
     }
@@ -85,7 +87,8 @@ void burgers1d_gradient(benchmark::State& state) {
   double* const bars[2] = {one.as<double>(), two.as<double>()};
   std::copy_n(u.as<double>() - 1, 130, trajectory - 1);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, burgers, target.as<double>(), bars));
+    benchmark::DoNotOptimize(
+        handwritten::burgers1d_gradient(layout, trajectory, steps, burgers, target.as<double>(), bars));
     benchmark::ClobberMemory();
   }
   count(state, 128 * steps, 16);
@@ -96,7 +99,8 @@ void burgers2d_step(benchmark::State& state) {
   const dpde_layout layout = periodic_grid({state.range(0), state.range(0)});
   Field u = wave_field(layout, 0), v = wave_field(layout, 1), next_u(layout, 2), next_v(layout, 3);
   for (auto _ : state) {
-    handwritten::burgers2d_step(layout, {u.as<double>(), v.as<double>()}, {next_u.as<double>(), next_v.as<double>()}, burgers);
+    handwritten::burgers2d_step(layout, {u.as<double>(), v.as<double>()}, {next_u.as<double>(), next_v.as<double>()},
+                                burgers);
     std::swap(u, next_u);
     std::swap(v, next_v);
   }
@@ -109,7 +113,8 @@ void burgers2d_adjoint(benchmark::State& state) {
   const Field u = wave_field(layout, 0), v = wave_field(layout, 1);
   Field p = wave_field(layout, 2), q = wave_field(layout, 3), bar_u(layout, 4), bar_v(layout, 5);
   for (auto _ : state) {
-    handwritten::burgers2d_adjoint(layout, {u.as<double>(), v.as<double>()}, {p.as<double>(), q.as<double>()}, {bar_u.as<double>(), bar_v.as<double>()}, burgers);
+    handwritten::burgers2d_adjoint(layout, {u.as<double>(), v.as<double>()}, {p.as<double>(), q.as<double>()},
+                                   {bar_u.as<double>(), bar_v.as<double>()}, burgers);
     benchmark::ClobberMemory();
   }
   count(state, cell_count(layout), 48);
@@ -125,7 +130,13 @@ void heat3d_step(benchmark::State& state) {
   }
   count(state, cell_count(layout), 16);
 }
-BENCHMARK(heat3d_step)->ArgNames({"n", "tile", "prefetch"})->Args({64, 64, 0})->Args({256, 64, 0})->Args({256, 256, 0})->Args({256, 256, 1})->Unit(benchmark::kMicrosecond);
+BENCHMARK(heat3d_step)
+    ->ArgNames({"n", "tile", "prefetch"})
+    ->Args({64, 64, 0})
+    ->Args({256, 64, 0})
+    ->Args({256, 256, 0})
+    ->Args({256, 256, 1})
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace dpde

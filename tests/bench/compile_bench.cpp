@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time from a text to machine code of a gradient, for texts of many terms and of many fields. Linear is the aim; the rows end with
-// the power of the number that fits best:
+// The time from a text to machine code of a gradient, for texts of many terms and of many fields. Linear is the aim;
+// the rows end with the power of the number that fits best:
 //   bench_compile --benchmark_repetitions=3 --benchmark_report_aggregates_only=true
 #include <benchmark/benchmark.h>
 
@@ -35,8 +35,8 @@ std::string with_fields(std::int64_t fields) {
     model += "  field " + u + "\n  dt(" + u + ") = k*lap(" + u + ") + 0.1*" + u + "*" + next + "\n";
     initial += "  initial " + u + " = 0.1\n";
   }
-  return "model m {\n  param k\n" + model + "}\nscene s : m {\n  grid x = 0 .. 1, cells 64, periodic\n  k = 1e-4\n" + initial +
-         "  time 0 .. 0.1, step 0.01\n}\ntask g : s { unknown k; minimise mean(u0^2) at t = 0.1 }\n";
+  return "model m {\n  param k\n" + model + "}\nscene s : m {\n  grid x = 0 .. 1, cells 64, periodic\n  k = 1e-4\n" +
+         initial + "  time 0 .. 0.1, step 0.01\n}\ntask g : s { unknown k; minimise mean(u0^2) at t = 0.1 }\n";
 }
 
 void compile_gradient(benchmark::State& state, std::string (*text_of)(std::int64_t)) {
@@ -53,8 +53,20 @@ void compile_gradient(benchmark::State& state, std::string (*text_of)(std::int64
   }
   state.SetComplexityN(state.range(0));
 }
-BENCHMARK_CAPTURE(compile_gradient, terms, with_terms)->Arg(112)->Arg(225)->Arg(450)->Arg(900)->Complexity()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(compile_gradient, fields, with_fields)->Arg(25)->Arg(50)->Arg(100)->Arg(200)->Complexity()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(compile_gradient, terms, with_terms)
+    ->Arg(112)
+    ->Arg(225)
+    ->Arg(450)
+    ->Arg(900)
+    ->Complexity()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(compile_gradient, fields, with_fields)
+    ->Arg(25)
+    ->Arg(50)
+    ->Arg(100)
+    ->Arg(200)
+    ->Complexity()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace dpde::bench

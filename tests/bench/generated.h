@@ -24,7 +24,8 @@ inline bool is_single(Code code) { return code == jit_f32 || code == cpp_f32; }
 /// A text for 64 cells an axis, compiled for `cells`: rows of large grids have variants.
 inline std::shared_ptr<const driver::Compiled> compile(std::string text, Code code, int64_t cells = 64) {
   const std::string written = "cells 64";
-  for (size_t at = text.find(written); at != std::string::npos; at = text.find(written, at + 1)) text.replace(at, written.size(), "cells " + std::to_string(cells));
+  for (size_t at = text.find(written); at != std::string::npos; at = text.find(written, at + 1))
+    text.replace(at, written.size(), "cells " + std::to_string(cells));
   const SourceFile source("bench.dpde", text);
   DiagnosticSink sink;
   driver::CompileOptions options;
@@ -76,14 +77,19 @@ class Runner {
 };
 
 inline int32_t real_of(Code code) { return is_single(code) ? DPDE_F32 : DPDE_F64; }
-inline dpde_layout square(int64_t n, Code code = jit) { return make_layout(std::vector<int64_t>{n, n}, {1, 1, 0}, real_of(code)); }
-inline dpde_layout cube(int64_t n, Code code = jit, int64_t halo = 1) { return make_layout(std::vector<int64_t>{n, n, n}, {halo, halo, halo}, real_of(code)); }
+inline dpde_layout square(int64_t n, Code code = jit) {
+  return make_layout(std::vector<int64_t>{n, n}, {1, 1, 0}, real_of(code));
+}
+inline dpde_layout cube(int64_t n, Code code = jit, int64_t halo = 1) {
+  return make_layout(std::vector<int64_t>{n, n, n}, {halo, halo, halo}, real_of(code));
+}
 
 inline void count(benchmark::State& state, const dpde_layout& layout) {
   state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) * cell_count(layout));
 }
 
-inline void run_generated(benchmark::State& state, const std::string& text, Code code, bool adjoint, const dpde_layout& layout) {
+inline void run_generated(benchmark::State& state, const std::string& text, Code code, bool adjoint,
+                          const dpde_layout& layout) {
   const auto compiled = compile(text, code, layout.cells[0]);
   const std::string step = compiled->step_name();
   Runner runner(adjoint ? *compiled->adjoint_of(step) : *compiled->program(step), layout);

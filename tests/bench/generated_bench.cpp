@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated code beside hand-written code in one run: JIT and compiled C++ of 2-D Burgers (step and adjoint step) and 3-D
-// heat, the gradient of 1-D Burgers (128 cells, 32 steps), and the time from text to callable programs. Ratios are
-// between rows of the same size (rows _f32 beside those in f64): run with --benchmark_repetitions=9 and compare medians.
+// Generated code beside hand-written code in one run: JIT and compiled C++ of 2-D Burgers (step and adjoint step) and
+// 3-D heat, the gradient of 1-D Burgers (128 cells, 32 steps), and the time from text to callable programs. Ratios are
+// between rows of the same size (rows _f32 beside those in f64): run with --benchmark_repetitions=9 and compare
+// medians.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -23,7 +24,8 @@ std::string burgers_2d_with(const std::string& time) {
 model burgers { field u, v; param nu
   dt(u) = -advect((u, v), u) + nu*lap(u)
   dt(v) = -advect((u, v), v) + nu*lap(v) }
-scheme plain { time = )" + time + R"( }
+scheme plain { time = )" +
+         time + R"( }
 scene s : burgers with plain {
   grid x = 0 .. 1, cells 64, periodic
   grid y = 0 .. 1, cells 64, periodic
@@ -109,7 +111,9 @@ void burgers_2d_adjoint(benchmark::State& state, Code code) {
   count(state, layout);
 }
 
-void heat_2d_step(benchmark::State& state, Code code) { run_generated(state, heat_2d, code, false, square(state.range(0), code)); }
+void heat_2d_step(benchmark::State& state, Code code) {
+  run_generated(state, heat_2d, code, false, square(state.range(0), code));
+}
 
 void heat_3d_step(benchmark::State& state, Code code) {
   const dpde_layout layout = cube(state.range(0), code);
@@ -123,7 +127,9 @@ void heat_3d_step(benchmark::State& state, Code code) {
   count(state, layout);
 }
 
-void heat_3d_adjoint(benchmark::State& state, Code code) { run_generated(state, heat_3d, code, true, cube(state.range(0), code)); }
+void heat_3d_adjoint(benchmark::State& state, Code code) {
+  run_generated(state, heat_3d, code, true, cube(state.range(0), code));
+}
 
 void burgers_1d_gradient(benchmark::State& state, Code code) {
   constexpr int steps = 32;
@@ -135,7 +141,8 @@ void burgers_1d_gradient(benchmark::State& state, Code code) {
     double* const bars[2] = {f[0].as<double>(), f[1].as<double>()};
     for (int i = 0; i < 128; ++i) trajectory[i] = -std::sin(std::numbers::pi * (i + 0.5) / 64);
     for (auto _ : state) {
-      benchmark::DoNotOptimize(handwritten::burgers1d_gradient(layout, trajectory, steps, {0.32, 0.4}, f[2].as<double>(), bars));
+      benchmark::DoNotOptimize(
+          handwritten::burgers1d_gradient(layout, trajectory, steps, {0.32, 0.4}, f[2].as<double>(), bars));
     }
     return;
   }
@@ -151,12 +158,15 @@ void burgers_1d_gradient(benchmark::State& state, Code code) {
 RolloutSetup steps_32(const driver::Compiled& compiled, int64_t n, int block_steps, int threads) {
   RolloutSetup setup;
   setup.step = compiled.program(compiled.step_name());
-  setup.layout = setup.step->rank == 3 ? cube(n, jit, setup.step->halo[0]) : make_layout(std::vector<int64_t>{n, n}, {setup.step->halo[0], setup.step->halo[1], 0});
+  setup.layout = setup.step->rank == 3
+                     ? cube(n, jit, setup.step->halo[0])
+                     : make_layout(std::vector<int64_t>{n, n}, {setup.step->halo[0], setup.step->halo[1], 0});
   setup.steps = 32;
   setup.dt = 1e-2;
   setup.team = threads;
   setup.block_steps = block_steps;
-  for (int p = 0; p < setup.step->param_count; ++p) setup.params.push_back({setup.step->params[p], setup.step->params[p][0] == 'h' ? 1.0 : 1e-2});
+  for (int p = 0; p < setup.step->param_count; ++p)
+    setup.params.push_back({setup.step->params[p], setup.step->params[p][0] == 'h' ? 1.0 : 1e-2});
   return setup;
 }
 
@@ -168,8 +178,8 @@ void set_initial(Rollout& rollout, const dpde_layout& layout) {
   }
 }
 
-/// A run of 32 steps: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses). Compiled for a
-/// small grid the rows have no variants: sweeps with ordinary stores.
+/// A run of 32 steps: one by one (block_steps 1), or several in one pass over memory (0: as many as it chooses).
+/// Compiled for a small grid the rows have no variants: sweeps with ordinary stores.
 enum Rows { tuned, ordinary };
 void rollout_32(benchmark::State& state, const std::string& text, int block_steps, Rows rows) {
   const auto compiled = compile(text, jit, rows == tuned ? state.range(0) : 64);
@@ -186,7 +196,9 @@ void rollout_32(benchmark::State& state, const std::string& text, int block_step
 void rk4_separate_32(benchmark::State& state) {
   const dpde_layout layout = square(state.range(0));
   std::vector<Field> f = make_fields(layout, 12);
-  const auto pair = [&](size_t i) { return handwritten::NextVelocity{f[2 * i].as<double>(), f[2 * i + 1].as<double>()}; };
+  const auto pair = [&](size_t i) {
+    return handwritten::NextVelocity{f[2 * i].as<double>(), f[2 * i + 1].as<double>()};
+  };
   const handwritten::NextVelocity k[4] = {pair(2), pair(3), pair(4), pair(5)};
   for (auto _ : state) {
     for (int n = 0; n < 32; ++n) handwritten::burgers2d_rk4_separate(layout, pair(0), pair(1), k, weights);
@@ -225,7 +237,12 @@ BENCHMARK_CAPTURE(burgers_2d_step, cpp, cpp)->Arg(128)->Arg(512)->Arg(1024)->Uni
 BENCHMARK_CAPTURE(burgers_2d_adjoint, hand, hand)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_adjoint, jit, jit)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_adjoint, cpp, cpp)->Arg(128)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(burgers_2d_step, jit_f32, jit_f32)->Arg(128)->Arg(512)->Arg(1024)->Arg(2048)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(burgers_2d_step, jit_f32, jit_f32)
+    ->Arg(128)
+    ->Arg(512)
+    ->Arg(1024)
+    ->Arg(2048)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_step, cpp_f32, cpp_f32)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(burgers_2d_adjoint, jit_f32, jit_f32)->Arg(512)->Arg(1024)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(heat_2d_step, jit, jit)->Arg(1024)->Arg(4096)->Unit(benchmark::kMicrosecond);
@@ -237,12 +254,25 @@ BENCHMARK_CAPTURE(heat_3d_adjoint, jit, jit)->Arg(256)->Unit(benchmark::kMicrose
 BENCHMARK_CAPTURE(burgers_1d_gradient, hand, hand)->Unit(benchmark::kNanosecond);
 BENCHMARK_CAPTURE(burgers_1d_gradient, jit, jit)->Unit(benchmark::kNanosecond);
 BENCHMARK_CAPTURE(burgers_1d_gradient, cpp, cpp)->Unit(benchmark::kNanosecond);
-BENCHMARK_CAPTURE(rollout_32, burgers_2d_ordinary, burgers_2d, 1, ordinary)->Arg(1024)->Arg(4096)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(rollout_32, burgers_2d_plain, burgers_2d, 1, tuned)->Arg(1024)->Arg(4096)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(rollout_32, burgers_2d_blocked, burgers_2d, 0, tuned)->Arg(1024)->Arg(4096)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_ordinary, burgers_2d_rk4, 1, ordinary)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_ordinary, burgers_2d, 1, ordinary)
+    ->Arg(1024)
+    ->Arg(4096)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_plain, burgers_2d, 1, tuned)
+    ->Arg(1024)
+    ->Arg(4096)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_blocked, burgers_2d, 0, tuned)
+    ->Arg(1024)
+    ->Arg(4096)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_ordinary, burgers_2d_rk4, 1, ordinary)
+    ->Arg(1024)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_plain, burgers_2d_rk4, 1, tuned)->Arg(1024)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_blocked, burgers_2d_rk4, 0, tuned)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(rollout_32, burgers_2d_rk4_blocked, burgers_2d_rk4, 0, tuned)
+    ->Arg(1024)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(rk4_separate_32)->Arg(1024)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, heat_3d_ordinary, heat_3d, 1, ordinary)->Arg(256)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(rollout_32, heat_3d_plain, heat_3d, 1, tuned)->Arg(256)->Unit(benchmark::kMillisecond);

@@ -7,14 +7,16 @@
 namespace dpde::handwritten {
 namespace {
 
-[[gnu::noinline]] void burgers1d(int64_t count, const double* __restrict w, const double* __restrict u, const double* __restrict e,
-                                 double* __restrict next, double a, double c) {
+[[gnu::noinline]] void burgers1d(int64_t count, const double* __restrict w, const double* __restrict u,
+                                 const double* __restrict e, double* __restrict next, double a, double c) {
   for (int64_t i = 0; i < count; ++i) next[i] = u[i] - a * u[i] * (e[i] - w[i]) + c * (e[i] - 2 * u[i] + w[i]);
 }
 
-[[gnu::noinline]] void burgers1d_reverse(int64_t count, const double* __restrict u, const double* __restrict s, double* __restrict bar, double a, double c) {
+[[gnu::noinline]] void burgers1d_reverse(int64_t count, const double* __restrict u, const double* __restrict s,
+                                         double* __restrict bar, double a, double c) {
   for (int64_t i = 0; i < count; ++i) {
-    bar[i] = s[i] * (1 - 2 * c - a * (u[i + 1] - u[i - 1])) + s[i - 1] * (c - a * u[i - 1]) + s[i + 1] * (c + a * u[i + 1]);
+    bar[i] =
+        s[i] * (1 - 2 * c - a * (u[i + 1] - u[i - 1])) + s[i - 1] * (c - a * u[i - 1]) + s[i + 1] * (c + a * u[i + 1]);
   }
 }
 
@@ -29,13 +31,15 @@ namespace {
   return ((loss[0] + loss[1]) + (loss[2] + loss[3])) + ((loss[4] + loss[5]) + (loss[6] + loss[7]));
 }
 
-[[gnu::noinline]] void square_reverse(int64_t count, const double* __restrict u, const double* __restrict target, double* __restrict bar, double factor) {
+[[gnu::noinline]] void square_reverse(int64_t count, const double* __restrict u, const double* __restrict target,
+                                      double* __restrict bar, double factor) {
   for (int64_t i = 0; i < count; ++i) bar[i] = factor * (u[i] - target[i]);
 }
 
-[[gnu::noinline]] void burgers2d(int64_t count, const double* __restrict u, const double* __restrict us, const double* __restrict un,
-                                 const double* __restrict v, const double* __restrict vs, const double* __restrict vn,
-                                 double* __restrict next_u, double* __restrict next_v, double a, double c, double one = 1) {
+[[gnu::noinline]] void burgers2d(int64_t count, const double* __restrict u, const double* __restrict us,
+                                 const double* __restrict un, const double* __restrict v, const double* __restrict vs,
+                                 const double* __restrict vn, double* __restrict next_u, double* __restrict next_v,
+                                 double a, double c, double one = 1) {
   const double centre = one - 4 * c;
   for (int64_t i = 0; i < count; ++i) {
     const double west = c + a * u[i], east = c - a * u[i], south = c + a * v[i], north = c - a * v[i];
@@ -48,24 +52,31 @@ struct Rows {  // a row and those south and north of it
   const double *c, *s, *n;
 };
 
-[[gnu::noinline]] void burgers2d_reverse(int64_t count, const double* __restrict u, const double* __restrict us, const double* __restrict un,
-                                         const double* __restrict v, const double* __restrict vs, const double* __restrict vn, Rows p, Rows q,
+[[gnu::noinline]] void burgers2d_reverse(int64_t count, const double* __restrict u, const double* __restrict us,
+                                         const double* __restrict un, const double* __restrict v,
+                                         const double* __restrict vs, const double* __restrict vn, Rows p, Rows q,
                                          double* __restrict bar_u, double* __restrict bar_v, double a, double c) {
-  const double *__restrict pc = p.c, *__restrict ps = p.s, *__restrict pn = p.n;
-  const double *__restrict qc = q.c, *__restrict qs = q.s, *__restrict qn = q.n;
+  const double* __restrict pc = p.c, * __restrict ps = p.s, * __restrict pn = p.n;
+  const double* __restrict qc = q.c, * __restrict qs = q.s, * __restrict qn = q.n;
   const double centre = 1 - 4 * c;
   for (int64_t i = 0; i < count; ++i) {
-    const double from_west = c - a * u[i - 1], from_east = c + a * u[i + 1], from_south = c - a * vs[i], from_north = c + a * vn[i];
-    const double ux = a * (u[i + 1] - u[i - 1]), vx = a * (v[i + 1] - v[i - 1]), uy = a * (un[i] - us[i]), vy = a * (vn[i] - vs[i]);
-    bar_u[i] = centre * pc[i] - ux * pc[i] - vx * qc[i] + from_west * pc[i - 1] + from_east * pc[i + 1] + from_south * ps[i] + from_north * pn[i];
-    bar_v[i] = centre * qc[i] - uy * pc[i] - vy * qc[i] + from_west * qc[i - 1] + from_east * qc[i + 1] + from_south * qs[i] + from_north * qn[i];
+    const double from_west = c - a * u[i - 1], from_east = c + a * u[i + 1], from_south = c - a * vs[i],
+                 from_north = c + a * vn[i];
+    const double ux = a * (u[i + 1] - u[i - 1]), vx = a * (v[i + 1] - v[i - 1]), uy = a * (un[i] - us[i]),
+                 vy = a * (vn[i] - vs[i]);
+    bar_u[i] = centre * pc[i] - ux * pc[i] - vx * qc[i] + from_west * pc[i - 1] + from_east * pc[i + 1] +
+               from_south * ps[i] + from_north * pn[i];
+    bar_v[i] = centre * qc[i] - uy * pc[i] - vy * qc[i] + from_west * qc[i - 1] + from_east * qc[i + 1] +
+               from_south * qs[i] + from_north * qn[i];
   }
 }
 
-[[gnu::noinline]] void heat3d(int64_t count, const double* __restrict u, const double* __restrict s, const double* __restrict n,
-                              const double* __restrict below, const double* __restrict above, double* __restrict next, double c) {
+[[gnu::noinline]] void heat3d(int64_t count, const double* __restrict u, const double* __restrict s,
+                              const double* __restrict n, const double* __restrict below,
+                              const double* __restrict above, double* __restrict next, double c) {
   const double centre = 1 - 6 * c;
-  for (int64_t i = 0; i < count; ++i) next[i] = centre * u[i] + c * (((u[i - 1] + u[i + 1]) + (s[i] + n[i])) + (below[i] + above[i]));
+  for (int64_t i = 0; i < count; ++i)
+    next[i] = centre * u[i] + c * (((u[i - 1] + u[i + 1]) + (s[i] + n[i])) + (below[i] + above[i]));
 }
 
 inline void fill_ends(double* row, int64_t n) {
@@ -94,17 +105,20 @@ void burgers1d_adjoint(const dpde_layout& layout, const double* u, const double*
 }
 
 void burgers1d_forward(const dpde_layout& layout, double* trajectory, int steps, Burgers p) {
-  for (int k = 0; k < steps; ++k) burgers1d_step(layout, trajectory + k * layout.size, trajectory + (k + 1) * layout.size, p);
+  for (int k = 0; k < steps; ++k)
+    burgers1d_step(layout, trajectory + k * layout.size, trajectory + (k + 1) * layout.size, p);
 }
 
-double burgers1d_gradient(const dpde_layout& layout, double* trajectory, int steps, Burgers p, const double* target, double* const bars[2]) {
+double burgers1d_gradient(const dpde_layout& layout, double* trajectory, int steps, Burgers p, const double* target,
+                          double* const bars[2]) {
   burgers1d_forward(layout, trajectory, steps, p);
   const double* last = trajectory + steps * layout.size;
   const double loss = square_sum(layout.cells[0], last, target);
   square_reverse(layout.cells[0], last, target, bars[0], 2);
   fill_ends(bars[0], layout.cells[0]);
   int bar = 0;
-  for (int k = steps - 1; k >= 0; --k, bar = 1 - bar) burgers1d_adjoint(layout, trajectory + k * layout.size, bars[bar], bars[1 - bar], p);
+  for (int k = steps - 1; k >= 0; --k, bar = 1 - bar)
+    burgers1d_adjoint(layout, trajectory + k * layout.size, bars[bar], bars[1 - bar], p);
   return loss;
 }
 
@@ -126,7 +140,8 @@ void burgers2d_rate(const dpde_layout& layout, Velocity from, NextVelocity to, B
   const int64_t n = layout.cells[0], stride = layout.stride[1];
   for (int64_t y = 0; y < layout.cells[1]; ++y) {
     const double *u = from.u + y * stride, *v = from.v + y * stride;
-    burgers2d(n, u, u - stride, u + stride, v, v - stride, v + stride, to.u + y * stride, to.v + y * stride, p.a, p.c, 0);
+    burgers2d(n, u, u - stride, u + stride, v, v - stride, v + stride, to.u + y * stride, to.v + y * stride, p.a, p.c,
+              0);
   }
 }
 
@@ -140,12 +155,14 @@ void add_stage(const dpde_layout& layout, const double* from, const double* k, d
   }
 }
 
-[[gnu::noinline]] void weigh_row(int64_t count, double* __restrict u, const double* __restrict k1, const double* __restrict k2, const double* __restrict k3,
+[[gnu::noinline]] void weigh_row(int64_t count, double* __restrict u, const double* __restrict k1,
+                                 const double* __restrict k2, const double* __restrict k3,
                                  const double* __restrict k4) {
   for (int64_t i = 0; i < count; ++i) u[i] += (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]) / 6;
 }
 
-void burgers2d_rk4_separate(const dpde_layout& layout, NextVelocity u, NextVelocity stage, const NextVelocity k[4], Burgers p) {
+void burgers2d_rk4_separate(const dpde_layout& layout, NextVelocity u, NextVelocity stage, const NextVelocity k[4],
+                            Burgers p) {
   const int64_t n = layout.cells[0], stride = layout.stride[1];
   const double factors[3] = {0.5, 0.5, 1};
   burgers2d_rate(layout, {u.u, u.v}, k[0], p);
@@ -167,7 +184,9 @@ void burgers2d_rk4_separate(const dpde_layout& layout, NextVelocity u, NextVeloc
 
 void burgers2d_adjoint(const dpde_layout& layout, Velocity at, Velocity seed, NextVelocity bar, Burgers p) {
   const int64_t n = layout.cells[0], stride = layout.stride[1];
-  const auto rows = [&](const double* field, int64_t y) { return Rows{field + y * stride, field + (y - 1) * stride, field + (y + 1) * stride}; };
+  const auto rows = [&](const double* field, int64_t y) {
+    return Rows{field + y * stride, field + (y - 1) * stride, field + (y + 1) * stride};
+  };
   for (int64_t y = 0; y < layout.cells[1]; ++y) {
     const Rows u = rows(at.u, y), v = rows(at.v, y);
     double *bar_u = bar.u + y * stride, *bar_v = bar.v + y * stride;
@@ -200,11 +219,13 @@ void heat3d_step(const dpde_layout& layout, const double* u, double* next, doubl
 }
 
 /// Not memcpy: that would pick other stores for large arrays.
-[[gnu::optimize("no-tree-loop-distribute-patterns")]] void copy(double* __restrict to, const double* __restrict from, int64_t count) {
+[[gnu::optimize("no-tree-loop-distribute-patterns")]] void copy(double* __restrict to, const double* __restrict from,
+                                                                int64_t count) {
   for (int64_t i = 0; i < count; ++i) to[i] = from[i];
 }
 
-void triad(double* __restrict to, const double* __restrict from, const double* __restrict more, double factor, int64_t count) {
+void triad(double* __restrict to, const double* __restrict from, const double* __restrict more, double factor,
+           int64_t count) {
   for (int64_t i = 0; i < count; ++i) to[i] = from[i] + factor * more[i];
 }
 
@@ -227,13 +248,16 @@ void burgers2d_row(const dpde_row* row) {
 }
 void burgers2d_adjoint_row(const dpde_row* row) {
   const Streams s{row->streams};
-  burgers2d_reverse(row->count, s[0], s[3], s[4], s[5], s[8], s[9], {s[10], s[13], s[14]}, {s[15], s[18], s[19]}, s[20], s[21], row->uniforms[0], row->uniforms[1]);
+  burgers2d_reverse(row->count, s[0], s[3], s[4], s[5], s[8], s[9], {s[10], s[13], s[14]}, {s[15], s[18], s[19]}, s[20],
+                    s[21], row->uniforms[0], row->uniforms[1]);
 }
 void heat3d_row(const dpde_row* row) {
   const Streams s{row->streams};
   heat3d(row->count, s[0], s[3], s[4], s[5], s[6], s[7], row->uniforms[0]);
 }
-void square_row(const dpde_row* row) { row->sums[0] += square_sum(row->count, Streams{row->streams}[0], Streams{row->streams}[1]); }
+void square_row(const dpde_row* row) {
+  row->sums[0] += square_sum(row->count, Streams{row->streams}[0], Streams{row->streams}[1]);
+}
 void square_adjoint_row(const dpde_row* row) {
   const Streams s{row->streams};
   square_reverse(row->count, s[0], s[1], s[2], 2 * row->uniforms[0]);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hand-written fused ghost-cell sweeps: what generated code is compared with (shared/design/speed.md, section 2).
 //
-// All work on fields with a dpde_layout (halo >= 1, periodic axes) given by their base pointers, read fields whose halos
-// are filled, and leave the halos of what they write filled: the ends of each row right after the row.
+// All work on fields with a dpde_layout (halo >= 1, periodic axes) given by their base pointers, read fields whose
+// halos are filled, and leave the halos of what they write filled: the ends of each row right after the row.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,8 @@ void burgers1d_adjoint(const dpde_layout& layout, const double* u, const double*
 void burgers1d_forward(const dpde_layout& layout, double* trajectory, int steps, Burgers p);
 /// Loss sum (u - target)^2 at the end and its gradient in the initial state; returns the loss. bars: two fields; the
 /// gradient ends in the first when `steps` is even.
-double burgers1d_gradient(const dpde_layout& layout, double* trajectory, int steps, Burgers p, const double* target, double* const bars[2]);
+double burgers1d_gradient(const dpde_layout& layout, double* trajectory, int steps, Burgers p, const double* target,
+                          double* const bars[2]);
 
 /// Two velocities, u_t = -u u_x - v u_y + nu lap u, the same for v; hx = hy.
 struct Velocity {
@@ -34,10 +35,12 @@ struct NextVelocity {
 };
 void burgers2d_step(const dpde_layout& layout, Velocity from, NextVelocity to, Burgers p);
 /// One RK4 step in place with an array for each stage and separate updates: what fusing stages with updates saves.
-void burgers2d_rk4_separate(const dpde_layout& layout, NextVelocity u, NextVelocity stage, const NextVelocity k[4], Burgers p);
+void burgers2d_rk4_separate(const dpde_layout& layout, NextVelocity u, NextVelocity stage, const NextVelocity k[4],
+                            Burgers p);
 void burgers2d_adjoint(const dpde_layout& layout, Velocity at, Velocity seed, NextVelocity bar, Burgers p);
 
-/// next = u + c (sum of 6 neighbours - 6 u); y in tiles of so many rows, with or without prefetch of the next row above.
+/// next = u + c (sum of 6 neighbours - 6 u); y in tiles of so many rows, with or without prefetch of the next row
+/// above.
 struct Tiling {
   int64_t rows = 64;
   bool prefetch = false;

@@ -10,13 +10,15 @@ namespace dpde::handwritten {
 struct GrayScott {
   double dt, da, db, feed, kill;
 };
-void gray_scott_step(const dpde_layout& layout, const double* a, const double* b, double* next_a, double* next_b, GrayScott p);
+void gray_scott_step(const dpde_layout& layout, const double* a, const double* b, double* next_a, double* next_b,
+                     GrayScott p);
 
 /// next = u + c (14 faces + 3 edges + corners - 128 u)/30; y in tiles of so many rows.
 void heat27_step(const dpde_layout& layout, const double* u, double* next, double c, int64_t rows = 64);
 
 /// old = 2 u - old + c2 dt^2 lap u, with differences of order 8; halo 4, spacing 1.
-void wave25_step(const dpde_layout& layout, const double* u, double* old, const double* c2, double dt, int64_t rows = 32);
+void wave25_step(const dpde_layout& layout, const double* u, double* old, const double* c2, double dt,
+                 int64_t rows = 32);
 
 /// eta_t = -div((depth + eta) u), u_t = -g grad eta, velocities on the upper faces, Euler; spacing 1.
 struct Water {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Generated steps beside hand-written ones, as in generated_bench.cpp, for other kernels: Gray-Scott, 27 points in 3-D, waves with 25
-// points, staggered shallow water. Rows `adjoint` are to be compared with `jit` of the same kernel.
+// Generated steps beside hand-written ones, as in generated_bench.cpp, for other kernels: Gray-Scott, 27 points in 3-D,
+// waves with 25 points, staggered shallow water. Rows `adjoint` are to be compared with `jit` of the same kernel.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -19,24 +19,33 @@ std::string scene(const std::string& model, const std::string& axes, const std::
 }
 
 const std::string gray_scott = scene(
-    "model m { field a, b; param da, db, feed, kill\n  dt(a) = da*lap(a) - a*b^2 + feed*(1 - a)\n  dt(b) = db*lap(b) + a*b^2 - (feed + kill)*b }\n"
-    "scheme c { time = euler }", "xy",
-    "  da = 0.01\n  db = 0.01\n  feed = 0.01\n  kill = 0.01\n  initial a = 1\n  initial b = sin(x)\n");
+    "model m { field a, b; param da, db, feed, kill\n  dt(a) = da*lap(a) - a*b^2 + feed*(1 - a)\n  dt(b) = db*lap(b) + "
+    "a*b^2 - (feed + kill)*b }\n"
+    "scheme c { time = euler }",
+    "xy", "  da = 0.01\n  db = 0.01\n  feed = 0.01\n  kill = 0.01\n  initial a = 1\n  initial b = sin(x)\n");
 
 const std::string heat27 = scene(
     "operator lap27(u) order 2 = (14*(u[-1,0,0] + u[+1,0,0] + u[0,-1,0] + u[0,+1,0] + u[0,0,-1] + u[0,0,+1])"
-    " + 3*(u[-1,-1,0] + u[+1,-1,0] + u[-1,+1,0] + u[+1,+1,0] + u[-1,0,-1] + u[+1,0,-1] + u[-1,0,+1] + u[+1,0,+1] + u[0,-1,-1] + u[0,+1,-1] + u[0,-1,+1] + u[0,+1,+1])"
-    " + u[-1,-1,-1] + u[+1,-1,-1] + u[-1,+1,-1] + u[+1,+1,-1] + u[-1,-1,+1] + u[+1,-1,+1] + u[-1,+1,+1] + u[+1,+1,+1] - 128*u)/(30*hx^2)\n"
-    "model m { field u; param k; dt(u) = k*lap27(u) }\nscheme c { time = euler }", "xyz", "  k = 0.01\n  initial u = sin(x)\n");
+    " + 3*(u[-1,-1,0] + u[+1,-1,0] + u[-1,+1,0] + u[+1,+1,0] + u[-1,0,-1] + u[+1,0,-1] + u[-1,0,+1] + u[+1,0,+1] + "
+    "u[0,-1,-1] + u[0,+1,-1] + u[0,-1,+1] + u[0,+1,+1])"
+    " + u[-1,-1,-1] + u[+1,-1,-1] + u[-1,+1,-1] + u[+1,+1,-1] + u[-1,-1,+1] + u[+1,-1,+1] + u[-1,+1,+1] + u[+1,+1,+1] "
+    "- 128*u)/(30*hx^2)\n"
+    "model m { field u; param k; dt(u) = k*lap27(u) }\nscheme c { time = euler }",
+    "xyz", "  k = 0.01\n  initial u = sin(x)\n");
 
-const std::string wave25 = scene("model m { field u; coefficient c2; dt(dt(u)) = c2*lap(u) }\nscheme c { lap = central(8); time = leapfrog }", "xyz",
-                                 "  c2 = 1 + 0.1*sin(x)\n  initial u = sin(x)\n  initial dt(u) = 0\n");
+const std::string wave25 =
+    scene("model m { field u; coefficient c2; dt(dt(u)) = c2*lap(u) }\nscheme c { lap = central(8); time = leapfrog }",
+          "xyz", "  c2 = 1 + 0.1*sin(x)\n  initial u = sin(x)\n  initial dt(u) = 0\n");
 
-const std::string wave25_velocity = wave25 + "task t : s { data heard = u from scene s at t = 1\n  unknown c2 from 1 in 0.4 .. 1.6\n  minimise mean((u - heard)^2) at t = 1 }\n";
+const std::string wave25_velocity = wave25 +
+                                    "task t : s { data heard = u from scene s at t = 1\n  unknown c2 from 1 in 0.4 .. "
+                                    "1.6\n  minimise mean((u - heard)^2) at t = 1 }\n";
 
 const std::string water = scene(
-    "model m { vector u on faces; field eta; coefficient depth; param g\n  dt(eta) = -div(interpolate(depth + eta)*u)\n  dt(u) = -g*grad(eta) }\n"
-    "scheme c { time = euler }", "xy", "  g = 0.01\n  depth = 1\n  initial u = 0\n  initial eta = sin(x)\n");
+    "model m { vector u on faces; field eta; coefficient depth; param g\n  dt(eta) = -div(interpolate(depth + "
+    "eta)*u)\n  dt(u) = -g*grad(eta) }\n"
+    "scheme c { time = euler }",
+    "xy", "  g = 0.01\n  depth = 1\n  initial u = 0\n  initial eta = sin(x)\n");
 
 void gray_scott_step(benchmark::State& state, Code code, bool adjoint) {
   const dpde_layout layout = square(state.range(0), code);
@@ -76,7 +85,9 @@ void wave25_step(benchmark::State& state, Code code, bool adjoint) {
 }
 
 /// With the gradient with respect to c2.
-void wave25_velocity_step(benchmark::State& state, Code code, bool adjoint) { run_generated(state, wave25_velocity, code, adjoint, cube(state.range(0), code, 4)); }
+void wave25_velocity_step(benchmark::State& state, Code code, bool adjoint) {
+  run_generated(state, wave25_velocity, code, adjoint, cube(state.range(0), code, 4));
+}
 
 void water_step(benchmark::State& state, Code code, bool adjoint) {
   const dpde_layout layout = square(state.range(0), code);

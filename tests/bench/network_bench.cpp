@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convolutions of 32 to 32 channels, single precision, with their margins: forward, gradient of the input, gradient of the weights.
-// Beside them oneDNN in the layout that it likes best (where it was found when this was built) and Eigen's products of matrices.
-// Items are floating-point operations. Compare medians of one run:
+// Convolutions of 32 to 32 channels, single precision, with their margins: forward, gradient of the input, gradient of
+// the weights. Beside them oneDNN in the layout that it likes best (where it was found when this was built) and Eigen's
+// products of matrices. Items are floating-point operations. Compare medians of one run:
 //   bench_network --benchmark_filter=conv --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
 #include <benchmark/benchmark.h>
 
@@ -25,12 +25,15 @@ double flops(const benchmark::State& state, int64_t channels) {
   const double n = static_cast<double>(state.range(0)), extent = static_cast<double>(state.range(1));
   return 2 * n * n * extent * extent * static_cast<double>(channels * channels);
 }
-void count(benchmark::State& state, int64_t channels) { state.SetItemsProcessed(static_cast<int64_t>(flops(state, channels)) * state.iterations()); }
+void count(benchmark::State& state, int64_t channels) {
+  state.SetItemsProcessed(static_cast<int64_t>(flops(state, channels)) * state.iterations());
+}
 
 /// Memory that begins on 64 bytes, filled with numbers of order 1.
 class Values {
  public:
-  explicit Values(int64_t size) : memory_(static_cast<float*>(std::aligned_alloc(64, static_cast<size_t>((size * 4 + 63) / 64 * 64)))) {
+  explicit Values(int64_t size)
+      : memory_(static_cast<float*>(std::aligned_alloc(64, static_cast<size_t>((size * 4 + 63) / 64 * 64)))) {
     for (int64_t i = 0; i < size; ++i) memory_.get()[i] = static_cast<float>(i % 17) / 17 - 0.4f;
   }
   float* get() const { return memory_.get(); }
@@ -48,16 +51,21 @@ void conv_planes(benchmark::State& state, Pass pass, int channels, int threads) 
   const dpde_layout layout = make_layout(std::vector<int64_t>{state.range(0), state.range(0)}, {});
   const nn::Plan plan = nn::make_plan(network.table(), layout, nn::kernels<float>().widest_block);
   const nn::Convolution& convolution = plan.steps[0].convolution;
-  const nn::Shape &in = plan.values[0].shape, &out = plan.values[1].shape, &seeds = plan.values[1].adjoint, &bars = plan.values[0].adjoint;
-  const Values a(in.size), b(out.size), c(seeds.size), d(bars.size), w(static_cast<int64_t>(convolution.forward.weights.size()));
+  const nn::Shape &in = plan.values[0].shape, &out = plan.values[1].shape, &seeds = plan.values[1].adjoint,
+                  &bars = plan.values[0].adjoint;
+  const Values a(in.size), b(out.size), c(seeds.size), d(bars.size),
+      w(static_cast<int64_t>(convolution.forward.weights.size()));
   std::vector<double> weight_bars(convolution.forward.weights.size());
-  const nn::View<float> input{a.get() + in.origin, &in}, output{b.get() + out.origin, &out}, seed{c.get() + seeds.origin, &seeds}, bar{d.get() + bars.origin, &bars};
+  const nn::View<float> input{a.get() + in.origin, &in}, output{b.get() + out.origin, &out},
+      seed{c.get() + seeds.origin, &seeds}, bar{d.get() + bars.origin, &bars};
   const nn::Range range{{}, plan.values[0].cells};
   for (auto _ : state) {
     const nn::View<float>& padded = pass == forward ? input : seed;
     for (int64_t channel = 0; channel < channels; ++channel) {
-      if (pass == weights) nn::clear_margin(*padded.shape, padded.plane(channel));
-      else nn::fill_margin(*padded.shape, padded.plane(channel));
+      if (pass == weights)
+        nn::clear_margin(*padded.shape, padded.plane(channel));
+      else
+        nn::fill_margin(*padded.shape, padded.plane(channel));
     }
     if (pass == forward) nn::convolve(threads, convolution.forward, w.get(), input, {output}, range, {});
     if (pass == data) nn::convolve(threads, convolution.reverse[0], w.get(), seed, {bar}, range, {});
@@ -69,7 +77,8 @@ void conv_planes(benchmark::State& state, Pass pass, int channels, int threads) 
 
 void conv_onednn(benchmark::State& state, Pass pass, int channels, int threads) {
   set_onednn_threads(threads);
-  const std::unique_ptr<OneDnnConvolution> convolution = make_onednn(static_cast<int>(pass), channels, state.range(0), state.range(1));
+  const std::unique_ptr<OneDnnConvolution> convolution =
+      make_onednn(static_cast<int>(pass), channels, state.range(0), state.range(1));
   if (!convolution) return state.SkipWithError("built without oneDNN");
   for (auto _ : state) convolution->run();
   count(state, channels);
@@ -79,7 +88,8 @@ void conv_onednn(benchmark::State& state, Pass pass, int channels, int threads) 
 void conv_eigen(benchmark::State& state, Pass pass, int channels, int) {
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const int64_t n = state.range(0), extent = state.range(1), half = extent / 2, terms = channels * extent * extent;
-  const Matrix w = Matrix::Random(channels, terms), seeds = Matrix::Random(channels, n * n), in = Matrix::Random(channels, n * n);
+  const Matrix w = Matrix::Random(channels, terms), seeds = Matrix::Random(channels, n * n),
+               in = Matrix::Random(channels, n * n);
   Matrix columns(terms, n * n), out(channels, n * n), bars = Matrix::Zero(channels, terms);
   Eigen::setNbThreads(1);
   const auto wrapped = [n](int64_t k) { return (k + n) % n; };
@@ -93,8 +103,10 @@ void conv_eigen(benchmark::State& state, Pass pass, int channels, int) {
         for (int64_t x = 0; x < n; ++x) row[x] = from[x + dx < 0 ? x + dx + n : x + dx >= n ? x + dx - n : x + dx];
       }
     }
-    if (pass == weights) bars.noalias() += seeds * columns.transpose();
-    else out.noalias() = w * columns;
+    if (pass == weights)
+      bars.noalias() += seeds * columns.transpose();
+    else
+      out.noalias() = w * columns;
     benchmark::ClobberMemory();
   }
   count(state, channels);
@@ -136,13 +148,18 @@ void run_network(benchmark::State& state, test::TestNetwork network, std::vector
   for (int k = 0; k < 2 * (table.inputs + table.outputs); ++k) fields.emplace_back(layout, k).fill(0.5);
   std::vector<void*> in, out, in_bars, out_bars;
   for (Field& field : fields) {
-    std::vector<void*>& to = std::ssize(in) < table.inputs ? in : std::ssize(out) < table.outputs ? out : std::ssize(in_bars) < table.inputs ? in_bars : out_bars;
+    std::vector<void*>& to = std::ssize(in) < table.inputs        ? in
+                             : std::ssize(out) < table.outputs    ? out
+                             : std::ssize(in_bars) < table.inputs ? in_bars
+                                                                  : out_bars;
     to.push_back(field.base());
   }
   std::vector<double> weight_bars(static_cast<size_t>(table.weight_count));
   for (auto _ : state) {
-    if (adjoint) run.adjoint(in.data(), out_bars.data(), in_bars.data(), weight_bars.data());
-    else run.value(in.data(), out.data());
+    if (adjoint)
+      run.adjoint(in.data(), out_bars.data(), in_bars.data(), weight_bars.data());
+    else
+      run.value(in.data(), out.data());
     benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(state.iterations() * cell_count(layout));
@@ -190,7 +207,9 @@ test::TestNetwork u_net(int32_t padding, int32_t real) {
   network.unary(DPDE_FIX_SUM, 0);
   return network;
 }
-void u_net_2d(benchmark::State& state, int32_t padding, int32_t real, bool adjoint) { run_network(state, u_net(padding, real), {128, 128}, adjoint); }
+void u_net_2d(benchmark::State& state, int32_t padding, int32_t real, bool adjoint) {
+  run_network(state, u_net(padding, real), {128, 128}, adjoint);
+}
 BENCHMARK_CAPTURE(u_net_2d, periodic, DPDE_PAD_PERIODIC, DPDE_F32, false);
 BENCHMARK_CAPTURE(u_net_2d, periodic_adjoint, DPDE_PAD_PERIODIC, DPDE_F32, true);
 BENCHMARK_CAPTURE(u_net_2d, replicate, DPDE_PAD_REPLICATE, DPDE_F32, false);
@@ -198,8 +217,12 @@ BENCHMARK_CAPTURE(u_net_2d, replicate_adjoint, DPDE_PAD_REPLICATE, DPDE_F32, tru
 BENCHMARK_CAPTURE(u_net_2d, f64, DPDE_PAD_PERIODIC, DPDE_F64, false);
 BENCHMARK_CAPTURE(u_net_2d, f64_adjoint, DPDE_PAD_PERIODIC, DPDE_F64, true);
 
-void corrector_2d(benchmark::State& state, int channels, bool adjoint) { run_network(state, corrector(2, channels), {128, 128}, adjoint); }
-void corrector_1d(benchmark::State& state, int channels, bool adjoint) { run_network(state, corrector(1, channels), {state.range(0)}, adjoint); }
+void corrector_2d(benchmark::State& state, int channels, bool adjoint) {
+  run_network(state, corrector(2, channels), {128, 128}, adjoint);
+}
+void corrector_1d(benchmark::State& state, int channels, bool adjoint) {
+  run_network(state, corrector(1, channels), {state.range(0)}, adjoint);
+}
 void closure_per_cell(benchmark::State& state, bool adjoint) { run_network(state, per_cell(), {512, 512}, adjoint); }
 BENCHMARK_CAPTURE(corrector_2d, channels_32, 32, false);
 BENCHMARK_CAPTURE(corrector_2d, channels_32_adjoint, 32, true);

@@ -20,20 +20,23 @@ class Convolution final : public OneDnnConvolution {
     const memory::desc weights({channels, channels, extent, extent}, memory::data_type::f32, any);
     const memory::dims strides{1, 1}, pad{extent / 2, extent / 2};
     const auto direct = dnnl::algorithm::convolution_direct;
-    const dnnl::convolution_forward::primitive_desc hint({dnnl::prop_kind::forward_training, direct, data, weights, data, strides, pad, pad}, engine_);
+    const dnnl::convolution_forward::primitive_desc hint(
+        {dnnl::prop_kind::forward_training, direct, data, weights, data, strides, pad, pad}, engine_);
     if (pass == 0) {
       add(DNNL_ARG_SRC, hint.src_desc());
       add(DNNL_ARG_WEIGHTS, hint.weights_desc());
       add(DNNL_ARG_DST, hint.dst_desc());
       primitive_ = dnnl::convolution_forward(hint);
     } else if (pass == 1) {
-      const dnnl::convolution_backward_data::primitive_desc back({direct, data, weights, data, strides, pad, pad}, engine_, hint);
+      const dnnl::convolution_backward_data::primitive_desc back({direct, data, weights, data, strides, pad, pad},
+                                                                 engine_, hint);
       add(DNNL_ARG_DIFF_SRC, back.diff_src_desc());
       add(DNNL_ARG_WEIGHTS, back.weights_desc());
       add(DNNL_ARG_DIFF_DST, back.diff_dst_desc());
       primitive_ = dnnl::convolution_backward_data(back);
     } else {
-      const dnnl::convolution_backward_weights::primitive_desc back({direct, data, weights, data, strides, pad, pad}, engine_, hint);
+      const dnnl::convolution_backward_weights::primitive_desc back({direct, data, weights, data, strides, pad, pad},
+                                                                    engine_, hint);
       add(DNNL_ARG_SRC, back.src_desc());
       add(DNNL_ARG_DIFF_WEIGHTS, back.diff_weights_desc());
       add(DNNL_ARG_DIFF_DST, back.diff_dst_desc());

@@ -22,13 +22,15 @@ void two_uniforms(const double* params, double* uniforms) {
 
 Field random_field(const dpde_layout& layout, int number) {
   Field field(layout, number);
-  for (int64_t i = 0; i < layout.size; ++i) field.as<double>()[i - layout.origin] = std::sin(0.37 * static_cast<double>(i) + number);
+  for (int64_t i = 0; i < layout.size; ++i)
+    field.as<double>()[i - layout.origin] = std::sin(0.37 * static_cast<double>(i) + number);
   return field;
 }
 
 /// The five streams of a star in 2-D.
 void add_star(std::vector<StreamOf>& streams, const std::string& field) {
-  for (const StreamOf& stream : {StreamOf{field}, {field, -1}, {field, 1}, {field, 0, -1}, {field, 0, 1}}) streams.push_back(stream);
+  for (const StreamOf& stream : {StreamOf{field}, {field, -1}, {field, 1}, {field, 0, -1}, {field, 0, 1}})
+    streams.push_back(stream);
 }
 
 void nothing(const dpde_row*) {}
@@ -83,7 +85,8 @@ struct SmallGradient {
     adjoint.params({"a", "c"}, two_uniforms, 2);
     adjoint.prepare(adjoint.fill_of("u_next_bar"));
     adjoint.sweep(handwritten::burgers1d_adjoint_row,
-                  {{"u", -1}, {"u"}, {"u", 1}, {"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"u_bar"}}, {adjoint.fill_of("u_bar")});
+                  {{"u", -1}, {"u"}, {"u", 1}, {"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"u_bar"}},
+                  {adjoint.fill_of("u_bar")});
     adjoint.swap("u_next_bar", "u_bar");
     adjoint.bars({"u", "u_next"});
     loss.sums({"loss"});
@@ -141,7 +144,8 @@ void burgers2d_step(benchmark::State& state) {
 BENCHMARK(burgers2d_step)->ArgNames({"n", "threads"})->Args({128, 1})->Args({1024, 1})->Args({1024, 2})->UseRealTime();
 
 void heat3d_step(benchmark::State& state) {
-  const dpde_layout layout = make_layout(std::vector<int64_t>{state.range(0), state.range(0), state.range(0)}, {1, 1, 1});
+  const dpde_layout layout =
+      make_layout(std::vector<int64_t>{state.range(0), state.range(0), state.range(0)}, {1, 1, 1});
   TestProgram program("step", 3, {"u"}, {"u_next"});
   program.params({"c", "unused"}, two_uniforms, 2);
   std::vector<StreamOf> streams;
@@ -160,7 +164,13 @@ void heat3d_step(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations() * cell_count(layout));
 }
-BENCHMARK(heat3d_step)->ArgNames({"n", "threads"})->Args({64, 1})->Args({256, 1})->Args({256, 2})->UseRealTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(heat3d_step)
+    ->ArgNames({"n", "threads"})
+    ->Args({64, 1})
+    ->Args({256, 1})
+    ->Args({256, 2})
+    ->UseRealTime()
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace dpde

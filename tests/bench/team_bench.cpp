@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads beside neighbours: sweeps over n^2 cells by one and by two threads, with 0 or 2 others that spin. Two threads must never take more
-// than 1.1 times as long as one:
-//   taskset -c 0,1 bench_team --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true --benchmark_report_aggregates_only=true
+// Threads beside neighbours: sweeps over n^2 cells by one and by two threads, with 0 or 2 others that spin. Two threads
+// must never take more than 1.1 times as long as one:
+//   taskset -c 0,1 bench_team --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
+//   --benchmark_report_aggregates_only=true
 #include <benchmark/benchmark.h>
 
 #include <atomic>
@@ -45,7 +46,8 @@ void sweeps(benchmark::State& state) {
       team.run(parts, [&](std::int64_t part, int) {
         for (std::int64_t y = n * part / parts; y < n * (part + 1) / parts; ++y) {
           const double *row = u + y * n, *below = u + (y + n - 1) % n * n, *above = u + (y + 1) % n * n;
-          for (std::int64_t x = 1; x + 1 < n; ++x) next[y * n + x] = row[x] + 0.2 * (row[x - 1] + row[x + 1] + below[x] + above[x] - 4 * row[x]);
+          for (std::int64_t x = 1; x + 1 < n; ++x)
+            next[y * n + x] = row[x] + 0.2 * (row[x - 1] + row[x + 1] + below[x] + above[x] - 4 * row[x]);
         }
       });
       std::swap(from, to);
@@ -54,7 +56,11 @@ void sweeps(benchmark::State& state) {
   }
   state.SetItemsProcessed(state.iterations() * steps * n * n);
 }
-BENCHMARK(sweeps)->ArgNames({"n", "threads", "neighbours"})->ArgsProduct({{256, 512}, {1, 2}, {0, 2}})->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(sweeps)
+    ->ArgNames({"n", "threads", "neighbours"})
+    ->ArgsProduct({{256, 512}, {1, 2}, {0, 2}})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace dpde::bench

@@ -40,10 +40,11 @@ TEST_F(BadInput, FilesThatMakeNoSense) {
 TEST_F(BadInput, OptionsThatDoNotFit) {
   write("rod.dpde", rod_text);
   for (const std::string arguments :
-       {"", "nonsense", "runn rod.dpde", "run", "run rod.dpde --frobnicate", "run rod.dpde nosuch", "run rod.dpde --backend gpu",
-        "run rod.dpde --set =", "run rod.dpde --set k", "run rod.dpde --set cells=-1", "run rod.dpde --set cells=many",
-        "run rod.dpde --set nosuch=1", "run rod.dpde --set time=rk9", "run rod.dpde --scheme nosuch", "run rod.dpde --threads -3",
-        "run rod.dpde --every 0", "gradient rod.dpde rod", "gradient rod.dpde find --memory lots", "gradient rod.dpde find --memory 1"}) {
+       {"", "nonsense", "runn rod.dpde", "run", "run rod.dpde --frobnicate", "run rod.dpde nosuch",
+        "run rod.dpde --backend gpu", "run rod.dpde --set =", "run rod.dpde --set k", "run rod.dpde --set cells=-1",
+        "run rod.dpde --set cells=many", "run rod.dpde --set nosuch=1", "run rod.dpde --set time=rk9",
+        "run rod.dpde --scheme nosuch", "run rod.dpde --threads -3", "run rod.dpde --every 0", "gradient rod.dpde rod",
+        "gradient rod.dpde find --memory lots", "gradient rod.dpde find --memory 1"}) {
     const Outcome run = dpde(arguments + " --json");
     EXPECT_EQ(run.status, 2) << arguments << run.err;
     EXPECT_FALSE(run.codes().empty()) << arguments;
@@ -64,10 +65,11 @@ TEST_F(BadInput, PlacesThatCannotBeWritten) {
   write("rod.dpde", rod_text);
   write("file", "");
   for (const std::string arguments :
-       {"run rod.dpde rod --out /proc/nothing", "run rod.dpde rod --out file/below", "optimize rod.dpde find --out /proc/nothing",
-        "gradient rod.dpde find --out file", "emit rod.dpde rod --stage ast -o /nowhere/x", "run rod.dpde rod > /dev/full",
-        "run rod.dpde rod --json > /dev/full", "emit rod.dpde rod --stage cpp > /dev/full", "emit rod.dpde rod --stage cpp -o /dev/full",
-        "run rod.dpde rod --set cells=2000000000"}) {
+       {"run rod.dpde rod --out /proc/nothing", "run rod.dpde rod --out file/below",
+        "optimize rod.dpde find --out /proc/nothing", "gradient rod.dpde find --out file",
+        "emit rod.dpde rod --stage ast -o /nowhere/x", "run rod.dpde rod > /dev/full",
+        "run rod.dpde rod --json > /dev/full", "emit rod.dpde rod --stage cpp > /dev/full",
+        "emit rod.dpde rod --stage cpp -o /dev/full", "run rod.dpde rod --set cells=2000000000"}) {
     const Outcome run = dpde(arguments);
     EXPECT_EQ(run.status, 3) << arguments << run.err;
     EXPECT_NE(run.err.find("error[E09"), std::string::npos) << arguments << run.err;
@@ -114,7 +116,8 @@ TEST_F(BadInput, ALineBreakInTheNameOfAFile) {
   std::string name = "rod\nint evil() { return 1; }\n.dpde";
   write(name, rod_text);
   const std::string quoted = "'" + name + "'";
-  for (const std::string& arguments : {"emit " + quoted + " rod --stage cpp", "build " + quoted + " rod -o lib > .log; cat lib/*.h lib/*.cpp"}) {
+  for (const std::string& arguments :
+       {"emit " + quoted + " rod --stage cpp", "build " + quoted + " rod -o lib > .log; cat lib/*.h lib/*.cpp"}) {
     const Outcome run = dpde(arguments);
     EXPECT_EQ(run.status, 0) << run.err;
     EXPECT_NE(run.out.find("int evil()"), std::string::npos) << "the name is there";
@@ -155,7 +158,8 @@ TEST_F(BadInput, DataThatDoNotFit) {
   write("u.npy", npy("(16,)", values));
   EXPECT_EQ(code(), "");
   EXPECT_EQ(code(" --set real=f32"), "E0915");
-  EXPECT_NE(dpde("check rod.dpde rod --set real=f32").err.find("holds 1e+39 at index 3, which f32 cannot hold"), std::string::npos);
+  EXPECT_NE(dpde("check rod.dpde rod --set real=f32").err.find("holds 1e+39 at index 3, which f32 cannot hold"),
+            std::string::npos);
   write("u.npy", npy("(16,)", values).substr(0, 150));
   EXPECT_EQ(code(), "E0907");
   write("u.npy", "not an array");
@@ -164,14 +168,17 @@ TEST_F(BadInput, DataThatDoNotFit) {
 
 TEST_F(BadInput, DataOfAnotherSceneThatDoNotFit) {
   const auto with = [&](const std::string& fine, const std::string& data) {
-    write("rod.dpde", std::string(rod_text) + "scene fine : heat with ftcs {\n  grid x = 0 .. 2*pi, cells " + fine +
-                          ", periodic\n  k = 0.3\n  initial u = sin(x)\n  time 0 .. 1, step 1/12\n}\ntask t : rod {\n  data d = " +
-                          data + "\n  unknown k\n  minimise mean((u - d)^2) at t = 0.5, 1\n}\n");
+    write("rod.dpde",
+          std::string(rod_text) + "scene fine : heat with ftcs {\n  grid x = 0 .. 2*pi, cells " + fine +
+              ", periodic\n  k = 0.3\n  initial u = sin(x)\n  time 0 .. 1, step 1/12\n}\ntask t : rod {\n  data d = " +
+              data + "\n  unknown k\n  minimise mean((u - d)^2) at t = 0.5, 1\n}\n");
     return dpde("gradient rod.dpde t --json");
   };
   EXPECT_EQ(with("32", "u from scene fine at t = 0.5").status, 0);
-  EXPECT_EQ(with("24", "u from scene fine at t = 0.5").codes(), (std::vector<std::string>{"W0701", "E0909"}));  // no multiple of 16, and of another time
-  EXPECT_EQ(with("32", "u from scene fine at t = 0.25, 0.5").codes(), std::vector<std::string>{"E0912"});  // none at t = 1
+  EXPECT_EQ(with("24", "u from scene fine at t = 0.5").codes(),
+            (std::vector<std::string>{"W0701", "E0909"}));  // no multiple of 16, and of another time
+  EXPECT_EQ(with("32", "u from scene fine at t = 0.25, 0.5").codes(),
+            std::vector<std::string>{"E0912"});  // none at t = 1
 }
 
 }  // namespace

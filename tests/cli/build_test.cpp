@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde build: the files of a library ahead of time, and what can be wrong. Libraries are compiled into a host and compared
-// with closed forms in tests/hosts.
+// dpde build: the files of a library ahead of time, and what can be wrong. Libraries are compiled into a host and
+// compared with closed forms in tests/hosts.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -12,10 +12,11 @@ TEST_F(BuildCommand, WritesSourceHeaderLibraryAndCMake) {
   write("rod.dpde", rod_text);
   const Outcome outcome = dpde("build rod.dpde find -o made --json");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(outcome.json()["files"], Json::array({"made/find.cpp", "made/find.h", "made/find.cmake", "made/libfind.so"}));
+  EXPECT_EQ(outcome.json()["files"],
+            Json::array({"made/find.cpp", "made/find.h", "made/find.cmake", "made/libfind.so"}));
   const std::string header = content(path("made/find.h"));
-  for (const char* part : {"class find : public dpde::Simulation", "void set_k(double value)", "void get_u(dpde::Target to) const",
-                           "double k_bar() const", "double observe_size()"}) {
+  for (const char* part : {"class find : public dpde::Simulation", "void set_k(double value)",
+                           "void get_u(dpde::Target to) const", "double k_bar() const", "double observe_size()"}) {
     EXPECT_NE(header.find(part), std::string::npos) << part << "\n" << header;
   }
   EXPECT_EQ(shell("nm -D --defined-only made/libfind.so").out.find("_row"), std::string::npos);
@@ -50,11 +51,14 @@ TEST_F(BuildCommand, MistakesAreToldApart) {
 }
 
 TEST_F(BuildCommand, MembersOfTheSameNameAreRefused) {
-  write("clash.dpde", "model m { field u; param initial_u; dt(u) = initial_u*u }\n"
-                      "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; initial_u = 1; time 0 .. 1, step 1 }\n");
+  write("clash.dpde",
+        "model m { field u; param initial_u; dt(u) = initial_u*u }\n"
+        "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; initial_u = 1; time 0 .. 1, step 1 }\n");
   const Outcome outcome = dpde("build clash.dpde s -o made");
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_NE(outcome.err.find("clash.dpde:2:7: error[E0904]: class s would have two members called set_initial_u"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("clash.dpde:2:7: error[E0904]: class s would have two members called set_initial_u"),
+            std::string::npos)
+      << outcome.err;
 }
 
 }  // namespace

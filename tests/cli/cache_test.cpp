@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cache of compiled code as a user meets it: where it is, that it changes nothing, and that nothing in it does harm.
+// The cache of compiled code as a user meets it: where it is, that it changes nothing, and that nothing in it does
+// harm.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -96,7 +97,8 @@ TEST_F(Cache, CertificatesOfGradientsAreKeptBesideTheCode) {
 
 TEST_F(Cache, ChangedSourceIsNewCode) {
   run("--cache c");
-  EXPECT_TRUE(run("--cache c --set k=0.1 --set cells=32 --set step=1/64")["code_from_cache"].get<bool>());  // numbers of the run
+  EXPECT_TRUE(run("--cache c --set k=0.1 --set cells=32 --set step=1/64")["code_from_cache"]
+                  .get<bool>());  // numbers of the run
   EXPECT_FALSE(run("--cache c --set time=rk2")["code_from_cache"].get<bool>());
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `dpde verify` on every scene and task of every file of dsl-examples, a test for each file. The files are found, not listed.
+// `dpde verify` on every scene and task of every file of dsl-examples, a test for each file. The files are found, not
+// listed.
 #include <algorithm>
 #include <map>
 #include <regex>
@@ -23,7 +24,8 @@ std::vector<std::string> files_of_examples() {
 std::vector<std::string> targets_of(const std::string& text) {
   std::vector<std::string> names;
   const std::regex target(R"((^|\n)(scene|task) +(\w+))");
-  for (std::sregex_iterator found(text.begin(), text.end(), target), end; found != end; ++found) names.push_back((*found)[3]);
+  for (std::sregex_iterator found(text.begin(), text.end(), target), end; found != end; ++found)
+    names.push_back((*found)[3]);
   return names;
 }
 
@@ -43,8 +45,9 @@ const std::map<std::string, std::string> smaller = {
 
 /// These read what other commands write (trained weights) or what is published elsewhere.
 const std::map<std::string, std::string> without_their_files = {
-    {"beforehand_test", "small.safetensors"}, {"curves", "from_equation.safetensors"}, {"judge", "gains.safetensors"},
-    {"look", "law.safetensors"},              {"picture", "potential.safetensors"},    {"published", "pbdl_burgers_t16.npy"},
+    {"beforehand_test", "small.safetensors"}, {"curves", "from_equation.safetensors"},
+    {"judge", "gains.safetensors"},           {"look", "law.safetensors"},
+    {"picture", "potential.safetensors"},     {"published", "pbdl_burgers_t16.npy"},
     {"unseen", "controller.safetensors"},
 };
 
@@ -68,7 +71,8 @@ class AllTasksAndScenesAreCertified : public Command, public ::testing::WithPara
     EXPECT_GT(result["dot_product"]["cases"].get<int>(), 3);
     const Json& taylor = result["taylor"];
     const bool has_slope = taylor["slope"].is_number() && std::abs(taylor["slope"].get<double>() - 2) <= 0.05;
-    EXPECT_TRUE(has_slope || (taylor["quotient_error"].is_number() && taylor["quotient_error"].get<double>() <= 1e-5)) << taylor;
+    EXPECT_TRUE(has_slope || (taylor["quotient_error"].is_number() && taylor["quotient_error"].get<double>() <= 1e-5))
+        << taylor;
   }
 };
 
@@ -81,7 +85,9 @@ TEST_P(AllTasksAndScenesAreCertified, Of) {
   }
 }
 
-std::string test_name(const ::testing::TestParamInfo<std::string>& info) { return fs::path(info.param).stem().string(); }
+std::string test_name(const ::testing::TestParamInfo<std::string>& info) {
+  return fs::path(info.param).stem().string();
+}
 
 INSTANTIATE_TEST_SUITE_P(Examples, AllTasksAndScenesAreCertified, ::testing::ValuesIn(files_of_examples()), test_name);
 
@@ -89,7 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Examples, AllTasksAndScenesAreCertified, ::testing::Val
 TEST(Examples, WhatIsMadeSmallerOrLacksAFileIsThere) {
   std::map<std::string, int> seen;
   for (const std::string& file : files_of_examples()) {
-    for (const std::string& target : targets_of(content(examples / file))) ++seen[target], ++seen[fs::path(file).stem().string() + " " + target];
+    for (const std::string& target : targets_of(content(examples / file)))
+      ++seen[target], ++seen[fs::path(file).stem().string() + " " + target];
   }
   for (const auto& [target, settings] : smaller) EXPECT_EQ(seen[target], 1) << target;
   for (const auto& [target, file] : without_their_files) EXPECT_EQ(seen[target], 1) << target;

@@ -66,18 +66,25 @@ class Command : public ::testing::Test {
   }
   /// Runs a shell command in the test's folder; $DPDE is the command.
   Outcome shell(const std::string& command) const {
-    const std::string line = "cd '" + folder_.string() + "' && DPDE='" DPDE_BINARY_DIR "/bin/dpde' && export DPDE_CACHE=.cache && { " + command +
+    const std::string line = "cd '" + folder_.string() +
+                             "' && DPDE='" DPDE_BINARY_DIR "/bin/dpde' && export DPDE_CACHE=.cache && { " + command +
                              "; } >.out 2>.err </dev/null";
     const int status = std::system(("/bin/sh -c \"" + escaped(line) + "\"").c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")), content(path(".err"))};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content(path(".out")),
+            content(path(".err"))};
   }
   Outcome dpde(const std::string& arguments) const { return shell("$DPDE " + arguments); }
-  /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is SIGINT;
-  /// before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that holds anything.
+  /// Ctrl-C as soon as the command listens for it, however long that takes, and `seconds` more. SigCgt: bit 1 is
+  /// SIGINT; before it becomes dpde, the process is the shell, with handlers of its own. With `file`, not before that
+  /// holds anything.
   Outcome interrupted(const std::string& arguments, const std::string& seconds, const std::string& file = ".") const {
-    return shell("$DPDE " + arguments + " & run=$!; for i in $(seq 6000); do "
-                 "[ $(grep -c -e '^Name:.dpde$' -e '^SigCgt:.*[2367abef]$' /proc/$run/status) = 2 ] && [ -s " + file + " ] && break; sleep 0.01; done; "
-                 "sleep " + seconds + "; kill -INT $run; wait $run");
+    return shell("$DPDE " + arguments +
+                 " & run=$!; for i in $(seq 6000); do "
+                 "[ $(grep -c -e '^Name:.dpde$' -e '^SigCgt:.*[2367abef]$' /proc/$run/status) = 2 ] && [ -s " +
+                 file +
+                 " ] && break; sleep 0.01; done; "
+                 "sleep " +
+                 seconds + "; kill -INT $run; wait $run");
   }
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The controllers of dsl-examples/control, trained by the command: one against the linear-quadratic regulator of the same discrete
-// plant, found here with Eigen; one in closed loop on parameters, initial states and noise it has not seen.
+// The controllers of dsl-examples/control, trained by the command: one against the linear-quadratic regulator of the
+// same discrete plant, found here with Eigen; one in closed loop on parameters, initial states and noise it has not
+// seen.
 #include <Eigen/Dense>
 #include <cmath>
 
@@ -38,7 +39,8 @@ MatrixXd least_cost(const Plant& p) {
   const MatrixXd one = MatrixXd::Identity(cells, cells), few = MatrixXd::Identity(actuators, actuators);
   MatrixXd cost = one;
   for (int k = 1; k < decisions; ++k) {
-    const MatrixXd gain = (few + p.input.transpose() * cost * p.input).ldlt().solve(p.input.transpose() * cost * p.state);
+    const MatrixXd gain =
+        (few + p.input.transpose() * cost * p.input).ldlt().solve(p.input.transpose() * cost * p.state);
     cost = one + p.state.transpose() * cost * (p.state - p.input * gain);
   }
   return one + p.state.transpose() * cost * p.state;
@@ -70,7 +72,8 @@ TEST_F(ControlExample, LinearPlantReachesTheRegulator) {
   const MatrixXd least = least_cost(p);
   const Json loss = json("optimize plant.dpde regulate --iterations 16 --out .")["loss"];
   ASSERT_GT(loss.size(), 10U);
-  EXPECT_NEAR(loss.front().get<double>() / cost_without_control(p), 1, 1e-10);  // gains begin with 0: it is the same plant
+  EXPECT_NEAR(loss.front().get<double>() / cost_without_control(p), 1,
+              1e-10);  // gains begin with 0: it is the same plant
   EXPECT_GT(loss.back().get<double>(), least.trace());
   EXPECT_LT(loss.back().get<double>(), 1.001 * least.trace());
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Control fields of the command: files of all intervals, searches and runs that go on, and the memory that check foretells.
+// Control fields of the command: files of all intervals, searches and runs that go on, and the memory that check
+// foretells.
 #include "command_support.h"
 
 namespace dpde::testing {

@@ -93,14 +93,15 @@ std::string implicit_with(int passes) {
   return text.replace(text.find("PASSES"), 6, std::to_string(passes));
 }
 
-/// Passes of a repeat: certified derivatives of first and second order, the same numbers from either back end and from the text
-/// that is written out, and no more code for more passes.
+/// Passes of a repeat: certified derivatives of first and second order, the same numbers from either back end and from
+/// the text that is written out, and no more code for more passes.
 TEST_F(DerivativeCommand, OfARepeatedKernelIsCertified) {
   write("few.dpde", implicit_with(4));
   write("many.dpde", implicit_with(40));
   const Outcome verified = dpde("verify many.dpde --json");
   EXPECT_EQ(verified.status, 0) << verified.out << verified.err;
-  const Json jit = dpde("gradient many.dpde --json").json(), cpp = dpde("gradient many.dpde --json --backend cpp").json();
+  const Json jit = dpde("gradient many.dpde --json").json(),
+             cpp = dpde("gradient many.dpde --json --backend cpp").json();
   EXPECT_NEAR(jit["loss"].get<double>(), cpp["loss"].get<double>(), 1e-14);
   EXPECT_NEAR(jit["gradient"]["nu"]["value"].get<double>(), cpp["gradient"]["nu"]["value"].get<double>(), 1e-12);
   ASSERT_EQ(shell("$DPDE emit many.dpde rod --stage stencil > written_out.dpde").status, 0);
@@ -110,7 +111,9 @@ TEST_F(DerivativeCommand, OfARepeatedKernelIsCertified) {
   EXPECT_GT(content(path("a/u.npy")).size(), 16u * sizeof(double));
   EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
   for (const char* stage : {"loop", "adjoint-loop"}) {
-    const auto rows = [&](const std::string& file) { return shell("$DPDE emit " + file + " find --stage " + stage + " | grep -c ^row").out; };
+    const auto rows = [&](const std::string& file) {
+      return shell("$DPDE emit " + file + " find --stage " + stage + " | grep -c ^row").out;
+    };
     EXPECT_EQ(rows("many.dpde"), rows("few.dpde")) << stage;
   }
   EXPECT_EQ(dpde("fmt many.dpde").status, 0);
@@ -178,7 +181,8 @@ task t : s {
   minimise mean((u - 1)^2 + 0.01*dt(u)^2) over time
 }
 )");
-  for (const char* arguments : {"s", "t", "s --set time=verlet", "t --set time=verlet --backend cpp", "s --set time=ab2", "t --set time=ab2", "t --set time=ssp_rk3 --backend interpreter"}) {
+  for (const char* arguments : {"s", "t", "s --set time=verlet", "t --set time=verlet --backend cpp",
+                                "s --set time=ab2", "t --set time=ab2", "t --set time=ssp_rk3 --backend interpreter"}) {
     const Outcome verified = dpde(std::string("verify wave.dpde --json ") + arguments);
     EXPECT_EQ(verified.status, 0) << arguments << verified.out << verified.err;
   }
@@ -281,7 +285,8 @@ scene three : space {
 task speed : one { unknown initial u; unknown c; minimise mean(u^2) + mean((u - 0.2)^2) over time }
 task wall : one { unknown A; minimise mean((u - 0.2)^2) over time }
 )");
-  for (const char* arguments : {"two", "three", "speed", "wall", "speed --backend interpreter", "two --backend cpp", "two --set real=f32"}) {
+  for (const char* arguments :
+       {"two", "three", "speed", "wall", "speed --backend interpreter", "two --backend cpp", "two --set real=f32"}) {
     for (const char* advect : {"maccormack", "semi_lagrangian_cubic"}) {
       const Outcome verified = dpde(std::string("verify carry.dpde --json ") + arguments + " --set advect=" + advect);
       EXPECT_EQ(verified.status, 0) << arguments << verified.out << verified.err;
@@ -306,7 +311,8 @@ scene s : burgers {
 )");
   for (const char* set : {"--set advect=central6 --set dx=central8 --set lap=central6 --set time=ssp_rk3",
                           "--set advect=upwind3 --set dx=central6 --set lap=central8 --set time=rk2",
-                          "--set advect=central8 --set time=euler", "--set advect=semi_lagrangian_cubic", "--set advect=maccormack", "--set time=ab2", "--set time=leapfrog --set lap=central8"}) {
+                          "--set advect=central8 --set time=euler", "--set advect=semi_lagrangian_cubic",
+                          "--set advect=maccormack", "--set time=ab2", "--set time=leapfrog --set lap=central8"}) {
     const Outcome verified = dpde(std::string("verify burgers.dpde --json ") + set);
     EXPECT_EQ(verified.status, 0) << set << verified.out << verified.err;
   }
@@ -314,33 +320,38 @@ scene s : burgers {
 
 /// dx(g) is 0 on one and two cells: one product is 0, the other rounding.
 TEST_F(DerivativeCommand, AVanishingDerivativeIsCertified) {
-  write("zero.dpde", "model m { field s; coefficient g; dt(s) = s*(1 + dx(g)) }\nscheme e { time = euler }\nscene j : m with e {\n"
-                     "  grid x = 0 .. 2, cells 6, periodic\n  g = sin(pi*x)\n  initial s = x\n  time 0 .. 0.2, step 1/20\n}\n"
-                     "task r : j { unknown g; minimise mean(s^2) }\n");
+  write("zero.dpde",
+        "model m { field s; coefficient g; dt(s) = s*(1 + dx(g)) }\nscheme e { time = euler }\nscene j : m with e {\n"
+        "  grid x = 0 .. 2, cells 6, periodic\n  g = sin(pi*x)\n  initial s = x\n  time 0 .. 0.2, step 1/20\n}\n"
+        "task r : j { unknown g; minimise mean(s^2) }\n");
   EXPECT_EQ(dpde("verify zero.dpde r --json").status, 0);
 }
 
 TEST_F(DerivativeCommand, AStartWithoutADerivativeIsNotCertified) {
   write("n.dpde",
         "model m { field u; dt(u) = sqrt(u) }\n"
-        "scene s : m { grid x = -1 .. 1, cells 3, periodic\n  initial u = if(abs(x) < 0.1, 0, 0.3)\n  time 0 .. 1, step 0.5 }\n"
+        "scene s : m { grid x = -1 .. 1, cells 3, periodic\n  initial u = if(abs(x) < 0.1, 0, 0.3)\n  time 0 .. 1, "
+        "step 0.5 }\n"
         "task q : s { unknown initial u; minimise mean(u^2); using lbfgs() }\n");
   const Outcome refused = dpde("verify n.dpde q --json");
   EXPECT_EQ(refused.status, 1);
   EXPECT_EQ(refused.json()["start_is_finite"], false);
   EXPECT_NE(refused.err.find("at the start itself"), std::string::npos) << refused.err;
-  write("p.dpde", "model m { field u; dt(u) = sqrt(u) }\nscene s : m { grid x = -1 .. 1, cells 3, periodic\n  initial u = 0.3\n  time 0 .. 1, step 0.5 }\n"
-                  "task q : s { unknown initial u; minimise mean(u^2); using lbfgs() }\n");
+  write("p.dpde",
+        "model m { field u; dt(u) = sqrt(u) }\nscene s : m { grid x = -1 .. 1, cells 3, periodic\n  initial u = 0.3\n  "
+        "time 0 .. 1, step 0.5 }\n"
+        "task q : s { unknown initial u; minimise mean(u^2); using lbfgs() }\n");
   EXPECT_EQ(dpde("verify p.dpde q").status, 0);
 }
 
 TEST_F(DerivativeCommand, AnUnknownWithoutADerivativeIsAnErrorOfVerifyToo) {
-  write("w.dpde",
-        "kernel step(w: field halo 1, out v: field, dt, hx: param) {\n  v = w + 0.3*dt/hx^2*(w[-1] - 2*w + w[+1])\n}\n"
-        "program two {\n  fill w x.low = a, x.high = 0\n  run step\n  swap w, v\n}\n"
-        "scene s : two {\n  grid x = 0 .. 1, cells 7\n  a = 0.7\n  initial w = sin(pi*x)\n  time 0 .. 0.5, step 0.01\n}\n"
-        "task q : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n"
-        "task s_certificate : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n");
+  write(
+      "w.dpde",
+      "kernel step(w: field halo 1, out v: field, dt, hx: param) {\n  v = w + 0.3*dt/hx^2*(w[-1] - 2*w + w[+1])\n}\n"
+      "program two {\n  fill w x.low = a, x.high = 0\n  run step\n  swap w, v\n}\n"
+      "scene s : two {\n  grid x = 0 .. 1, cells 7\n  a = 0.7\n  initial w = sin(pi*x)\n  time 0 .. 0.5, step 0.01\n}\n"
+      "task q : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n"
+      "task s_certificate : s { unknown a; minimise mean((w - 0.5)^2); using lbfgs() }\n");
   for (const std::string task : {"q", "s_certificate"}) {
     for (const std::string verb : {"verify", "gradient", "optimize"}) {
       const Outcome refused = dpde(verb + " w.dpde " + task);
@@ -367,8 +378,8 @@ TEST_F(DerivativeCommand, AnUnknownInAFillOfARepeatIsToldOnce) {
   EXPECT_EQ(said["message"], "a boundary value of field v depends on an unknown");
 }
 
-/// Data that are a state of another run have that state's values beyond walls: against a twin of the scene itself differences and
-/// samples vanish. So they do where the walls hold unknowns, the derivatives by which are exact.
+/// Data that are a state of another run have that state's values beyond walls: against a twin of the scene itself
+/// differences and samples vanish. So they do where the walls hold unknowns, the derivatives by which are exact.
 TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
   write("twin.dpde",
         "model d { field u; param k, a; dt(u) = k*lap(u) }\n"
@@ -387,16 +398,20 @@ TEST_F(DerivativeCommand, DataOfAStateHaveItsBoundary) {
   EXPECT_EQ(proven.status, 0) << proven.out << proven.err;
 }
 
-/// A program fills the halo of a coefficient with values, the loss mirrors it: each finds its own, forward and backward.
+/// A program fills the halo of a coefficient with values, the loss mirrors it: each finds its own, forward and
+/// backward.
 TEST_F(DerivativeCommand, ProgramsThatFillACoefficientDifferentlyDoNotSpoilOneAnother) {
-  write("c.dpde",
-        "kernel k(w: field halo 1, c: field halo 1, out v: field, dt: param) { v = w + dt*(c[+1]*(w[+1] - w) - c[-1]*(w - w[-1])) }\n"
-        "program p { fill w x = 1; fill c x = 2; run k; swap w, v }\n"
-        "scene s : p {\n  grid x = 0 .. 1, cells 6\n  initial w = sin(2*pi*x)\n  c = 1 + x\n  time 0 .. 1, step 1/20\n}\n"
-        "task end : s { unknown c from 1; minimise mean(w^2) + 0.5*mean(dx(c)^2); using lbfgs() }\n"
-        "task over : s { unknown c from 1; minimise mean(w^2) + 0.5*mean(dx(c)^2) over time; using lbfgs() }\n");
+  write(
+      "c.dpde",
+      "kernel k(w: field halo 1, c: field halo 1, out v: field, dt: param) { v = w + dt*(c[+1]*(w[+1] - w) - c[-1]*(w "
+      "- w[-1])) }\n"
+      "program p { fill w x = 1; fill c x = 2; run k; swap w, v }\n"
+      "scene s : p {\n  grid x = 0 .. 1, cells 6\n  initial w = sin(2*pi*x)\n  c = 1 + x\n  time 0 .. 1, step 1/20\n}\n"
+      "task end : s { unknown c from 1; minimise mean(w^2) + 0.5*mean(dx(c)^2); using lbfgs() }\n"
+      "task over : s { unknown c from 1; minimise mean(w^2) + 0.5*mean(dx(c)^2) over time; using lbfgs() }\n");
   for (const std::string task : {"end", "over"}) {
-    const Json compiled = dpde("gradient c.dpde " + task + " --json").json(), interpreted = dpde("gradient c.dpde " + task + " --json --backend interpreter").json();
+    const Json compiled = dpde("gradient c.dpde " + task + " --json").json(),
+               interpreted = dpde("gradient c.dpde " + task + " --json --backend interpreter").json();
     EXPECT_NEAR(double(compiled["loss"]), double(interpreted["loss"]), 1e-14) << task;
     EXPECT_NEAR(double(compiled["gradient"]["c"]["norm"]), double(interpreted["gradient"]["c"]["norm"]), 1e-14) << task;
     EXPECT_EQ(dpde("verify c.dpde " + task).status, 0) << task;

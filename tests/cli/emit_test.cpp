@@ -79,7 +79,8 @@ scene r : m {
   ASSERT_EQ(dpde("run n.dpde r --quiet --out a").status, 0);
   const Outcome run = dpde("run step.dpde --quiet --out b");
   ASSERT_EQ(run.status, 0) << run.err;
-  for (const std::string field : {"u.x", "u.y", "s"}) EXPECT_EQ(content(path("a/" + field + ".npy")), content(path("b/" + field + ".npy"))) << field;
+  for (const std::string field : {"u.x", "u.y", "s"})
+    EXPECT_EQ(content(path("a/" + field + ".npy")), content(path("b/" + field + ".npy"))) << field;
   EXPECT_EQ(dpde("emit step.dpde --stage stencil").out, content(path("step.dpde")));
 }
 
@@ -113,7 +114,9 @@ TEST_F(EmitCommand, SettingsAreInTheText) {
 
 /// And the rest of the text reads back without it.
 TEST_F(EmitCommand, SaysWhatASceneOfAProgramCannotSay) {
-  const auto changed = [](std::string text, const std::string& a, const std::string& b) { return text.replace(text.find(a), a.size(), b); };
+  const auto changed = [](std::string text, const std::string& a, const std::string& b) {
+    return text.replace(text.find(a), a.size(), b);
+  };
   const std::string head = "# scene rod is left out: that of a program has no words for ";
   const std::pair<std::string, std::string> cases[] = {
       {changed(rod_text, "  observe", "  after step: u = 0.9*u\n  observe"), "events"},
@@ -125,7 +128,8 @@ TEST_F(EmitCommand, SaysWhatASceneOfAProgramCannotSay) {
     write("rod.dpde", text);
     const Outcome emit = dpde("emit rod.dpde rod --stage stencil -o step.dpde");
     EXPECT_EQ(emit.status, 0) << emit.err;
-    EXPECT_NE(content(path("step.dpde")).find(head + words + "\n"), std::string::npos) << words << "\n" << content(path("step.dpde"));
+    EXPECT_NE(content(path("step.dpde")).find(head + words + "\n"), std::string::npos) << words << "\n"
+                                                                                       << content(path("step.dpde"));
     EXPECT_EQ(dpde("check step.dpde").status, 0) << words;
   }
 }
@@ -143,7 +147,8 @@ TEST_F(EmitCommand, DerivativesReadBack) {
 
 TEST_F(EmitCommand, HasEveryStage) {
   write("rod.dpde", rod_text);
-  for (const std::string stage : {"ast", "model", "stencil", "tangent", "adjoint", "loop", "cpp", "adjoint-cpp", "llvm", "adjoint-llvm", "asm"}) {
+  for (const std::string stage :
+       {"ast", "model", "stencil", "tangent", "adjoint", "loop", "cpp", "adjoint-cpp", "llvm", "adjoint-llvm", "asm"}) {
     const Outcome emit = dpde("emit rod.dpde find --stage " + stage);
     EXPECT_EQ(emit.status, 0) << stage << emit.err;
     EXPECT_GT(emit.out.size(), 100u) << stage;

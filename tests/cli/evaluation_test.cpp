@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a training has to show for itself: several trials, plain schemes beside it, statistics, rates of growth.
-#include "command_support.h"
-#include "support/netcdf_file.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "command_support.h"
+#include "support/netcdf_file.h"
 
 namespace dpde::testing {
 namespace {
@@ -28,15 +28,24 @@ dataset train : fine { runs 4; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 
 dataset unseen : fine { runs 3; seed 7; vary a in 0.5 .. 1.5; vary phase in 0 .. 6; frames every 1/16; coarsen 4; file "unseen.nc" }
 )";
 
-std::string network(int seed) { return "network corrector(u) { initial he, seed " + std::to_string(seed) + "; conv 4, 5; tanh; conv out, 5, gain = 0.01 }\n"; }
+std::string network(int seed) {
+  return "network corrector(u) { initial he, seed " + std::to_string(seed) +
+         "; conv 4, 5; tanh; conv out, 5, gain = 0.01 }\n";
+}
 
 /// A correction of the coarse grid, with `options` of the training and `tests`.
-std::string correcting(const std::string& options, const std::string& tests = "test err = mean(abs(u - r)) on trajectories(\"unseen.nc\") for 32 steps", int network_seed = 5) {
+std::string correcting(
+    const std::string& options,
+    const std::string& tests = "test err = mean(abs(u - r)) on trajectories(\"unseen.nc\") for 32 steps",
+    int network_seed = 5) {
   return burgers + network(network_seed) +
-         "scene hybrid : burgers with plain { grid x = 0 .. 2*pi, cells 16, periodic; nu = 0.3; a = 1; phase = 0; initial u = a*sin(x) + 0.3*cos(2*x + phase)\n"
+         "scene hybrid : burgers with plain { grid x = 0 .. 2*pi, cells 16, periodic; nu = 0.3; a = 1; phase = 0; "
+         "initial u = a*sin(x) + 0.3*cos(2*x + phase)\n"
          "  time 0 .. 2, step 1/16; after step: u += corrector(u) }\n"
-         "task learn : hybrid { data r = trajectories(\"train.nc\", u); learn corrector; minimise mean((u - r)^2) over 4 steps\n"
-         "  using adam(rate = 3e-3), batch 8, " + options + "\n  " + tests + " }\n";
+         "task learn : hybrid { data r = trajectories(\"train.nc\", u); learn corrector; minimise mean((u - r)^2) over "
+         "4 steps\n"
+         "  using adam(rate = 3e-3), batch 8, " +
+         options + "\n  " + tests + " }\n";
 }
 
 class Evaluation : public Command {
@@ -67,7 +76,11 @@ TEST_F(Evaluation, TrialsAreTrainingsWithTheNextSeeds) {
   std::size_t best = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const int more = static_cast<int>(k);
-    const Json alone = learn(correcting("seed " + std::to_string(3 + more) + rest, "test err = mean(abs(u - r)) on trajectories(\"unseen.nc\") for 32 steps", 5 + more), "--out o" + std::to_string(k)).json();
+    const Json alone =
+        learn(correcting("seed " + std::to_string(3 + more) + rest,
+                         "test err = mean(abs(u - r)) on trajectories(\"unseen.nc\") for 32 steps", 5 + more),
+              "--out o" + std::to_string(k))
+            .json();
     EXPECT_EQ(all["trials"][k]["seed"], 3 + more);
     EXPECT_EQ(all["trials"][k]["loss"], alone["loss"]) << k;
     EXPECT_EQ(all["trials"][k]["epochs"], alone["epochs"]) << k;
@@ -80,16 +93,21 @@ TEST_F(Evaluation, TrialsAreTrainingsWithTheNextSeeds) {
   EXPECT_EQ(all["best_trial"], best + 1) << "by validation";
   EXPECT_EQ(all["loss"], all["trials"][best]["loss"]);
   EXPECT_EQ(all["test"]["err"]["course"], all["test"]["err"]["trials"]["each"][best]["course"]);
-  EXPECT_EQ(content(path("o/corrector.safetensors")), content(path("o" + std::to_string(best) + "/corrector.safetensors")));
-  EXPECT_NE(content(path("o/corrector.safetensors")), content(path("o" + std::to_string((best + 1) % 3) + "/corrector.safetensors")));
+  EXPECT_EQ(content(path("o/corrector.safetensors")),
+            content(path("o" + std::to_string(best) + "/corrector.safetensors")));
+  EXPECT_NE(content(path("o/corrector.safetensors")),
+            content(path("o" + std::to_string((best + 1) % 3) + "/corrector.safetensors")));
   const Json over = all["test"]["err"]["trials"];
   EXPECT_NEAR(over["mean"].get<double>(), sum / 3, 1e-12);
   double squares = 0;
   for (const Json& each : over["each"]) squares += std::pow(each["mean"].get<double>() - sum / 3, 2);
   EXPECT_NEAR(over["spread"].get<double>(), std::sqrt(squares / 2), 1e-12);
   const std::string table = content(path("o/err.csv"));
-  EXPECT_EQ(table.substr(0, table.find('\n')), "t,err,err_spread,err_at_start,err_at_start_spread,err_of_trial_1,err_of_trial_2,err_of_trial_3,err_of_trials,err_of_trials_spread");
-  EXPECT_EQ(std::ranges::count(content(path("o/loss.csv")), '\n'), 1 + 3 * static_cast<std::ptrdiff_t>(all["loss"].size()));
+  EXPECT_EQ(table.substr(0, table.find('\n')),
+            "t,err,err_spread,err_at_start,err_at_start_spread,err_of_trial_1,err_of_trial_2,err_of_trial_3,err_of_"
+            "trials,err_of_trials_spread");
+  EXPECT_EQ(std::ranges::count(content(path("o/loss.csv")), '\n'),
+            1 + 3 * static_cast<std::ptrdiff_t>(all["loss"].size()));
 }
 
 TEST_F(Evaluation, AFileGivesAllTrialsTheSameWeights) {
@@ -104,7 +122,8 @@ TEST_F(Evaluation, AFileGivesAllTrialsTheSameWeights) {
   loaded.replace(loaded.find("batch 8"), 7, "batch 100000");
   const Json from_seeds = learn(whole, "").json(), from_file = learn(loaded, "").json();
   EXPECT_NE(from_seeds["trials"][0]["loss"][0].get<double>(), from_seeds["trials"][1]["loss"][0].get<double>());
-  EXPECT_NEAR(from_file["trials"][0]["loss"][0].get<double>(), from_file["trials"][1]["loss"][0].get<double>(), 1e-13) << "one batch of all windows, in another order";
+  EXPECT_NEAR(from_file["trials"][0]["loss"][0].get<double>(), from_file["trials"][1]["loss"][0].get<double>(), 1e-13)
+      << "one batch of all windows, in another order";
 }
 
 TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
@@ -112,7 +131,9 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
   const Outcome whole = learn(text, "--out whole");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
   // Ended within the second trial, by force.
-  shell("$DPDE optimize t.dpde learn --out o --checkpoint-every 2 --json & run=$!; for i in $(seq 6000); do [ $(grep -ao dpdetrn o/learn.training | wc -l) -ge 2 ] && break; sleep 0.002; done; kill -9 $run; wait $run");
+  shell(
+      "$DPDE optimize t.dpde learn --out o --checkpoint-every 2 --json & run=$!; for i in $(seq 6000); do [ $(grep -ao "
+      "dpdetrn o/learn.training | wc -l) -ge 2 ] && break; sleep 0.002; done; kill -9 $run; wait $run");
   const std::string half = content(path("o/learn.training"));
   ASSERT_NE(half.find("dpdetrn", half.find("dpdetrn") + 1), std::string::npos) << "the second trial has begun";
   const Outcome rest = dpde("optimize t.dpde learn --out o --resume --json");
@@ -128,9 +149,11 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
   ASSERT_EQ(learn(correcting("seed 3, epochs 3, trials 2, noise 0.01, schedule halve(20)"), "--out more").status, 0);
   const Outcome more = learn(text, "--out more --resume");
   ASSERT_EQ(more.status, 0) << more.out << more.err;
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(more.json()["trials"][k]["loss"], whole.json()["trials"][k]["loss"]) << k;
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_EQ(more.json()["trials"][k]["loss"], whole.json()["trials"][k]["loss"]) << k;
   // Another seed is another training.
-  EXPECT_EQ(learn(correcting("seed 4, epochs 6, trials 3, noise 0.01, schedule halve(20)"), "--out o --resume").codes(), std::vector<std::string>{"E0914"});
+  EXPECT_EQ(learn(correcting("seed 4, epochs 6, trials 3, noise 0.01, schedule halve(20)"), "--out o --resume").codes(),
+            std::vector<std::string>{"E0914"});
   std::string bytes = content(path("o/learn.training"));
   std::ofstream(path("o/learn.training"), std::ios::binary) << bytes.substr(0, bytes.size() - 9);
   EXPECT_EQ(learn(text, "--out o --resume").codes(), std::vector<std::string>{"E0907"});
@@ -139,13 +162,18 @@ TEST_F(Evaluation, TrialsGoOnToTheSameNumbers) {
 TEST_F(Evaluation, WhatTrialsCannotBe) {
   write("t.dpde", correcting("trials 0"));
   const Outcome none = dpde("check t.dpde learn");
-  EXPECT_NE(none.err.find("error[E0707]: trials of using is a whole number from 1 on, not 0"), std::string::npos) << none.err;
-  write("p.dpde", burgers + "task find : coarse { data r = u from scene fine; unknown nu from 0.2; minimise mean((u - r)^2); using lbfgs(), trials 3 }\n");
+  EXPECT_NE(none.err.find("error[E0707]: trials of using is a whole number from 1 on, not 0"), std::string::npos)
+      << none.err;
+  write("p.dpde", burgers +
+                      "task find : coarse { data r = u from scene fine; unknown nu from 0.2; minimise mean((u - r)^2); "
+                      "using lbfgs(), trials 3 }\n");
   const Outcome other = dpde("check p.dpde find");
-  EXPECT_NE(other.err.find("trials cannot appear in a task that does not learn from trajectories"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("trials cannot appear in a task that does not learn from trajectories"), std::string::npos)
+      << other.err;
 }
 
-// ---- plain schemes beside --------------------------------------------------------------------------------------------
+// ---- plain schemes beside
+// --------------------------------------------------------------------------------------------
 
 const std::string finer = R"(
 scene middle : burgers with plain {
@@ -165,19 +193,29 @@ class Beside : public Evaluation {
   void SetUp() override {
     Evaluation::SetUp();
     write("data.dpde", burgers + finer);
-    for (const std::string set : {"unseen_32", "unseen_64", "rare"}) ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json").status, 0);
+    for (const std::string set : {"unseen_32", "unseen_64", "rare"})
+      ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json").status, 0);
   }
-  Outcome beside(const std::string& scenes, const std::string& arguments = "") const { return learn(correcting("epochs 2, seed 3", error + " beside " + scenes) + finer, arguments); }
+  Outcome beside(const std::string& scenes, const std::string& arguments = "") const {
+    return learn(correcting("epochs 2, seed 3", error + " beside " + scenes) + finer, arguments);
+  }
 };
 
-double between(double x, double x0, double y0, double x1, double y1) { return std::exp(std::log(y0) + (std::log(x) - std::log(x0)) / (std::log(x1) - std::log(x0)) * (std::log(y1) - std::log(y0))); }
+double between(double x, double x0, double y0, double x1, double y1) {
+  return std::exp(std::log(y0) +
+                  (std::log(x) - std::log(x0)) / (std::log(x1) - std::log(x0)) * (std::log(y1) - std::log(y0)));
+}
 
 TEST_F(Beside, ScenesAreComparedAtEqualErrorAndCost) {
-  const Outcome outcome = beside("coarse, middle on trajectories(\"unseen_32.nc\"), fine on trajectories(\"unseen_64.nc\")", "--out o");
+  const Outcome outcome =
+      beside("coarse, middle on trajectories(\"unseen_32.nc\"), fine on trajectories(\"unseen_64.nc\")", "--out o");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const Json test = outcome.json()["test"]["err"], all = test["beside"];
   // The error of the coarse grid, as the test of a task without a network.
-  write("p.dpde", burgers + "task nothing : coarse { data r = trajectories(\"unseen.nc\", u); unknown nu from 0.3; minimise mean((u - r)^2) over 1 steps; using adam(rate = 1e-300), epochs 1; " + error + " }\n");
+  write("p.dpde", burgers +
+                      "task nothing : coarse { data r = trajectories(\"unseen.nc\", u); unknown nu from 0.3; minimise "
+                      "mean((u - r)^2) over 1 steps; using adam(rate = 1e-300), epochs 1; " +
+                      error + " }\n");
   const Json nothing = dpde("optimize p.dpde nothing --json").json()["test"]["err"];
   EXPECT_EQ(all["coarse"]["course"], nothing["start"]["course"]);
   EXPECT_EQ(all["coarse"]["runs"], nothing["start"]["runs"]);
@@ -186,8 +224,10 @@ TEST_F(Beside, ScenesAreComparedAtEqualErrorAndCost) {
   EXPECT_EQ(all["fine"]["course"].size(), 32U);
   EXPECT_EQ(all["middle"]["network"], false);
   for (const Json& each : {test, all["coarse"], all["middle"], all["fine"]}) EXPECT_GT(each["cost_s"].get<double>(), 0);
-  const double e = test["mean"].get<double>(), e0 = all["coarse"]["mean"].get<double>(), e1 = all["middle"]["mean"].get<double>();
-  const double c = test["cost_s"].get<double>(), c0 = all["coarse"]["cost_s"].get<double>(), c1 = all["middle"]["cost_s"].get<double>();
+  const double e = test["mean"].get<double>(), e0 = all["coarse"]["mean"].get<double>(),
+               e1 = all["middle"]["mean"].get<double>();
+  const double c = test["cost_s"].get<double>(), c0 = all["coarse"]["cost_s"].get<double>(),
+               c1 = all["middle"]["cost_s"].get<double>();
   ASSERT_GT(c1, c0);
   if (e > e1 && e < e0) {
     EXPECT_EQ(test["equal_error"]["between"], Json::array({"coarse", "middle"}));
@@ -199,11 +239,15 @@ TEST_F(Beside, ScenesAreComparedAtEqualErrorAndCost) {
   }
   EXPECT_EQ(std::ranges::count(content(path("o/err_beside.csv")), '\n'), 5);
   const std::string table = content(path("o/err.csv"));
-  EXPECT_EQ(table.substr(0, table.find('\n')), "t,err,err_spread,err_at_start,err_at_start_spread,err_of_coarse,err_of_coarse_spread,err_of_middle,err_of_middle_spread,err_of_fine,err_of_fine_spread");
+  EXPECT_EQ(table.substr(0, table.find('\n')),
+            "t,err,err_spread,err_at_start,err_at_start_spread,err_of_coarse,err_of_coarse_spread,err_of_middle,err_of_"
+            "middle_spread,err_of_fine,err_of_fine_spread");
 }
 
 TEST_F(Beside, TheLearntNetworkOnAnotherGridIsNoPlainScheme) {
-  const std::string other = "scene again : burgers with plain { grid x = 0 .. 2*pi, cells 16, periodic; nu = 0.3; a = 1; phase = 0; initial u = a*sin(x)\n  time 0 .. 2, step 1/16; after step: u += corrector(u) }\n";
+  const std::string other =
+      "scene again : burgers with plain { grid x = 0 .. 2*pi, cells 16, periodic; nu = 0.3; a = 1; phase = 0; initial "
+      "u = a*sin(x)\n  time 0 .. 2, step 1/16; after step: u += corrector(u) }\n";
   const Json test = learn(correcting("epochs 2, seed 3", error + " beside again") + other, "").json()["test"]["err"];
   EXPECT_EQ(test["beside"]["again"]["course"], test["course"]) << "with the weights that were learnt";
   EXPECT_EQ(test["beside"]["again"]["network"], true);
@@ -211,7 +255,8 @@ TEST_F(Beside, TheLearntNetworkOnAnotherGridIsNoPlainScheme) {
 }
 
 TEST_F(Beside, SettingsOfParametersAreForAll) {
-  const Json one = beside("coarse", "--set nu=0.2").json()["test"]["err"]["beside"]["coarse"], two = beside("coarse").json()["test"]["err"]["beside"]["coarse"];
+  const Json one = beside("coarse", "--set nu=0.2").json()["test"]["err"]["beside"]["coarse"],
+             two = beside("coarse").json()["test"]["err"]["beside"]["coarse"];
   EXPECT_NE(one["course"], two["course"]);
   const Outcome cells = beside("middle on trajectories(\"unseen_32.nc\")", "--set advect=upwind");
   EXPECT_EQ(cells.status, 0) << cells.err;
@@ -227,19 +272,25 @@ TEST_F(Beside, WhatCannotStandThere) {
   refused("coarse, coarse", "E0303", "scene coarse");
   refused("hybrid", "E0303", "scene hybrid");
   refused("middle", "E0907", "it is of another grid: u has 16 cells along x, the scene has 32");
-  refused("middle on trajectories(\"rare.nc\")", "E0907", "its frames are 0.125 apart, those of unseen.nc, which the task's own scene is tested on, 0.0625");
+  refused("middle on trajectories(\"rare.nc\")", "E0907",
+          "its frames are 0.125 apart, those of unseen.nc, which the task's own scene is tested on, 0.0625");
   refused("middle on \"unseen_32.nc\"", "E0703", "write trajectories(\"test.nc\")");
   refused("middle on trajectories(\"none.nc\")", "E0901", "none.nc");
-  const Outcome other = learn(correcting("epochs 1", error + " beside heated") + "model heat { field w; dt(w) = lap(w) }\nscene heated : heat { grid x = 0 .. 2*pi, cells 16, periodic; initial w = 0; time 0 .. 1, step 1/16 }\n", "");
+  const Outcome other = learn(correcting("epochs 1", error + " beside heated") +
+                                  "model heat { field w; dt(w) = lap(w) }\nscene heated : heat { grid x = 0 .. 2*pi, "
+                                  "cells 16, periodic; initial w = 0; time 0 .. 1, step 1/16 }\n",
+                              "");
   EXPECT_EQ(other.status, 2) << other.out;
   EXPECT_NE(other.err.find("scene heated, beside a test"), std::string::npos) << other.err;
 }
 
-// ---- statistics and rates of growth ----------------------------------------------------------------------------------
+// ---- statistics and rates of growth
+// ----------------------------------------------------------------------------------
 
 /// Found in one update that changes nothing: what is tested are the values that it begins with.
 std::string untrained(const std::string& unknown, const std::string& steps, const std::string& tests) {
-  return "task t : tried { data r = trajectories(\"truth.nc\", u); " + unknown + "; minimise mean((u - r)^2) over " + steps + " steps; using adam(rate = 1e-300), epochs 1; " + tests + " }\n";
+  return "task t : tried { data r = trajectories(\"truth.nc\", u); " + unknown + "; minimise mean((u - r)^2) over " +
+         steps + " steps; using adam(rate = 1e-300), epochs 1; " + tests + " }\n";
 }
 
 class Statistics : public Command {
@@ -272,7 +323,10 @@ std::pair<double, double> mean_and_deviation(double first, double factor) {
 }
 
 TEST_F(Statistics, AreMeansAndDeviationsOverTime) {
-  const Json json = found(decay + untrained("unknown c from 0.25", "2", "statistic level = mean(u) on trajectories(\"truth.nc\") for 16 steps beside grown"), "--out o");
+  const Json json =
+      found(decay + untrained("unknown c from 0.25", "2",
+                              "statistic level = mean(u) on trajectories(\"truth.nc\") for 16 steps beside grown"),
+            "--out o");
   const Json level = json["statistic"]["level"];
   const double mean_start = 1.5 * 1.5;  // u = a*(1 + x), a = 1, 2: 1.5 and 3 in the mean over the cells
   const auto check = [&](const Json& one, double factor) {
@@ -285,8 +339,10 @@ TEST_F(Statistics, AreMeansAndDeviationsOverTime) {
   check(level["data"], 1 - 0.5 / 8);
   check(level["beside"]["grown"], std::pow(1 + 1.0 / 16, 2));
   check(level["beside"]["grown"]["data"], 1 - 0.5 / 8);
-  EXPECT_NEAR(level["mean_difference"].get<double>(), level["mean"].get<double>() / level["data"]["mean"].get<double>() - 1, 1e-14);
-  EXPECT_NEAR(level["deviation_difference"].get<double>(), level["deviation"].get<double>() / level["data"]["deviation"].get<double>() - 1, 1e-14);
+  EXPECT_NEAR(level["mean_difference"].get<double>(),
+              level["mean"].get<double>() / level["data"]["mean"].get<double>() - 1, 1e-14);
+  EXPECT_NEAR(level["deviation_difference"].get<double>(),
+              level["deviation"].get<double>() / level["data"]["deviation"].get<double>() - 1, 1e-14);
   EXPECT_TRUE(json["test"].empty());
   EXPECT_NE(content(path("o/level.csv")).find("level_of_data,level_of_data_spread,level_of_grown"), std::string::npos);
 }
@@ -300,17 +356,24 @@ dataset truths : truth { file "truth.nc" }
   write("t.dpde", two);
   ASSERT_EQ(dpde("run t.dpde truths --out . --json").status, 0);
   shell("mv truth.nc all.nc");
-  write("u.dpde", "model one { field u; param c; dt(u) = -c*u }\nscene truth : one { grid x = 0 .. 1, cells 3, periodic; c = 0.5; initial u = 1; time 0 .. 1, step 1/8 }\ndataset truths : truth { file \"truth.nc\" }\n");
+  write("u.dpde",
+        "model one { field u; param c; dt(u) = -c*u }\nscene truth : one { grid x = 0 .. 1, cells 3, periodic; c = "
+        "0.5; initial u = 1; time 0 .. 1, step 1/8 }\ndataset truths : truth { file \"truth.nc\" }\n");
   ASSERT_EQ(dpde("run u.dpde truths --out . --json").status, 0);
-  write("v.dpde", two + "scene tried : two { grid x = 0 .. 1, cells 3, periodic; c = 0.5; initial u = 1; initial v = 0; time 0 .. 1, step 1/8 }\n" +
-                      untrained("unknown c from 0.25", "2", "statistic s = mean(v) on trajectories(\"truth.nc\") for 8 steps"));
+  write("v.dpde",
+        two +
+            "scene tried : two { grid x = 0 .. 1, cells 3, periodic; c = 0.5; initial u = 1; initial v = 0; time 0 .. "
+            "1, step 1/8 }\n" +
+            untrained("unknown c from 0.25", "2", "statistic s = mean(v) on trajectories(\"truth.nc\") for 8 steps"));
   const Outcome outcome = dpde("optimize v.dpde t --json");
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0907"}) << outcome.out;
   EXPECT_NE(outcome.err.find("it has no v, of which statistic s is to be compared"), std::string::npos) << outcome.err;
 }
 
 TEST_F(Statistics, GrowthIsThatOfTheStep) {
-  const Json rate = found(decay + untrained("unknown c from 0.25", "2", "growth rate on trajectories(\"truth.nc\") for 16 steps beside grown"))["growth"]["rate"];
+  const Json rate =
+      found(decay + untrained("unknown c from 0.25", "2",
+                              "growth rate on trajectories(\"truth.nc\") for 16 steps beside grown"))["growth"]["rate"];
   EXPECT_NEAR(rate["mean"].get<double>(), 8 * std::log(1 - 0.25 / 8), 1e-13);
   EXPECT_NEAR(rate["spread"].get<double>(), 0, 1e-13);
   EXPECT_NEAR(rate["start"]["mean"].get<double>(), 8 * std::log(1 - 0.25 / 8), 1e-13);
@@ -325,16 +388,21 @@ scene truth : heat with plain { grid x = 0 .. 1, cells 5; nu = 0.1; boundary u =
 scene tried : heat with plain { grid x = 0 .. 1, cells 5; nu = 0.1; boundary u = 0; initial u = x*(1 - x); time 0 .. 4, step 1/16 }
 dataset truths : truth { frames every 1; file "truth.nc" }
 )";
-  const Json rate = found(text + untrained("unknown nu from 0.1", "16", "growth rate on trajectories(\"truth.nc\") for 64 steps"))["growth"]["rate"];
-  const double eigenvalue = -0.1 * 4 * 25 * std::pow(std::sin(M_PI / 10), 2);  // sin(pi*x) at the centres, image cells of the other sign
+  const Json rate = found(text + untrained("unknown nu from 0.1", "16",
+                                           "growth rate on trajectories(\"truth.nc\") for 64 steps"))["growth"]["rate"];
+  const double eigenvalue =
+      -0.1 * 4 * 25 * std::pow(std::sin(M_PI / 10), 2);  // sin(pi*x) at the centres, image cells of the other sign
   EXPECT_NEAR(rate["mean"].get<double>(), 16 * std::log(1 + eigenvalue / 16), 2e-3);
 }
 
 TEST_F(Statistics, GrowthHoldsTheNetwork) {
-  const std::string text = decay + "network gain(u) { initial xavier, seed 4; conv out, 1, bias = 0, gain = 0.3 }\n"
-                                   "scene steered : decay with plain { grid x = 0 .. 1, cells 3, periodic; c = 0.25; a = 1; initial u = a*(1 + x); time 0 .. 2, step 1/8; after step: u += gain(u) }\n"
-                                   "task t : steered { data r = trajectories(\"truth.nc\", u); learn gain; minimise mean((u - r)^2) over 2 steps; using adam(rate = 0.01), epochs 3\n"
-                                   "  growth rate on trajectories(\"truth.nc\") for 16 steps beside tried }\n";
+  const std::string text = decay +
+                           "network gain(u) { initial xavier, seed 4; conv out, 1, bias = 0, gain = 0.3 }\n"
+                           "scene steered : decay with plain { grid x = 0 .. 1, cells 3, periodic; c = 0.25; a = 1; "
+                           "initial u = a*(1 + x); time 0 .. 2, step 1/8; after step: u += gain(u) }\n"
+                           "task t : steered { data r = trajectories(\"truth.nc\", u); learn gain; minimise mean((u - "
+                           "r)^2) over 2 steps; using adam(rate = 0.01), epochs 3\n"
+                           "  growth rate on trajectories(\"truth.nc\") for 16 steps beside tried }\n";
   const Json json = found(text), rate = json["growth"]["rate"];
   const double weight = json["unknowns"]["gain"]["norm"].get<double>(), own = 8 * std::log(1 - 0.25 / 8);
   const double added = rate["mean"].get<double>() - own, up = 8 * std::log(1 + weight), down = 8 * std::log(1 - weight);
@@ -353,31 +421,40 @@ scene truth : lorenz with plain { grid x = 0 .. 1, cells 1, periodic; sigma = 10
 scene tried : lorenz with plain { grid x = 0 .. 1, cells 1, periodic; sigma = 10; a = 1; initial u = a; initial v = 1; initial w = 20; time 0 .. 200, step 1/64 }
 dataset truths : truth { runs 4; vary a from 1; frames every 1; file "truth.nc" }
 )";
-  const Json rate = found(text + untrained("unknown sigma from 10", "64", "growth rate on trajectories(\"truth.nc\") for 12800 steps"))["growth"]["rate"];
+  const Json rate =
+      found(text + untrained("unknown sigma from 10", "64",
+                             "growth rate on trajectories(\"truth.nc\") for 12800 steps"))["growth"]["rate"];
   EXPECT_NEAR(rate["mean"].get<double>(), 0.9056, 0.05);
   EXPECT_LT(rate["spread"].get<double>(), 0.1);
   EXPECT_EQ(rate["runs"].size(), 4U);
 }
 
 TEST_F(Statistics, WhatTheyCannotSay) {
-  const auto refused = [&](const std::string& tests, const std::string& code, const std::string& part, const std::string& data = "data r = trajectories(\"truth.nc\", u); ") {
-    write("t.dpde", decay + "task t : tried { " + data + "unknown c from 0.25; minimise mean(u^2)" + (data.empty() ? "" : " over 2 steps") + "; using adam(rate = 1); " + tests + " }\n");
+  const auto refused = [&](const std::string& tests, const std::string& code, const std::string& part,
+                           const std::string& data = "data r = trajectories(\"truth.nc\", u); ") {
+    write("t.dpde", decay + "task t : tried { " + data + "unknown c from 0.25; minimise mean(u^2)" +
+                        (data.empty() ? "" : " over 2 steps") + "; using adam(rate = 1); " + tests + " }\n");
     const Outcome outcome = dpde("check t.dpde t");
     EXPECT_EQ(outcome.status, 2) << tests;
     EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << tests << outcome.err;
     EXPECT_NE(outcome.err.find(part), std::string::npos) << tests << outcome.err;
   };
   refused("growth rate", "E0201", "as in: growth rate on trajectories(\"test.nc\") for 100 steps");
-  refused("statistic e = mean(u)", "E0201", "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
+  refused("statistic e = mean(u)", "E0201",
+          "as in: statistic energy = mean(u^2) on trajectories(\"test.nc\") for 100 steps");
   refused("growth rate on trajectories(\"truth.nc\")", "E0703", "write on trajectories(\"test.nc\") for 100 steps");
   refused("statistic e = u on trajectories(\"truth.nc\") for 4 steps", "E0705", "is not a sum of mean");
-  refused("growth e on trajectories(\"truth.nc\") for 4 steps; test e = mean(u) on trajectories(\"truth.nc\") for 4 steps", "E0303", "e is given twice");
-  refused("growth e on trajectories(\"truth.nc\") for 4 steps", "E0311", "a task that does not learn from trajectories", "");
+  refused(
+      "growth e on trajectories(\"truth.nc\") for 4 steps; test e = mean(u) on trajectories(\"truth.nc\") for 4 steps",
+      "E0303", "e is given twice");
+  refused("growth e on trajectories(\"truth.nc\") for 4 steps", "E0311", "a task that does not learn from trajectories",
+          "");
   refused("test e = mean(u) on trajectories(\"truth.nc\") for 4 steps beside", "E0201", "the name of a scene");
   refused("growth e on trajectories(\"none.nc\") for 4 steps", "E0901", "none.nc");
 }
 
-// ---- conservation in data sets ---------------------------------------------------------------------------------------
+// ---- conservation in data sets
+// ---------------------------------------------------------------------------------------
 
 /// u gains 1/4 in a unit of time everywhere, v is carried round, w is 0.
 TEST_F(Statistics, DataSetsTellHowIntegralsDrift) {
@@ -396,11 +473,14 @@ dataset truths : truth { runs 2; vary a from 1; frames every 1/4; coarsen 2; fil
   EXPECT_EQ(found["w"]["relative_drift"], 0.0);
   NetcdfFile file(path("truth.nc").string());
   EXPECT_EQ(file.dimensions("u_integral"), (std::vector<std::string>{"run", "time"}));
-  const std::vector<double> integrals = file.values("u_integral"), drifts = file.values("u_drift"), relative = file.values("u_relative_drift");
+  const std::vector<double> integrals = file.values("u_integral"), drifts = file.values("u_drift"),
+                            relative = file.values("u_relative_drift");
   ASSERT_EQ(integrals.size(), 10U);
-  for (std::size_t i = 0; i < 10; ++i) EXPECT_NEAR(integrals[i], 6 * (1 + static_cast<double>(i / 5) + 0.0625 * static_cast<double>(i % 5)), 1e-13) << i;
+  for (std::size_t i = 0; i < 10; ++i)
+    EXPECT_NEAR(integrals[i], 6 * (1 + static_cast<double>(i / 5) + 0.0625 * static_cast<double>(i % 5)), 1e-13) << i;
   ASSERT_EQ(drifts.size(), 2U);
-  for (std::size_t r = 0; r < 2; ++r) EXPECT_NEAR(relative[r], 0.25 / (1 + static_cast<double>(r) + 0.125), 1e-13);  // of the mean over the frames
+  for (std::size_t r = 0; r < 2; ++r)
+    EXPECT_NEAR(relative[r], 0.25 / (1 + static_cast<double>(r) + 0.125), 1e-13);  // of the mean over the frames
 }
 
 }  // namespace

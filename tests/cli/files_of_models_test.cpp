@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file says beyond one scene: models alone, data files that check looks at, scenes that make data; and Ctrl-C early on.
+// What a file says beyond one scene: models alone, data files that check looks at, scenes that make data; and Ctrl-C
+// early on.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -47,10 +48,12 @@ class DataScene : public Command {
  protected:
   void SetUp() override {
     Command::SetUp();
-    std::string text = with(rod_text, "unknown k from 0.25", "data r = u from scene truth at t = 1\n  unknown k from 0.25");
+    std::string text =
+        with(rod_text, "unknown k from 0.25", "data r = u from scene truth at t = 1\n  unknown k from 0.25");
     text = with(text, "mean(u^2) at t = 1", "mean((u - r)^2) at t = 1");
-    text += "scene truth : heat with ftcs {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  k = 0.3\n  initial u = sin(x)\n"
-            "  time 0 .. 1, step 1/32\n}\n";
+    text +=
+        "scene truth : heat with ftcs {\n  grid x = 0 .. 2*pi, cells 32, periodic\n  k = 0.3\n  initial u = sin(x)\n"
+        "  time 0 .. 1, step 1/32\n}\n";
     write("rod.dpde", text);
   }
 };
@@ -63,9 +66,7 @@ TEST_F(DataScene, FollowsTheCellsOfTheTask) {
   }
 }
 
-TEST_F(DataScene, FollowsTheEnd) {
-  EXPECT_EQ(dpde("gradient rod.dpde find --json --set end=2").status, 0);
-}
+TEST_F(DataScene, FollowsTheEnd) { EXPECT_EQ(dpde("gradient rod.dpde find --json --set end=2").status, 0); }
 
 TEST_F(DataScene, ASceneThatNeverFittedIsRefused) {
   write("rod.dpde", with(content(path("rod.dpde")), "cells 32", "cells 24"));
@@ -76,7 +77,8 @@ using NotANumber = Command;
 
 TEST_F(NotANumber, HasNoSign) {
   write("bad.dpde",
-        "model m {\n  field u\n  dt(u) = 0*(-sqrt(-u))\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 1 + x\n"
+        "model m {\n  field u\n  dt(u) = 0*(-sqrt(-u))\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  "
+        "initial u = 1 + x\n"
         "  time 0 .. 4, step 1/8\n}\n");
   write("bad.dpde", with(content(path("bad.dpde")), "0*(-sqrt(-u))", "-sqrt(-u)"));
   const Outcome run = dpde("run bad.dpde --json");
@@ -92,7 +94,8 @@ TEST_F(EarlyCtrlC, LeavesNoTemporaryFolders) {
   write("rod.dpde", rod_text);
   fs::create_directories(path("tmp"));
   for (const std::string wait : {"0.01", "0.03", "0.06", "0.1", "0.2", "0.4"}) {
-    shell("export TMPDIR=$PWD/tmp; timeout -s INT " + wait + " $DPDE run rod.dpde rod --backend cpp --no-cache --quiet --set end=1000");
+    shell("export TMPDIR=$PWD/tmp; timeout -s INT " + wait +
+          " $DPDE run rod.dpde rod --backend cpp --no-cache --quiet --set end=1000");
     EXPECT_TRUE(fs::is_empty(path("tmp"))) << wait;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data sets that are made and searches that are over: --resume says so and does nothing again. And files that would be in their way,
-// or say what cannot be.
+// Data sets that are made and searches that are over: --resume says so and does nothing again. And files that would be
+// in their way, or say what cannot be.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -26,7 +26,9 @@ class Finished : public Command {
     Command::SetUp();
     write("waves.dpde", waves);
   }
-  Outcome make(const std::string& more = "", const std::string& file = "waves.dpde") const { return dpde("run " + file + " train --out . " + more); }
+  Outcome make(const std::string& more = "", const std::string& file = "waves.dpde") const {
+    return dpde("run " + file + " train --out . " + more);
+  }
 };
 
 TEST_F(Finished, DataSetsAreNotMadeAgain) {
@@ -36,11 +38,15 @@ TEST_F(Finished, DataSetsAreNotMadeAgain) {
   const std::string bytes = content(path("train.nc")), cost = content(path("train.nc.cost"));
   const Outcome again = make("--resume --json");
   ASSERT_EQ(again.status, 0) << again.err;
-  for (const char* key : {"runs", "frames", "cells", "estimates", "conservation", "residuals", "finished"}) EXPECT_EQ(again.json()[key], first.json()[key]) << key;
+  for (const char* key : {"runs", "frames", "cells", "estimates", "conservation", "residuals", "finished"})
+    EXPECT_EQ(again.json()[key], first.json()[key]) << key;
   EXPECT_EQ(again.json()["resumed_runs"], 3);
   EXPECT_EQ(content(path("train.nc.cost")), cost) << "nothing was measured again";
   const Outcome words = make("--resume");
-  EXPECT_NE(words.out.find("train: all runs are made already, train.nc is there\ntrain: 3 runs of scene fine, 9 frames from t = 0 to 1 on 16 cells\n"), std::string::npos) << words.out;
+  EXPECT_NE(words.out.find("train: all runs are made already, train.nc is there\ntrain: 3 runs of scene fine, 9 frames "
+                           "from t = 0 to 1 on 16 cells\n"),
+            std::string::npos)
+      << words.out;
   EXPECT_NE(words.out.find("its integral drifts by at most"), std::string::npos) << words.out;
   ASSERT_EQ(make().status, 0);
   EXPECT_EQ(content(path("train.nc")), bytes) << "without --resume it is made again, of the same bytes";

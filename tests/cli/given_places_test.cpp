@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that a person gives are checked at the places of the scene: what is wrong in a part of one per cent, or in one cell, is refused.
+// Adjoints that a person gives are checked at the places of the scene: what is wrong in a part of one per cent, or in
+// one cell, is refused.
 #include <regex>
 
 #include "command_support.h"
@@ -40,20 +41,31 @@ task t : s { unknown initial u; minimise mean(u^2) }
 const std::string walls = "\n  boundary u: x = 0.2";
 
 std::string line(const std::string& factor, int cells, const std::string& low = "0", const std::string& high = "1") {
-  return put(one_axis, {{"SPEED", "1"}, {"NEXT", "1"}, {"FACTOR", factor}, {"CELLS", std::to_string(cells)}, {"WALLS", walls}, {"LOW", low}, {"HIGH", high}});
+  return put(one_axis, {{"SPEED", "1"},
+                        {"NEXT", "1"},
+                        {"FACTOR", factor},
+                        {"CELLS", std::to_string(cells)},
+                        {"WALLS", walls},
+                        {"LOW", low},
+                        {"HIGH", high}});
 }
 
-/// In one per cent of the axis, in the first and in the last cell, in one in the middle; in few and very many cells, on small and large axes.
+/// In one per cent of the axis, in the first and in the last cell, in one in the middle; in few and very many cells, on
+/// small and large axes.
 TEST_F(GivenPlaces, WrongSomewhereIsRefused) {
   for (const int cells : {1, 2, 3, 128, 3000, 50000}) {
     const std::string h = std::to_string(1.0 / cells);
     EXPECT_EQ(code_of(line("1", cells)), "");
     EXPECT_EQ(code_of(line("if(x < 2, 1, 1.5)", cells)), "") << "nowhere";
-    for (const std::string wrong : {"if(x < 1/CELLS, 1.5, 1)", "if(x > 1 - 1/CELLS, 1.5, 1)", "if(x > 1 - 1/CELLS, 1.000001, 1)", "if(abs(x - (floor(CELLS/3) + 1/2)/CELLS) < 1/CELLS/2, 1.5, 1)"}) {
+    for (const std::string wrong :
+         {"if(x < 1/CELLS, 1.5, 1)", "if(x > 1 - 1/CELLS, 1.5, 1)", "if(x > 1 - 1/CELLS, 1.000001, 1)",
+          "if(abs(x - (floor(CELLS/3) + 1/2)/CELLS) < 1/CELLS/2, 1.5, 1)"}) {
       EXPECT_EQ(code_of(line(wrong, cells)), "E0606") << wrong << " " << cells;
     }
     if (cells < 100) continue;
-    for (const std::string wrong : {"if(x < 0.01, 1.5, 1)", "if(x > 0.99, 1.5, 1)", "(1 + 0.5*exp(-((x - 0.7)/0.01)^2))", "(1 + max(0, x - 0.99))", "(1 + abs(x - 0.01) - (x - 0.01))"}) {
+    for (const std::string wrong :
+         {"if(x < 0.01, 1.5, 1)", "if(x > 0.99, 1.5, 1)", "(1 + 0.5*exp(-((x - 0.7)/0.01)^2))",
+          "(1 + max(0, x - 0.99))", "(1 + abs(x - 0.01) - (x - 0.01))"}) {
       EXPECT_EQ(code_of(line(wrong, cells)), "E0606") << wrong << " " << cells;
     }
   }
@@ -62,10 +74,17 @@ TEST_F(GivenPlaces, WrongSomewhereIsRefused) {
   EXPECT_EQ(code_of(line("if(x < -0.99e-6, 1.5, 1)", 200, "-1e-6", "1e-6")), "E0606");
 }
 
-/// Formulas of the place, right with walls: x + hx is the place of the neighbour. Round a periodic axis that is another one, but for what is the same there.
+/// Formulas of the place, right with walls: x + hx is the place of the neighbour. Round a periodic axis that is another
+/// one, but for what is the same there.
 TEST_F(GivenPlaces, RightOnesPass) {
   const auto formula = [](const std::string& speed, const std::string& next, const std::string& sides) {
-    return put(one_axis, {{"SPEED", speed}, {"NEXT", next}, {"FACTOR", "1"}, {"CELLS", "64"}, {"WALLS", sides}, {"LOW", "0"}, {"HIGH", "1"}});
+    return put(one_axis, {{"SPEED", speed},
+                          {"NEXT", next},
+                          {"FACTOR", "1"},
+                          {"CELLS", "64"},
+                          {"WALLS", sides},
+                          {"LOW", "0"},
+                          {"HIGH", "1"}});
   };
   for (const char* at : {"(1 + x)", "if(x < 0.1, 2, 1)", "if(x > 1 - 1/64, 2, 1)", "(1.5 + sin(2*pi*x))"}) {
     const std::string next = std::regex_replace(std::string(at), std::regex("x"), "(x + hx)");
@@ -96,11 +115,14 @@ task t : s { unknown initial u; minimise mean(u^2) }
 
 TEST_F(GivenPlaces, OnTwoAxes) {
   for (const char* cells : {"12", "200"}) {
-    const auto code = [&](const std::string& factor) { return code_of(put(two_axes, {{"FACTOR", factor}, {"CELLS", cells}})); };
+    const auto code = [&](const std::string& factor) {
+      return code_of(put(two_axes, {{"FACTOR", factor}, {"CELLS", cells}}));
+    };
     EXPECT_EQ(code("1"), "");
     EXPECT_EQ(code("if(x < 2 and y < 1001, 1, 2)"), "");
     const std::string n = std::string("/") + cells;
-    for (const std::string& wrong : {"if(x < 1" + n + ", 2, 1)", "if(y > 1000 - 1000" + n + ", 2, 1)", "if(x > 1 - 1" + n + " and y < 1000" + n + ", 2, 1)",
+    for (const std::string& wrong : {"if(x < 1" + n + ", 2, 1)", "if(y > 1000 - 1000" + n + ", 2, 1)",
+                                     "if(x > 1 - 1" + n + " and y < 1000" + n + ", 2, 1)",
                                      std::string("if((x - 0.3)^2 + (y/1000 - 0.6)^2 < 0.01, 2, 1)")}) {
       EXPECT_EQ(code(wrong), "E0606") << wrong << " " << cells;
     }
@@ -126,7 +148,8 @@ task t : s { unknown initial u; minimise mean(u^2) }
 )";
   EXPECT_EQ(code_of(put(text, {{"NEXT", "1"}})), "");
   EXPECT_EQ(code_of(put(text, {{"NEXT", "if(x > 990, 1.1, 1)"}})), "E0606");
-  EXPECT_EQ(code_of(put(text, {{"NEXT", "1"}, {"2, 1\\)\\*v_bar -", "2 + if(x > edge - 3, 0.1, 0), 1)*v_bar -"}})), "E0606");
+  EXPECT_EQ(code_of(put(text, {{"NEXT", "1"}, {"2, 1\\)\\*v_bar -", "2 + if(x > edge - 3, 0.1, 0), 1)*v_bar -"}})),
+            "E0606");
 }
 
 }  // namespace

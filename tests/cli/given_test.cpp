@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that a person gives, from the model to the gradient: the numbers are those without them, a wrong one stops the command.
+// Adjoints that a person gives, from the model to the gradient: the numbers are those without them, a wrong one stops
+// the command.
 #include <cmath>
 #include <regex>
 
@@ -15,8 +16,12 @@ class GivenAdjointCommand : public Command {
     EXPECT_NE(result, text) << a;
     return result;
   }
-  static std::string derived(const std::string& text) { return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), ""); }
-  static std::string operator_text() { return content(fs::path(DPDE_SOURCE_DIR) / "tests/golden/given_adjoint/in.dpde"); }
+  static std::string derived(const std::string& text) {
+    return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), "");
+  }
+  static std::string operator_text() {
+    return content(fs::path(DPDE_SOURCE_DIR) / "tests/golden/given_adjoint/in.dpde");
+  }
 
   /// Loss and gradients: of fields norm and largest value.
   std::vector<double> numbers(const std::string& file, const std::string& more) {
@@ -33,17 +38,20 @@ class GivenAdjointCommand : public Command {
 
 /// Grids of 1, 2, 3 cells too, on one and two axes, with walls and without.
 TEST_F(GivenAdjointCommand, GradientsAreThoseThatAreDerived) {
-  const std::string periodic = replaced(replaced(operator_text(), "cells 8", "cells 8, periodic"), "  boundary [^\n]*\n", "");
+  const std::string periodic =
+      replaced(replaced(operator_text(), "cells 8", "cells 8, periodic"), "  boundary [^\n]*\n", "");
   write("walls.dpde", operator_text());
   write("around.dpde", periodic);
   write("walls_derived.dpde", derived(operator_text()));
   write("around_derived.dpde", derived(periodic));
   for (const std::string name : {"walls", "around"}) {
-    for (const std::string more : {"--set cells=1", "--set cells=2", "--set cells=3", "", "--backend cpp", "--set time=rk4", "--set time=ab2"}) {
+    for (const std::string more :
+         {"--set cells=1", "--set cells=2", "--set cells=3", "", "--backend cpp", "--set time=rk4", "--set time=ab2"}) {
       const std::vector<double> a = numbers(name + ".dpde", more), b = numbers(name + "_derived.dpde", more);
       ASSERT_EQ(a.size(), b.size());
       ASSERT_GE(a.size(), 4u) << "loss and three gradients";
-      for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-13*std::max(1.0, std::abs(b[i]))) << name << " " << more << " " << i;
+      for (std::size_t i = 0; i < a.size(); ++i)
+        EXPECT_NEAR(a[i], b[i], 1e-13 * std::max(1.0, std::abs(b[i]))) << name << " " << more << " " << i;
     }
   }
 }
@@ -57,8 +65,9 @@ TEST_F(GivenAdjointCommand, IsCertified) {
 
 TEST_F(GivenAdjointCommand, AWrongOneStopsWhateverMakesAGradient) {
   write("wrong.dpde", replaced(operator_text(), "smooth_bar \\+ a", "smooth_bar - a"));
-  for (const char* command : {"verify wrong.dpde t", "gradient wrong.dpde t", "gradient wrong.dpde t --no-certify", "optimize wrong.dpde t",
-                              "build wrong.dpde t -o made", "gradient wrong.dpde t --backend cpp"}) {
+  for (const char* command :
+       {"verify wrong.dpde t", "gradient wrong.dpde t", "gradient wrong.dpde t --no-certify", "optimize wrong.dpde t",
+        "build wrong.dpde t -o made", "gradient wrong.dpde t --backend cpp"}) {
     const Outcome outcome = dpde(std::string(command) + " --json");
     EXPECT_NE(outcome.status, 0) << command;
     const std::vector<std::string> codes = outcome.codes();
@@ -66,7 +75,9 @@ TEST_F(GivenAdjointCommand, AWrongOneStopsWhateverMakesAGradient) {
     EXPECT_EQ(codes[0], "E0606") << command;
     const Json told = outcome.json()["diagnostics"][0];
     EXPECT_EQ(told["line"], 3);
-    EXPECT_NE(told["message"].get<std::string>().find("smooth is not its transpose: tangent and adjoint differ by"), std::string::npos) << told;
+    EXPECT_NE(told["message"].get<std::string>().find("smooth is not its transpose: tangent and adjoint differ by"),
+              std::string::npos)
+        << told;
   }
   EXPECT_EQ(dpde("run wrong.dpde s").status, 0) << "no gradient, no adjoint";
 }
@@ -103,16 +114,19 @@ task t : s {
 )";
   write("twice.dpde", text);
   write("derived.dpde", derived(text));
-  write("around.dpde", replaced(replaced(text, "cells 5", "cells 5, periodic"), "cells 3\n  boundary [^\n]*\n  boundary [^\n]*", "cells 3, periodic"));
+  write("around.dpde", replaced(replaced(text, "cells 5", "cells 5, periodic"),
+                                "cells 3\n  boundary [^\n]*\n  boundary [^\n]*", "cells 3, periodic"));
   write("around_derived.dpde", derived(content(path("around.dpde"))));
   for (const std::string name : {"twice", "around"}) {
     const Outcome outcome = dpde("verify " + name + ".dpde t --json");
     EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
   }
-  for (const auto& [a, b] : {std::pair("twice.dpde", "derived.dpde"), std::pair("around.dpde", "around_derived.dpde")}) {
+  for (const auto& [a, b] :
+       {std::pair("twice.dpde", "derived.dpde"), std::pair("around.dpde", "around_derived.dpde")}) {
     const std::vector<double> given = numbers(a, ""), plain = numbers(b, "");
     ASSERT_EQ(given.size(), plain.size());
-    for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], plain[i], 1e-13*std::max(1.0, std::abs(plain[i]))) << a << " " << i;
+    for (std::size_t i = 0; i < given.size(); ++i)
+      EXPECT_NEAR(given[i], plain[i], 1e-13 * std::max(1.0, std::abs(plain[i]))) << a << " " << i;
   }
 }
 
@@ -167,7 +181,8 @@ task t : s { unknown initial u; minimise mean((u - 0.2)^2) at t = 1/4 }
   for (const char* file : {"both.dpde", "one.dpde"}) {
     const std::vector<double> given = numbers(file, "");
     ASSERT_EQ(given.size(), plain.size()) << file;
-    for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], plain[i], 1e-13 * std::max(1.0, std::abs(plain[i]))) << file << " " << i;
+    for (std::size_t i = 0; i < given.size(); ++i)
+      EXPECT_NEAR(given[i], plain[i], 1e-13 * std::max(1.0, std::abs(plain[i]))) << file << " " << i;
   }
 }
 
@@ -182,23 +197,35 @@ TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
   EXPECT_EQ(codes(body + "model m { field u; dt(u) = f(u*u) }\n" + rest), none);
   EXPECT_EQ(codes(body + "model m { field u on faces.x; dt(u) = f(u) }\n" + rest), none);
   const std::string body_2 = "operator f(u) order 1 = u[-1, 0] + u\n  adjoint u_bar = f_bar[+1, 0] + f_bar\n";
-  const std::string rest_2 = "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 2; boundary u: all = 0; initial u = x; time 0 .. 1, step 1 }\n";
+  const std::string rest_2 =
+      "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 2; boundary u: all = 0; initial u = x; "
+      "time 0 .. 1, step 1 }\n";
   EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u) + dy(f(u)) }\n" + rest_2), none);
   EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(mean(u, x)) }\n" + rest_2), not_here);
-  EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u^2) }\n" + rest_2), not_here) << "walls along one of two axes";
+  EXPECT_EQ(codes(body_2 + "model m { field u; dt(u) = f(u^2) }\n" + rest_2), not_here)
+      << "walls along one of two axes";
   EXPECT_EQ(codes(body + "model m { vector u; dt(u) = f(u) }\n" + rest), none);
-  EXPECT_EQ(codes("operator f(u) order 1 = u[-1]\n  adjoint v_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
-  EXPECT_EQ(codes("operator f(u) order 1 = u[-1]\n  adjoint u_bar = f_bar[-1]\nmodel m { field u; dt(u) = f(u) }\n" + rest), bad);
-  EXPECT_EQ(codes("operator f(u) order 2 = mean(u)\n  adjoint u_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest), not_here);
+  EXPECT_EQ(codes("operator f(u) order 1 = u[-1]\n  adjoint v_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest),
+            bad);
+  EXPECT_EQ(
+      codes("operator f(u) order 1 = u[-1]\n  adjoint u_bar = f_bar[-1]\nmodel m { field u; dt(u) = f(u) }\n" + rest),
+      bad);
+  EXPECT_EQ(
+      codes("operator f(u) order 2 = mean(u)\n  adjoint u_bar = f_bar\nmodel m { field u; dt(u) = f(u) }\n" + rest),
+      not_here);
 }
 
 TEST_F(GivenAdjointCommand, IsFormattedAsItStands) {
-  const std::string text = "# a filter\noperator f(u) order 1 = u[-1] + u  # beside\n  # why\n  adjoint u_bar=f_bar[+1]+f_bar\n\nfunction g(x) = x\n";
+  const std::string text =
+      "# a filter\noperator f(u) order 1 = u[-1] + u  # beside\n  # why\n  adjoint u_bar=f_bar[+1]+f_bar\n\nfunction "
+      "g(x) = x\n";
   write("f.dpde", text);
   ASSERT_EQ(dpde("fmt f.dpde").status, 0);
   const std::string once = content(path("f.dpde"));
-  EXPECT_NE(once.find("operator f(u) order 1 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar"), std::string::npos) << once;
-  for (const char* comment : {"# a filter", "# beside", "# why"}) EXPECT_NE(once.find(comment), std::string::npos) << once;
+  EXPECT_NE(once.find("operator f(u) order 1 = u[-1] + u\n  adjoint u_bar = f_bar[+1] + f_bar"), std::string::npos)
+      << once;
+  for (const char* comment : {"# a filter", "# beside", "# why"})
+    EXPECT_NE(once.find(comment), std::string::npos) << once;
   EXPECT_NE(once.find("\n\nfunction g(x) = x\n"), std::string::npos) << once;
   ASSERT_EQ(dpde("fmt f.dpde").status, 0);
   EXPECT_EQ(content(path("f.dpde")), once);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints given to operators of vectors and of fields on faces and nodes: gradients are those that are derived, wrong ones stop the command.
+// Adjoints given to operators of vectors and of fields on faces and nodes: gradients are those that are derived, wrong
+// ones stop the command.
 #include <algorithm>
 #include <cmath>
 #include <regex>
@@ -96,7 +97,9 @@ class GivenVectorCommand : public Command {
     EXPECT_NE(result, text) << a;
     return result;
   }
-  static std::string derived(const std::string& text) { return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), ""); }
+  static std::string derived(const std::string& text) {
+    return std::regex_replace(text, std::regex("\n  adjoint [^\n]*"), "");
+  }
   static std::string periodic(const std::string& text) {
     return replaced(replaced(text, "  boundary [^\n]*\n", ""), "cells (.)", "cells $1, periodic");
   }
@@ -118,11 +121,13 @@ class GivenVectorCommand : public Command {
     write("derived.dpde", derived(text));
     const std::string taken = dpde("emit given.dpde t --stage stencil").out;
     EXPECT_NE(taken.find("\n  adjoint "), std::string::npos);
-    for (const std::string more : {"", "--set cells=1", "--set cells.x=2 --set cells.y=1", "--set cells.x=1 --set cells.y=3", "--backend cpp", "--set time=euler"}) {
+    for (const std::string more : {"", "--set cells=1", "--set cells.x=2 --set cells.y=1",
+                                   "--set cells.x=1 --set cells.y=3", "--backend cpp", "--set time=euler"}) {
       const std::vector<double> a = numbers("given.dpde", more), b = numbers("derived.dpde", more);
       ASSERT_EQ(a.size(), b.size());
       ASSERT_GE(a.size(), least);
-      for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-13 * std::max(1.0, std::abs(b[i]))) << more << " " << i;
+      for (std::size_t i = 0; i < a.size(); ++i)
+        EXPECT_NEAR(a[i], b[i], 1e-13 * std::max(1.0, std::abs(b[i]))) << more << " " << i;
     }
     const Outcome outcome = dpde("verify given.dpde t --json");
     EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
@@ -149,10 +154,14 @@ TEST_F(GivenVectorCommand, GradientsOfStaggeredFieldsAreThoseThatAreDerived) {
 /// Each line by itself: the others are then derived.
 TEST_F(GivenVectorCommand, AWrongOneStopsWhateverMakesAGradient) {
   const std::pair<std::string, std::string> mistakes[] = {
-      {"1 - a\\*\\(u.x\\[0, \\+1\\]", "1 + a*(u.x[0, +1]"}, {"turn_bar.y\\[0, -1\\]\\)", "turn_bar.x[0, -1])"}, {"= -div\\(slope_bar", "= -2*div(slope_bar"},
-      {"= -interpolate\\(d\\)\\*grad", "= -interpolate(d^2)*grad"}, {"interpolate\\(u.y\\*dy\\(outflow_bar\\)\\)", "0.9*interpolate(u.y*dy(outflow_bar))"}};
+      {"1 - a\\*\\(u.x\\[0, \\+1\\]", "1 + a*(u.x[0, +1]"},
+      {"turn_bar.y\\[0, -1\\]\\)", "turn_bar.x[0, -1])"},
+      {"= -div\\(slope_bar", "= -2*div(slope_bar"},
+      {"= -interpolate\\(d\\)\\*grad", "= -interpolate(d^2)*grad"},
+      {"interpolate\\(u.y\\*dy\\(outflow_bar\\)\\)", "0.9*interpolate(u.y*dy(outflow_bar))"}};
   for (const auto& [right, wrong] : mistakes) {
-    const std::string& text = right.find("u.x\\[") != std::string::npos || right.find("turn") != std::string::npos ? turn : water;
+    const std::string& text =
+        right.find("u.x\\[") != std::string::npos || right.find("turn") != std::string::npos ? turn : water;
     write("wrong.dpde", replaced(text, right, wrong));
     for (const char* command : {"gradient wrong.dpde t --no-certify", "verify wrong.dpde t"}) {
       const Outcome outcome = dpde(std::string(command) + " --json");
@@ -175,20 +184,39 @@ TEST_F(GivenVectorCommand, AllComponentsShareAKernel) {
 }
 
 TEST_F(GivenVectorCommand, SaysWhatDoesNotFit) {
-  const std::string rest = "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic; initial u = 0; time 0 .. 1, step 1 }\n";
-  const std::string of_vector = "model m { vector u; dt(u) = f(u) }\n" + rest, on_faces = "model m { vector u on faces; dt(u) = f(u) }\n" + rest;
+  const std::string rest =
+      "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic; initial u = 0; time 0 .. "
+      "1, step 1 }\n";
+  const std::string of_vector = "model m { vector u; dt(u) = f(u) }\n" + rest,
+                    on_faces = "model m { vector u on faces; dt(u) = f(u) }\n" + rest;
   const std::vector<std::string> none, wrong_length{"E0309"}, number{"E0307"}, misplaced{"E0331"}, bad{"E0371"};
   EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = f_bar[+1, 0]\n" + of_vector), none);
   EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = 0\n" + of_vector), none);
   EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = f_bar[-1, 0]\n" + of_vector), bad);
   EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = f_bar.x[+1, 0]\n" + of_vector), wrong_length);
-  EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = f_bar[+1, 0]\nmodel m { field u; dt(u) = f((u, u)).x + f(u*(1, 2)).y }\n" + rest), none);
-  EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = (f_bar, f_bar)\nmodel m { field u; dt(u) = f(u) }\n" + rest), number);
+  EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = f_bar[+1, 0]\nmodel m { field u; dt(u) = f((u, "
+                  "u)).x + f(u*(1, 2)).y }\n" +
+                  rest),
+            none);
+  EXPECT_EQ(
+      codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = (f_bar, f_bar)\nmodel m { field u; dt(u) = f(u) }\n" +
+            rest),
+      number);
   EXPECT_EQ(codes("operator f(u) order 0 = u[-1, 0]\n  adjoint u_bar = f_bar[+1, 0]\n" + on_faces), none);
   EXPECT_EQ(codes("operator f(u) order 0 = (u.y, u.x)\n  adjoint u_bar = (f_bar.y, f_bar.x)\n" + on_faces), misplaced);
-  EXPECT_EQ(codes("operator f(u) order 0 = (interpolate(u.y), interpolate(u.x))\n  adjoint u_bar = (f_bar.y, f_bar.x)\n" + on_faces), misplaced) << "f_bar.y is on the faces of y";
-  EXPECT_EQ(codes("operator f(u) order 0 = (interpolate(u.y), interpolate(u.x))\n  adjoint u_bar = (interpolate(f_bar.y), interpolate(f_bar.x))\n" + on_faces), none);
-  EXPECT_EQ(codes("operator f(u) order 0 = div(u)\n  adjoint u_bar = -grad(f_bar)\nmodel m { vector u on faces; dt(u.x) = f(u); dt(u.y) = interpolate(f(u)) }\n" + rest), misplaced);
+  EXPECT_EQ(
+      codes("operator f(u) order 0 = (interpolate(u.y), interpolate(u.x))\n  adjoint u_bar = (f_bar.y, f_bar.x)\n" +
+            on_faces),
+      misplaced)
+      << "f_bar.y is on the faces of y";
+  EXPECT_EQ(codes("operator f(u) order 0 = (interpolate(u.y), interpolate(u.x))\n  adjoint u_bar = "
+                  "(interpolate(f_bar.y), interpolate(f_bar.x))\n" +
+                  on_faces),
+            none);
+  EXPECT_EQ(codes("operator f(u) order 0 = div(u)\n  adjoint u_bar = -grad(f_bar)\nmodel m { vector u on faces; "
+                  "dt(u.x) = f(u); dt(u.y) = interpolate(f(u)) }\n" +
+                  rest),
+            misplaced);
 }
 
 }  // namespace

@@ -35,11 +35,12 @@ TEST(Golden, EveryStageIsAsStored) {
   for (const auto& folder : fs::directory_iterator(fs::path(DPDE_SOURCE_DIR) / "tests/golden")) {
     for (const auto& file : fs::directory_iterator(folder)) {
       if (file.path().extension() != ".txt") continue;
-      const std::string command = "cd " + folder.path().string() + " && " + DPDE_BINARY_DIR + "/bin/dpde emit in.dpde --stage " + file.path().stem().string() + " 2>&1";
+      const std::string command = "cd " + folder.path().string() + " && " + DPDE_BINARY_DIR +
+                                  "/bin/dpde emit in.dpde --stage " + file.path().stem().string() + " 2>&1";
       const std::string stored = read(file.path());
       EXPECT_FALSE(stored.empty()) << file.path();
-      EXPECT_EQ(output_of(command), stored) << file.path() << "\nif the change is wanted: tools/bless "
-                                            << folder.path().filename().string();
+      EXPECT_EQ(output_of(command), stored)
+          << file.path() << "\nif the change is wanted: tools/bless " << folder.path().filename().string();
       ++compared;
     }
   }

@@ -14,14 +14,17 @@ class Import : public Command {
     write("lib/heat.dpde", heat);
     write("bar.dpde", "import \"lib/heat.dpde\"\nimport \"lib/shapes.dpde\"  # once more\n" + scene);
   }
-  const std::string heat = "import \"shapes.dpde\"\nmodel heat {\n  field u\n  param D\n  dt(u) = D*lap(u)\n}\n"
-                           "scene other : heat { grid x = 0 .. 1, cells 4, periodic; D = 1; initial u = 0; time 0 .. 1, step 1 }\n";
-  const std::string scene = "scene bar : heat {\n  grid x = 0 .. 1, cells 16, periodic\n  D = 0.1\n  initial u = hill(x - 0.5, 0.1)\n"
-                            "  time 0 .. 0.1, step 0.01\n  observe peak = mean(|u - 1|)\n}\n";
+  const std::string heat =
+      "import \"shapes.dpde\"\nmodel heat {\n  field u\n  param D\n  dt(u) = D*lap(u)\n}\n"
+      "scene other : heat { grid x = 0 .. 1, cells 4, periodic; D = 1; initial u = 0; time 0 .. 1, step 1 }\n";
+  const std::string scene =
+      "scene bar : heat {\n  grid x = 0 .. 1, cells 16, periodic\n  D = 0.1\n  initial u = hill(x - 0.5, 0.1)\n"
+      "  time 0 .. 0.1, step 0.01\n  observe peak = mean(|u - 1|)\n}\n";
 };
 
 TEST_F(Import, RunsLikeOneFile) {
-  write("one.dpde", "function hill(x, w) = exp(-(x/w)^2)\nmodel heat {\n  field u\n  param D\n  dt(u) = D*lap(u)\n}\n" + scene);
+  write("one.dpde",
+        "function hill(x, w) = exp(-(x/w)^2)\nmodel heat {\n  field u\n  param D\n  dt(u) = D*lap(u)\n}\n" + scene);
   const Outcome several = dpde("run bar.dpde --json --out a"), one = dpde("run one.dpde --json --out b");
   ASSERT_EQ(several.status, 0) << several.err;
   EXPECT_EQ(several.json()["scene"], "bar");  // not one that was imported
@@ -85,8 +88,10 @@ using Magnitude = Command;
 
 TEST_F(Magnitude, IsTheNormOfVectorsAndAbsOfNumbers) {
   const auto text = [](const std::string& value) {
-    return "model m {\n  vector v\n  field u\n  dt(v) = 0\n  dt(u) = 0\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n"
-           "  grid y = 0 .. 1, cells 2, periodic\n  initial v = (-3, 4)\n  initial u = -x\n  time 0 .. 1, step 1\n  observe q = mean(" +
+    return "model m {\n  vector v\n  field u\n  dt(v) = 0\n  dt(u) = 0\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, "
+           "periodic\n"
+           "  grid y = 0 .. 1, cells 2, periodic\n  initial v = (-3, 4)\n  initial u = -x\n  time 0 .. 1, step 1\n  "
+           "observe q = mean(" +
            value + ")\n}\n";
   };
   write("m.dpde", text("|v|^2 - |v|*|u - |u||"));  // 25 - 5*2x

@@ -36,33 +36,48 @@ TEST_F(LearningExamples, TwoSolutions) {
   EXPECT_LT(std::abs(mean), 0.1);
 }
 
-/// A quarter of the example's data, windows and tests: the learned weights are better than the limiter on the same grid.
+/// A quarter of the example's data, windows and tests: the learned weights are better than the limiter on the same
+/// grid.
 TEST_F(LearningExamples, LearnedFlux) {
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/learned_flux/learned_flux.dpde");
-  for (const auto& [from, to] : {std::pair<std::string, std::string>{"cells 512", "cells 256"}, {"step 0.005", "step 0.01"}, {"coarsen 16", "coarsen 8"}, {"runs 8", "runs 4"},
-                                 {"runs 5", "runs 2"}, {"to 30", "to 20"}, {"to 20; coarsen 8; file \"test", "to 10; coarsen 8; file \"test"}, {"over 16 steps", "over 8 steps"},
-                                 {"unroll (2, 8, 16)", "unroll (2, 8)"}, {"for 300 steps", "for 100 steps"}}) {
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"cells 512", "cells 256"},
+                                 {"step 0.005", "step 0.01"},
+                                 {"coarsen 16", "coarsen 8"},
+                                 {"runs 8", "runs 4"},
+                                 {"runs 5", "runs 2"},
+                                 {"to 30", "to 20"},
+                                 {"to 20; coarsen 8; file \"test", "to 10; coarsen 8; file \"test"},
+                                 {"over 16 steps", "over 8 steps"},
+                                 {"unroll (2, 8, 16)", "unroll (2, 8)"},
+                                 {"for 300 steps", "for 100 steps"}}) {
     ASSERT_NE(text.find(from), std::string::npos) << from;
-    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
   }
   write("t.dpde", text);
-  for (const std::string set : {"train", "test"}) ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
+  for (const std::string set : {"train", "test"})
+    ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
   const double learned = found("t.dpde", "learn")["test"]["error"]["mean"].get<double>();
   EXPECT_LT(learned, 0.7 * found("t.dpde", "plain_limited")["test"]["error"]["mean"].get<double>());
   EXPECT_LT(learned, 0.3 * found("t.dpde", "plain_first")["test"]["error"]["mean"].get<double>());
 }
 
-/// The example on a quarter of the cells, with fewer filters and fields: 98 % of the squared divergence goes, and what is left is div(u) - lap(p).
+/// The example on a quarter of the cells, with fewer filters and fields: 98 % of the squared divergence goes, and what
+/// is left is div(u) - lap(p).
 TEST_F(LearningExamples, HelmholtzHodge) {
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/helmholtz_hodge/helmholtz_hodge.dpde");
-  const std::pair<std::string, std::string> smaller[] = {{"cells 32", "cells 16"},        {"0 .. 32", "0 .. 16"}, {"highest = 16", "highest = 8"}, {"lowest = 5.1", "lowest = 2.6"},
-                                                         {"conv 24", "conv 12"},          {"runs 100", "runs 12"}, {"runs 10;", "runs 3;"},        {"epochs 7", "epochs 40"}};
+  const std::pair<std::string, std::string> smaller[] = {
+      {"cells 32", "cells 16"},         {"0 .. 32", "0 .. 16"},   {"highest = 16", "highest = 8"},
+      {"lowest = 5.1", "lowest = 2.6"}, {"conv 24", "conv 12"},   {"runs 100", "runs 12"},
+      {"runs 10;", "runs 3;"},          {"epochs 7", "epochs 40"}};
   for (const auto& [from, to] : smaller) {
     ASSERT_NE(text.find(from), std::string::npos) << from;
-    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) text.replace(at, from.size(), to);
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
   }
   write("t.dpde", text);
-  for (const std::string set : {"train", "test"}) ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
+  for (const std::string set : {"train", "test"})
+    ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
   const Json learnt = found("t.dpde", "learn")["test"];
   EXPECT_LT(learnt["left"]["mean"].get<double>(), 0.02 * learnt["before"]["mean"].get<double>());
   ASSERT_EQ(dpde("run t.dpde picture --out out --json").status, 0);
@@ -96,13 +111,15 @@ TEST_F(LearningExamples, LeastForceOfBurgers) {
 /// A tenth of the scenes and epochs: unseen goals are missed by less than a third of what they are missed by untrained.
 TEST_F(LearningExamples, ControllerOfBurgers) {
   std::string text = content(DPDE_SOURCE_DIR "/dsl-examples/burgers_control/controller.dpde");
-  const std::pair<std::string, std::string> smaller[] = {{"runs 400", "runs 40"}, {"runs 100", "runs 10"}, {"epochs 60", "epochs 12"}};
+  const std::pair<std::string, std::string> smaller[] = {
+      {"runs 400", "runs 40"}, {"runs 100", "runs 10"}, {"epochs 60", "epochs 12"}};
   for (const auto& [from, to] : smaller) {
     ASSERT_NE(text.find(from), std::string::npos) << from;
     text.replace(text.find(from), from.size(), to);
   }
   write("t.dpde", text);
-  for (const std::string set : {"train", "test"}) ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
+  for (const std::string set : {"train", "test"})
+    ASSERT_EQ(dpde("run t.dpde " + set + " --out . --json").status, 0) << set;
   const Json miss = found("t.dpde", "learn")["test"]["miss"];
   EXPECT_LT(miss["mean"].get<double>(), miss["start"]["mean"].get<double>() / 3);
 }

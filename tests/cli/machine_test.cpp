@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens when the machine, the user's patience or the derivative gives out: codes, exit status, nothing half-written.
+// What happens when the machine, the user's patience or the derivative gives out: codes, exit status, nothing
+// half-written.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -18,7 +19,8 @@ TEST_F(Machine, UnwritableFolderIsItsFault) {
 
 TEST_F(Machine, TooLittleMemoryIsItsFault) {
   if (is_sanitized) GTEST_SKIP() << "the sanitizers reserve more address space than the test allows";
-  const Outcome outcome = shell("ulimit -v 3000000; $DPDE run " + example("heat/heat.dpde") + " block --set cells=512 --json --quiet");
+  const Outcome outcome =
+      shell("ulimit -v 3000000; $DPDE run " + example("heat/heat.dpde") + " block --set cells=512 --json --quiet");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0903"});
 }
@@ -30,14 +32,17 @@ TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
 }
 
 TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
-  const Outcome outcome = interrupted("optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here", "0", "here/optimiser.log");
+  const Outcome outcome = interrupted(
+      "optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here",
+      "0", "here/optimiser.log");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0806"});
   EXPECT_TRUE(fs::exists(path("here/loss.csv")));
 }
 
 TEST_F(Machine, InterruptedGradientHasNoNumber) {
-  const Outcome outcome = interrupted("gradient " + example("heat/heat.dpde") + " recover --set step=1/4000000 --memory 1M --json --quiet", "0.3");
+  const Outcome outcome = interrupted(
+      "gradient " + example("heat/heat.dpde") + " recover --set step=1/4000000 --memory 1M --json --quiet", "0.3");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0807"});
 }

@@ -78,7 +78,8 @@ TEST_F(Netcdf, ASeriesWhereTheSceneAsks) {
 
 TEST_F(Netcdf, IntervalsOfTheirOwn) {
   write("two.dpde",
-        "model m {\n  field u, v, time\n  dt(u) = -u\n  dt(v) = -v\n  dt(time) = 1\n}\nscheme e { time = euler }\nscene s : m {\n"
+        "model m {\n  field u, v, time\n  dt(u) = -u\n  dt(v) = -v\n  dt(time) = 1\n}\nscheme e { time = euler "
+        "}\nscene s : m {\n"
         "  grid x = 0 .. 1, cells 2, periodic\n  grid y = 0 .. 1, cells 1, periodic\n  initial u = 1\n  initial v = x\n"
         "  initial time = y\n  time 0 .. 1, step 1/4\n  output u every 1/2\n  output v, time every 1/4\n}\n");
   const Outcome run = dpde("run two.dpde --json --out o");
@@ -113,7 +114,8 @@ TEST_F(Netcdf, AnInterruptedRunKeepsItsLastState) {
           .status,
       1);
   const NetcdfFile file(path("o/rod.nc").string());
-  const std::size_t states = file.values("time").size();  // the first one alone when the signal came before the first step
+  const std::size_t states =
+      file.values("time").size();  // the first one alone when the signal came before the first step
   EXPECT_TRUE(states == 1 || states == 2) << states;
   EXPECT_EQ(file.values("u").size(), 16 * states);
 }
@@ -139,7 +141,8 @@ TEST_F(Netcdf, ASceneStartsFromAStoredState) {
 TEST_F(Netcdf, ATaskComparesWithStoredStates) {
   run_rod("  output u every 1/8\n");
   for (const std::string when : {" at t = 0.5", " over time", " at t = 0.25, 0.75"}) {
-    write("task.dpde", with(with(rod_text, "unknown k from 0.25", "data r = load(\"o/rod.nc\", u)" + when + "\n  unknown k from 0.25"),
+    write("task.dpde", with(with(rod_text, "unknown k from 0.25",
+                                 "data r = load(\"o/rod.nc\", u)" + when + "\n  unknown k from 0.25"),
                             "mean(u^2) at t = 1", "mean((u - r)^2)" + when));
     const Outcome fit = dpde("optimize task.dpde find --json --iterations 30");
     ASSERT_EQ(fit.status, 0) << fit.err;
@@ -176,10 +179,13 @@ TEST_F(Netcdf, RefusesAnotherGrid) {
   run_rod();
   const Outcome finer = run_from("load(\"o/rod.nc\", u)", "--set cells=32");
   EXPECT_EQ(finer.codes(), std::vector<std::string>{"E0905"});
-  write("wide.dpde", with(with(rod_text, "0 .. 2*pi", "0 .. 4*pi"), "sin(x)\n  observe", "load(\"o/rod.nc\", u)\n  observe"));
+  write("wide.dpde",
+        with(with(rod_text, "0 .. 2*pi", "0 .. 4*pi"), "sin(x)\n  observe", "load(\"o/rod.nc\", u)\n  observe"));
   const Outcome wider = dpde("run wide.dpde rod --json");
   EXPECT_EQ(wider.status, 2);
-  EXPECT_NE(wider.err.find("it is of another grid: cell 0 lies at x = 0.19635, here at x = 0.392699"), std::string::npos) << wider.err;
+  EXPECT_NE(wider.err.find("it is of another grid: cell 0 lies at x = 0.19635, here at x = 0.392699"),
+            std::string::npos)
+      << wider.err;
 }
 
 TEST_F(Netcdf, DamageIsFoundWhereverItIs) {

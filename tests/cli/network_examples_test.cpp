@@ -9,7 +9,9 @@ namespace {
 
 class NetworkExamples : public Command {
  protected:
-  std::string example(const std::string& file) const { return content(fs::path(DPDE_SOURCE_DIR) / "dsl-examples" / file); }
+  std::string example(const std::string& file) const {
+    return content(fs::path(DPDE_SOURCE_DIR) / "dsl-examples" / file);
+  }
 };
 
 /// The law that made the data is k(u) = 0.01 + 0.05 u^2: it is found from how a profile decays.
@@ -26,25 +28,38 @@ TEST_F(NetworkExamples, AClosureIsTheLawThatMadeTheData) {
   EXPECT_LT(look.json()["error"]["k"]["l2"].get<double>(), 3e-4);
 }
 
-/// A coarse grid against means of a finer one's runs, on waves the network has not seen; shorter than the example, and the finer grid half as fine.
+/// A coarse grid against means of a finer one's runs, on waves the network has not seen; shorter than the example, and
+/// the finer grid half as fine.
 TEST_F(NetworkExamples, ASmallNetworkMakesACoarseGridBetter) {
   std::string text = example("forced_burgers/forced_burgers.dpde");
-  for (const auto& [from, to] : {std::pair{"cells 128", "cells 64"}, {"coarsen 2", "coarsen 1"}, {"coarsen 4", "coarsen 2"}, {"trials 3", "trials 2"}, {", cubic_64[^\n]*\\.nc\"\\)", ""}, {"runs 10", "runs 4"}, {"runs 5", "runs 2"}, {"to 22.9", "to 8"},
-                                 {"epochs 12", "epochs 8"}, {"for 199 steps", "for 50 steps"}}) {
+  for (const auto& [from, to] : {std::pair{"cells 128", "cells 64"},
+                                 {"coarsen 2", "coarsen 1"},
+                                 {"coarsen 4", "coarsen 2"},
+                                 {"trials 3", "trials 2"},
+                                 {", cubic_64[^\n]*\\.nc\"\\)", ""},
+                                 {"runs 10", "runs 4"},
+                                 {"runs 5", "runs 2"},
+                                 {"to 22.9", "to 8"},
+                                 {"epochs 12", "epochs 8"},
+                                 {"for 199 steps", "for 50 steps"}}) {
     text = std::regex_replace(text, std::regex(from), to);
   }
   write("f.dpde", text);
-  for (const char* set : {"learn", "unseen", "unseen_64"}) ASSERT_EQ(dpde(std::string("run f.dpde ") + set + " --out . --json").status, 0);
+  for (const char* set : {"learn", "unseen", "unseen_64"})
+    ASSERT_EQ(dpde(std::string("run f.dpde ") + set + " --out . --json").status, 0);
   const Outcome learned = dpde("optimize f.dpde through --out out --json");
   ASSERT_EQ(learned.status, 0) << learned.err;
   const Json error = learned.json()["test"]["error"];
   EXPECT_LT(error["mean"].get<double>(), 0.9 * error["start"]["mean"].get<double>());
   EXPECT_EQ(error["trials"]["each"].size(), 2U);
-  EXPECT_NEAR(error["beside"]["plain"]["mean"].get<double>(), error["start"]["mean"].get<double>(), 1e-6) << "an untrained network corrects nothing";
+  EXPECT_NEAR(error["beside"]["plain"]["mean"].get<double>(), error["start"]["mean"].get<double>(), 1e-6)
+      << "an untrained network corrects nothing";
   EXPECT_NEAR(error["beside"]["plain_64"]["mean"].get<double>(), 0, 1e-6) << "what made the data";
   const Json energy = learned.json()["statistic"]["energy"], rate = learned.json()["growth"]["rate"];
   EXPECT_NEAR(energy["beside"]["plain"]["mean"].get<double>(), energy["start"]["mean"].get<double>(), 1e-6);
-  EXPECT_LT(std::abs(energy["mean_difference"].get<double>()), std::abs(energy["start"]["mean_difference"].get<double>())) << "linear interpolation takes energy away";
+  EXPECT_LT(std::abs(energy["mean_difference"].get<double>()),
+            std::abs(energy["start"]["mean_difference"].get<double>()))
+      << "linear interpolation takes energy away";
   EXPECT_NEAR(rate["beside"]["plain"]["mean"].get<double>(), rate["start"]["mean"].get<double>(), 1e-4);
 }
 
@@ -83,8 +98,9 @@ TEST_F(NetworkExamples, ANetworkInADroppedTermHasNoGradient) {
 
 /// Nothing to learn and nothing to set, but it runs.
 TEST_F(NetworkExamples, ANetworkMayHaveNoWeights) {
-  write("p.dpde", "network n(u) { mean_pool 2; upsample 2; relu }\nmodel m { field u; dt(u) = n(u) - u }\n"
-                  "scene s : m { grid x = 0 .. 1, cells 7, periodic; initial u = x; time 0 .. 0.1, step 0.1 }\n");
+  write("p.dpde",
+        "network n(u) { mean_pool 2; upsample 2; relu }\nmodel m { field u; dt(u) = n(u) - u }\n"
+        "scene s : m { grid x = 0 .. 1, cells 7, periodic; initial u = x; time 0 .. 0.1, step 0.1 }\n");
   for (const char* backend : {"jit", "interpreter"}) {
     const Outcome run = dpde(std::string("run p.dpde s --json --backend ") + backend);
     EXPECT_EQ(run.status, 0) << run.err;
@@ -103,11 +119,16 @@ TEST_F(NetworkExamples, NamesAndOptionsThatDoNotFit) {
 
 /// The scene of a task that loads weights runs with them.
 TEST_F(NetworkExamples, ARunOfATaskTakesItsWeights) {
-  std::string text = std::regex_replace(corrected, std::regex("scene s : m .*\n"), "task use : trained { learn n from \"o/n.safetensors\"; minimise mean(u^2) }\n");
-  text = std::regex_replace(text, std::regex("initial u = x; time 0 .. 1"), "initial u = x; observe e = mean(u^2); time 0 .. 1");
+  std::string text =
+      std::regex_replace(corrected, std::regex("scene s : m .*\n"),
+                         "task use : trained { learn n from \"o/n.safetensors\"; minimise mean(u^2) }\n");
+  text = std::regex_replace(text, std::regex("initial u = x; time 0 .. 1"),
+                            "initial u = x; observe e = mean(u^2); time 0 .. 1");
   write("c.dpde", std::regex_replace(text, std::regex("iterations 1"), "iterations 8"));
   ASSERT_EQ(dpde("optimize c.dpde make --out o --json").status, 0);
-  const auto energy = [&](const std::string& name) { return dpde("run c.dpde " + name + " --json").json()["observables"]["e"].get<double>(); };
+  const auto energy = [&](const std::string& name) {
+    return dpde("run c.dpde " + name + " --json").json()["observables"]["e"].get<double>();
+  };
   EXPECT_NE(energy("use"), energy("trained"));
   EXPECT_NEAR(energy("use"), dpde("gradient c.dpde use --json").json()["loss"].get<double>(), 1e-6 * energy("use"));
 }

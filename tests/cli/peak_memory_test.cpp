@@ -62,10 +62,11 @@ class PeakMemory : public Command {
 };
 
 std::string text_of(const std::string& model, const std::string& value, const std::string& task) {
-  return fmt::format("model heat {{ field u; param k; {} }}\nscene s : heat {{\n  grid x = 0 .. 1, cells 64, periodic\n"
-                     "  grid y = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)*cos(2*pi*y)\n  k = 1e-9\n{}"
-                     "  time 0 .. 4/1024, step 1/1024\n}}\ntask t : s {{ {} }}\n",
-                     model, value, task);
+  return fmt::format(
+      "model heat {{ field u; param k; {} }}\nscene s : heat {{\n  grid x = 0 .. 1, cells 64, periodic\n"
+      "  grid y = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)*cos(2*pi*y)\n  k = 1e-9\n{}"
+      "  time 0 .. 4/1024, step 1/1024\n}}\ntask t : s {{ {} }}\n",
+      model, value, task);
 }
 
 TEST_F(PeakMemory, OfRunsAndGradientsIsPredicted) {
@@ -85,9 +86,10 @@ TEST_F(PeakMemory, OfStoredStatesAndDataOfOtherScenesIsPredicted) {
 TEST_F(PeakMemory, OfOutputsIsPredicted) {
   write("heat.dpde", text_of("dt(u) = k*lap(u)", "", "unknown initial u; minimise mean(u^2)"));
   expect_of_outputs(1536);
-  write("heat.dpde", "model heat { field u; param k; dt(u) = k*lap(u) }\nscene s : heat {\n"
-                     "  grid x = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)\n  k = 1e-15\n"
-                     "  time 0 .. 4/1024, step 1/1024\n}\n");
+  write("heat.dpde",
+        "model heat { field u; param k; dt(u) = k*lap(u) }\nscene s : heat {\n"
+        "  grid x = 0 .. 1, cells 64, periodic\n  initial u = sin(2*pi*x)\n  k = 1e-15\n"
+        "  time 0 .. 4/1024, step 1/1024\n}\n");
   expect_of_outputs(3000000);
 }
 

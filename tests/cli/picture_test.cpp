@@ -23,7 +23,8 @@ std::vector<std::vector<double>> map_in(const std::string& script) {
   return rows;
 }
 
-/// Twice as many cells as pixels along both axes: each pixel is the mean of four, and the colours are those of the cells.
+/// Twice as many cells as pixels along both axes: each pixel is the mean of four, and the colours are those of the
+/// cells.
 TEST_F(Pictures, NoMoreValuesThanPixels) {
   constexpr int nx = 1280, ny = 880;
   std::vector<double> values;

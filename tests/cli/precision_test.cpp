@@ -17,7 +17,8 @@ class PrecisionCommand : public Command {
 };
 
 TEST_F(PrecisionCommand, RunsAndWritesFloats) {
-  const Outcome exact = dpde("run rod.dpde rod --json --out d"), single = dpde("run rod.dpde rod --json --out s --set real=f32");
+  const Outcome exact = dpde("run rod.dpde rod --json --out d"),
+                single = dpde("run rod.dpde rod --json --out s --set real=f32");
   ASSERT_EQ(single.status, 0) << single.err;
   const NetcdfFile doubles(path("d/rod.nc").string()), floats(path("s/rod.nc").string());
   EXPECT_FALSE(doubles.is_float("u"));
@@ -58,7 +59,9 @@ TEST_F(PrecisionCommand, IsCertifiedAsDoublesAndAsFloats) {
   EXPECT_GT(result["single_precision"]["max_relative_error"].get<double>(), 1e-11);
   EXPECT_LT(result["single_precision"]["max_relative_error"].get<double>(), 1e-4);
   EXPECT_TRUE(dpde("verify rod.dpde find --json").json()["single_precision"].is_null());
-  EXPECT_NE(dpde("verify rod.dpde find --set real=f32").out.find("single precision: the above is of the same programs in f64"), std::string::npos);
+  EXPECT_NE(dpde("verify rod.dpde find --set real=f32")
+                .out.find("single precision: the above is of the same programs in f64"),
+            std::string::npos);
 }
 
 TEST_F(PrecisionCommand, OptimisesAndBuilds) {

@@ -19,10 +19,11 @@ TEST_F(Published, ReconstructionHasTheLossesAndTheErrorOfTheNotebook) {
   const Outcome outcome = dpde("optimize burgers.dpde published --json --quiet");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const Json result = outcome.json();
-  const std::pair<int, double> printed[] = {{0, 0.382915},  {1, 0.326882},  {2, 0.281032},  {3, 0.242804},  {4, 0.210666},
-                                            {5, 0.183476},  {10, 0.096224}, {15, 0.054792}, {20, 0.032819}, {25, 0.020334},
-                                            {30, 0.012852}, {35, 0.008185}, {40, 0.005186}, {45, 0.003263}};
-  for (const auto& [iteration, loss] : printed) EXPECT_NEAR(result["loss"][iteration].get<double>(), loss, 1e-6) << iteration;
+  const std::pair<int, double> printed[] = {
+      {0, 0.382915},  {1, 0.326882},  {2, 0.281032},  {3, 0.242804},  {4, 0.210666},  {5, 0.183476},  {10, 0.096224},
+      {15, 0.054792}, {20, 0.032819}, {25, 0.020334}, {30, 0.012852}, {35, 0.008185}, {40, 0.005186}, {45, 0.003263}};
+  for (const auto& [iteration, loss] : printed)
+    EXPECT_NEAR(result["loss"][iteration].get<double>(), loss, 1e-6) << iteration;
   EXPECT_NEAR(result["test"]["mae"].get<double>(), 0.0638156, 1e-6);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs that are stopped, killed and resumed end bit for bit where the others end; checkpoints of other runs are refused.
+// Runs that are stopped, killed and resumed end bit for bit where the others end; checkpoints of other runs are
+// refused.
 #include "command_support.h"
 
 namespace dpde::testing {
@@ -84,8 +85,10 @@ TEST_F(Restart, AKilledRunGoesOnToTheSameEnd) {
   ASSERT_EQ(run("--set end=4000 --out whole").status, 0);
   for (const std::string wait : {"0", "0.02", "0.1"}) {
     const std::string folder = "killed" + wait;
-    shell("$DPDE run tide.dpde --set end=4000 --quiet --checkpoint-every 5000 --out " + folder + " & run=$!; "
-          "while ! test -e " + folder + "/bay.restart; do sleep 0.01; done; sleep " + wait + "; kill -KILL $run; wait $run");
+    shell("$DPDE run tide.dpde --set end=4000 --quiet --checkpoint-every 5000 --out " + folder +
+          " & run=$!; "
+          "while ! test -e " +
+          folder + "/bay.restart; do sleep 0.01; done; sleep " + wait + "; kill -KILL $run; wait $run");
     const Outcome rest = run("--set end=4000 --resume --out " + folder);
     ASSERT_EQ(rest.status, 0) << rest.err;
     EXPECT_EQ(rest.json()["resumed_steps"].get<int>() % 5000, 0);
@@ -164,7 +167,8 @@ TEST_F(Restart, FramesBehindACheckpointAreWrittenOver) {
   EXPECT_EQ(content(path("whole/v.npy")), content(path("half/v.npy")));
 }
 
-/// A run that begins anew leaves the frames that the checkpoint of the run before means, until it has a checkpoint of its own.
+/// A run that begins anew leaves the frames that the checkpoint of the run before means, until it has a checkpoint of
+/// its own.
 TEST_F(Restart, FramesOfTheRunBeforeStayUntilThereIsACheckpoint) {
   ASSERT_EQ(run("--out whole").status, 0);
   run_half("half");
@@ -196,12 +200,14 @@ TEST_F(Restart, OptionsThatMakeNoSense) {
   EXPECT_EQ(run("--resume").codes(), std::vector<std::string>{"E0904"});
   EXPECT_EQ(run("--checkpoint-every 10").codes(), std::vector<std::string>{"E0904"});
   for (const char* interval : {"0", "-3", "often", "1.5", "10min5", "nan"}) {
-    EXPECT_EQ(run(std::string("--out o --checkpoint-every=") + interval).codes(), std::vector<std::string>{"E0904"}) << interval;
+    EXPECT_EQ(run(std::string("--out o --checkpoint-every=") + interval).codes(), std::vector<std::string>{"E0904"})
+        << interval;
   }
 }
 
 TEST_F(Restart, AFullDiskStopsNoRun) {
-  const Outcome outcome = shell("mkdir o; trap '' XFSZ; ulimit -f 2; $DPDE run tide.dpde --json --checkpoint-every 10 --out o");
+  const Outcome outcome =
+      shell("mkdir o; trap '' XFSZ; ulimit -f 2; $DPDE run tide.dpde --json --checkpoint-every 10 --out o");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_FALSE(fs::exists(path("o/bay.restart")));
 }

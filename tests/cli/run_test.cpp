@@ -34,7 +34,8 @@ TEST_F(RunCommand, StepsToTheClosedFormWithEveryBackEnd) {
     const std::vector<double> u = values_of(path(backend + "/u.npy"));
     ASSERT_EQ(u.size(), 16u);
     for (int i = 0; i < 16; ++i) {
-      EXPECT_NEAR(u[i], std::pow(rod_factor(0.3), 8) * std::sin((i + 0.5) * std::numbers::pi / 8), 1e-14) << backend << i;
+      EXPECT_NEAR(u[i], std::pow(rod_factor(0.3), 8) * std::sin((i + 0.5) * std::numbers::pi / 8), 1e-14)
+          << backend << i;
     }
   }
 }
@@ -91,7 +92,8 @@ TEST_F(RunCommand, ShowsACurve) {
 
 TEST_F(RunCommand, NamesStepFieldCellAndLineOfABlowUp) {
   write("grow.dpde",
-        "model m {\n  field u\n  dt(u) = u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 1 + x\n"
+        "model m {\n  field u\n  dt(u) = u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 1 "
+        "+ x\n"
         "  time 0 .. 4, step 1/8\n}\n");
   const Outcome run = dpde("run grow.dpde --json --out o");
   EXPECT_EQ(run.status, 1);
@@ -154,8 +156,9 @@ TEST_F(CheckCommand, CountsBytesOrdersAndMemory) {
 
 /// What the adjoint recomputes of the first stage is less than that stage.
 TEST_F(CheckCommand, KnowsAdjointsThatRecomputePartsOfStages) {
-  write("two.dpde", "model m { field u, w; dt(u) = u^2; dt(w) = lap(w) }\nscheme e { time = rk2 }\nscene j : m with e {\n"
-                    "  grid x = 0 .. 1, cells 8, periodic\n  initial u = 0.1\n  initial w = x\n  time 0 .. 0.1, step 1/1000\n}\n");
+  write("two.dpde",
+        "model m { field u, w; dt(u) = u^2; dt(w) = lap(w) }\nscheme e { time = rk2 }\nscene j : m with e {\n"
+        "  grid x = 0 .. 1, cells 8, periodic\n  initial u = 0.1\n  initial w = x\n  time 0 .. 0.1, step 1/1000\n}\n");
   const Outcome check = dpde("check two.dpde j --json");
   EXPECT_EQ(check.status, 0) << check.err;
 }
@@ -170,17 +173,21 @@ TEST_F(CheckCommand, SaysWhatAZeroCoefficientDrops) {
   EXPECT_EQ(check.json()["dropped"].size(), 1u) << check.out;
 }
 
-/// By hand: the step reads u and writes u_next, in full it reads w too. Of what is sought the adjoint is a number times the seed; in full
-/// it reads u and w and writes w_bar, and needs u of each step.
+/// By hand: the step reads u and writes u_next, in full it reads w too. Of what is sought the adjoint is a number times
+/// the seed; in full it reads u and w and writes w_bar, and needs u of each step.
 TEST_F(CheckCommand, SaysWhatIsSaved) {
-  const std::string text = "model m { field u; coefficient w; param c; dt(u) = -2*u + c*w*u }\n"
-                           "scheme e { time = euler }\n"
-                           "scene s : m with e { grid x = 0 .. 1, cells 8, periodic\n  c = 0\n  w = x\n  initial u = x\n  time 0 .. 1, step 0.1 }\n"
-                           "task t : s { unknown initial u\n  minimise mean(u^2) }\n";
+  const std::string text =
+      "model m { field u; coefficient w; param c; dt(u) = -2*u + c*w*u }\n"
+      "scheme e { time = euler }\n"
+      "scene s : m with e { grid x = 0 .. 1, cells 8, periodic\n  c = 0\n  w = x\n  initial u = x\n  time 0 .. 1, step "
+      "0.1 }\n"
+      "task t : s { unknown initial u\n  minimise mean(u^2) }\n";
   write("m.dpde", text);
   Json saved = dpde("check m.dpde t --json").json()["saved"];
   EXPECT_EQ(saved, Json({{"step_bytes_per_point", 8}, {"adjoint_bytes_per_point", 24}, {"stored_bytes_per_point", 8}}));
-  EXPECT_NE(dpde("check m.dpde t").out.find("saved a cell: 8 of 24 bytes of a step, 24 of 40 bytes of an adjoint step, 8 of 8 bytes of each state that a gradient stores\n"),
+  EXPECT_NE(dpde("check m.dpde t")
+                .out.find("saved a cell: 8 of 24 bytes of a step, 24 of 40 bytes of an adjoint step, 8 of 8 bytes of "
+                          "each state that a gradient stores\n"),
             std::string::npos);
   EXPECT_EQ(dpde("check m.dpde s --json").json()["saved"], Json({{"step_bytes_per_point", 8}}));
   saved = dpde("check m.dpde t --set c=1 --json").json()["saved"];
@@ -190,7 +197,8 @@ TEST_F(CheckCommand, SaysWhatIsSaved) {
   saved = dpde("check floor.dpde t --json").json()["saved"];
   EXPECT_TRUE(saved["adjoint_bytes_per_point"].is_null()) << "no derivative by w";
   EXPECT_EQ(saved["step_bytes_per_point"], 0);
-  write("all.dpde", std::string(text).replace(text.find("unknown initial u"), 17, "unknown initial u; unknown w; unknown c from 2"));
+  write("all.dpde", std::string(text).replace(text.find("unknown initial u"), 17,
+                                              "unknown initial u; unknown w; unknown c from 2"));
   EXPECT_EQ(dpde("check all.dpde t").out.find("saved"), std::string::npos) << "nothing is left out";
 }
 
@@ -208,34 +216,47 @@ using CheckCommand = Command;
 
 TEST_F(CheckCommand, TellsOrdersOfOperatorsAsStatedAndAsMeasured) {
   const auto text = [](const std::string& order) {
-    return "operator slope(u) order " + order + " = (u[+1] - u[-1])/(2*hx)\noperator drift(u) order 4 = u[+1] - mean(u)\n"
-           "model m { field u; dt(u) = slope(u) + slope(slope(u)) + drift(u) }\nscene s : m {\n  grid x = 0 .. 1, cells 8, periodic\n  initial u = x\n"
+    return "operator slope(u) order " + order +
+           " = (u[+1] - u[-1])/(2*hx)\noperator drift(u) order 4 = u[+1] - mean(u)\n"
+           "model m { field u; dt(u) = slope(u) + slope(slope(u)) + drift(u) }\nscene s : m {\n  grid x = 0 .. 1, "
+           "cells 8, periodic\n  initial u = x\n"
            "  time 0 .. 1, step 1/8\n}\n";
   };
   write("m.dpde", text("2"));
   const Outcome good = dpde("check m.dpde --json");
   ASSERT_EQ(good.status, 0) << good.err;
   EXPECT_EQ(good.json()["order"]["space"], 2);
-  EXPECT_EQ(good.json()["operators"].dump(),
-            R"([{"measured":2,"name":"slope","note":null,"stated":2},{"measured":null,"name":"drift","note":"not measured: it holds a reduction","stated":4}])");
-  EXPECT_NE(dpde("check m.dpde").out.find("operator slope: order 2 as stated and measured\noperator drift: order 4 as stated, not measured: it holds a reduction\n"),
+  EXPECT_EQ(
+      good.json()["operators"].dump(),
+      R"([{"measured":2,"name":"slope","note":null,"stated":2},{"measured":null,"name":"drift","note":"not measured: it holds a reduction","stated":4}])");
+  EXPECT_NE(dpde("check m.dpde")
+                .out.find("operator slope: order 2 as stated and measured\noperator drift: order 4 as stated, not "
+                          "measured: it holds a reduction\n"),
             std::string::npos);
   write("m.dpde", text("3"));
   const Outcome wrong = dpde("run m.dpde");
   EXPECT_EQ(wrong.status, 2);
-  EXPECT_NE(wrong.err.find("m.dpde:1:10: error[E0557]: operator slope is stated to be of order 3, but its error goes as h^2\n"), std::string::npos) << wrong.err;
-  EXPECT_NE(wrong.err.find("help: write order 2, or mend its weights (as fractions: 1/3, not 0.3333)"), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find(
+                "m.dpde:1:10: error[E0557]: operator slope is stated to be of order 3, but its error goes as h^2\n"),
+            std::string::npos)
+      << wrong.err;
+  EXPECT_NE(wrong.err.find("help: write order 2, or mend its weights (as fractions: 1/3, not 0.3333)"),
+            std::string::npos)
+      << wrong.err;
   write("m.dpde", text("1"));
   const Outcome modest = dpde("check m.dpde --json");
   EXPECT_EQ(modest.status, 0);
   EXPECT_EQ(modest.codes(), std::vector<std::string>{"W0501"});
 }
 
-/// As measured: equations that act on one another with steps of their own are of order 1 (slow ones see the fast where the step begins).
+/// As measured: equations that act on one another with steps of their own are of order 1 (slow ones see the fast where
+/// the step begins).
 TEST_F(CheckCommand, OrderInTimeCountsStepsOfTheirOwn) {
   const auto order = [&](const std::string& rate_of_a, const std::string& rate_of_b, const std::string& parts) {
-    write("two.dpde", "model m { field a, b; dt(a) = " + rate_of_a + "; dt(b) = " + rate_of_b + " }\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 4, periodic\n"
-                      "  initial a = 1\n  initial b = 1\n  time 0 .. 1, step 0.1\n  " + parts + "\n}\n");
+    write("two.dpde", "model m { field a, b; dt(a) = " + rate_of_a + "; dt(b) = " + rate_of_b +
+                          " }\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 4, periodic\n"
+                          "  initial a = 1\n  initial b = 1\n  time 0 .. 1, step 0.1\n  " +
+                          parts + "\n}\n");
     return int(dpde("check two.dpde --json").json()["order"]["time"]);
   };
   EXPECT_EQ(order("-b", "a", ""), 4);

@@ -61,7 +61,8 @@ task recover : s {
   data v = u from scene truth at t = 0.01, 0.03, 0.05
   unknown kappa from 0.5
   minimise mean((u - v)^2) at t = 0.01, 0.03, 0.05
-  using )" + optimiser + "\n}\n";
+  using )" +
+         optimiser + "\n}\n";
 }
 
 /// The data are met exactly at the solution, so both matrices serve; L-BFGS is far from it after many more iterations.

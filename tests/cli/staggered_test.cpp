@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user of staggered fields sees: places in files, files and finer scenes as data, walls that no unknown can move.
+// What a user of staggered fields sees: places in files, files and finer scenes as data, walls that no unknown can
+// move.
 #include <cmath>
 #include <numbers>
 
@@ -14,13 +15,16 @@ std::string canal(int cells, const std::string& more = "") {
   return "model water { vector u on faces; field eta; dt(eta) = -div(u); dt(u) = -grad(eta) }\n"
          "scheme s { dx = central(2); time = rk4 }\n"
          "scene canal : water with s {\n"
-         "  grid x = 0 .. 1, cells " + std::to_string(cells) + "\n"
+         "  grid x = 0 .. 1, cells " +
+         std::to_string(cells) +
+         "\n"
          "  boundary u = 0.25\n"
          "  boundary eta = zero_gradient\n"
          "  initial u = 0.25 + x*(1 - x)\n"
          "  initial eta = cos(pi*x)\n"
          "  time 0 .. 0.5, step 1/32\n"
-         "}\n" + more;
+         "}\n" +
+         more;
 }
 
 class Staggered : public Command {};
@@ -56,9 +60,9 @@ TEST_F(Staggered, DataOfAFinerSceneAreThoseOnTheSameFaces) {
   std::string fine = canal(24);
   fine = fine.substr(fine.find("scene canal"));
   fine.replace(0, 11, "scene fine ");
-  write("task.dpde", canal(8, fine +
-      "task t : canal {\n  data v = u from scene fine at t = 0\n  unknown initial eta from 0\n"
-      "  minimise mean((u.x - v.x)^2) at t = 0\n  minimise mean(eta^2)\n}\n"));
+  write("task.dpde",
+        canal(8, fine + "task t : canal {\n  data v = u from scene fine at t = 0\n  unknown initial eta from 0\n"
+                        "  minimise mean((u.x - v.x)^2) at t = 0\n  minimise mean(eta^2)\n}\n"));
   const Outcome first = dpde("gradient task.dpde t --json");
   ASSERT_EQ(first.status, 0) << first.err;
   write("zero.dpde", canal(8, "task t : canal {\n  unknown initial eta from 0\n  minimise mean(eta^2)\n}\n"));
@@ -68,7 +72,8 @@ TEST_F(Staggered, DataOfAFinerSceneAreThoseOnTheSameFaces) {
 
 /// What an optimiser would put on a wall is not read: the derivative there is 0, and the other ones are right.
 TEST_F(Staggered, WallsAreNoUnknowns) {
-  write("task.dpde", canal(6, "task t : canal {\n  unknown initial u from 0.1*x\n  minimise mean(eta^2) + mean(u.x^4)\n}\n"));
+  write("task.dpde",
+        canal(6, "task t : canal {\n  unknown initial u from 0.1*x\n  minimise mean(eta^2) + mean(u.x^4)\n}\n"));
   const Outcome outcome = dpde("gradient task.dpde t --out o --json");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const std::vector<double> gradient = read_npy(path("o/gradient_u.x.npy")).values;

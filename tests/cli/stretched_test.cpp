@@ -10,14 +10,21 @@
 namespace dpde::testing {
 namespace {
 
-std::string channel(const std::string& stretched, int cells, const std::string& more = "", const std::string& scene = "channel") {
-  return "scene " + scene + " : flow with s {\n"
-         "  grid x = 0 .. 2*pi, cells " + std::to_string(cells) + ", periodic, stretched x + 0.3*sin(x)\n"
-         "  grid y = -1 .. 1, cells " + std::to_string(cells) + ", stretched " + stretched + "\n"
+std::string channel(const std::string& stretched, int cells, const std::string& more = "",
+                    const std::string& scene = "channel") {
+  return "scene " + scene +
+         " : flow with s {\n"
+         "  grid x = 0 .. 2*pi, cells " +
+         std::to_string(cells) +
+         ", periodic, stretched x + 0.3*sin(x)\n"
+         "  grid y = -1 .. 1, cells " +
+         std::to_string(cells) + ", stretched " + stretched +
+         "\n"
          "  beta = 2\n  k = 0.05\n  w = 1 + 0.2*sin(x)*y\n"
          "  boundary u: y.low = 0.1*k, y.high = mixed(1, 0.2, k)\n"
          "  initial u = cos(x)*(1 - y^2)\n"
-         "  time 0 .. 0.05, step 0.0005\n}\n" + more;
+         "  time 0 .. 0.05, step 0.0005\n}\n" +
+         more;
 }
 const std::string model =
     "model flow {\n  field u\n  param beta, k\n  coefficient w\n  dt(u) = div(w*k*grad(u)) - advect((u, 0.1), u)\n}\n"
@@ -34,9 +41,11 @@ TEST_F(Stretched, FilesAndPicturesShowTheTruePlaces) {
   ASSERT_EQ(ran.status, 0) << ran.err;
   {
     const NetcdfFile file(path("o/channel.nc").string());
-    const std::vector<double> y = file.values("y"), bounds = file.values("y_bounds"), x = file.values("x"), u = file.values("u");
+    const std::vector<double> y = file.values("y"), bounds = file.values("y_bounds"), x = file.values("x"),
+                              u = file.values("u");
     for (std::size_t i = 0; i < 8; ++i) {
-      const double centre = place(-1 + (static_cast<double>(i) + 0.5) / 4), s = (static_cast<double>(i) + 0.5) * std::numbers::pi / 4;
+      const double centre = place(-1 + (static_cast<double>(i) + 0.5) / 4),
+                   s = (static_cast<double>(i) + 0.5) * std::numbers::pi / 4;
       EXPECT_NEAR(y[i], centre, 1e-15);
       EXPECT_NEAR(x[i], s + 0.3 * std::sin(s), 1e-14);
       EXPECT_NEAR(bounds[2 * i], place(-1 + static_cast<double>(i) / 4), 1e-15);
@@ -73,9 +82,12 @@ TEST_F(Stretched, CheckpointsOfOtherMapsAreRefused) {
   EXPECT_EQ(dpde("run c.dpde --quiet --out o --resume --set end=0.1 --json").status, 0);
 }
 
-/// Means over the finer cells weigh them by their volume: of y^2 the coarse ones are exact to the fine rule of midpoints.
+/// Means over the finer cells weigh them by their volume: of y^2 the coarse ones are exact to the fine rule of
+/// midpoints.
 TEST_F(Stretched, DataOfAFinerSceneAreMeansByVolume) {
-  const std::string task = "task t : channel {\n  data d = u from scene fine at t = 0\n  unknown initial u from 0\n  minimise mean((u - d)^2) at t = 0\n}\n";
+  const std::string task =
+      "task t : channel {\n  data d = u from scene fine at t = 0\n  unknown initial u from 0\n  minimise mean((u - "
+      "d)^2) at t = 0\n}\n";
   const auto text = [&](const std::string& map, const std::string& initial) {
     std::string fine = channel(map, 24, "", "fine");
     fine.replace(fine.find("cos(x)*(1 - y^2)"), 16, initial);
@@ -91,7 +103,9 @@ TEST_F(Stretched, DataOfAFinerSceneAreMeansByVolume) {
 
 TEST_F(Stretched, DerivativesAreCertified) {
   for (const char* unknowns : {"unknown initial u", "unknown w\n  unknown k from 0.06"}) {
-    write("t.dpde", model + channel(tanh_map, 6, std::string("task t : channel {\n  ") + unknowns + "\n  minimise integral((u - 0.5)^2) + 1e-2*mean(dy(u)^2)\n}\n"));
+    write("t.dpde", model + channel(tanh_map, 6,
+                                    std::string("task t : channel {\n  ") + unknowns +
+                                        "\n  minimise integral((u - 0.5)^2) + 1e-2*mean(dy(u)^2)\n}\n"));
     const Outcome outcome = dpde("verify t.dpde t --json");
     ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
     EXPECT_TRUE(outcome.json()["passed"].get<bool>()) << outcome.out;
@@ -99,8 +113,8 @@ TEST_F(Stretched, DerivativesAreCertified) {
   }
 }
 
-/// The adjoint of the loss reads the metric beside the periodic axis, where the loss itself does not: it must leave beyond the walls what the
-/// adjoint of the step reads there.
+/// The adjoint of the loss reads the metric beside the periodic axis, where the loss itself does not: it must leave
+/// beyond the walls what the adjoint of the step reads there.
 TEST_F(Stretched, LossesLeaveTheMetricBeyondWallsAsItIs) {
   write("m.dpde",
         "model m { field p; coefficient g; dt(p) = 0.02*lap(p) + g }\n"
@@ -115,7 +129,8 @@ TEST_F(Stretched, LossesLeaveTheMetricBeyondWallsAsItIs) {
       const Outcome proven = dpde("verify m.dpde " + task + " --json --backend " + backend);
       EXPECT_EQ(proven.status, 0) << task << " " << backend << "\n" << proven.out << proven.err;
     }
-    const Json compiled = dpde("gradient m.dpde " + task + " --json").json(), interpreted = dpde("gradient m.dpde " + task + " --json --backend interpreter").json();
+    const Json compiled = dpde("gradient m.dpde " + task + " --json").json(),
+               interpreted = dpde("gradient m.dpde " + task + " --json --backend interpreter").json();
     const std::string unknown = task == "state" ? "p" : "g";
     const double norm = compiled["gradient"][unknown]["norm"];
     EXPECT_GT(norm, 0);

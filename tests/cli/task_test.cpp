@@ -62,11 +62,13 @@ TEST_F(GradientCommand, ReachesAParameterThroughTheInitialState) {
   const Outcome run = dpde("gradient rod.dpde find --json");
   ASSERT_EQ(run.status, 0) << run.err;
   const double k = 0.25, factor = 1 - rate * k;  // loss = k^2 factor^16 / 2
-  EXPECT_NEAR(run.json()["gradient"]["k"]["value"], k * std::pow(factor, 16) - 8 * rate * k * k * std::pow(factor, 15), 1e-14);
+  EXPECT_NEAR(run.json()["gradient"]["k"]["value"], k * std::pow(factor, 16) - 8 * rate * k * k * std::pow(factor, 15),
+              1e-14);
 }
 
 TEST_F(GradientCommand, SumsAndMeansOverTime) {
-  for (const auto& [loss, weight] : {std::pair{"mean(u^2)", 1.0 / 9}, std::pair{"sum(u^2)", 16.0}, std::pair{"integral(u^2)", 2 * std::numbers::pi / 8}}) {
+  for (const auto& [loss, weight] : {std::pair{"mean(u^2)", 1.0 / 9}, std::pair{"sum(u^2)", 16.0},
+                                     std::pair{"integral(u^2)", 2 * std::numbers::pi / 8}}) {
     std::string text = rod_text;
     text.replace(text.find("mean(u^2) at t = 1"), 18, std::string(loss) + " + k over time");
     write("rod.dpde", text);
@@ -80,7 +82,8 @@ TEST_F(GradientCommand, SumsAndMeansOverTime) {
 
 TEST_F(GradientCommand, OfALossThatIsNotFiniteFails) {
   write("grow.dpde",
-        "model m {\n  field u\n  param k\n  dt(u) = k*u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 2\n"
+        "model m {\n  field u\n  param k\n  dt(u) = k*u^3\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k "
+        "= 2\n"
         "  initial u = 1 + x\n  time 0 .. 4, step 1/8\n}\ntask t : s {\n  unknown k from 2\n  minimise mean(u^2)\n}\n");
   const Outcome run = dpde("gradient grow.dpde t --json");
   EXPECT_EQ(run.status, 1);
@@ -186,18 +189,21 @@ TEST_F(BenchCommand, HasTheKeysOfTheContract) {
   const Outcome bench = dpde("bench rod.dpde rod --json --repeats 3 --threads 1");
   ASSERT_EQ(bench.status, 0) << bench.err;
   const Json json = bench.json();
-  for (const char* key : {"points_per_s", "bytes_per_point", "achieved_bytes_per_s", "stream_bytes_per_s", "roofline_fraction",
-                          "adjoint_ratio", "compile_s"}) {
+  for (const char* key : {"points_per_s", "bytes_per_point", "achieved_bytes_per_s", "stream_bytes_per_s",
+                          "roofline_fraction", "adjoint_ratio", "compile_s"}) {
     EXPECT_GT(json[key], 0) << key;
   }
   EXPECT_EQ(json["bytes_per_point"], 16);
 }
 
 TEST_F(BenchCommand, SaysWhatBytesPredictOfTheAdjoint) {
-  write("b.dpde", "model m { field u; dt(u) = -u*dx(u) }\nscheme s { time = euler }\nscene b : m with s {\n  grid x = 0 .. 1, cells 32, periodic\n  initial u = 1\n  time 0 .. 1, step 1/64\n}\n");
+  write("b.dpde",
+        "model m { field u; dt(u) = -u*dx(u) }\nscheme s { time = euler }\nscene b : m with s {\n  grid x = 0 .. 1, "
+        "cells 32, periodic\n  initial u = 1\n  time 0 .. 1, step 1/64\n}\n");
   const Outcome bench = dpde("bench b.dpde --repeats 1 --threads 1");
   ASSERT_EQ(bench.status, 0) << bench.err;
-  EXPECT_NE(bench.out.find("(1.50 times the bytes)"), std::string::npos) << bench.out;  // u, u_next_bar and u_bar over u and u_next
+  EXPECT_NE(bench.out.find("(1.50 times the bytes)"), std::string::npos)
+      << bench.out;  // u, u_next_bar and u_bar over u and u_next
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Data sets and learning from them, as a user does: runs with varied parameters in one file, a parameter learnt from mini-batches of
-// windows, killed and taken up again.
-#include "command_support.h"
-
+// Data sets and learning from them, as a user does: runs with varied parameters in one file, a parameter learnt from
+// mini-batches of windows, killed and taken up again.
 #include <algorithm>
 #include <cmath>
+
+#include "command_support.h"
 
 namespace dpde::testing {
 namespace {
@@ -25,8 +25,9 @@ dataset other : truth { runs 3; seed 9; vary a in 0.5 .. 1.5; vary phase in 0 ..
 )";
 
 std::string learning(const std::string& options, const std::string& data = "train.nc", const std::string& steps = "4") {
-  return burgers + "task learn : truth { data u_ref = trajectories(\"" + data + "\", u); unknown nu from 0.2 in 0 .. 1; minimise mean((u - u_ref)^2) over " + steps +
-         " steps; using " + options + "; test err = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 32 steps }\n";
+  return burgers + "task learn : truth { data u_ref = trajectories(\"" + data +
+         "\", u); unknown nu from 0.2 in 0 .. 1; minimise mean((u - u_ref)^2) over " + steps + " steps; using " +
+         options + "; test err = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 32 steps }\n";
 }
 
 const std::string adam = "adam(rate = 0.02), batch 4, epochs 20, schedule cosine, validate 0.25, seed 3";
@@ -61,11 +62,13 @@ TEST_F(Training, FindsTheViscosityOfFourRuns) {
   EXPECT_EQ(test["runs"].size(), 3U);
   EXPECT_EQ(test["t"].size(), 16U);
   EXPECT_LT(test["mean"].get<double>(), 1e-2 * test["start"]["mean"].get<double>());
-  for (const char* file : {"loss.csv", "epochs.csv", "err.csv", "learn.training"}) EXPECT_TRUE(fs::exists(path("o") / file)) << file;
+  for (const char* file : {"loss.csv", "epochs.csv", "err.csv", "learn.training"})
+    EXPECT_TRUE(fs::exists(path("o") / file)) << file;
 }
 
 TEST_F(Training, IsTheSameForAnyNumberOfThreads) {
-  const Outcome one = learn(adam, "--threads 1 --epochs 3 --json"), two = learn(adam, "--threads 2 --epochs 3 --json"), four = learn(adam, "--threads 4 --epochs 3 --json");
+  const Outcome one = learn(adam, "--threads 1 --epochs 3 --json"), two = learn(adam, "--threads 2 --epochs 3 --json"),
+                four = learn(adam, "--threads 4 --epochs 3 --json");
   ASSERT_EQ(one.status, 0) << one.out << one.err;
   for (const Outcome& other : {two, four}) {
     EXPECT_EQ(one.json()["loss"], other.json()["loss"]);
@@ -75,7 +78,8 @@ TEST_F(Training, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST_F(Training, GoesOnToTheSameNumbers) {
-  const std::string options = "adam(rate = 0.01, decay = 1e-3), batch 3, epochs 8, noise 0.01, clip 1, schedule halve(50), seed 5";
+  const std::string options =
+      "adam(rate = 0.01, decay = 1e-3), batch 3, epochs 8, noise 0.01, clip 1, schedule halve(50), seed 5";
   const Outcome whole = learn(options, "--out whole --json");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
   const Outcome first = learn(options, "--out parts --epochs 3 --json");
@@ -91,8 +95,9 @@ TEST_F(Training, SurvivesAKill) {
   const std::string options = "adam(rate = 0.01), batch 2, epochs 40, seed 5";
   const Outcome whole = learn(options, "--json");
   ASSERT_EQ(whole.status, 0) << whole.out << whole.err;
-  shell("$DPDE optimize t.dpde learn --out o --checkpoint-every 7 --json & run=$!; "
-        "for i in $(seq 6000); do [ -s o/learn.training ] && break; sleep 0.01; done; kill -9 $run; wait $run");
+  shell(
+      "$DPDE optimize t.dpde learn --out o --checkpoint-every 7 --json & run=$!; "
+      "for i in $(seq 6000); do [ -s o/learn.training ] && break; sleep 0.01; done; kill -9 $run; wait $run");
   ASSERT_TRUE(fs::exists(path("o/learn.training")));
   const Outcome rest = dpde("optimize t.dpde learn --out o --resume --json");
   ASSERT_EQ(rest.status, 0) << rest.out << rest.err;
@@ -103,7 +108,8 @@ TEST_F(Training, SurvivesAKill) {
 
 TEST_F(Training, RefusesToGoOnWithAnother) {
   ASSERT_EQ(learn(adam, "--out o --epochs 2 --json").status, 0);
-  EXPECT_EQ(learn("adam(rate = 0.03), batch 4, epochs 2", "--out o --resume --json").codes(), std::vector<std::string>{"E0914"});
+  EXPECT_EQ(learn("adam(rate = 0.03), batch 4, epochs 2", "--out o --resume --json").codes(),
+            std::vector<std::string>{"E0914"});
   std::string bytes = content(path("o/learn.training"));
   bytes[bytes.size() / 2] ^= 1;
   std::ofstream(path("o/learn.training"), std::ios::binary) << bytes;
@@ -112,7 +118,8 @@ TEST_F(Training, RefusesToGoOnWithAnother) {
 
 TEST_F(Training, StopsWhenAskedAndGoesOn) {
   write("t.dpde", learning("adam(rate = 0.01), batch 2, epochs 100000"));
-  const Outcome stopped = interrupted("optimize t.dpde learn --out o --checkpoint-every 5 --json", "0.05", "o/learn.training");
+  const Outcome stopped =
+      interrupted("optimize t.dpde learn --out o --checkpoint-every 5 --json", "0.05", "o/learn.training");
   EXPECT_EQ(stopped.codes(), std::vector<std::string>{"E0806"}) << stopped.out << stopped.err;
   ASSERT_TRUE(fs::exists(path("o/learn.training")));
   const auto made = stopped.json()["iterations"].get<int>();
@@ -137,7 +144,8 @@ TEST_F(Training, CurriculumAndCut) {
 
 TEST_F(Training, EarlyStopKeepsTheBest) {
   // A rate that throws the value about: the last is not the best.
-  const Outcome outcome = learn("gradient_descent(rate = 3, momentum = 0.9), batch 4, epochs 60, validate 0.25, patience 4", "--json");
+  const Outcome outcome =
+      learn("gradient_descent(rate = 3, momentum = 0.9), batch 4, epochs 60, validate 0.25, patience 4", "--json");
   ASSERT_EQ(outcome.status, 0) << outcome.out << outcome.err;
   const Json json = outcome.json();
   double least = INFINITY;
@@ -155,8 +163,10 @@ TEST_F(Training, EarlyStopKeepsTheBest) {
 }
 
 TEST_F(Training, DivergenceIsNamedAndTheBestKept) {
-  write("t.dpde", burgers + "task learn : truth { data u_ref = trajectories(\"train.nc\", u); unknown nu from 0.2; minimise mean((u - u_ref)^2) over 16 steps; "
-                            "using gradient_descent(rate = 1e6), batch 4, epochs 5 }\n");
+  write("t.dpde", burgers +
+                      "task learn : truth { data u_ref = trajectories(\"train.nc\", u); unknown nu from 0.2; minimise "
+                      "mean((u - u_ref)^2) over 16 steps; "
+                      "using gradient_descent(rate = 1e6), batch 4, epochs 5 }\n");
   const Outcome outcome = dpde("optimize t.dpde learn --json");
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0803"}) << outcome.out;
   EXPECT_NE(outcome.err.find("in epoch 1, from frame"), std::string::npos) << outcome.err;
@@ -171,13 +181,21 @@ TEST_F(Training, DataThatDoNotFit) {
     EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0907"}) << outcome.out;
     return outcome.err;
   };
-  EXPECT_NE(refused(learning(adam), "--set cells=16").find("it is of another grid: u has 32 cells along x, the scene has 16"), std::string::npos);
-  EXPECT_NE(refused(learning(adam), "--set step=1/24").find("its frames are 0.0625 apart, no whole number of steps of 0.0416667"), std::string::npos);
-  EXPECT_NE(refused(learning(adam, "train.nc", "3")).find("its frames are 2 steps apart, and 3 steps of the loss are no multiple"), std::string::npos);
+  EXPECT_NE(
+      refused(learning(adam), "--set cells=16").find("it is of another grid: u has 32 cells along x, the scene has 16"),
+      std::string::npos);
+  EXPECT_NE(refused(learning(adam), "--set step=1/24")
+                .find("its frames are 0.0625 apart, no whole number of steps of 0.0416667"),
+            std::string::npos);
+  EXPECT_NE(refused(learning(adam, "train.nc", "3"))
+                .find("its frames are 2 steps apart, and 3 steps of the loss are no multiple"),
+            std::string::npos);
   EXPECT_NE(refused(learning(adam, "train.nc", "34")).find("too few for windows of 34 steps"), std::string::npos);
   write("one.dpde", burgers + "dataset one : truth { frames every 1/16; file \"one.nc\" }\n");
   ASSERT_EQ(dpde("run one.dpde one --out . --json").status, 0);
-  EXPECT_NE(refused(learning("adam(rate = 0.02), validate 0.05", "one.nc", "8")).find("its last 1 frames, kept for validation, are shorter than a window of 8 steps"), std::string::npos);
+  EXPECT_NE(refused(learning("adam(rate = 0.02), validate 0.05", "one.nc", "8"))
+                .find("its last 1 frames, kept for validation, are shorter than a window of 8 steps"),
+            std::string::npos);
   write("broken.nc", content(path("train.nc")).substr(0, 3000));
   refused(learning(adam, "broken.nc"));
 }
@@ -204,8 +222,10 @@ dataset test : fine { runs 3; seed 7; vary a in 0.5 .. 1.5; vary phase in 0 .. 6
 )";
 
 std::string correcting(const std::string& from, int epochs) {
-  return corrected + "task learn : coarse { data r = trajectories(\"fine.nc\", u); learn corrector" + from + "; minimise mean((u - r)^2) over 4 steps; using adam(rate = 3e-3), batch 8, epochs " +
-         std::to_string(epochs) + ", unroll (1, 2, 4), schedule cosine, validate 0.2; test err = mean(abs(u - r)) on trajectories(\"fine_test.nc\") for 32 steps }\n";
+  return corrected + "task learn : coarse { data r = trajectories(\"fine.nc\", u); learn corrector" + from +
+         "; minimise mean((u - r)^2) over 4 steps; using adam(rate = 3e-3), batch 8, epochs " + std::to_string(epochs) +
+         ", unroll (1, 2, 4), schedule cosine, validate 0.2; test err = mean(abs(u - r)) on "
+         "trajectories(\"fine_test.nc\") for 32 steps }\n";
 }
 
 TEST_F(Training, ANetworkCorrectsACoarseRun) {
@@ -221,17 +241,20 @@ TEST_F(Training, ANetworkCorrectsACoarseRun) {
   write("again.dpde", correcting(" from \"o/corrector.safetensors\"", 3));
   const Json again = dpde("optimize again.dpde learn --out again --json").json();
   EXPECT_NEAR(again["test"]["err"]["start"]["mean"].get<double>(), test["mean"].get<double>(), 1e-5);
-  write("other.dpde", correcting(" from \"o/corrector.safetensors\"", 3).replace(corrected.find("conv 8, 5"), 9, "conv 8, 3"));
+  write("other.dpde",
+        correcting(" from \"o/corrector.safetensors\"", 3).replace(corrected.find("conv 8, 5"), 9, "conv 8, 3"));
   EXPECT_EQ(dpde("optimize other.dpde learn --json").codes(), std::vector<std::string>{"E0907"});
 }
 
 TEST_F(Training, SeedsThatDifferMakeOtherScenes) {
   const std::string model = "model m { field u; coefficient f; param nu; param s; dt(u) = nu*lap(u) + f }\n";
   const auto text = [&](const std::string& force, const std::string& start, const std::string& own = "1") {
-    return model + "scene truth : m { grid x = 0 .. 1, cells 16, periodic; nu = 0.05; s = " + own + "; f = " + force + "; initial u = " + start +
+    return model + "scene truth : m { grid x = 0 .. 1, cells 16, periodic; nu = 0.05; s = " + own + "; f = " + force +
+           "; initial u = " + start +
            "; time 0 .. 1, step 1/64 }\n"
            "dataset d : truth { runs 2; vary s from 3; frames every 1/8; file \"d.nc\" }\n"
-           "task learn : truth { data r = trajectories(\"d.nc\", u); unknown nu from 0.2; minimise mean((u - r)^2) over 8 steps; using adam(rate = 0.01), epochs 1 }\n";
+           "task learn : truth { data r = trajectories(\"d.nc\", u); unknown nu from 0.2; minimise mean((u - r)^2) "
+           "over 8 steps; using adam(rate = 0.01), epochs 1 }\n";
   };
   write("force.dpde", text("random_field(seed = s, lowest = 1, highest = 3)", "0"));
   write("start.dpde", text("1", "random_field(seed = s, lowest = 1, highest = 3)"));
@@ -253,9 +276,11 @@ TEST_F(Training, WhatATaskCannotSay) {
     EXPECT_NE(outcome.err.find("error[" + code + "]"), std::string::npos) << items << "\n" << outcome.err;
     EXPECT_NE(outcome.err.find(part), std::string::npos) << items << "\n" << outcome.err;
   };
-  const std::string data = "data r = trajectories(\"train.nc\", u); ", nu = "unknown nu from 0.2; ", loss = "minimise mean((u - r)^2) over 4 steps; ", use = "using adam(rate = 0.1)";
+  const std::string data = "data r = trajectories(\"train.nc\", u); ", nu = "unknown nu from 0.2; ",
+                    loss = "minimise mean((u - r)^2) over 4 steps; ", use = "using adam(rate = 0.1)";
   refused(data + nu + "minimise mean((u - r)^2); " + use, "E0311", "a loss that is not over a number of steps");
-  refused(data + nu + loss + "minimise mean(u^2) over 2 steps; " + use, "E0311", "a loss over 2 steps beside one over 4");
+  refused(data + nu + loss + "minimise mean(u^2) over 2 steps; " + use, "E0311",
+          "a loss over 2 steps beside one over 4");
   refused(data + nu + "minimise mean((u - r)^2) over 2.5 steps; " + use, "E0208", "2.5");
   refused(data + "unknown initial u from 0; " + loss + use, "E0311", "an unknown initial state");
   refused(data + nu + loss + "using newton_cg()", "E0311", "an optimiser with second derivatives");
@@ -271,10 +296,12 @@ TEST_F(Training, WhatATaskCannotSay) {
   refused(data + nu + loss + use + "; test e = mean(u^2) on trajectories(\"test.nc\")", "E0703", "for 100 steps");
   refused(data + "data q = load(\"q.npy\"); " + nu + loss + use, "E0311", "data that are no trajectories");
   refused(data + "data q = trajectories(\"q.nc\", u); " + nu + loss + use, "E0311", "a second file of trajectories");
-  refused("data r = trajectories(\"train.npy\", u); " + nu + loss + use, "E0703", "write trajectories(\"train.nc\", u)");
+  refused("data r = trajectories(\"train.npy\", u); " + nu + loss + use, "E0703",
+          "write trajectories(\"train.nc\", u)");
   refused(nu + "minimise mean(u^2) over 4 steps; " + use, "E0311", "a task that does not learn from trajectories");
   refused(nu + "minimise mean(u^2); " + use + ", batch 4", "E0311", "batch");
-  refused(nu + "minimise mean(u^2); using adam(rate = 0.1, decay = 0.1)", "E0707", "is for tasks that learn from trajectories");
+  refused(nu + "minimise mean(u^2); using adam(rate = 0.1, decay = 0.1)", "E0707",
+          "is for tasks that learn from trajectories");
 }
 
 TEST_F(Training, WhatADataSetCannotSay) {
@@ -346,11 +373,13 @@ TEST_F(Training, GoesOnWithTheSameFilesOnly) {
 /// What varies in the text of a scene may change its times or its grid: files have one of each.
 TEST_F(Training, RunsOfADataSetHaveOneGridAndTimes) {
   const auto outcome_of = [&](const std::string& vary, const std::string& grid, const std::string& time) {
-    write("k.dpde", "model m { field u; param k; param nu; dt(u) = nu*lap(u) }\nscene truth : m { grid x = " + grid + "; k = 1; nu = 0.01; initial u = sin(2*pi*x); time " + time +
+    write("k.dpde", "model m { field u; param k; param nu; dt(u) = nu*lap(u) }\nscene truth : m { grid x = " + grid +
+                        "; k = 1; nu = 0.01; initial u = sin(2*pi*x); time " + time +
                         " }\ndataset d : truth { runs 2; vary " + vary + "; frames every 1/8; file \"d.nc\" }\n");
     return dpde("run k.dpde d --out x");
   };
-  const auto refused = [&](const std::string& vary, const std::string& grid, const std::string& time, const std::string& part) {
+  const auto refused = [&](const std::string& vary, const std::string& grid, const std::string& time,
+                           const std::string& part) {
     const Outcome outcome = outcome_of(vary, grid, time);
     EXPECT_EQ(outcome.status, 1) << vary << outcome.out << outcome.err;
     EXPECT_NE(outcome.err.find("k.dpde:3:9"), std::string::npos) << outcome.err;
@@ -360,8 +389,10 @@ TEST_F(Training, RunsOfADataSetHaveOneGridAndTimes) {
   const std::string grid = "0 .. 1, cells 8, periodic", time = "0 .. 1, step 1/16";
   refused("k from 1", grid, "0 .. 1, step 0.0625/k", "its step is 0.03125, that of run 0 is 0.0625");
   refused("k from 1", grid, "0 .. k, step 1/16", "it is from t = 0 to 2, run 0 from 0 to 1");
-  refused("k from 8", "0 .. 1, cells k, periodic", time, "its x has 9 cells from 0 to 1, that of run 0 has 8 cells from 0 to 1");
-  refused("k from 1", "0 .. k, cells 8, periodic", time, "its x has 8 cells from 0 to 2, that of run 0 has 8 cells from 0 to 1");
+  refused("k from 8", "0 .. 1, cells k, periodic", time,
+          "its x has 9 cells from 0 to 1, that of run 0 has 8 cells from 0 to 1");
+  refused("k from 1", "0 .. k, cells 8, periodic", time,
+          "its x has 8 cells from 0 to 2, that of run 0 has 8 cells from 0 to 1");
   EXPECT_EQ(outcome_of("k from 1", grid, time).status, 0);
 }
 
@@ -386,9 +417,13 @@ TEST_F(Training, DataSetsAreMadeAgainOnceTheyAreNotThere) {
 }
 
 TEST_F(Training, DataSetsAreCoarsened) {
-  write("c.dpde", burgers + "dataset coarse : truth { runs 2; vary a in 0.5 .. 1.5; frames every 1/8 from 1/4 to 1/2; coarsen 4; file \"coarse.nc\" }\n"
-                            "scene small : burgers with plain { grid x = 0 .. 2*pi, cells 8, periodic; nu = 0.05; a = 1; phase = 0; initial u = 0; time 0 .. 1, step 1/32 }\n"
-                            "task learn : small { data u_ref = trajectories(\"coarse.nc\", u); unknown nu from 0.2; minimise mean((u - u_ref)^2) over 4 steps; using adam(rate = 0.01), epochs 2 }\n");
+  write("c.dpde", burgers +
+                      "dataset coarse : truth { runs 2; vary a in 0.5 .. 1.5; frames every 1/8 from 1/4 to 1/2; "
+                      "coarsen 4; file \"coarse.nc\" }\n"
+                      "scene small : burgers with plain { grid x = 0 .. 2*pi, cells 8, periodic; nu = 0.05; a = 1; "
+                      "phase = 0; initial u = 0; time 0 .. 1, step 1/32 }\n"
+                      "task learn : small { data u_ref = trajectories(\"coarse.nc\", u); unknown nu from 0.2; minimise "
+                      "mean((u - u_ref)^2) over 4 steps; using adam(rate = 0.01), epochs 2 }\n");
   const Outcome made = dpde("run c.dpde coarse --out . --json");
   ASSERT_EQ(made.status, 0) << made.out << made.err;
   EXPECT_EQ(made.json()["frames"], 3);

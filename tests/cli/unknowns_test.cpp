@@ -16,7 +16,8 @@ class Unknowns : public Command {
     const std::string bytes = content(path(name));
     std::size_t header = 0;
     EXPECT_GT(bytes.size(), 10u) << name;
-    if (bytes.size() > 10) header = 10 + static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
+    if (bytes.size() > 10)
+      header = 10 + static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
     std::vector<double> values((bytes.size() - header) / sizeof(double));
     std::memcpy(values.data(), bytes.data() + header, values.size() * sizeof(double));
     return values;
@@ -72,7 +73,8 @@ task only : s { unknown kappa
 /// Scaling all of kappa is scaling c: c dJ/dc = sum of kappa dJ/dkappa. dJ/dc was there before, by another way.
 TEST_F(Unknowns, CoefficientAgreesWithAFactorOfIt) {
   write("heat.dpde", heat_text);
-  const Outcome number = dpde("gradient heat.dpde number --json"), field = dpde("gradient heat.dpde only --json --out o");
+  const Outcome number = dpde("gradient heat.dpde number --json"),
+                field = dpde("gradient heat.dpde only --json --out o");
   ASSERT_EQ(number.status + field.status, 0) << number.err << field.err;
   double sum = 0;
   for (const double value : array("o/gradient_kappa.npy")) sum += 0.5 * value;
@@ -82,7 +84,8 @@ TEST_F(Unknowns, CoefficientAgreesWithAFactorOfIt) {
 
 TEST_F(Unknowns, CoefficientIsTheSameWithLittleMemory) {
   write("heat.dpde", heat_text);
-  const Outcome all = dpde("gradient heat.dpde field --json"), few = dpde("gradient heat.dpde field --json --memory 2K");
+  const Outcome all = dpde("gradient heat.dpde field --json"),
+                few = dpde("gradient heat.dpde field --json --memory 2K");
   ASSERT_EQ(all.status + few.status, 0) << all.err << few.err;
   EXPECT_EQ(few.json()["gradient"], all.json()["gradient"]);
   EXPECT_GT(few.json()["checkpoints"]["recomputed_steps"], 0);
@@ -175,10 +178,14 @@ TEST_F(Unknowns, StayWithinTheirBounds) {
   }
 }
 
-/// mixed(a, -1, 0) is no condition from a = 8 on: searches that shorten their steps stay below, others are told why they end.
+/// mixed(a, -1, 0) is no condition from a = 8 on: searches that shorten their steps stay below, others are told why
+/// they end.
 TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
-  const std::string text = "model m { field u; param a; dt(u) = 0.01*lap(u) + 0*a }\nscene s : m {\n grid x = 0 .. 1, cells 4\n boundary u: x.low = mixed(a, -1, 0), x.high = 0\n"
-                           " initial u = 1\n time 0 .. 1/4, step 1/64\n}\ntask t : s {\n unknown a from 7\n minimise 100*mean((a/10 - 1)^2) + mean(u^2)\n using OPTIMISER, iterations 20\n}\n";
+  const std::string text =
+      "model m { field u; param a; dt(u) = 0.01*lap(u) + 0*a }\nscene s : m {\n grid x = 0 .. 1, cells 4\n boundary u: "
+      "x.low = mixed(a, -1, 0), x.high = 0\n"
+      " initial u = 1\n time 0 .. 1/4, step 1/64\n}\ntask t : s {\n unknown a from 7\n minimise 100*mean((a/10 - 1)^2) "
+      "+ mean(u^2)\n using OPTIMISER, iterations 20\n}\n";
   const auto with = [&](const std::string& optimiser) {
     std::string changed = text;
     changed.replace(changed.find("OPTIMISER"), 9, optimiser);
@@ -195,9 +202,13 @@ TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
 
 /// A setting stands above what the file says, the start of an unknown too.
 TEST_F(Unknowns, StartWhereTheyAreSet) {
-  write("k.dpde", "model m { field u; param k; dt(u) = -k*u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 0.1\n  initial u = 1\n  time 0 .. 1, step 0.1\n}\n"
-                  "task q : s { unknown k from 0.2 in 0 .. 6; minimise mean(u^2); using lbfgs() }\n");
-  const auto loss = [&](const std::string& set) { return double(dpde("gradient k.dpde q --json --set time=rk4 " + set).json()["loss"]); };
+  write("k.dpde",
+        "model m { field u; param k; dt(u) = -k*u }\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  k = 0.1\n  "
+        "initial u = 1\n  time 0 .. 1, step 0.1\n}\n"
+        "task q : s { unknown k from 0.2 in 0 .. 6; minimise mean(u^2); using lbfgs() }\n");
+  const auto loss = [&](const std::string& set) {
+    return double(dpde("gradient k.dpde q --json --set time=rk4 " + set).json()["loss"]);
+  };
   EXPECT_NEAR(loss(""), std::exp(-0.4), 1e-6);
   EXPECT_NEAR(loss("--set k=0.7"), std::exp(-1.4), 1e-6);
   EXPECT_EQ(dpde("gradient k.dpde q --set k=7").status, 2) << "beyond its bounds";
@@ -206,9 +217,12 @@ TEST_F(Unknowns, StartWhereTheyAreSet) {
 /// Places that leave the grid with time, or are outside where a task begins, are told before the run.
 TEST_F(Unknowns, PlacesAreOnTheGridAtAllTimesThatAreKnown) {
   const auto check = [&](const std::string& place, const std::string& grid, const std::string& task) {
-    write("p.dpde", "model m { field u; param xs; dt(u) = inject(1, at = " + place + ") - 0.1*u }\nscene s : m {\n  grid x = 0 .. 1, cells 8" + grid +
-                        "\n  xs = 0.3\n  initial u = 0\n" + (grid.empty() ? "  boundary u: x = zero_gradient\n" : "") + "  time 0 .. 1, step 0.125\n}\n"
-                        "task q : s { unknown xs" + task + "; minimise mean(u^2); using lbfgs() }\n");
+    write("p.dpde", "model m { field u; param xs; dt(u) = inject(1, at = " + place +
+                        ") - 0.1*u }\nscene s : m {\n  grid x = 0 .. 1, cells 8" + grid +
+                        "\n  xs = 0.3\n  initial u = 0\n" + (grid.empty() ? "  boundary u: x = zero_gradient\n" : "") +
+                        "  time 0 .. 1, step 0.125\n}\n"
+                        "task q : s { unknown xs" +
+                        task + "; minimise mean(u^2); using lbfgs() }\n");
     const Outcome outcome = dpde("check p.dpde q");
     return outcome.status == 0 ? "" : outcome.err;
   };

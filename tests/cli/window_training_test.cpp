@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learning from all windows at once by L-BFGS, controls found for each window, and where the time of an update goes.
-#include "command_support.h"
-#include "dpde/runtime/netcdf.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "command_support.h"
+#include "dpde/runtime/netcdf.h"
 
 namespace dpde::testing {
 namespace {
@@ -31,10 +31,14 @@ dataset few : truth { runs 4; seed 1; vary a in 0.5 .. 1.5; vary phase in 0 .. 6
 )";
 
 std::string viscosity(const std::string& options, const std::string& unknown = "unknown nu from 0.2 in 0 .. 1") {
-  return window_burgers + "task learn : truth { data r = trajectories(\"train.nc\", u); " + unknown + "; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
+  return window_burgers + "task learn : truth { data r = trajectories(\"train.nc\", u); " + unknown +
+         "; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
 }
 std::string network(const std::string& options) {
-  return window_burgers + "task learn : coarse { data r = trajectories(\"few.nc\", u); learn corrector; minimise mean((u - r)^2) over 4 steps; using " + options + " }\n";
+  return window_burgers +
+         "task learn : coarse { data r = trajectories(\"few.nc\", u); learn corrector; minimise mean((u - r)^2) over 4 "
+         "steps; using " +
+         options + " }\n";
 }
 
 class AllWindows : public Command {
@@ -42,7 +46,8 @@ class AllWindows : public Command {
   void SetUp() override {
     Command::SetUp();
     write("data.dpde", window_burgers);
-    for (const std::string set : {"train", "few"}) ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json").status, 0);
+    for (const std::string set : {"train", "few"})
+      ASSERT_EQ(dpde("run data.dpde " + set + " --out . --json").status, 0);
   }
   Outcome learn(const std::string& text, const std::string& arguments) const {
     write("t.dpde", text);
@@ -57,9 +62,11 @@ TEST_F(AllWindows, LbfgsFindsTheViscosity) {
   EXPECT_NEAR(json["unknowns"]["nu"]["value"].get<double>(), 0.05, 1e-9) << "the data are of the scene itself";
   EXPECT_EQ(json["windows"], 60);
   for (std::size_t k = 1; k < json["loss"].size(); ++k) EXPECT_LT(json["loss"][k], json["loss"][k - 1]);
-  for (std::size_t k = 1; k < json["loss"].size(); ++k) EXPECT_EQ(json["loss"][k], json["epochs"][k - 1]["loss"]) << "an epoch's loss is the one behind it";
+  for (std::size_t k = 1; k < json["loss"].size(); ++k)
+    EXPECT_EQ(json["loss"][k], json["epochs"][k - 1]["loss"]) << "an epoch's loss is the one behind it";
   const Json at_once = learn(viscosity("adam(rate = 0.01), batch 1000, epochs 1"), "").json();
-  EXPECT_NEAR(json["loss"][0].get<double>(), at_once["loss"][0].get<double>(), 1e-12 * at_once["loss"][0].get<double>()) << "the same windows, in another order";
+  EXPECT_NEAR(json["loss"][0].get<double>(), at_once["loss"][0].get<double>(), 1e-12 * at_once["loss"][0].get<double>())
+      << "the same windows, in another order";
   const Json bounded = learn(viscosity("lbfgs(), epochs 20", "unknown nu from 0.2 in 0.1 .. 1"), "").json();
   EXPECT_EQ(bounded["unknowns"]["nu"]["value"], 0.1);
 }
@@ -90,11 +97,13 @@ TEST_F(AllWindows, LbfgsGoesOnToTheSameNumbers) {
 
 TEST_F(AllWindows, LbfgsStopsWhenAskedAndGoesOn) {
   write("t.dpde", network("lbfgs(), epochs 100000"));
-  const Outcome stopped = interrupted("optimize t.dpde learn --out o --checkpoint-every 1 --json", "0.05", "o/learn.training");
+  const Outcome stopped =
+      interrupted("optimize t.dpde learn --out o --checkpoint-every 1 --json", "0.05", "o/learn.training");
   ASSERT_EQ(stopped.codes(), std::vector<std::string>{"E0806"}) << stopped.out << stopped.err;
   const auto made = stopped.json()["iterations"].get<int>();
   const std::string more = " --epochs " + std::to_string(made + 3);
-  const Json rest = dpde("optimize t.dpde learn --out o --resume --json" + more).json(), whole = dpde("optimize t.dpde learn --json" + more).json();
+  const Json rest = dpde("optimize t.dpde learn --out o --resume --json" + more).json(),
+             whole = dpde("optimize t.dpde learn --json" + more).json();
   EXPECT_EQ(rest["resumed_iterations"], made);
   EXPECT_EQ(rest["loss"], whole["loss"]);
 }
@@ -105,13 +114,15 @@ TEST_F(AllWindows, WhatLbfgsCannotBeCombinedWith) {
     EXPECT_EQ(outcome.codes(), std::vector<std::string>{code}) << options << outcome.out;
     EXPECT_NE(outcome.err.find(part), std::string::npos) << options << "\n" << outcome.err;
   };
-  for (const std::string option : {"batch 4", "seed 3", "noise 0.1", "clip 1", "cut 1", "schedule cosine", "unroll (2, 4)"}) {
+  for (const std::string option :
+       {"batch 4", "seed 3", "noise 0.1", "clip 1", "cut 1", "schedule cosine", "unroll (2, 4)"}) {
     refused("lbfgs(), epochs 4, " + option, "E0311", "whose iterations see all windows at once");
   }
   refused("newton_cg(), epochs 4", "E0311", "an optimiser with second derivatives");
   refused("adam(rate = 0.1), epochs 2, unroll (1, 2, 4)", "E0707", "has 3 lengths for 2 epochs");
   EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2, unroll 2, patience 3"), "").status, 0);
-  EXPECT_EQ(learn(viscosity("adam(rate = 0.1), epochs 3, unroll (1, 2, 4)"), "--epochs 2").codes(), std::vector<std::string>{"E0904"});
+  EXPECT_EQ(learn(viscosity("adam(rate = 0.1), epochs 3, unroll (1, 2, 4)"), "--epochs 2").codes(),
+            std::vector<std::string>{"E0904"});
   EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2"), "--iterations 3").codes(), std::vector<std::string>{"E0904"});
 }
 
@@ -153,7 +164,8 @@ TEST_F(AllWindows, BenchTellsWhereTheTimeOfAnUpdateGoes) {
       parts += update[part].get<double>();
     }
     EXPECT_NEAR(parts, update["thread_seconds"].get<double>(), 1e-9);
-    EXPECT_GT(update["overhead"].get<double>(), update["losses"].get<double>() + update["waiting"].get<double>() - 1e-9);
+    EXPECT_GT(update["overhead"].get<double>(),
+              update["losses"].get<double>() + update["waiting"].get<double>() - 1e-9);
     EXPECT_GT(update["losses"], 0);
     EXPECT_GE(update["waiting"].get<double>(), threads == "1" ? 0 : 1e-9);
   }
@@ -188,7 +200,8 @@ task learn : fit { data r = trajectories("o/find.nc", made); unknown q from 0; m
 )";
 
 std::string finding(const std::string& loss, const std::string& steps, const std::string& more = "") {
-  return decaying + "task find : corrected { data r = trajectories(\"train.nc\", u); unknown c from 0; " + more + "minimise " + loss + " over " + steps + " steps; using lbfgs(), iterations 60 }\n";
+  return decaying + "task find : corrected { data r = trajectories(\"train.nc\", u); unknown c from 0; " + more +
+         "minimise " + loss + " over " + steps + " steps; using lbfgs(), iterations 60 }\n";
 }
 
 class WindowControls : public Command {
@@ -209,7 +222,8 @@ TEST_F(WindowControls, AreWhatTheSceneLacks) {
   ASSERT_EQ(found.status, 0) << found.out << found.err;
   EXPECT_EQ(found.json()["windows"], 8);
   EXPECT_LT(found.json()["loss"].back().get<double>(), 1e-16);
-  const std::vector<double> data = read("train.nc", "u"), u = read("o/find.nc", "u"), made = read("o/find.nc", "made"), t = read("o/find.nc", "time");
+  const std::vector<double> data = read("train.nc", "u"), u = read("o/find.nc", "u"), made = read("o/find.nc", "made"),
+                            t = read("o/find.nc", "time");
   ASSERT_EQ(u.size(), 2U * 16 * 3);
   EXPECT_NEAR(t.front(), 1.0 / 16, 1e-12);
   for (std::size_t run = 0; run < 2; ++run) {
@@ -219,7 +233,9 @@ TEST_F(WindowControls, AreWhatTheSceneLacks) {
       EXPECT_NEAR(made[run * 48 + i], behind - before, 1e-7);
     }
   }
-  EXPECT_EQ(read("o/find.nc", "u"), (dpde("optimize t.dpde find --out one --threads 1 --json"), read("one/find.nc", "u"))) << "for any number of threads";
+  EXPECT_EQ(read("o/find.nc", "u"),
+            (dpde("optimize t.dpde find --out one --threads 1 --json"), read("one/find.nc", "u")))
+      << "for any number of threads";
 }
 
 TEST_F(WindowControls, WeighWhatTheyCost) {
@@ -227,7 +243,8 @@ TEST_F(WindowControls, WeighWhatTheyCost) {
   ASSERT_EQ(dpde("optimize t.dpde find --out o --json").status, 0);
   const std::vector<double> data = read("train.nc", "u"), made = read("o/find.nc", "made");
   ASSERT_EQ(made.size(), 2U * 16 * 3);
-  for (std::size_t i = 0; i < 48; ++i) EXPECT_NEAR(made[i], (data[i + 3] - data[i]) / 4, 1e-9) << "the least of (c - d)^2 + 3*c^2";
+  for (std::size_t i = 0; i < 48; ++i)
+    EXPECT_NEAR(made[i], (data[i + 3] - data[i]) / 4, 1e-9) << "the least of (c - d)^2 + 3*c^2";
 }
 
 TEST_F(WindowControls, AreLearntWithoutTheSolver) {
@@ -248,7 +265,8 @@ TEST_F(WindowControls, AreLearntWithoutTheSolver) {
 }
 
 TEST_F(WindowControls, WhatSuchATaskCannotSay) {
-  const auto refused = [&](const std::string& text, const std::string& arguments, const std::string& code, const std::string& part) {
+  const auto refused = [&](const std::string& text, const std::string& arguments, const std::string& code,
+                           const std::string& part) {
     write("w.dpde", text);
     const Outcome outcome = dpde("optimize w.dpde find --json " + arguments);
     EXPECT_EQ(outcome.codes(), std::vector<std::string>{code}) << part << outcome.out;
@@ -261,7 +279,8 @@ TEST_F(WindowControls, WhatSuchATaskCannotSay) {
   };
   refused(with("lbfgs(), epochs 5"), "--out o", "E0311", "understood here: iterations, of each window");
   refused(with("adam(rate = 0.1, decay = 0.1), iterations 5"), "--out o", "E0311", "momentum or decay");
-  refused(finding("mean((u - r)^2)", "4", "test e = mean(u^2) on trajectories(\"train.nc\") for 4 steps; "), "--out o", "E0311", "a test");
+  refused(finding("mean((u - r)^2)", "4", "test e = mean(u^2) on trajectories(\"train.nc\") for 4 steps; "), "--out o",
+          "E0311", "a test");
   refused(good, "", "E0904", "needs --out DIR");
   refused(good, "--out o --epochs 3", "E0904", "--epochs is not for task find");
 }
@@ -276,24 +295,31 @@ TEST_F(WindowControls, GoOnAfterCtrlCOrAKill) {
   write("slow.dpde", slow());
   ASSERT_EQ(dpde("optimize slow.dpde find --out whole --threads 1 --json").status, 0);
   const Outcome stopped = interrupted("optimize slow.dpde find --out o --threads 1 --json", "0", "o/find.nc.0.0");
-  ASSERT_EQ(stopped.codes(), std::vector<std::string>{"E0806"}) << "too short to be interrupted" << stopped.out << stopped.err;
+  ASSERT_EQ(stopped.codes(), std::vector<std::string>{"E0806"})
+      << "too short to be interrupted" << stopped.out << stopped.err;
   EXPECT_NE(stopped.err.find("--resume searches the others"), std::string::npos) << stopped.err;
   EXPECT_FALSE(fs::exists(path("o/find.nc")));
-  shell("$DPDE optimize slow.dpde find --resume --out o --threads 1 --json & run=$!; for i in $(seq 6000); do [ $(ls o | wc -l) -ge 3 ] && break; sleep 0.01; done; kill -9 $run; wait $run");
+  shell(
+      "$DPDE optimize slow.dpde find --resume --out o --threads 1 --json & run=$!; for i in $(seq 6000); do [ $(ls o | "
+      "wc -l) -ge 3 ] && break; sleep 0.01; done; kill -9 $run; wait $run");
   ASSERT_FALSE(fs::exists(path("o/find.nc"))) << "too short to be killed";
   fs::resize_file(path("o/find.nc.0.4"), 100);
   const Outcome rest = dpde("optimize slow.dpde find --resume --out o --threads 2 --json");
   ASSERT_EQ(rest.status, 0) << rest.err;
   EXPECT_GE(rest.json()["resumed_windows"], 1);
   EXPECT_LT(rest.json()["resumed_windows"], 8) << "a damaged one is sought again";
-  for (const char* variable : {"u", "made", "time"}) EXPECT_EQ(read("o/find.nc", variable), read("whole/find.nc", variable)) << variable;
+  for (const char* variable : {"u", "made", "time"})
+    EXPECT_EQ(read("o/find.nc", variable), read("whole/find.nc", variable)) << variable;
   for (const auto& file : fs::directory_iterator(path("o"))) EXPECT_EQ(file.path().filename(), "find.nc");
-  const Outcome over = dpde("optimize slow.dpde find --resume --out o --json"), words = dpde("optimize slow.dpde find --resume --out o");
+  const Outcome over = dpde("optimize slow.dpde find --resume --out o --json"),
+                words = dpde("optimize slow.dpde find --resume --out o");
   ASSERT_EQ(over.status, 0) << over.err;
   EXPECT_EQ(over.json()["resumed_windows"], rest.json()["windows"]);
   EXPECT_FALSE(over.json().contains("wall_s")) << "nothing was searched";
-  for (const char* key : {"loss", "windows", "unknowns", "left_out", "iterations"}) EXPECT_EQ(over.json()[key], rest.json()[key]) << key;
-  EXPECT_NE(words.out.find("find: all windows are searched already, find.nc is there\n"), std::string::npos) << words.out;
+  for (const char* key : {"loss", "windows", "unknowns", "left_out", "iterations"})
+    EXPECT_EQ(over.json()[key], rest.json()[key]) << key;
+  EXPECT_NE(words.out.find("find: all windows are searched already, find.nc is there\n"), std::string::npos)
+      << words.out;
   EXPECT_NE(words.out.find("mean loss"), std::string::npos) << words.out;
 }
 
@@ -308,7 +334,9 @@ TEST_F(WindowControls, OfAnotherSearchAreSoughtAgain) {
 /// Runs of which k is above 1.5 blow up in their second step.
 std::string bursting(const std::string& first) {
   std::string text = finding("mean((u - r)^2)", "5");
-  const auto replace = [&](const std::string& what, const std::string& with) { text.replace(text.find(what), what.size(), with); };
+  const auto replace = [&](const std::string& what, const std::string& with) {
+    text.replace(text.find(what), what.size(), with);
+  };
   replace("model rest { field u; dt(u) = 0 }", "model rest { field u; param k; dt(u) = if(k > 1.5, 1e300*u^2, 0) }");
   replace("  c = 0 every 1/16\n", "  c = 0 every 1/16\n  k = 0\n");
   replace("  q = 0\n", "  q = 0\n  k = 0\n");
@@ -324,7 +352,9 @@ TEST_F(WindowControls, ThatBlowUpDoNotEndTheSearch) {
   ASSERT_EQ(json["left_out"].size(), 3U) << json;
   EXPECT_EQ(json["left_out"][1]["run"], 1);
   EXPECT_EQ(json["left_out"][1]["frame"], 5);
-  EXPECT_NE(json["left_out"][1]["why"].get<std::string>().find("u is no longer finite after 2 steps"), std::string::npos) << json;
+  EXPECT_NE(json["left_out"][1]["why"].get<std::string>().find("u is no longer finite after 2 steps"),
+            std::string::npos)
+      << json;
   EXPECT_NE(found.err.find("the window from frame 5 of run 1"), std::string::npos) << found.err;
   EXPECT_NE(found.err.find("bounds of the controls"), std::string::npos) << found.err;
   EXPECT_EQ(json["windows"], 3);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // JIT and compiled C++, run by the runtime's executor, against the reference interpreter: every program of
-// program_cases and its derivatives, on every small extent, twice in a row (a swap's halo must be filled for the next step),
-// in both precisions. Floats may differ by their rounding, which the interpreter has at stores only.
+// program_cases and its derivatives, on every small extent, twice in a row (a swap's halo must be filled for the next
+// step), in both precisions. Floats may differ by their rounding, which the interpreter has at stores only.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -87,10 +87,11 @@ void expect_same_results(const testing::ProgramCase& c, Precision real, const Co
       }
       for (const stencil::Swap& swap : program.swaps) inputs.fields.try_emplace(swap.state, size, 1.0);
       for (const std::string& p : needs.params) inputs.params[p] = p[0] == 'h' ? value(random) : small(random);
-      SCOPED_TRACE(c.name + " " + name + " on " + std::to_string(grid.cells[0]) + " x " + std::to_string(grid.cells[1]) + " x " +
-                   std::to_string(grid.cells[2]));
+      SCOPED_TRACE(c.name + " " + name + " on " + std::to_string(grid.cells[0]) + " x " +
+                   std::to_string(grid.cells[1]) + " x " + std::to_string(grid.cells[2]));
       const Outcome wanted = testing::run_interpreted(variants.module, program, inputs);
-      const Outcome one = testing::run_executed(*code->find(name), program, inputs, 1), two = testing::run_executed(*code->find(name), program, inputs, 2);
+      const Outcome one = testing::run_executed(*code->find(name), program, inputs, 1),
+                    two = testing::run_executed(*code->find(name), program, inputs, 2);
       expect_close(one, wanted, real == Precision::f64 ? 1e-11 : 1e-5);
       EXPECT_EQ(one.fields, two.fields);
       EXPECT_EQ(one.sums, two.sums);

@@ -61,7 +61,8 @@ TEST_F(CppCompile, RefusesFastMath) {
   const fs::path source = folder_ / "module.cpp", object = folder_ / "module.o", log = folder_ / "log";
   std::ofstream(source) << emit_cpp(lowered_burgers());
   const auto compiles = [&](const std::string& flags) {
-    const std::string command = "g++ -std=c++20 -c " + flags + " -I" + DPDE_SOURCE_DIR + "/runtime/abi " + source.string() + " -o " + object.string() + " 2> " + log.string();
+    const std::string command = "g++ -std=c++20 -c " + flags + " -I" + DPDE_SOURCE_DIR + "/runtime/abi " +
+                                source.string() + " -o " + object.string() + " 2> " + log.string();
     return std::system(command.c_str()) == 0;
   };
   EXPECT_TRUE(compiles("-O2"));
@@ -127,9 +128,11 @@ TEST_F(CppCompile, LinksIntoWhatIsOptimisedAtLinkTime) {
   module.programs.push_back({.name = "waves", .axes = {Topology::periodic}, .body = {run("waves")}});
   const std::string text = emit_cpp(loop::from_stencil(module, {"waves"}));
   ASSERT_NE(text.find("compile this file with -fno-lto"), std::string::npos);
-  const fs::path source = folder_ / "module.cpp", object = folder_ / "module.o", library = folder_ / "module.so", log = folder_ / "log";
+  const fs::path source = folder_ / "module.cpp", object = folder_ / "module.o", library = folder_ / "module.so",
+                 log = folder_ / "log";
   std::ofstream(source) << text;
-  const std::string flags = std::string("-std=c++20 -O2 -fopenmp-simd -fno-math-errno -fPIC -flto -fno-lto -I") + DPDE_SOURCE_DIR + "/runtime/abi ";
+  const std::string flags = std::string("-std=c++20 -O2 -fopenmp-simd -fno-math-errno -fPIC -flto -fno-lto -I") +
+                            DPDE_SOURCE_DIR + "/runtime/abi ";
   const std::string to_log = " > " + log.string() + " 2>&1";
   EXPECT_EQ(std::system(("g++ " + flags + "-c " + source.string() + " -o " + object.string() + to_log).c_str()), 0);
   EXPECT_EQ(std::system(("g++ -O2 -flto -shared " + object.string() + " -o " + library.string() + to_log).c_str()), 0);
@@ -161,14 +164,16 @@ bool says(const std::string& text, const std::string& start, const std::string& 
   return false;
 }
 
-void expect_all_loops_vectorise(const std::string& compiler, const std::string& flag, const std::string& remark, Precision real) {
+void expect_all_loops_vectorise(const std::string& compiler, const std::string& flag, const std::string& remark,
+                                Precision real) {
   if (std::system(("command -v " + compiler + " > /dev/null").c_str()) != 0) {
     std::printf("%s is not installed: its remarks are not looked at\n", compiler.c_str());
     return;
   }
-  const std::string text = emit_cpp(loop::from_stencil(samples_to_vectorise(), {"burgers_step", "all", "wrapped"}, real));
-  const fs::path source =
-      fs::temp_directory_path() / ("dpde_vectorise_" + compiler + std::string(name_of(real)) + std::to_string(getpid()) + ".cpp");
+  const std::string text =
+      emit_cpp(loop::from_stencil(samples_to_vectorise(), {"burgers_step", "all", "wrapped"}, real));
+  const fs::path source = fs::temp_directory_path() / ("dpde_vectorise_" + compiler + std::string(name_of(real)) +
+                                                       std::to_string(getpid()) + ".cpp");
   std::ofstream(source) << text;
   const std::string said = remarks(compiler, flag, source);
   fs::remove(source);
@@ -190,7 +195,8 @@ void expect_all_loops_vectorise(const std::string& compiler, const std::string& 
 }
 
 TEST(CppVectorise, Gcc) {
-  for (const Precision real : {Precision::f64, Precision::f32}) expect_all_loops_vectorise("g++", "-fopt-info-vec", "loop vectorized", real);
+  for (const Precision real : {Precision::f64, Precision::f32})
+    expect_all_loops_vectorise("g++", "-fopt-info-vec", "loop vectorized", real);
 }
 TEST(CppVectorise, Clang) {
   for (const Precision real : {Precision::f64, Precision::f32}) {
@@ -205,10 +211,13 @@ TEST(CppSinglePrecision, IsNeverPromoted) {
   Kernel functions{.name = "functions", .rank = 2};
   Expr total = power(u, 0.3) + 0.1;
   for (int kind = 0; kind < along_count; ++kind) {
-    total = total + interp({"q", {}, {u, access("w")}, {static_cast<Along>(kind), static_cast<Along>((kind + 1) % along_count)}});
+    total =
+        total +
+        interp({"q", {}, {u, access("w")}, {static_cast<Along>(kind), static_cast<Along>((kind + 1) % along_count)}});
   }
   for (int fn = 0; fn <= static_cast<int>(Fn::max); ++fn) {
-    total = total + (arity(static_cast<Fn>(fn)) == 2 ? call(static_cast<Fn>(fn), {u, 0.7}) : call(static_cast<Fn>(fn), {u}));
+    total = total +
+            (arity(static_cast<Fn>(fn)) == 2 ? call(static_cast<Fn>(fn), {u, 0.7}) : call(static_cast<Fn>(fn), {u}));
   }
   functions.stores = {{"v", false, total, {}}};
   functions.scatters = {{{"r", {}, {u, access("w")}, {}}, u}};

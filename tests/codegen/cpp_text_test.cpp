@@ -63,10 +63,18 @@ extern "C" void burgers_step_row(const dpde_row* row) {
 
 TEST(CppText, SinglePrecision) {
   const std::string text = emit_cpp(loop::from_stencil(burgers(), {"burgers_step"}, Precision::f32));
-  EXPECT_NE(text.find("static void burgers_step_cells(int64_t count, float* __restrict u_next, const float* __restrict u,"), std::string::npos) << text;
-  EXPECT_NE(text.find("u_next[i] = u[i] + dt*(u1*(u[i - 1] - 2.0f*u[i] + u[i + 1]) - u[i]*ux);"), std::string::npos) << text;
-  EXPECT_NE(text.find("burgers_step_cells(row->count, (float*)row->streams[0], (float*)row->streams[1] + 1, (float)row->uniforms[0],"), std::string::npos) << text;
-  EXPECT_NE(text.find("const double u0 = "), std::string::npos) << "uniforms are computed in double precision\n" << text;
+  EXPECT_NE(
+      text.find("static void burgers_step_cells(int64_t count, float* __restrict u_next, const float* __restrict u,"),
+      std::string::npos)
+      << text;
+  EXPECT_NE(text.find("u_next[i] = u[i] + dt*(u1*(u[i - 1] - 2.0f*u[i] + u[i + 1]) - u[i]*ux);"), std::string::npos)
+      << text;
+  EXPECT_NE(text.find("burgers_step_cells(row->count, (float*)row->streams[0], (float*)row->streams[1] + 1, "
+                      "(float)row->uniforms[0],"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("const double u0 = "), std::string::npos) << "uniforms are computed in double precision\n"
+                                                                << text;
 }
 
 /// The text of the function, without comment and wrapper.

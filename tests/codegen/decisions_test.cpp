@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a decision hangs on is rounded operation by operation: a*b - c*d is 0 where the products are equal, in every lane, back end and precision. As half
-// of a fused multiply-add one product would be exact, and the difference its rounding.
+// What a decision hangs on is rounded operation by operation: a*b - c*d is 0 where the products are equal, in every
+// lane, back end and precision. As half of a fused multiply-add one product would be exact, and the difference its
+// rounding.
 #include <gtest/gtest.h>
 
 #include "codegen/cpp/compile_cpp.h"
@@ -17,7 +18,8 @@ namespace {
 
 using Code = std::shared_ptr<codegen::CompiledModule>;
 
-/// The same in a let that is used elsewhere too, behind a let that distributes uniform factors, and in the place of an interpolation.
+/// The same in a let that is used elsewhere too, behind a let that distributes uniform factors, and in the place of an
+/// interpolation.
 constexpr const char* text =
     "kernel k(a: field, b: field, c: field, d: field, out w: field, out v: field, out q: field, dt, nu: param) {\n"
     "  let s = a*b - c*d\n"
@@ -39,7 +41,8 @@ void expect_ties(const Code& code, const stencil::Module& module) {
   inputs.fields["c"] = inputs.fields["b"];
   inputs.fields["d"] = inputs.fields["a"];
   // a*b + nu*a against c*d + nu*c: equal where a and b are
-  for (int i = 0; i < cells; i += 2) inputs.fields["b"][i] = inputs.fields["c"][i] = inputs.fields["d"][i] = inputs.fields["a"][i];
+  for (int i = 0; i < cells; i += 2)
+    inputs.fields["b"][i] = inputs.fields["c"][i] = inputs.fields["d"][i] = inputs.fields["a"][i];
   const testing::Outcome got = testing::run_executed(*code->find("p"), *module.find_program("p"), inputs, 1);
   for (int i = 0; i < cells; ++i) {
     EXPECT_EQ(got.fields.at("w")[i], 0) << i;
@@ -55,12 +58,14 @@ loop::Module lowered(stencil::Module module, Precision real) {
 
 TEST(Decisions, EqualProductsAreEqualInMachineCode) {
   const stencil::Module module = testing::parse_module(text);
-  for (const Precision real : {Precision::f64, Precision::f32}) expect_ties(codegen::jit(lowered(module, real)).module, module);
+  for (const Precision real : {Precision::f64, Precision::f32})
+    expect_ties(codegen::jit(lowered(module, real)).module, module);
 }
 
 TEST(Decisions, EqualProductsAreEqualInEmittedCpp) {
   const stencil::Module module = testing::parse_module(text);
-  for (const Precision real : {Precision::f64, Precision::f32}) expect_ties(codegen::compile_cpp(lowered(module, real)).module, module);
+  for (const Precision real : {Precision::f64, Precision::f32})
+    expect_ties(codegen::compile_cpp(lowered(module, real)).module, module);
 }
 
 }  // namespace

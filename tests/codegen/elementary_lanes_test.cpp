@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both back ends give a cell the bits of dpde/elementary.h, for all arguments, whatever lane of whatever vector or remainder it is in.
+// Both back ends give a cell the bits of dpde/elementary.h, for all arguments, whatever lane of whatever vector or
+// remainder it is in.
 #include <cstring>
 
 #include "codegen/cpp/compile_cpp.h"
@@ -10,9 +11,11 @@
 namespace dpde::codegen::testing {
 namespace {
 
-const std::vector<Fn> functions{Fn::sin, Fn::cos, Fn::tan, Fn::asin, Fn::acos, Fn::atan, Fn::sinh, Fn::cosh, Fn::tanh, Fn::exp, Fn::log};
+const std::vector<Fn> functions{Fn::sin,  Fn::cos,  Fn::tan,  Fn::asin, Fn::acos, Fn::atan,
+                                Fn::sinh, Fn::cosh, Fn::tanh, Fn::exp,  Fn::log};
 
-/// v_sin = sin(x), ..., v_pow = x^y, and `mixed`, where a compiler might fuse what functions give with what is added to it.
+/// v_sin = sin(x), ..., v_pow = x^y, and `mixed`, where a compiler might fuse what functions give with what is added to
+/// it.
 loop::Module all_functions(Precision real) {
   ModuleBuilder b({Topology::periodic});
   const Expr x = b.load("x"), y = b.load("y");
@@ -47,12 +50,24 @@ using Fields = std::map<std::string, std::vector<T>>;
 template <class T>
 Fields<T> inputs(std::size_t count) {
   using Limits = std::numeric_limits<T>;
-  const std::vector<T> special{0, T(-0.0), Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(), Limits::max(), Limits::denorm_min(), -1, 800, -800, T(1e10), T(1e30)};
+  const std::vector<T> special{0,
+                               T(-0.0),
+                               Limits::infinity(),
+                               -Limits::infinity(),
+                               Limits::quiet_NaN(),
+                               Limits::max(),
+                               Limits::denorm_min(),
+                               -1,
+                               800,
+                               -800,
+                               T(1e10),
+                               T(1e30)};
   std::mt19937 random(3);
   std::uniform_real_distribution<double> draw(-8, 8);
   Fields<T> fields{{"x", {}}, {"y", {}}};
   for (std::size_t i = 0; i < count; ++i) {
-    fields["x"].push_back(i % 7 == 6 ? special[i / 7 % special.size()] : static_cast<T>(std::abs(draw(random)) * (i % 3 == 0 ? -1 : 1)));
+    fields["x"].push_back(i % 7 == 6 ? special[i / 7 % special.size()]
+                                     : static_cast<T>(std::abs(draw(random)) * (i % 3 == 0 ? -1 : 1)));
     fields["y"].push_back(i % 11 == 5 ? special[i / 11 % special.size()] : static_cast<T>(draw(random)));
   }
   return fields;
@@ -63,7 +78,8 @@ template <class T>
 void run_row(const dpde_program& program, Fields<T>& fields, std::size_t first, std::size_t count) {
   const dpde_kernel& kernel = program.kernels[0];
   std::vector<void*> streams;
-  for (int s = 0; s < kernel.stream_count; ++s) streams.push_back(fields.at(program.fields[kernel.streams[s].field]).data() + first);
+  for (int s = 0; s < kernel.stream_count; ++s)
+    streams.push_back(fields.at(program.fields[kernel.streams[s].field]).data() + first);
   double none = 0;
   const dpde_row row{streams.data(), nullptr, &none, &none, static_cast<int64_t>(count), 0, 0, 0, nullptr, &none};
   kernel.row(&row);
@@ -106,7 +122,8 @@ TEST(ElementaryLanes, JitWithVectorsOfAllWidths) {
 }
 
 TEST(ElementaryLanes, EmittedCpp) {
-  const CompileResult doubles = compile_cpp(all_functions(Precision::f64)), floats = compile_cpp(all_functions(Precision::f32));
+  const CompileResult doubles = compile_cpp(all_functions(Precision::f64)),
+                      floats = compile_cpp(all_functions(Precision::f32));
   ASSERT_EQ(doubles.error + floats.error, "");
   expect_the_bits<double>(*doubles.module);
   expect_the_bits<float>(*floats.module);

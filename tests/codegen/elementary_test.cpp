@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The elementary functions of cells (dpde/elementary.h) against the C library's in long double: errors in units of the last place of
-// the exact value, on random arguments of every size and on hard ones. The limits are those that compiler/README.md states.
+// The elementary functions of cells (dpde/elementary.h) against the C library's in long double: errors in units of the
+// last place of the exact value, on random arguments of every size and on hard ones. The limits are those that
+// compiler/README.md states.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,10 +30,12 @@ long double last_place(long double exact) {
 /// In units of the last place; values beyond the largest number count as infinite.
 template <class T>
 double error_of(T value, long double exact) {
-  if (std::isnan(exact) || std::isnan(value)) return std::isnan(exact) && std::isnan(value) ? 0 : std::numeric_limits<double>::infinity();
+  if (std::isnan(exact) || std::isnan(value))
+    return std::isnan(exact) && std::isnan(value) ? 0 : std::numeric_limits<double>::infinity();
   const T nearest = static_cast<T>(exact);
   if (std::isinf(nearest) || std::isinf(value)) return nearest == value ? 0 : std::numeric_limits<double>::infinity();
-  if (value == 0 && exact == 0) return std::signbit(value) == std::signbit(exact) ? 0 : std::numeric_limits<double>::infinity();
+  if (value == 0 && exact == 0)
+    return std::signbit(value) == std::signbit(exact) ? 0 : std::numeric_limits<double>::infinity();
   return static_cast<double>(std::abs(static_cast<long double>(value) - exact) / last_place<T>(exact));
 }
 
@@ -42,12 +45,21 @@ std::vector<T> arguments() {
   using Limits = std::numeric_limits<T>;
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> part(-1, 1);
-  std::vector<T> result{0, Limits::infinity(), Limits::quiet_NaN(), Limits::max(), Limits::min(), Limits::denorm_min(), Limits::epsilon(), 1, T(0.625), T(22)};
+  std::vector<T> result{0,
+                        Limits::infinity(),
+                        Limits::quiet_NaN(),
+                        Limits::max(),
+                        Limits::min(),
+                        Limits::denorm_min(),
+                        Limits::epsilon(),
+                        1,
+                        T(0.625),
+                        T(22)};
   for (int exponent = Limits::min_exponent - Limits::digits; exponent < Limits::max_exponent; ++exponent) {
     const int count = std::abs(exponent) < 12 ? 3000 : 40;
     for (int i = 0; i < count; ++i) result.push_back(static_cast<T>(std::ldexp(part(random), exponent)));
   }
-  for (int i = 0; i < 20000; ++i) result.push_back(static_cast<T>(part(random)*(i % 2 == 0 ? 750 : 110)));
+  for (int i = 0; i < 20000; ++i) result.push_back(static_cast<T>(part(random) * (i % 2 == 0 ? 750 : 110)));
   for (int i = 0; i < 20000; ++i) result.push_back(static_cast<T>(1 + part(random) * std::ldexp(1.0, -i / 1000)));
   // Next to multiples of pi/2, the small ones and those of every size.
   for (int i = 1; i < 20000; ++i) {
@@ -106,8 +118,25 @@ std::vector<std::pair<T, T>> pairs() {
     result.emplace_back(base, static_cast<T>(part(random) * (i % 2 == 0 ? largest : 3)));
   }
   const T infinity = std::numeric_limits<T>::infinity(), nan = std::numeric_limits<T>::quiet_NaN();
-  const std::vector<T> special{0, T(-0.0), 1, -1, T(0.5), T(-0.5), 2, 3, -2, -3, T(1.5), T(-1.5), infinity, -infinity, nan, std::numeric_limits<T>::denorm_min(),
-                               std::numeric_limits<T>::max(), T(1e10), T(-1e10)};
+  const std::vector<T> special{0,
+                               T(-0.0),
+                               1,
+                               -1,
+                               T(0.5),
+                               T(-0.5),
+                               2,
+                               3,
+                               -2,
+                               -3,
+                               T(1.5),
+                               T(-1.5),
+                               infinity,
+                               -infinity,
+                               nan,
+                               std::numeric_limits<T>::denorm_min(),
+                               std::numeric_limits<T>::max(),
+                               T(1e10),
+                               T(-1e10)};
   for (const T base : special) {
     for (const T exponent : special) result.emplace_back(base, exponent);
   }
@@ -119,7 +148,8 @@ void expect_error_of_pow_below(double limit) {
   double worst = 0;
   std::pair<T, T> at;
   for (const auto& [base, exponent] : pairs<T>()) {
-    const double error = error_of(elementary::one<elementary::Pow>(base, exponent), std::pow(static_cast<long double>(base), static_cast<long double>(exponent)));
+    const double error = error_of(elementary::one<elementary::Pow>(base, exponent),
+                                  std::pow(static_cast<long double>(base), static_cast<long double>(exponent)));
     if (error > worst) worst = error, at = {base, exponent};
   }
   EXPECT_LE(worst, limit) << at.first << " ^ " << at.second;
@@ -127,7 +157,8 @@ void expect_error_of_pow_below(double limit) {
   ::testing::Test::RecordProperty("pow" + std::to_string(sizeof(T)), std::to_string(worst));
 }
 
-/// While programs run subnormal numbers are 0. What is normal keeps its errors, and what is not is 0 or the smallest normal number.
+/// While programs run subnormal numbers are 0. What is normal keeps its errors, and what is not is 0 or the smallest
+/// normal number.
 template <class Function, class T>
 void expect_error_without_subnormals(const char* name, Reference reference, double limit) {
   const T smallest = std::numeric_limits<T>::min();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of memory are loaded once and neighbours shifted out of registers: fewer loads, no other values (variants_test.cpp
-// compares them with vectors that are too short for it), and nothing is read beyond the memory of a field.
+// Lines of memory are loaded once and neighbours shifted out of registers: fewer loads, no other values
+// (variants_test.cpp compares them with vectors that are too short for it), and nothing is read beyond the memory of a
+// field.
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -21,11 +22,14 @@
 namespace dpde {
 namespace {
 
-/// Memory of a field between pages that may not be touched: it begins behind the first of them, or ends before the second.
+/// Memory of a field between pages that may not be touched: it begins behind the first of them, or ends before the
+/// second.
 class Guarded {
  public:
-  Guarded(const dpde_layout& layout, bool at_end) : page_(sysconf(_SC_PAGESIZE)), bytes_((field_bytes(layout) + page_ - 1) / page_ * page_) {
-    all_ = static_cast<char*>(mmap(nullptr, static_cast<size_t>(bytes_ + 2 * page_), PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+  Guarded(const dpde_layout& layout, bool at_end)
+      : page_(sysconf(_SC_PAGESIZE)), bytes_((field_bytes(layout) + page_ - 1) / page_ * page_) {
+    all_ = static_cast<char*>(
+        mmap(nullptr, static_cast<size_t>(bytes_ + 2 * page_), PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
     EXPECT_EQ(mprotect(all_ + page_, static_cast<size_t>(bytes_), PROT_READ | PROT_WRITE), 0);
     char* const first = all_ + page_ + (at_end ? bytes_ - field_bytes(layout) : 0);
     base_ = first + layout.origin * real_bytes(layout);
@@ -70,7 +74,8 @@ void expect_stays_inside(const testing::ProgramCase& c, Precision real) {
   for (const std::string& name : {std::string("p"), derived.program}) {
     for (const int64_t x : {16, 17, 31, 33}) {
       const std::vector<int64_t> all{x, 3, 2};
-      for (const bool at_end : {false, true}) run_guarded(*code.module->find(name), {all.begin(), all.begin() + c.rank}, at_end);
+      for (const bool at_end : {false, true})
+        run_guarded(*code.module->find(name), {all.begin(), all.begin() + c.rank}, at_end);
     }
   }
 }
@@ -98,11 +103,12 @@ std::string vector_loop(const loop::Module& loops) {
 
 TEST(LineLoads, LoadEachLineOnce) {
   const stencil::Module module = testing::parse_module(
-      "kernel k(u: field halo 2, c: field, out v: field) { v = c*(u[-2, 0] + u[-1, 0] + u + u[+1, 0] + u[+2, 0] + u[0, -1] + u[0, +1]) }\n"
+      "kernel k(u: field halo 2, c: field, out v: field) { v = c*(u[-2, 0] + u[-1, 0] + u + u[+1, 0] + u[+2, 0] + u[0, "
+      "-1] + u[0, +1]) }\n"
       "program p { fill u periodic; run k; keep v }");
   const std::string body = vector_loop(loop::from_stencil(module, {"p"}, Precision::f64));
   if (body.find("<8 x") == std::string::npos) GTEST_SKIP() << "vectors of this processor are shorter than cache lines";
-  const size_t vectors = count_of(body, "store <8 x");  // of a round
+  const size_t vectors = count_of(body, "store <8 x");            // of a round
   EXPECT_EQ(count_of(body, "= load <8 x"), 4 * vectors) << body;  // u[.., -1], u[.., 0], u[.., +1], c
   EXPECT_EQ(count_of(body, "= shufflevector <8 x"), 4 * vectors) << body;
   EXPECT_EQ(count_of(body, "= phi <8 x"), 2u) << body;
@@ -110,8 +116,9 @@ TEST(LineLoads, LoadEachLineOnce) {
 
 /// A field that is written is read anew.
 TEST(LineLoads, LeaveWrittenLines) {
-  const stencil::Module module = testing::parse_module("kernel zero(out v: field) { v = 0 }\nkernel k(u: field halo 1, inout v: field) { v += u[+1] - u }\n"
-                                                         "program p { fill u periodic; run zero; run k; keep v }");
+  const stencil::Module module = testing::parse_module(
+      "kernel zero(out v: field) { v = 0 }\nkernel k(u: field halo 1, inout v: field) { v += u[+1] - u }\n"
+      "program p { fill u periodic; run zero; run k; keep v }");
   loop::Module loops = loop::from_stencil(module, {"p"}, Precision::f64);
   std::erase_if(loops.rows, [](const loop::Row& row) { return row.name != "k"; });
   const std::string body = vector_loop(loops);

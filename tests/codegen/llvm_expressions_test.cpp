@@ -64,8 +64,8 @@ TEST_P(LlvmFunction, AsInTheMathLibrary) {
 
 INSTANTIATE_TEST_SUITE_P(All, LlvmFunction,
                          ::testing::Values(Fn::sin, Fn::cos, Fn::tan, Fn::asin, Fn::acos, Fn::atan, Fn::sinh, Fn::cosh,
-                                           Fn::tanh, Fn::exp, Fn::log, Fn::sqrt, Fn::abs, Fn::sign, Fn::floor, Fn::fraction, Fn::min,
-                                           Fn::max),
+                                           Fn::tanh, Fn::exp, Fn::log, Fn::sqrt, Fn::abs, Fn::sign, Fn::floor,
+                                           Fn::fraction, Fn::min, Fn::max),
                          [](const auto& info) { return std::string(name_of(info.param)); });
 
 TEST(LlvmExpressions, Powers) {

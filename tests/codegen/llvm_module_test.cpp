@@ -12,7 +12,6 @@
 namespace dpde::codegen::testing {
 namespace {
 
-
 using Names = std::vector<std::string>;
 
 /// Two momentum equations with centred differences, products regrouped as the loop level does.

@@ -79,7 +79,8 @@ TEST(LlvmPlaces, SlopesCellsAndCubicsAlongEveryAxis) {
       for (std::size_t axis = 0; axis < axes.size(); ++axis) {
         ModuleBuilder b(axes);
         std::array<Along, loop::max_rank> along{};
-        for (std::size_t a = 0; a < axes.size(); ++a) along[a] = static_cast<Along>((kind + a - axis + along_count) % along_count);
+        for (std::size_t a = 0; a < axes.size(); ++a)
+          along[a] = static_cast<Along>((kind + a - axis + along_count) % along_count);
         b.store("v", loop::make(b.place("u", displacements(b, axes.size(), 2.5), {}, along)));
         expect_same_for_all_sizes(b.finish());
       }
@@ -122,8 +123,8 @@ TEST(LlvmPlaces, TheEdgeItselfIsNotClamped) {
   EXPECT_EQ(memory.at("s", n - 1, 0, 0), memory.at("u", n, 0, 0) - memory.at("u", n - 1, 0, 0));
 }
 
-/// Cells an interpolation that reaches `reach` cells beyond walls may read hold 1, all other memory holds NaN: a value that is 1
-/// has read nothing else.
+/// Cells an interpolation that reaches `reach` cells beyond walls may read hold 1, all other memory holds NaN: a value
+/// that is 1 has read nothing else.
 void set_readable_cells(Memory& memory, const std::vector<Topology>& axes, int reach) {
   std::fill(memory.field("u").begin(), memory.field("u").end(), nan);
   std::array<int64_t, 3> edge{};
@@ -163,7 +164,8 @@ void expect_any_displacement_stays_inside(Along along) {
 }
 
 TEST(LlvmPlaces, AnyDisplacementStaysInsideTheField) {
-  for (const Along along : {Along::linear, Along::lower, Along::upper, Along::cubic}) expect_any_displacement_stays_inside(along);
+  for (const Along along : {Along::linear, Along::lower, Along::upper, Along::cubic})
+    expect_any_displacement_stays_inside(along);
 }
 
 TEST(LlvmPlaces, NothingAtNoPlaceIsANumber) {

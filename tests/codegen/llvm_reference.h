@@ -100,7 +100,8 @@ class Reference {
     const double position = periodic ? at + d : std::clamp<double>(at + d, -0.5, n - 0.5);
     const double whole = periodic ? at + std::floor(d) : std::floor(position);
     const double f = periodic ? d - std::floor(d) : position - whole;
-    const bool is_slope = along == Along::slope || along == Along::cubic_slope || along == Along::cubic_bend || along == Along::cubic_third;
+    const bool is_slope = along == Along::slope || along == Along::cubic_slope || along == Along::cubic_bend ||
+                          along == Along::cubic_third;
     std::vector<Tap> result;
     for (int k = 0; k < 4; ++k) {
       const double weight = is_slope && !periodic && position != at + d ? 0 : weights_at(along, f)[k];

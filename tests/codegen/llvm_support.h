@@ -186,8 +186,16 @@ inline void run(const dpde_program& program, const std::vector<Topology>& axes, 
                           (y + stream.offset[1]) * memory.layout().stride[1] +
                           (z + stream.offset[2]) * memory.layout().stride[2]);
       }
-      const dpde_row row{streams.data(),  grids.data(), uniforms.data(), sums.data(), count, first, y, z,
-                         &memory.layout(), uniforms.data() + kernel.own};
+      const dpde_row row{streams.data(),
+                         grids.data(),
+                         uniforms.data(),
+                         sums.data(),
+                         count,
+                         first,
+                         y,
+                         z,
+                         &memory.layout(),
+                         uniforms.data() + kernel.own};
       kernel.row(&row);
     });
     for (int s = 0; s < kernel.sum_count; ++s) memory.sums().at(kernel.sums[s]) += sums[s];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Variants of rows (narrower vectors, stores past the caches) give the values of the rows themselves to the last bit: else
-// results would depend on which of them is found to be fastest.
+// Variants of rows (narrower vectors, stores past the caches) give the values of the rows themselves to the last bit:
+// else results would depend on which of them is found to be fastest.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -34,7 +34,8 @@ struct Changed {
   int count = 0;
 };
 
-testing::RunInputs inputs_of(const stencil::Module& module, const stencil::Program& program, const testing::ProgramCase& c, Precision real) {
+testing::RunInputs inputs_of(const stencil::Module& module, const stencil::Program& program,
+                             const testing::ProgramCase& c, Precision real) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(0.5, 1.5), small(0.02, 0.08);
   const stencil::Grid grid{c.rank, {67, c.rank > 1 ? 5 : 1, c.rank > 2 ? 3 : 1}};  // whole vectors and a rest
@@ -61,7 +62,8 @@ int expect_same_values(const testing::ProgramCase& c, Precision real) {
     if (!module.find_kernel(kernel.name)) module.kernels.push_back(kernel);
   }
   module.programs.push_back(*derived.module.find_program(derived.program));
-  const codegen::JitResult code = codegen::jit(loop::from_stencil(module, {"p", derived.program}, real), {.variants = true});
+  const codegen::JitResult code =
+      codegen::jit(loop::from_stencil(module, {"p", derived.program}, real), {.variants = true});
   EXPECT_EQ(code.error, "");
   int count = 0;
   for (const std::string& name : {std::string("p"), derived.program}) {
@@ -90,7 +92,8 @@ TEST(Variants, GiveTheValuesOfTheRowInSinglePrecision) {
 }
 
 TEST(Variants, StreamPastTheCaches) {
-  const stencil::Module module = testing::parse_module("kernel k(u: field halo 1, out v: field) { v = u[-1] + u[+1] }\nprogram p { fill u periodic; run k; keep v }");
+  const stencil::Module module = testing::parse_module(
+      "kernel k(u: field halo 1, out v: field) { v = u[-1] + u[+1] }\nprogram p { fill u periodic; run k; keep v }");
   const loop::Module loops = loop::from_stencil(module, {"p"}, Precision::f64);
   EXPECT_EQ(codegen::emit_assembly(loops, {}).find("movnt"), std::string::npos);
   EXPECT_NE(codegen::emit_assembly(loops, {.variants = true}).find("vmovntp"), std::string::npos);

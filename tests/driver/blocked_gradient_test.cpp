@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints of several steps in one pass over memory give those of single steps: fields to the last bit, sums to rounding, for
-// every integrator, number of axes, of steps a block, of threads and of stored states. A halo of the blocks that is one cell too
-// narrow changes the gradient by so little that differences would not show it (speed.md, 2e).
+// Adjoints of several steps in one pass over memory give those of single steps: fields to the last bit, sums to
+// rounding, for every integrator, number of axes, of steps a block, of threads and of stored states. A halo of the
+// blocks that is one cell too narrow changes the gradient by so little that differences would not show it (speed.md,
+// 2e).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,18 +20,24 @@ struct Case {
   bool blocks = true;
 };
 
-std::string task(const std::string& model, const std::string& scheme, const std::string& scene, const std::string& losses) {
-  return model + "\nscheme s { " + scheme + " }\nscene go : m with s {\n" + scene + "time 0 .. 0.017, step 1e-3\n}\ntask t : go {\n" +
-         "unknown initial u from 0\nunknown q from 1 + x\nunknown kappa from 0.01\n" + losses + "using gradient_descent(rate = 1), iterations 1\n}\n";
+std::string task(const std::string& model, const std::string& scheme, const std::string& scene,
+                 const std::string& losses) {
+  return model + "\nscheme s { " + scheme + " }\nscene go : m with s {\n" + scene +
+         "time 0 .. 0.017, step 1e-3\n}\ntask t : go {\n" +
+         "unknown initial u from 0\nunknown q from 1 + x\nunknown kappa from 0.01\n" + losses +
+         "using gradient_descent(rate = 1), iterations 1\n}\n";
 }
 
-std::string mixing(const std::string& scheme, const std::string& axes, const std::string& losses = "minimise mean(u^2) at t = 0.017\n") {
+std::string mixing(const std::string& scheme, const std::string& axes,
+                   const std::string& losses = "minimise mean(u^2) at t = 0.017\n") {
   const std::string model = "model m { field u; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*t*u - u*dx(u) }";
   return task(model, scheme, axes + "kappa = 0.01\nq = 1 + x\ninitial u = 0\n", losses);
 }
 
 std::vector<Case> cases() {
-  const std::string two = "model m { field u, v; coefficient q; param kappa; dt(u) = -u*dx(u) - v*dy(u) + q*kappa*lap(u); dt(v) = -u*dx(v) - v*dy(v) + kappa*lap(v) }";
+  const std::string two =
+      "model m { field u, v; coefficient q; param kappa; dt(u) = -u*dx(u) - v*dy(u) + q*kappa*lap(u); dt(v) = -u*dx(v) "
+      "- v*dy(v) + kappa*lap(v) }";
   const std::string linear = "model m { field u; coefficient q; param kappa; dt(u) = lap(u) }";
   const std::string ends = "minimise mean(u^2) at t = 0.006, 0.017\n";
   return {
@@ -41,16 +48,25 @@ std::vector<Case> cases() {
       {"rk4", mixing("time = rk4", grid("x", 21) + grid("y", 120))},
       {"strips", mixing("time = euler", grid("x", 1500) + grid("y", 40), ends)},
       {"strips_rk2", mixing("time = rk2; lap = central(4)", grid("x", 1700) + grid("y", 90))},
-      {"two", task(two, "time = euler", grid("x", 600) + grid("y", 40) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\ninitial v = 0\n", ends)},
-      {"control", task("model m { field u; control field F; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*F*u + dx(F) }", "time = rk2",
-                       grid("x", 21) + grid("y", 70) + "kappa = 0.01\nq = 1 + x\nF = sin(x + 90*t) every 0.005\ninitial u = 0\n", ends + "unknown F\n")},
-      {"one_sided", task("operator north(u) order 1 = u[0, +1] - u\noperator west(u) order 1 = u - u[-1, 0]\n"
-                         "model m { field u; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*u*north(u) - t*west(u) }", "time = rk2",
-                         grid("x", 1500) + grid("y", 90) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\n", ends)},
+      {"two", task(two, "time = euler",
+                   grid("x", 600) + grid("y", 40) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\ninitial v = 0\n", ends)},
+      {"control",
+       task("model m { field u; control field F; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*F*u + dx(F) }",
+            "time = rk2",
+            grid("x", 21) + grid("y", 70) + "kappa = 0.01\nq = 1 + x\nF = sin(x + 90*t) every 0.005\ninitial u = 0\n",
+            ends + "unknown F\n")},
+      {"one_sided",
+       task("operator north(u) order 1 = u[0, +1] - u\noperator west(u) order 1 = u - u[-1, 0]\n"
+            "model m { field u; coefficient q; param kappa; dt(u) = kappa*lap(u) + q*u*north(u) - t*west(u) }",
+            "time = rk2", grid("x", 1500) + grid("y", 90) + "kappa = 0.01\nq = 1 + x\ninitial u = 0\n", ends)},
       {"3d", mixing("time = euler", grid("x", 9) + grid("y", 40) + grid("z", 40))},
-      {"linear", "model m { field u; coefficient q; param kappa; dt(u) = q*lap(u) }\nscheme s { time = euler }\nscene go : m with s {\n" + grid("x", 21) + grid("y", 40) +
-                     "kappa = 1\nq = 1e-3\ninitial u = 0\ntime 0 .. 0.017, step 1e-3\n}\ntask t : go {\nunknown initial u from 0\nminimise mean(u^2) at t = 0.017\n" +
-                     "using gradient_descent(rate = 1), iterations 1\n}\n"},
+      {"linear",
+       "model m { field u; coefficient q; param kappa; dt(u) = q*lap(u) }\nscheme s { time = euler }\nscene go : m "
+       "with s {\n" +
+           grid("x", 21) + grid("y", 40) +
+           "kappa = 1\nq = 1e-3\ninitial u = 0\ntime 0 .. 0.017, step 1e-3\n}\ntask t : go {\nunknown initial u from "
+           "0\nminimise mean(u^2) at t = 0.017\n" +
+           "using gradient_descent(rate = 1), iterations 1\n}\n"},
       {"walls", mixing("time = euler", grid("x", 21) + grid("y", 40, false) + "boundary u: y = 0\n"), false},
       {"often", mixing("time = euler", grid("x", 21) + grid("y", 40), "minimise mean(u^2) over time\n"), false},
       {"tiny", mixing("time = euler", grid("x", 3) + grid("y", 2)), false},
@@ -121,7 +137,9 @@ void expect_gradient_of_single_steps(const Case& example, Precision real) {
     EXPECT_EQ(first.loss, plain.loss);
     EXPECT_EQ(first.bars, plain.bars);
     ASSERT_EQ(first.params.size(), plain.params.size());
-    for (size_t p = 0; p < plain.params.size(); ++p) EXPECT_NEAR(first.params[p], plain.params[p], (real == Precision::f64 ? 1e-13 : 1e-6) * std::abs(plain.params[p]));
+    for (size_t p = 0; p < plain.params.size(); ++p)
+      EXPECT_NEAR(first.params[p], plain.params[p],
+                  (real == Precision::f64 ? 1e-13 : 1e-6) * std::abs(plain.params[p]));
     EXPECT_TRUE(first.block == 1 || plain.stored == 0 || first.stored < plain.stored);
     for (const auto& [threads, slots] : {std::pair(2, 0), std::pair(3, 2), std::pair(1, 1)}) {
       const Found other = gradient_of(*session, steps, threads, slots);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cache of compiled code: what was stored is found or nothing is, whatever happens to the files and whoever else writes.
+// The cache of compiled code: what was stored is found or nothing is, whatever happens to the files and whoever else
+// writes.
 #include "driver/cache_folder.h"
 
 #include <gtest/gtest.h>
@@ -25,12 +26,15 @@ namespace fs = std::filesystem;
 class CacheFolderTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / (std::string("cache_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = fs::path(::testing::TempDir()) /
+              (std::string("cache_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::remove_all(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  std::shared_ptr<codegen::CodeCache> open(std::uint64_t most_bytes = default_cache_bytes) const { return open_cache(folder_, most_bytes); }
+  std::shared_ptr<codegen::CodeCache> open(std::uint64_t most_bytes = default_cache_bytes) const {
+    return open_cache(folder_, most_bytes);
+  }
   std::vector<fs::path> files() const {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder_)) files.push_back(entry.path());
@@ -51,7 +55,9 @@ class CacheFolderTest : public ::testing::Test {
 };
 
 /// Code that belongs to its key, so that a mixture would show.
-std::string code_for(int key) { return std::string(2000 + 10 * key, static_cast<char>('a' + key % 26)) + std::to_string(key); }
+std::string code_for(int key) {
+  return std::string(2000 + 10 * key, static_cast<char>('a' + key % 26)) + std::to_string(key);
+}
 
 TEST_F(CacheFolderTest, FindsWhatWasStoredInAnotherCallToo) {
   EXPECT_EQ(open()->find("k"), std::nullopt);
@@ -183,7 +189,8 @@ class CountingCache : public codegen::CodeCache {
   std::map<std::string, std::string> entries;
 };
 
-std::optional<Compiled> compile_with(std::shared_ptr<codegen::CodeCache> cache, Backend backend, const std::string& text) {
+std::optional<Compiled> compile_with(std::shared_ptr<codegen::CodeCache> cache, Backend backend,
+                                     const std::string& text) {
   const SourceFile source("t.dpde", text);
   DiagnosticSink sink;
   CompileOptions options;

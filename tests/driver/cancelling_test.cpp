@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rounding is, and what is not: derivatives whose terms cancel, wrong ones, and choices that change.
 #include "adjoint/rounding_between.h"
-
 #include "driver/quick_certificate.h"
 #include "driver_support.h"
 
@@ -50,7 +49,12 @@ TEST(RoundingBetween, DoesNotExcuseAWrongDerivative) {
 
 TEST(RoundingBetween, DoesNotExcuseAChoiceThatChanges) {
   int calls = 0;
-  EXPECT_EQ(adjoint::rounding_between([&](double) { return adjoint::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9}; }, 0x1p-52, 1e-9), 0);
+  EXPECT_EQ(adjoint::rounding_between(
+                [&](double) {
+                  return adjoint::TwoWays{++calls % 2 == 0 ? 1.0 : 0.9, 0.9};
+                },
+                0x1p-52, 1e-9),
+            0);
   EXPECT_EQ(adjoint::rounding_between([](double) { return adjoint::TwoWays{NAN, 1}; }, 0x1p-52, 1e-9), 0);
 }
 
@@ -67,7 +71,8 @@ scene s : m with q {{
   time 0 .. 0.04, step 0.02
 }}
 task t : s {{ unknown initial u; minimise {} }}
-)", GetParam()));
+)",
+                                                     GetParam()));
   driver::CompileOptions options;
   options.selection.name = "t";
   options.backend = driver::Backend::jit;
@@ -75,7 +80,8 @@ task t : s {{ unknown initial u; minimise {} }}
   const auto code = compiled(source, options);
   ASSERT_NE(code, nullptr);
   DiagnosticSink sink;
-  EXPECT_TRUE(driver::certify_quickly(source, code, driver::Certifying::always, sink).has_value()) << all_messages(source, sink);
+  EXPECT_TRUE(driver::certify_quickly(source, code, driver::Certifying::always, sink).has_value())
+      << all_messages(source, sink);
   const auto certificate = driver::certify(source, code, {}, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_TRUE(certificate->passed()) << certificate->worst() << " " << certificate->note;
@@ -101,7 +107,8 @@ scene s : m with q {
   time 0 .. 0.04, step 0.02
 }
 task t : s { unknown a; minimise sum(u*k*dx(u)) }
-)", true);
+)",
+                                          true);
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->passed()) << certificate->worst() << " " << certificate->note;
 }

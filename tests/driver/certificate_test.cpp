@@ -104,8 +104,8 @@ scene pond : m with plain {
 }
 
 /// The scene compiled again after `change` to every store of the step's adjoint kernels.
-std::shared_ptr<driver::Compiled> with_changed_adjoint(const SourceFile& source,
-                                                       const std::function<stencil::Expr(const stencil::Expr&)>& change) {
+std::shared_ptr<driver::Compiled> with_changed_adjoint(
+    const SourceFile& source, const std::function<stencil::Expr(const stencil::Expr&)>& change) {
   const auto scene = compiled(source, for_certification());
   int changed = 0;
   for (stencil::Kernel& kernel : scene->stencil.kernels) {
@@ -137,7 +137,8 @@ TEST(Certificate, FailsAnAdjointWithoutATerm) {
   EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a remainder of first order
 }
 
-/// Hundreds of kinks lie within the smallest step: the remainder falls as the square of the step on average, its slope wanders.
+/// Hundreds of kinks lie within the smallest step: the remainder falls as the square of the step on average, its slope
+/// wanders.
 TEST(Certificate, ComparesQuotientsWhereThereAreKinks) {
   const SourceFile source("relu.dpde", R"(
 network n(u) { initial he, seed 3; conv 8, 3; relu; conv 8, 3; relu; conv out, 3 }
@@ -150,7 +151,8 @@ scene wave : wave with plain { grid x = 0 .. 1, cells 64, periodic; initial u = 
   const driver::Certificate right = certificate_of(source, scene);
   EXPECT_TRUE(right.passed()) << right.slope.value_or(0);
   EXPECT_LT(right.quotients ? right.quotients->error.value_or(1) : 0, 1e-5);
-  const driver::Certificate wrong = certificate_of(source, with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; }));
+  const driver::Certificate wrong = certificate_of(
+      source, with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; }));
   EXPECT_FALSE(wrong.passed());
   ASSERT_TRUE(wrong.quotients);
   EXPECT_GT(wrong.quotients->error.value_or(0), 1e-4);
@@ -158,9 +160,10 @@ scene wave : wave with plain { grid x = 0 .. 1, cells 64, periodic; initial u = 
 }
 
 TEST(Certificate, OfHandWrittenPrograms) {
-  const SourceFile source("k.dpde",
-                          "kernel k(u: field halo 1, a: param, out v: field, sum s: param) {\n  v = a*u[+1]*u\n  s += u^2\n}\n"
-                          "program p {\n  fill u x.low = 0, x.high = zero_gradient\n  run k\n  swap u, v\n}\n");
+  const SourceFile source(
+      "k.dpde",
+      "kernel k(u: field halo 1, a: param, out v: field, sum s: param) {\n  v = a*u[+1]*u\n  s += u^2\n}\n"
+      "program p {\n  fill u x.low = 0, x.high = zero_gradient\n  run k\n  swap u, v\n}\n");
   const auto programs = compiled(source, for_certification());
   ASSERT_NE(programs, nullptr);
   const driver::Certificate certificate = driver::certify_programs(*programs, {});
@@ -169,27 +172,31 @@ TEST(Certificate, OfHandWrittenPrograms) {
   EXPECT_NEAR(certificate.slope.value_or(0), 2, 0.05);
 }
 
-/// On one periodic cell a difference of order 4 is 0 but for rounding, and so is the derivative by its coefficient: said, not dressed up as an error.
+/// On one periodic cell a difference of order 4 is 0 but for rounding, and so is the derivative by its coefficient:
+/// said, not dressed up as an error.
 TEST(Certificate, SaysWhatIsRounding) {
   const auto certificate = testing::certificate_of(R"(model m { field u; param k; dt(u) = k*lap(u + u^2) }
 scheme plain { lap = central(4); time = rk4 }
 scene s : m with plain { grid x = 0 .. 1, cells 9, periodic; k = 0.1; initial u = 1.3 + sin(6*x); time 0 .. 0.01, step 0.001 }
 task t : s { unknown k; minimise mean(u^3) }
-)", false);
+)",
+                                                   false);
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->passed());
   int roundings = 0;
   for (const driver::DotCase& one : certificate->cases) {
     roundings += one.is_rounding ? 1 : 0;
     EXPECT_EQ(one.is_rounding, one.grid == "1");
-    EXPECT_LT(one.is_rounding ? one.difference : one.relative_error, one.is_rounding ? one.rounding : 1e-12) << one.grid;
+    EXPECT_LT(one.is_rounding ? one.difference : one.relative_error, one.is_rounding ? one.rounding : 1e-12)
+        << one.grid;
   }
   EXPECT_EQ(roundings, 1);
   EXPECT_LT(certificate->worst(), 1e-12);
   EXPECT_FALSE(certificate->is_all_rounding());
 }
 
-/// The mean of a gradient is that of the walls, its derivative rounding; on 7 cells the run multiplies that by 1e8 in three steps.
+/// The mean of a gradient is that of the walls, its derivative rounding; on 7 cells the run multiplies that by 1e8 in
+/// three steps.
 TEST(Certificate, LeavesOutGridsOnWhichRoundingGrows) {
   const auto certificate = testing::certificate_of(R"(
 operator tie(g, s) order 0 = ((abs(s - s[+1]) + s + s[+1])*(g[+1] - g) - (abs(s[-1] - s) + s[-1] + s)*(g - g[-1]))/hx
@@ -208,11 +215,13 @@ scene s : m with q {
   time 0 .. 4*0.02, step 0.02
 }
 task t : s { unknown initial u.x; minimise mean(v.x)*0.566 over time }
-)", false);
+)",
+                                                   false);
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->passed()) << certificate->worst();
   ASSERT_EQ(certificate->skipped.size(), 2u);
-  EXPECT_NE(certificate->skipped[0].find("7 cells: the run is not stable: v.x grows from 1.4"), std::string::npos) << certificate->skipped[0];
+  EXPECT_NE(certificate->skipped[0].find("7 cells: the run is not stable: v.x grows from 1.4"), std::string::npos)
+      << certificate->skipped[0];
   EXPECT_EQ(certificate->skipped[1], "11 cells: the run is not finite");
 }
 
@@ -220,7 +229,8 @@ task t : s { unknown initial u.x; minimise mean(v.x)*0.566 over time }
 TEST(Certificate, SaysThatATaskBeginsOnAKink) {
   const auto kinks = [](const std::string& start) {
     const SourceFile source("kink.dpde", R"(model m { field u; param a; dt(u) = 0*a }
-scene s : m { grid x = 0 .. 1, cells 4, periodic; a = )" + start + R"(; initial u = 1; time 0 .. 1, step 0.5 }
+scene s : m { grid x = 0 .. 1, cells 4, periodic; a = )" +
+                                             start + R"(; initial u = 1; time 0 .. 1, step 0.5 }
 task t : s { unknown a; unknown initial u; minimise mean(u^2) + 3*abs(a) }
 )");
     driver::CompileOptions options = for_certification();

@@ -11,7 +11,11 @@ namespace dpde::driver {
 namespace {
 
 /// error = 1/cost^2: a line of logarithms. One scheme is dearer and worse than another, one blows up.
-const std::vector<CostAndError> schemes{{"c", 4, 1.0 / 16}, {"a", 1, 1}, {"worse", 3, 0.5}, {"b", 2, 0.25}, {"blown", 8, std::numeric_limits<double>::infinity()}};
+const std::vector<CostAndError> schemes{{"c", 4, 1.0 / 16},
+                                        {"a", 1, 1},
+                                        {"worse", 3, 0.5},
+                                        {"b", 2, 0.25},
+                                        {"blown", 8, std::numeric_limits<double>::infinity()}};
 
 TEST(Comparison, LeavesOutWhatIsDearerAndWorse) {
   const std::vector<CostAndError> best = best_of(schemes);
@@ -21,7 +25,8 @@ TEST(Comparison, LeavesOutWhatIsDearerAndWorse) {
 
 TEST(Comparison, IsExactOnALineOfLogarithms) {
   for (const double cost : {1.0, 1.3, 2.0, 2.7, 4.0}) {
-    const Equal at_error = cost_of_equal_error(schemes, 1 / (cost * cost)), at_cost = error_of_equal_cost(schemes, cost);
+    const Equal at_error = cost_of_equal_error(schemes, 1 / (cost * cost)),
+                at_cost = error_of_equal_cost(schemes, cost);
     EXPECT_EQ(at_error.kind, Equal::Kind::found) << cost;
     EXPECT_EQ(at_cost.kind, Equal::Kind::found) << cost;
     EXPECT_NEAR(at_error.value, cost, 1e-14 * cost);
@@ -46,7 +51,8 @@ TEST(Comparison, SaysWhereItEnds) {
 }
 
 TEST(Comparison, BreakEvenIsWhatWasSpentOverWhatARunSaves) {
-  const Equal equal{Equal::Kind::found, 3, "a", "b"}, cheapest{Equal::Kind::within_all, 3, "a", "a"}, none{Equal::Kind::beyond_all, 0, "", ""};
+  const Equal equal{Equal::Kind::found, 3, "a", "b"}, cheapest{Equal::Kind::within_all, 3, "a", "a"},
+      none{Equal::Kind::beyond_all, 0, "", ""};
   const BreakEven even = break_even(equal, 1, 5, 100);
   EXPECT_EQ(even.kind, BreakEven::Kind::after);
   EXPECT_EQ(even.runs, 10) << "each run of 5 units saves 10 s";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Making data sets: what goes wrong where runs are taken is said, on any number of threads, and ends nothing but the making.
+// Making data sets: what goes wrong where runs are taken is said, on any number of threads, and ends nothing but the
+// making.
 #include "driver/data_set.h"
 
 #include <stdexcept>

@@ -41,7 +41,8 @@ inline void compile_stencil_again(driver::Compiled& scene) {
   }
 }
 
-/// What certify() says of the task t of the text, with second derivatives or without; a diagnostic fails the running test.
+/// What certify() says of the task t of the text, with second derivatives or without; a diagnostic fails the running
+/// test.
 inline std::optional<driver::Certificate> certificate_of(const std::string& text, bool second) {
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
@@ -71,7 +72,8 @@ inline void expect_certified(const std::string& text, bool second) {
 
 /// Of square cells, 1/40 wide.
 inline std::string grid(const std::string& axis, int cells, bool periodic = true) {
-  return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) + (periodic ? ", periodic\n" : "\n");
+  return "grid " + axis + " = 0 .. " + std::to_string(cells) + "/40, cells " + std::to_string(cells) +
+         (periodic ? ", periodic\n" : "\n");
 }
 
 }  // namespace dpde::testing

@@ -47,7 +47,8 @@ task t : s { unknown initial u.y; minimise mean(u.y^2) }
   EXPECT_NE(text.find("u_y_wall("), std::string::npos) << text;
 }
 
-/// The passes for speed leave out y, of which sin(y) - sin(y) cancels; the interpreter, which runs without them, reads it.
+/// The passes for speed leave out y, of which sin(y) - sin(y) cancels; the interpreter, which runs without them, reads
+/// it.
 TEST(FoundByRandomModels, TheInterpreterReadsWhatCancels) {
   const std::string text = R"(model m { field u; dt(u) = dx(sin(y) + u) }
 scheme q { time = euler }
@@ -58,7 +59,8 @@ scene s : m with q {
   time 0 .. 0.02, step 0.02
 }
 )";
-  const auto wanted = run_scene(text, "s").state.at("u"), got = run_scene(text, "s", {}, driver::Backend::interpreter).state.at("u");
+  const auto wanted = run_scene(text, "s").state.at("u"),
+             got = run_scene(text, "s", {}, driver::Backend::interpreter).state.at("u");
   ASSERT_EQ(got.size(), wanted.size());
   for (std::size_t i = 0; i < got.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-14);
 }

@@ -28,8 +28,8 @@ std::string channel(const std::string& eta, const std::string& u, const std::str
   return "model tide { field u on faces.x; field eta; param nu, A; dt(eta) = -dx(u)" + more +
          "; dt(u) = -dx(eta) }\nscheme c { time = rk4" + scheme +
          " }\nscene s : tide with c {\n  grid x = 0 .. 1, cells 16\n  nu = 0.1\n  A = 0.5\n  boundary eta: " + eta +
-         "\n  boundary u: " + u +
-         "\n  initial eta = " + initial + "\n  initial u = 0\n  time 0 .. 0.5, step 1/64\n  observe o = mean(eta) + A*nu\n}\n"
+         "\n  boundary u: " + u + "\n  initial eta = " + initial +
+         "\n  initial u = 0\n  time 0 .. 0.5, step 1/64\n  observe o = mean(eta) + A*nu\n}\n"
          "task t : s { unknown A; minimise sample(eta, at = 0.6)^2 + mean((eta - A)^2) }\n";
 }
 

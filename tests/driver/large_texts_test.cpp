@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never ends.
+// Texts that grow when sums are multiplied out or lets are put in place: compiled in bounded work, or the test never
+// ends.
 #include <algorithm>
 #include <ctime>
 #include <string>
@@ -23,7 +24,8 @@ driver::CompileOptions of_task(const char* name) {
 /// Each let is the square of the one before it: 2^40 factors when they are put in place.
 TEST(LargeTexts, SquaresOfSquaresStayLets) {
   std::string lets;
-  for (int i = 1; i <= 40; ++i) lets += "  let a" + std::to_string(i) + " = a" + std::to_string(i - 1) + "*a" + std::to_string(i - 1) + "\n";
+  for (int i = 1; i <= 40; ++i)
+    lets += "  let a" + std::to_string(i) + " = a" + std::to_string(i - 1) + "*a" + std::to_string(i - 1) + "\n";
   const SourceFile source("squares.dpde", "kernel k(u: field, out v: field) {\n  let a0 = u*0.5\n" + lets + R"(  v = a40
 }
 program p { run k; swap u, v }

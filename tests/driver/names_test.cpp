@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of a person that are those the compiler makes up: t1 of a common subexpression, c_bar of an adjoint. They change no gradient.
+// Names of a person that are those the compiler makes up: t1 of a common subexpression, c_bar of an adjoint. They
+// change no gradient.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -53,13 +54,18 @@ scene s : m with q {
 
 TEST(Names, AParameterMayBeCalledAsALet) {
   for (const std::string name : {"tau", "t1", "t2", "bar", "u_next", "shared"}) {
-    expect_right(called("model m { field u, v; param @" + reaction + "}\ntask t : s { unknown @; minimise mean(v^2) }", name), name);
+    expect_right(
+        called("model m { field u, v; param @" + reaction + "}\ntask t : s { unknown @; minimise mean(v^2) }", name),
+        name);
   }
 }
 
 TEST(Names, ACoefficientFieldMayBeCalledAsALet) {
   for (const std::string name : {"tau", "t1", "t2", "hx2"}) {
-    expect_right(called("model m { field u, v; coefficient @" + reaction + "}\ntask t : s { unknown @; minimise mean(v^2) }", name), name);
+    expect_right(
+        called("model m { field u, v; coefficient @" + reaction + "}\ntask t : s { unknown @; minimise mean(v^2) }",
+               name),
+        name);
   }
 }
 
@@ -78,7 +84,8 @@ scene s : p {
   time 0 .. 0.5, step 0.05
 }
 task t : s { unknown c; minimise mean(u^2) }
-)", name);
+)",
+                                    name);
     expect_right(text, "c");
     expect_certified(text, true);
   }
@@ -86,7 +93,8 @@ task t : s { unknown c; minimise mean(u^2) }
 
 /// The programs of a scene are called s_step, s_initial, t_loss_1: so may be what a person wrote.
 TEST(Names, ProgramsAndKernelsMayBeCalledAsThoseOfAScene) {
-  for (const std::string name : {"decay", "s_step", "s_initial", "s_coefficients", "t_loss_1", "s_step_adjoint", "t_start"}) {
+  for (const std::string name :
+       {"decay", "s_step", "s_initial", "s_coefficients", "t_loss_1", "s_step_adjoint", "t_start"}) {
     expect_right(called(R"(kernel @(u: field, out v: field, c, dt: param) { v = u - dt*c*u^2 }
 program @ { run @; swap u, v }
 scene s : @ {
@@ -96,13 +104,16 @@ scene s : @ {
   time 0 .. 0.5, step 0.05
 }
 task t : s { unknown c; minimise mean(u^2) }
-)", name), "c");
+)",
+                        name),
+                 "c");
   }
 }
 
 /// What schemes remember, and the fields of their stages.
 TEST(Names, ParametersMayBeCalledAsFieldsOfASchemeAre) {
-  const std::map<std::string, std::vector<std::string>> names{{"ab2", {"u_rate", "u_rate_now", "u_next"}}, {"leapfrog", {"u_old"}}, {"rk4", {"u_1", "u_2"}}};
+  const std::map<std::string, std::vector<std::string>> names{
+      {"ab2", {"u_rate", "u_rate_now", "u_next"}}, {"leapfrog", {"u_old"}}, {"rk4", {"u_1", "u_2"}}};
   for (const auto& [scheme, likely] : names) {
     for (const std::string& name : likely) {
       expect_right(called("model m { field u; param @; dt(u) = -@*u }\nscheme q { time = " + scheme + R"( }
@@ -113,7 +124,9 @@ scene s : m with q {
   time 0 .. 0.5, step 0.05
 }
 task t : s { unknown @; minimise mean(u^2) }
-)", name), name);
+)",
+                          name),
+                   name);
     }
   }
 }
@@ -143,20 +156,24 @@ scene s : m with q {
   time 0 .. 0.06, step 0.02
 }
 task t : s { unknown initial V; minimise mean((U*V - exp(-x))^2) })";
-    for (std::size_t at = 0; (at = text.find_first_of("UV", at)) != std::string::npos;) text.replace(at, 1, text[at] == 'U' ? u : v);
+    for (std::size_t at = 0; (at = text.find_first_of("UV", at)) != std::string::npos;)
+      text.replace(at, 1, text[at] == 'U' ? u : v);
     return task_gradient(text, "t").gradient.at(v);
   };
   EXPECT_EQ(gradient_of_v("a", "b"), gradient_of_v("b", "a"));
 }
 
-/// A program of the text under a name that the scene makes takes its place, as emitted text needs. Where the two differ, that is told.
+/// A program of the text under a name that the scene makes takes its place, as emitted text needs. Where the two
+/// differ, that is told.
 TEST(Names, AProgramInPlaceOfOneThatTheSceneMakesIsTold) {
   const auto told = [](const std::string& loss, const std::string& initial) {
     const std::string text = R"(kernel go(u: field, out u_next: field, k, dt: param) { u_next = u*(1 - k*dt) }
 program go { axes x periodic; run go; swap u, u_next }
-kernel t_loss_1(u: field, sum loss: param, cells: param) { loss += )" + loss + R"( }
+kernel t_loss_1(u: field, sum loss: param, cells: param) { loss += )" +
+                             loss + R"( }
 program t_loss_1 { axes x periodic; run t_loss_1 }
-kernel s_initial(out u: field) { u = )" + initial + R"( }
+kernel s_initial(out u: field) { u = )" +
+                             initial + R"( }
 program s_initial { axes x periodic; run s_initial; keep u }
 scene s : go { grid x = 0 .. 1, cells 8, periodic; k = 2; initial u = 1; time 0 .. 1, step 1/8 }
 task t : s { unknown k from 1; minimise mean(u^2); using lbfgs() }
@@ -167,7 +184,10 @@ task t : s { unknown k from 1; minimise mean(u^2); using lbfgs() }
     driver::compile(SourceFile("t.dpde", text), options, sink);
     std::string all;
     for (const Diagnostic& d : sink.all()) {
-      all += std::string(d.kind->code) + " " + text.substr(static_cast<std::size_t>(d.range.begin), static_cast<std::size_t>(d.range.end - d.range.begin)) + "; ";
+      all +=
+          std::string(d.kind->code) + " " +
+          text.substr(static_cast<std::size_t>(d.range.begin), static_cast<std::size_t>(d.range.end - d.range.begin)) +
+          "; ";
     }
     return all;
   };

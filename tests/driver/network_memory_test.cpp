@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gradients through networks are the same to the last bit, however much of what the networks computed is kept, for any number of
-// stored states and threads; memory stays within the budget.
+// Gradients through networks are the same to the last bit, however much of what the networks computed is kept, for any
+// number of stored states and threads; memory stays within the budget.
 #include "driver/inverse.h"
 #include "driver/session.h"
 #include "driver/storage.h"
@@ -26,7 +26,8 @@ scene r : m with s {
 }
 task t : r { learn law; learn push; unknown nu; unknown initial u; minimise mean(law(u)*u) over time })";
 
-/// 12 steps of two stages and of a push, 13 losses; adjoints need the value of law again where something else is multiplied with it.
+/// 12 steps of two stages and of a push, 13 losses; adjoints need the value of law again where something else is
+/// multiplied with it.
 constexpr std::int64_t every_run = 12 * (2 * 2 + 1) + 13 * 2;
 
 struct Gradient {
@@ -89,13 +90,16 @@ TEST_F(NetworkMemory, DoesNotChangeGradients) {
   expect_same({}, "all");
   std::int64_t last = -1;
   for (const std::int64_t part : {0, 1, 2, 3, 5}) {
-    const GradientResult result = expect_same({.checkpoint_bytes = all.result.checkpoint_bytes + part * all.result.tape_bytes / 4}, "part " + std::to_string(part));
+    const GradientResult result =
+        expect_same({.checkpoint_bytes = all.result.checkpoint_bytes + part * all.result.tape_bytes / 4},
+                    "part " + std::to_string(part));
     EXPECT_TRUE(result.tapes_used > last || result.tapes_used == all.result.tapes_used) << part;
     last = result.tapes_used;
   }
   for (const int slots : {1, 2, 3, 7, 12}) {
     for (const int threads : {1, 2, 3}) {
-      const GradientResult result = expect_same({.threads = threads, .slots = slots}, std::to_string(slots) + " slots, threads " + std::to_string(threads));
+      const GradientResult result = expect_same({.threads = threads, .slots = slots},
+                                                std::to_string(slots) + " slots, threads " + std::to_string(threads));
       EXPECT_GT(result.tapes_used, 0) << slots;
     }
   }
@@ -105,9 +109,11 @@ TEST_F(NetworkMemory, DoesNotChangeGradients) {
 TEST_F(NetworkMemory, IsPredicted) {
   const Gradient all = gradient({});
   for (const std::int64_t part : {-1, 0, 1, 2, 3, 4, 8}) {
-    const std::int64_t budget = part < 0 ? std::numeric_limits<std::int64_t>::max() : all.result.checkpoint_bytes + part * all.result.tape_bytes / 4;
+    const std::int64_t budget = part < 0 ? std::numeric_limits<std::int64_t>::max()
+                                         : all.result.checkpoint_bytes + part * all.result.tape_bytes / 4;
     for (const int threads : {1, 2}) {
-      const std::optional<GradientPlan> plan = plan_of_gradient(*compiled_, {.threads = threads, .checkpoint_bytes = budget});
+      const std::optional<GradientPlan> plan =
+          plan_of_gradient(*compiled_, {.threads = threads, .checkpoint_bytes = budget});
       const Gradient found = gradient({.threads = threads, .checkpoint_bytes = budget});
       ASSERT_TRUE(plan);
       EXPECT_EQ(plan->tape_bytes, found.result.tape_bytes) << part;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives through networks and steps together: tangent against adjoint and Taylor slopes, by weights, parameters and states.
+// Derivatives through networks and steps together: tangent against adjoint and Taylor slopes, by weights, parameters
+// and states.
 #include "driver_support.h"
 
 namespace dpde {
@@ -29,7 +30,8 @@ scene r : m with s {
   time 0 .. 0.2, step 0.02
   after step: u += corrector(u, nu)
 }
-task t : r { learn corrector; unknown nu; unknown initial u; minimise mean((u - 0.5)^2) over time })", false);
+task t : r { learn corrector; unknown nu; unknown initial u; minimise mean((u - 0.5)^2) over time })",
+                   false);
 }
 
 /// Outputs are read at neighbours and midway between cells, arguments hold derivatives.
@@ -45,7 +47,8 @@ scene r : m with s {
   initial u = sin(2*pi*y) + x
   time 0 .. 0.1, step 0.02
 }
-task t : r { learn law; unknown initial u; minimise mean(u^2) })", false);
+task t : r { learn law; unknown initial u; minimise mean(u^2) })",
+                   false);
 }
 
 /// The copies of a symmetric network, and velocities relative to their mean.
@@ -66,7 +69,8 @@ scene r : m with c {
   time 0 .. 0.04, step 0.02
   after step: u += 0.1*push(u, 2*s)
 }
-task t : r { learn push; unknown initial u; minimise mean(dot(u, u)) + mean(push(u, s).x*u.y) })", false);
+task t : r { learn push; unknown initial u; minimise mean(dot(u, u)) + mean(push(u, s).x*u.y) })",
+                   false);
 }
 
 /// What is known before the first step: coordinates and parameters go in. The step has the network, too.
@@ -82,7 +86,8 @@ scene r : m with c {
   initial u = 1 + a*start(sin(2*pi*x), a).u; initial v = start(x, a).v*x
   time 0 .. 0.06, step 0.02
 }
-task t : r { learn start; unknown a; minimise mean(u^2) + mean((v - 0.1)^2) })", false);
+task t : r { learn start; unknown a; minimise mean(u^2) + mean((v - 0.1)^2) })",
+                   false);
 }
 
 /// A network of the coordinates alone, and the initial state of another field is sought.
@@ -99,7 +104,8 @@ scene r : m with c {
   initial u = x*(1 - x)
   time 0 .. 0.02, step 0.004
 }
-task t : r { learn law; unknown initial u; minimise mean(u^2) })", false);
+task t : r { learn law; unknown initial u; minimise mean(u^2) })",
+                   false);
 }
 
 /// Velocities on faces; the network is at the centres.
@@ -120,7 +126,8 @@ scene r : m with s {
   initial p = 0.3*cos(2*pi*x)
   time 0 .. 0.1, step 0.02
 }
-task t : r { learn push; unknown initial p; minimise mean(p^2) + mean(u.x^2) over time })", false);
+task t : r { learn push; unknown initial p; minimise mean(p^2) + mean(u.x^2) over time })",
+                   false);
 }
 
 /// A controller: what it sees are means, what it does is the same everywhere until the next decision.
@@ -136,7 +143,8 @@ scene r : m with s {
   time 0 .. 0.6, step 0.05
   every 0.2: knob = controller(mean(if(x < 0.5, u, 0)), mean(if(x < 0.5, 0, u)))
 }
-task t : r { learn controller; minimise mean(u^2 + 0.1*knob^2) over time })", false);
+task t : r { learn controller; minimise mean(u^2 + 0.1*knob^2) over time })",
+                   false);
 }
 
 TEST(Networks, InThreeDimensionsWithALossOfTheirOwn) {
@@ -156,7 +164,8 @@ scene r : m with s {
   initial v = (sin(2*pi*y), cos(2*pi*z), sin(2*pi*x))
   time 0 .. 0.1, step 0.1
 }
-task t : r { learn pressure; unknown initial v; minimise mean((div(v) - lap(pressure(div(v))))^2) at t = 0 })", false);
+task t : r { learn pressure; unknown initial v; minimise mean((div(v) - lap(pressure(div(v))))^2) at t = 0 })",
+                   false);
 }
 
 }  // namespace

@@ -91,7 +91,8 @@ TEST(Pipeline, BackEndsAgreeOnEverySmallExtent) {
     for (int ny = 1; ny <= 4; ++ny) {
       driver::SessionOptions grid;
       grid.cells = {nx, ny};
-      const auto a = driver::Session::open(source, truth, grid, sink), b = driver::Session::open(source, jit, grid, sink);
+      const auto a = driver::Session::open(source, truth, grid, sink),
+                 b = driver::Session::open(source, jit, grid, sink);
       ASSERT_TRUE(a && b) << all_messages(source, sink);
       a->rollout().run();
       b->rollout().run();

@@ -102,7 +102,8 @@ TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
   scene->seconds = 9 * driver::expected_seconds(*scene);
   const auto none = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(none.has_value());
-  EXPECT_EQ(none->left_out, std::vector<std::string>{"everything: it would take more than a tenth of the compilation; --certify does it"});
+  EXPECT_EQ(none->left_out, std::vector<std::string>{
+                                "everything: it would take more than a tenth of the compilation; --certify does it"});
   EXPECT_EQ(none->program, "");
   EXPECT_TRUE(kept().empty());
   scene->seconds = 11 * driver::expected_seconds(*scene);
@@ -157,7 +158,9 @@ task t : s { unknown k; minimise mean(u^2) at t = 1 }
   options.adjoint = true;
   const auto certificate = driver::certify_quickly(log, compiled(log, options), Certifying::always, sink);
   ASSERT_TRUE(certificate.has_value());
-  EXPECT_TRUE(std::ranges::find(certificate->left_out, "program s_step: its derivatives are not finite on a few cells") != certificate->left_out.end())
+  EXPECT_TRUE(
+      std::ranges::find(certificate->left_out, "program s_step: its derivatives are not finite on a few cells") !=
+      certificate->left_out.end())
       << (certificate->left_out.empty() ? "" : certificate->left_out[0]);
 }
 
@@ -172,8 +175,9 @@ TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
   scene->seconds = 1e3;
   ASSERT_TRUE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
   const std::string good = *kept()[0];
-  for (const std::string& bad : {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
-                                std::string("-") + good, good.substr(0, good.size() - 1), good + "x\n"}) {
+  for (const std::string& bad :
+       {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
+        std::string("-") + good, good.substr(0, good.size() - 1), good + "x\n"}) {
     *kept()[0] = bad;
     const auto again = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
     ASSERT_TRUE(again.has_value());
@@ -215,7 +219,8 @@ stencil::Program& program_of(stencil::Module& module, const std::string& name) {
 }
 
 /// Calls `change` with each kernel that the program runs.
-void change_kernels(stencil::Module& module, const std::string& program, const std::function<void(stencil::Kernel&)>& change) {
+void change_kernels(stencil::Module& module, const std::string& program,
+                    const std::function<void(stencil::Kernel&)>& change) {
   for (const stencil::Statement& statement : program_of(module, program).body) {
     const stencil::Run* run = std::get_if<stencil::Run>(&statement);
     if (run != nullptr) change(*std::ranges::find(module.kernels, run->kernel, &stencil::Kernel::name));
@@ -223,7 +228,9 @@ void change_kernels(stencil::Module& module, const std::string& program, const s
 }
 
 struct WholeRuns : QuickCertificates {
-  driver::RunCheck check(const std::shared_ptr<driver::Compiled>& scene) const { return driver::check_run(source, scene, INFINITY); }
+  driver::RunCheck check(const std::shared_ptr<driver::Compiled>& scene) const {
+    return driver::check_run(source, scene, INFINITY);
+  }
   /// Gradient and losses of the whole run disagree, and nothing is certified.
   void expect_caught(const std::shared_ptr<driver::Compiled>& scene) {
     EXPECT_NE(check(scene).wrong, "");
@@ -260,7 +267,8 @@ TEST_F(WholeRuns, FindAParameterThatIsDropped) {
 
 TEST_F(WholeRuns, FindAHaloThatIsSpoiled) {
   expect_caught(with_changed(compile(), [](stencil::Module& module) {
-    std::erase_if(program_of(module, "wave_step_adjoint").body, [](const stencil::Statement& s) { return std::holds_alternative<stencil::Fold>(s); });
+    std::erase_if(program_of(module, "wave_step_adjoint").body,
+                  [](const stencil::Statement& s) { return std::holds_alternative<stencil::Fold>(s); });
   }));
 }
 
@@ -272,7 +280,8 @@ TEST_F(WholeRuns, FindALossWithAWrongAdjoint) {
   }));
 }
 
-/// k = 1 + nu*x: each program and its adjoint are right, but that of the formula is not run. No check of programs sees it.
+/// k = 1 + nu*x: each program and its adjoint are right, but that of the formula is not run. No check of programs sees
+/// it.
 TEST_F(WholeRuns, FindAFormulaThatIsLeftOut) {
   const auto scene = compile();
   ASSERT_EQ(scene->derived.erase("wave_coefficients"), 1u);
@@ -285,7 +294,9 @@ TEST_F(WholeRuns, FindWhatTangentAndAdjointOverlookAlike) {
   ASSERT_EQ(scene->activity.params.erase("nu"), 1u);
   adjoint::Derivative& step = *scene->derived.at("wave_step").adjoint;
   const auto wrong = with_changed(scene, [&](stencil::Module& module) {
-    change_kernels(module, step.program, [](stencil::Kernel& kernel) { for (stencil::Sum& sum : kernel.sums) sum.value = stencil::Expr(0.0); });
+    change_kernels(module, step.program, [](stencil::Kernel& kernel) {
+      for (stencil::Sum& sum : kernel.sums) sum.value = stencil::Expr(0.0);
+    });
   });
   wrong->derived.erase("wave_coefficients");
   std::erase_if(step.links, [](const adjoint::Link& link) { return link.primal == "nu"; });
@@ -313,7 +324,8 @@ TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
   EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
   ASSERT_EQ(sink.all().size(), 1u);
   EXPECT_EQ(sink.all()[0].kind->code, "E0804");
-  EXPECT_NE(sink.all()[0].message.find("wave_step not certified: tangent and adjoint differ by"), std::string::npos) << sink.all()[0].message;
+  EXPECT_NE(sink.all()[0].message.find("wave_step not certified: tangent and adjoint differ by"), std::string::npos)
+      << sink.all()[0].message;
   EXPECT_TRUE(kept().empty());
 }
 

@@ -45,7 +45,8 @@ scheme ftcs { lap = central(2); time = euler }
 scene rod : heat with ftcs {
   grid x = 0 .. 2*pi, cells 16, periodic
   k = 0.25
-  initial u = )" + initial + "\n  time 0 .. 1, step 1/8\n}\ntask find : rod {\n" + task + "\n}\n";
+  initial u = )" +
+         initial + "\n  time 0 .. 1, step 1/8\n}\ntask find : rod {\n" + task + "\n}\n";
 }
 
 const double h = 2 * std::numbers::pi / 16;
@@ -82,7 +83,8 @@ TEST(SecondOrder, ReachesThroughFormulas) {
   Ready ready(rod("k^2*sin(x)", "unknown k; minimise mean(u^2)"));
   const Eigen::VectorXd one = Eigen::VectorXd::Ones(1);
   const double k = 0.25, r = rate(1), f = 1 - k * r;
-  const double full = 6 * k * k * std::pow(f, 16) - 64 * k * k * k * r * std::pow(f, 15) + 120 * std::pow(k, 4) * r * r * std::pow(f, 14);
+  const double full = 6 * k * k * std::pow(f, 16) - 64 * k * k * k * r * std::pow(f, 15) +
+                      120 * std::pow(k, 4) * r * r * std::pow(f, 14);
   const double slope = 2 * k * std::pow(f, 8) - 8 * k * k * r * std::pow(f, 7);
   EXPECT_NEAR(ready.product(Curvature::full, one)[0], full, 1e-13);
   EXPECT_NEAR(ready.product(Curvature::gauss_newton, one)[0], slope * slope, 1e-13);

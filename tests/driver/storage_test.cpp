@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 class Storage : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / ("dpde_storage_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    folder_ = fs::path(::testing::TempDir()) /
+              ("dpde_storage_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
     fs::remove_all(folder_);
     fs::create_directories(folder_);
   }
@@ -83,11 +84,12 @@ TEST(Resample, TakesTheNearestCells) {
 
 TEST(Data, OfAnotherSceneAreMeansOverItsCells) {
   // Nothing moves, so that the datum is the mean of x^2 over two fine cells with centres c -+ 1/16: c^2 + 1/256.
-  const SourceFile source("d.dpde",
-                          "model m {\n  field u\n  dt(u) = 0\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 0\n"
-                          "  time 0 .. 1, step 1/2\n}\nscene fine : m {\n  grid x = 0 .. 1, cells 8, periodic\n  initial u = x^2\n"
-                          "  time 0 .. 1, step 1/4\n}\ntask t : s {\n  data d = u from scene fine over time\n  unknown initial u\n"
-                          "  minimise mean((u - d)^2) over time\n}\n");
+  const SourceFile source(
+      "d.dpde",
+      "model m {\n  field u\n  dt(u) = 0\n}\nscene s : m {\n  grid x = 0 .. 1, cells 4, periodic\n  initial u = 0\n"
+      "  time 0 .. 1, step 1/2\n}\nscene fine : m {\n  grid x = 0 .. 1, cells 8, periodic\n  initial u = x^2\n"
+      "  time 0 .. 1, step 1/4\n}\ntask t : s {\n  data d = u from scene fine over time\n  unknown initial u\n"
+      "  minimise mean((u - d)^2) over time\n}\n");
   driver::CompileOptions options;
   options.selection.name = "t";
   options.backend = driver::Backend::jit;

@@ -76,7 +76,8 @@ TEST(Quotients, MeasureRounding) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise(0, 1e-10);
   double mean = 0;
-  for (int i = 0; i < 200; ++i) mean += rounding_of([&](double s) { return smooth(s) + noise(random); }, 1e-8, 0x1p-52) / 200;
+  for (int i = 0; i < 200; ++i)
+    mean += rounding_of([&](double s) { return smooth(s) + noise(random); }, 1e-8, 0x1p-52) / 200;
   EXPECT_NEAR(mean, 1e-10, 1e-11);
   EXPECT_LT(rounding_of(smooth, 1e-8, 0x1p-52), 4e-16);
   EXPECT_GE(rounding_of([](double) { return 3.0; }, 1e-8, 0x1p-52), 6e-16);

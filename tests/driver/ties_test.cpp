@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fluxes between two states that take the larger of two speeds, with walls: there the states are mirror images and the speeds are equal. Gradients
-// against central differences of runs, of each back end, and the symmetry of the Hessian.
+// Fluxes between two states that take the larger of two speeds, with walls: there the states are mirror images and the
+// speeds are equal. Gradients against central differences of runs, of each back end, and the symmetry of the Hessian.
 #include <cmath>
 
 #include "driver/inverse.h"
@@ -12,12 +12,15 @@ namespace {
 
 using driver::Backend;
 
-/// Gas in a tube between walls, by Rusanov's flux. The speed is a formula that the last bit of depends on how it is computed.
+/// Gas in a tube between walls, by Rusanov's flux. The speed is a formula that the last bit of depends on how it is
+/// computed.
 std::string tube(const std::string& time, const std::string& choice, const std::string& unknown) {
-  return R"(operator rusanov(f, q, s) order 0 = (0.5*(f[+1] - f[-1]) - 0.5*()" + choice + R"((s, s[+1])*(q[+1] - q) - )" + choice + R"((s[-1], s)*(q - q[-1])))/hx
+  return R"(operator rusanov(f, q, s) order 0 = (0.5*(f[+1] - f[-1]) - 0.5*()" + choice +
+         R"((s, s[+1])*(q[+1] - q) - )" + choice + R"((s[-1], s)*(q - q[-1])))/hx
 function larger(a, b) = if(a > b, a, b)
 function upper(a, b) = 0.5*(a + b + abs(a - b))
-scheme plain { time = )" + time + R"( }
+scheme plain { time = )" +
+         time + R"( }
 model euler {
   field r, m, e
   param g
@@ -38,7 +41,8 @@ scene tube : euler with plain {
   initial m = 0.2*sin(5*x)
   time 0 .. 0.2, step 0.01
 }
-task t : tube { unknown )" + unknown + R"(; minimise integral(r^2 + m*e) at t = 0.2 }
+task t : tube { unknown )" +
+         unknown + R"(; minimise integral(r^2 + m*e) at t = 0.2 }
 )";
 }
 
@@ -75,24 +79,28 @@ void expect_right(const std::string& text, Backend backend) {
   ready.loss_at(start, gradient);
   oracle.loss_at(start, other);
   const double slope = gradient.dot(direction);
-  const double quotient = (ready.loss_at(start + h * direction, unused) - ready.loss_at(start - h * direction, unused)) / (2 * h);
+  const double quotient =
+      (ready.loss_at(start + h * direction, unused) - ready.loss_at(start - h * direction, unused)) / (2 * h);
   EXPECT_GT(std::abs(slope), 1e-3);
   EXPECT_NEAR(slope, quotient, 1e-7 * std::abs(slope));
   EXPECT_LT((gradient - other).norm(), 1e-12 * other.norm());
 }
 
 TEST(Ties, GradientsBetweenWallsAreThoseOfRuns) {
-  const char* const cases[][3] = {{"euler", "max", "g"},       {"euler", "max", "initial r"},    {"euler", "larger", "initial m"},
-                                  {"euler", "upper", "initial r"}, {"rk4", "max", "initial r"}, {"rk4", "larger", "initial r"}};
+  const char* const cases[][3] = {
+      {"euler", "max", "g"},           {"euler", "max", "initial r"}, {"euler", "larger", "initial m"},
+      {"euler", "upper", "initial r"}, {"rk4", "max", "initial r"},   {"rk4", "larger", "initial r"}};
   for (const auto& [time, choice, unknown] : cases) {
     SCOPED_TRACE(std::string(time) + ", " + choice + ", " + unknown);
     expect_right(tube(time, choice, unknown), Backend::jit);
   }
 }
 
-/// What is compared is worth storing once for all displacements: a stored one is rounded otherwise than one that is not.
+/// What is compared is worth storing once for all displacements: a stored one is rounded otherwise than one that is
+/// not.
 TEST(Ties, WhatIsComparedIsNotStoredForOneSideAlone) {
-  const std::string text = R"(operator wide(q, s) order 0 = if(s > s[+1], 0.1*q[+1], 0) + if(s > s[-1], 0.2*q[-1], 0) + if(s > s[+2], 0.3*q[+2], 0) + if(s > s[-2], 0.15*q[-2], 0) + if(s > s[+3], 0.25*q[+3], 0) + if(s > s[-3], 0.35*q[-3], 0)
+  const std::string text =
+      R"(operator wide(q, s) order 0 = if(s > s[+1], 0.1*q[+1], 0) + if(s > s[-1], 0.2*q[-1], 0) + if(s > s[+2], 0.3*q[+2], 0) + if(s > s[-2], 0.15*q[-2], 0) + if(s > s[+3], 0.25*q[+3], 0) + if(s > s[-3], 0.35*q[-3], 0)
 model m {
   field u
   coefficient c
@@ -122,7 +130,8 @@ task t : w { unknown initial u; minimise integral(u^3) at t = 0.5 }
 TEST(Ties, EmittedCppChoosesAsTheInterpreter) { expect_right(tube("euler", "max", "initial r"), Backend::cpp); }
 
 TEST(Ties, HessiansBetweenWallsAreSymmetric) {
-  const auto certificate = certificate_of(R"(operator along_x(q, s) order 0 = (max(s, s[+1, 0])*(q[+1, 0] - q) - max(s[-1, 0], s)*(q - q[-1, 0]))/hx
+  const auto certificate = certificate_of(
+      R"(operator along_x(q, s) order 0 = (max(s, s[+1, 0])*(q[+1, 0] - q) - max(s[-1, 0], s)*(q - q[-1, 0]))/hx
 operator along_y(q, s) order 0 = (max(s, s[0, +1])*(q[0, +1] - q) - max(s[0, -1], s)*(q - q[0, -1]))/hy
 scheme plain { time = rk2; dx = central(2) }
 model water {
@@ -146,7 +155,8 @@ scene basin : water with plain {
   time 0 .. 0.1, step 0.01
 }
 task t : basin { unknown initial h; minimise integral(h^3 + m*n + m^2) at t = 0.1 }
-)", true);
+)",
+      true);
   ASSERT_TRUE(certificate);
   EXPECT_LT(certificate->worst(), 1e-13);
   ASSERT_TRUE(certificate->second);

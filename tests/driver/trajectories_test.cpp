@@ -24,7 +24,11 @@ task t : s { data u_ref = trajectories("f.nc", u); unknown nu from 0.5; minimise
 NetcdfContent good() {
   NetcdfContent content;
   content.dimensions = {{"run", 2}, {"time", 3}, {"x", 4}};
-  content.variables = {{"time", {"time"}, {}, {1, 1.25, 1.5}}, {"x", {"x"}, {}, {0.5, 1.5, 2.5, 3.5}}, {"u", {"run", "time", "x"}, {}, {}}, {"c", {"run"}, {}, {5, 6}}, {"nu", {"run"}, {}, {7, 8}}};
+  content.variables = {{"time", {"time"}, {}, {1, 1.25, 1.5}},
+                       {"x", {"x"}, {}, {0.5, 1.5, 2.5, 3.5}},
+                       {"u", {"run", "time", "x"}, {}, {}},
+                       {"c", {"run"}, {}, {5, 6}},
+                       {"nu", {"run"}, {}, {7, 8}}};
   for (int i = 0; i < 24; ++i) content.variables[2].values.push_back(100 * (i / 12) + 10 * (i / 4 % 3) + i % 4);
   return content;
 }
@@ -32,7 +36,8 @@ NetcdfContent good() {
 class TrajectoryFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) / (std::string("dpde_trajectories_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("dpde_trajectories_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -66,7 +71,8 @@ TEST_F(TrajectoryFile, HoldsRunsFramesAndParameters) {
   EXPECT_EQ(read->runs.size(), 2U);
   EXPECT_EQ(read->runs[1].params, std::vector<double>{6});
   const std::span<const double> frames = read->frames(1, "u", 1, 2);
-  EXPECT_EQ(std::vector<double>(frames.begin(), frames.end()), (std::vector<double>{110, 111, 112, 113, 120, 121, 122, 123}));
+  EXPECT_EQ(std::vector<double>(frames.begin(), frames.end()),
+            (std::vector<double>{110, 111, 112, 113, 120, 121, 122, 123}));
   // u = 100*r + 10*f + c with independent r, f, c: the variances add up.
   EXPECT_NEAR(read->deviation("u"), std::sqrt(2500 + 100 * 2.0 / 3 + 1.25), 1e-12);
 }
@@ -83,7 +89,8 @@ TEST_F(TrajectoryFile, WarnsOfAnotherParameter) {
   ASSERT_TRUE(load(content, sink));
   ASSERT_EQ(sink.all().size(), 1U);
   EXPECT_EQ(sink.all()[0].kind->name, "data-of-other-parameter");
-  EXPECT_NE(sink.all()[0].message.find("was made with c = 2.5, scene s has 2"), std::string::npos) << sink.all()[0].message;
+  EXPECT_NE(sink.all()[0].message.find("was made with c = 2.5, scene s has 2"), std::string::npos)
+      << sink.all()[0].message;
 }
 
 TEST_F(TrajectoryFile, OfASingleRun) {
@@ -100,23 +107,36 @@ TEST_F(TrajectoryFile, OfASingleRun) {
 }
 
 TEST_F(TrajectoryFile, SaysWhatIsWrong) {
-  const auto has = [](const std::string& message, const std::string& part) { EXPECT_NE(message.find(part), std::string::npos) << message; };
+  const auto has = [](const std::string& message, const std::string& part) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
   has(message([](auto& c) { c.variables[2].values[17] = NAN; }), "u is nan in run 1, frame 1, cell 1");
   has(message([](auto& c) { c.variables[2].values[3] = INFINITY; }), "u is inf in run 0, frame 0, cell 3");
   has(message([](auto& c) { c.variables[2].name = "uu"; }), "it has none of the states of scene s (u, v)");
   has(message([](auto& c) { c.variables[2].name = "v"; }), "it has no variable u");
-  has(message([](auto& c) { c.variables[1].values[2] = 2.4; }), "it is of another grid: cell 2 lies at x = 2.4, here at x = 2.5");
+  has(message([](auto& c) { c.variables[1].values[2] = 2.4; }),
+      "it is of another grid: cell 2 lies at x = 2.4, here at x = 2.5");
   has(message([](auto& c) {
         c.dimensions[2].length = 2;
         c.variables[1].values.resize(2);
         c.variables[2].values.resize(12);
       }),
       "u has 2 cells along x, the scene has 4");
-  has(message([](auto& c) { c.variables[0].values = {1, 1.25, 1.625}; }), "its frames are 0.3125 apart, no whole number of steps of 0.125");
-  has(message([](auto& c) { c.variables[0].values = {1, 1.2, 1.5}; }), "its frames are not at equal intervals: frame 1 is at t = 1.2, not at 1.25");
-  has(message([](auto& c) { c.variables.erase(c.variables.begin()); }), "it does not say at which times its 3 frames are");
+  has(message([](auto& c) {
+        c.variables[0].values = {1, 1.25, 1.625};
+      }),
+      "its frames are 0.3125 apart, no whole number of steps of 0.125");
+  has(message([](auto& c) {
+        c.variables[0].values = {1, 1.2, 1.5};
+      }),
+      "its frames are not at equal intervals: frame 1 is at t = 1.2, not at 1.25");
+  has(message([](auto& c) { c.variables.erase(c.variables.begin()); }),
+      "it does not say at which times its 3 frames are");
   has(message([](auto& c) { c.variables[3].values[1] = NAN; }), "c is nan in run 1");
-  has(message([](auto& c) { c.variables[2].dimensions = {"time", "run", "x"}; }), "the first dimension of u is time, not run");
+  has(message([](auto& c) {
+        c.variables[2].dimensions = {"time", "run", "x"};
+      }),
+      "the first dimension of u is time, not run");
 }
 
 TEST_F(TrajectoryFile, ThatIsDamaged) {

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run finds out about the fastest way to sweep is kept in the cache, used by the next one, and changes no result.
+// What a run finds out about the fastest way to sweep is kept in the cache, used by the next one, and changes no
+// result.
+#include "driver/tuning.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +13,6 @@
 #include "dpde/runtime/field.h"
 #include "driver/cache_folder.h"
 #include "driver/session.h"
-#include "driver/tuning.h"
 #include "driver_support.h"
 
 namespace dpde::driver {
@@ -94,7 +96,8 @@ std::vector<double> step_once(const Compiled& compiled, int threads, const std::
   EXPECT_EQ(executor.tuning(), tuning);
   executor.run();
   std::vector<double> values(executor.sums().begin(), executor.sums().end());
-  for (const Field& field : fields) values.insert(values.end(), field.as<double>() - layout.origin, field.as<double>() - layout.origin + layout.size);
+  for (const Field& field : fields)
+    values.insert(values.end(), field.as<double>() - layout.origin, field.as<double>() - layout.origin + layout.size);
   return values;
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fuzz targets without a fuzzer: the files of the examples and tests, and thousands of texts a few tokens from them.
-// DPDE_FUZZ_TEXTS: how many for each target (1500).
+// The fuzz targets without a fuzzer: the files of the examples and tests, and thousands of texts a few tokens from
+// them. DPDE_FUZZ_TEXTS: how many for each target (1500).
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <ctime>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -86,14 +86,22 @@ TEST(Fuzz, DeepAndLong) {
     for (int i = 0; i < times; ++i) text += piece;
     return text;
   };
-  const std::vector<std::string> expressions = {
-      repeated("(", 100000) + "u" + repeated(")", 100000), repeated("-", 100000) + "u", "u" + repeated("^u", 100000),
-      "u" + repeated("+u", 20000), "u" + repeated("*u[+1]", 20000), repeated("sin(", 20000) + "u" + repeated(")", 20000),
-      repeated("if(u < 1, ", 20000) + "u" + repeated(", u)", 20000), repeated("interp(u, ", 20000) + "u" + repeated(")", 20000)};
+  const std::vector<std::string> expressions = {repeated("(", 100000) + "u" + repeated(")", 100000),
+                                                repeated("-", 100000) + "u",
+                                                "u" + repeated("^u", 100000),
+                                                "u" + repeated("+u", 20000),
+                                                "u" + repeated("*u[+1]", 20000),
+                                                repeated("sin(", 20000) + "u" + repeated(")", 20000),
+                                                repeated("if(u < 1, ", 20000) + "u" + repeated(", u)", 20000),
+                                                repeated("interp(u, ", 20000) + "u" + repeated(")", 20000)};
   for (const std::string& e : expressions) {
-    const std::string kernel = "kernel k(u: field halo 1, out v: field) { v = " + e + " }\nprogram p { fill u periodic; run k; keep v }\n";
-    const std::string scene = "model m { field u; dt(u) = " + e + " }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; time 0 .. 1, step 1 }\n";
-    for (const auto& [target, text] : {std::pair<Target, std::string>{fuzz_parser, kernel}, {fuzz_stencil_reader, kernel}, {fuzz_model, scene}}) {
+    const std::string kernel =
+        "kernel k(u: field halo 1, out v: field) { v = " + e + " }\nprogram p { fill u periodic; run k; keep v }\n";
+    const std::string scene =
+        "model m { field u; dt(u) = " + e +
+        " }\nscene s : m { grid x = 0 .. 1, cells 8, periodic; initial u = x; time 0 .. 1, step 1 }\n";
+    for (const auto& [target, text] :
+         {std::pair<Target, std::string>{fuzz_parser, kernel}, {fuzz_stencil_reader, kernel}, {fuzz_model, scene}}) {
       EXPECT_EQ(target(text), "") << e.substr(0, 40);
     }
   }

@@ -33,11 +33,70 @@ const T& any(const std::vector<T>& list, SplitMix& random) {
   return list[random.below(static_cast<int>(list.size()))];
 }
 
-const std::vector<std::string> pieces = {
-    "0", "-1", "1", "2.5", "1e308", "1e-320", "99999999999", "2147483647", "(", ")", "{", "}", "[", "]", "[+1]", "[0, -9]", ",", ";", "=",
-    "+=", "..", "^", "/0", "-", "not ", " and ", "\n", "\"", "#", "u", "x", "t", "pi", "dt", "inside[+1]", "interp(u, 0.5)", "if(x < 0, u, 1)",
-    "periodic", "zero_gradient", "gradient(1)", "mixed(1, 0, 2)", "fill u periodic", "grow 3", "lap(u)", "grad(u)", "div(u)", "u.x", "dt(dt(u))",
-    "load(\"f.nc\")", "at t = 1", "over time", "vector ", "coefficient ", "residual { relu }", "conv 4, 3", "conv out, 1", "upsample 2", "-> vector", ".x", "over 4 steps", "_", "\xff", "\xce\xbd", std::string(1, '\0')};
+const std::vector<std::string> pieces = {"0",
+                                         "-1",
+                                         "1",
+                                         "2.5",
+                                         "1e308",
+                                         "1e-320",
+                                         "99999999999",
+                                         "2147483647",
+                                         "(",
+                                         ")",
+                                         "{",
+                                         "}",
+                                         "[",
+                                         "]",
+                                         "[+1]",
+                                         "[0, -9]",
+                                         ",",
+                                         ";",
+                                         "=",
+                                         "+=",
+                                         "..",
+                                         "^",
+                                         "/0",
+                                         "-",
+                                         "not ",
+                                         " and ",
+                                         "\n",
+                                         "\"",
+                                         "#",
+                                         "u",
+                                         "x",
+                                         "t",
+                                         "pi",
+                                         "dt",
+                                         "inside[+1]",
+                                         "interp(u, 0.5)",
+                                         "if(x < 0, u, 1)",
+                                         "periodic",
+                                         "zero_gradient",
+                                         "gradient(1)",
+                                         "mixed(1, 0, 2)",
+                                         "fill u periodic",
+                                         "grow 3",
+                                         "lap(u)",
+                                         "grad(u)",
+                                         "div(u)",
+                                         "u.x",
+                                         "dt(dt(u))",
+                                         "load(\"f.nc\")",
+                                         "at t = 1",
+                                         "over time",
+                                         "vector ",
+                                         "coefficient ",
+                                         "residual { relu }",
+                                         "conv 4, 3",
+                                         "conv out, 1",
+                                         "upsample 2",
+                                         "-> vector",
+                                         ".x",
+                                         "over 4 steps",
+                                         "_",
+                                         "\xff",
+                                         "\xce\xbd",
+                                         std::string(1, '\0')};
 
 const std::vector<std::string> numbers = {"0", "1", "2", "3", "0.5", "1e-9", "7", "100000"};
 
@@ -66,7 +125,8 @@ void change_token(std::vector<std::string>& tokens, const std::vector<std::strin
     default: {
       const std::size_t from = random.below(static_cast<int>(others.size()));
       const std::size_t count = std::min<std::size_t>(1 + random.below(30), others.size() - from);
-      tokens.insert(at, others.begin() + static_cast<std::ptrdiff_t>(from), others.begin() + static_cast<std::ptrdiff_t>(from + count));
+      tokens.insert(at, others.begin() + static_cast<std::ptrdiff_t>(from),
+                    others.begin() + static_cast<std::ptrdiff_t>(from + count));
     }
   }
 }

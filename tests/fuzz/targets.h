@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has to hold for any bytes, as functions a fuzzer calls: "" or what is wrong. A crash, a hang or a sanitizer's report says
-// so by itself.
+// What has to hold for any bytes, as functions a fuzzer calls: "" or what is wrong. A crash, a hang or a sanitizer's
+// report says so by itself.
 #pragma once
 
 #include <string>

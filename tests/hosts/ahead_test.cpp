@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes built ahead of time against the same scenes compiled in memory, and tasks against what the command computes by its
-// own way (driver/inverse): three ways to one number. Closed forms are in simulation_test.cpp and dsl-examples/hosts.
+// Scenes built ahead of time against the same scenes compiled in memory, and tasks against what the command computes by
+// its own way (driver/inverse): three ways to one number. Closed forms are in simulation_test.cpp and
+// dsl-examples/hosts.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -25,8 +26,8 @@ struct Case {
   std::vector<std::string> data;  // given by the host, the same to both
 };
 
-/// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts of steps,
-/// reductions, an adjoint that is given, control fields and noise.
+/// Boundaries, several axes, reads at computed places, several states, data of one and of many times, controls, parts
+/// of steps, reductions, an adjoint that is given, control fields and noise.
 const Case cases[] = {
     {"heat/heat.dpde", "conductivity", {{"cells", "24"}}, {}},
     {"heat/heat.dpde", "recover", {{"cells", "32"}}, {"u_ref"}},
@@ -61,7 +62,7 @@ void expect_close(std::span<const double> a, std::span<const double> b, double t
     scale = std::max(scale, std::abs(b[i]));
     difference = std::max(difference, std::abs(a[i] - b[i]));
   }
-  EXPECT_LE(difference, tolerance*scale) << what;
+  EXPECT_LE(difference, tolerance * scale) << what;
 }
 
 class AheadOfTime : public ::testing::TestWithParam<int> {
@@ -76,7 +77,8 @@ class AheadOfTime : public ::testing::TestWithParam<int> {
   /// The scene of the library that `dpde build` makes.
   const dpde_scene* build() {
     const Case& c = example_case();
-    const std::string command = DPDE_BINARY_DIR "/bin/dpde build " + example(c) + " " + c.name + " -o " + folder_.string() + settings(c) + " --quiet";
+    const std::string command = DPDE_BINARY_DIR "/bin/dpde build " + example(c) + " " + c.name + " -o " +
+                                folder_.string() + settings(c) + " --quiet";
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
     void* library = dlopen((folder_ / ("lib" + c.name + ".so")).c_str(), RTLD_NOW | RTLD_LOCAL);
     EXPECT_NE(library, nullptr) << dlerror();
@@ -104,12 +106,14 @@ TEST_P(AheadOfTime, RunsAndDifferentiatesAsInMemory) {
     EXPECT_EQ(ahead.states(), in_memory.states());
     ahead.run();
     in_memory.run();
-    for (const std::string& state : ahead.states()) expect_close(ahead.state(state), in_memory.state(state), 1e-12, state);
+    for (const std::string& state : ahead.states())
+      expect_close(ahead.state(state), in_memory.state(state), 1e-12, state);
     if (scene->task == nullptr) continue;
     const double loss = ahead.gradient();
-    EXPECT_NEAR(loss, in_memory.gradient(), 1e-12*std::abs(loss));
+    EXPECT_NEAR(loss, in_memory.gradient(), 1e-12 * std::abs(loss));
     EXPECT_EQ(ahead.unknowns(), in_memory.unknowns());
-    for (const std::string& unknown : ahead.unknowns()) expect_close(ahead.gradient_of(unknown), in_memory.gradient_of(unknown), 1e-11, unknown);
+    for (const std::string& unknown : ahead.unknowns())
+      expect_close(ahead.gradient_of(unknown), in_memory.gradient_of(unknown), 1e-11, unknown);
   }
 }
 
@@ -119,7 +123,7 @@ TEST_P(AheadOfTime, RunsOnOtherGrids) {
   const dpde_scene* scene = build();
   ASSERT_NE(scene, nullptr);
   std::vector<std::int64_t> cells = in_memory.cells();
-  for (std::int64_t& n : cells) n = n < 8 ? n + 3 : n/2;
+  for (std::int64_t& n : cells) n = n < 8 ? n + 3 : n / 2;
   std::map<std::string, std::string> set = c.set;
   set["cells"] = std::to_string(cells[0]);
   Simulation same = compile_file(example(c), {.name = c.name, .set = set}), ahead(*scene, {.cells = cells});
@@ -134,16 +138,17 @@ TEST_P(AheadOfTime, InMemoryAgreesWithTheCommand) {
   Simulation sim = compile_file(example(c), {.name = c.name, .set = c.set});
   if (sim.unknowns().empty()) return;  // a scene: nothing to differentiate
   fs::create_directories(folder_);
-  const std::string command = DPDE_BINARY_DIR "/bin/dpde gradient " + example(c) + " " + c.name + settings(c) + " --json >" + (folder_ / "out").string();
+  const std::string command = DPDE_BINARY_DIR "/bin/dpde gradient " + example(c) + " " + c.name + settings(c) +
+                              " --json >" + (folder_ / "out").string();
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
   std::ifstream file(folder_ / "out");
   const testing::Json json = testing::parse_json(std::string(std::istreambuf_iterator<char>(file), {}));
-  EXPECT_NEAR(sim.gradient(), json["loss"].get<double>(), 1e-12*json["loss"].get<double>());
+  EXPECT_NEAR(sim.gradient(), json["loss"].get<double>(), 1e-12 * json["loss"].get<double>());
   for (const std::string& unknown : sim.unknowns()) {
     double square = 0;
-    for (const double value : sim.gradient_of(unknown)) square += value*value;
+    for (const double value : sim.gradient_of(unknown)) square += value * value;
     const double norm = json["gradient"][unknown]["norm"];
-    EXPECT_NEAR(std::sqrt(square), norm, 1e-11*norm) << unknown;
+    EXPECT_NEAR(std::sqrt(square), norm, 1e-11 * norm) << unknown;
   }
 }
 

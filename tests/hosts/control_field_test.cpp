@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Control fields and noise of host programs: values and gradients one interval after the other, formulas that follow parameters, and
-// a source that is found in space and time.
+// Control fields and noise of host programs: values and gradients one interval after the other, formulas that follow
+// parameters, and a source that is found in space and time.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,8 @@ using Numbers = std::vector<double>;
 
 /// u grows by dt*F in each of 5 steps of 0.1; intervals of 2, 2 and 1 steps.
 const char* const pushes =
-    "model m { field u; control field F; param a; dt(u) = F }\nscheme e { time = euler }\nscene s : m with e {\n  grid x = 0 .. 1, cells 3, periodic\n"
+    "model m { field u; control field F; param a; dt(u) = F }\nscheme e { time = euler }\nscene s : m with e {\n  grid "
+    "x = 0 .. 1, cells 3, periodic\n"
     "  a = 2\n  initial u = x\n  F = a*x*t every 0.2\n  observe push = sum(F)\n  time 0 .. 0.5, step 0.1\n}\n"
     "task t : s {\n  unknown F\n  minimise mean(u^2)\n}\n";
 constexpr double middle[] = {0.1, 0.3, 0.5}, length[] = {0.2, 0.2, 0.1};
@@ -74,12 +75,16 @@ TEST(HostControlFields, NoiseIsThatOfTheCommand) {
   }
 }
 
-/// Where c is known at all times, so is its source: all of it is found, by Newton's method in one step and within bounds.
+/// Where c is known at all times, so is its source: all of it is found, by Newton's method in one step and within
+/// bounds.
 TEST(HostControlFields, ASourceInSpaceAndTimeIsFound) {
   const std::string text =
-      "model m { field c; param k; control field F; dt(c) = k*lap(c) + F }\nscheme e { time = rk2 }\nscene truth : m with e {\n"
-      "  grid x = 0 .. 1, cells 12\n  boundary c: x = zero_gradient\n  k = 0.01\n  initial c = 0\n  F = exp(-40*(x - 0.3 - 0.4*t)^2) every 0.2\n  time 0 .. 1, step 0.05\n}\n"
-      "task t : truth {\n  data d = c from scene truth over time\n  unknown F from 0 in -1 .. 1.5\n  minimise mean((c - d)^2) over time\n"
+      "model m { field c; param k; control field F; dt(c) = k*lap(c) + F }\nscheme e { time = rk2 }\nscene truth : m "
+      "with e {\n"
+      "  grid x = 0 .. 1, cells 12\n  boundary c: x = zero_gradient\n  k = 0.01\n  initial c = 0\n  F = exp(-40*(x - "
+      "0.3 - 0.4*t)^2) every 0.2\n  time 0 .. 1, step 0.05\n}\n"
+      "task t : truth {\n  data d = c from scene truth over time\n  unknown F from 0 in -1 .. 1.5\n  minimise mean((c "
+      "- d)^2) over time\n"
       "  using newton_cg(hessian = gauss_newton), iterations 8\n}\n";
   Simulation sim = compile_text(text, {.name = "t", .second_order = true});
   const Optimised found = sim.optimise();

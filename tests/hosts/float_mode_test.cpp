@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers below the smallest normal one are 0 while programs run, the same on every back end; hosts keep their own mode.
+// Numbers below the smallest normal one are 0 while programs run, the same on every back end; hosts keep their own
+// mode.
 #include "dpde/runtime/float_mode.h"
 
 #include <cmath>
@@ -30,13 +31,15 @@ bool keeps_subnormals() {
 
 TEST(FloatMode, NoBackEndMakesSubnormalStates) {
   if (mode_without_subnormals() == float_mode()) GTEST_SKIP() << "this processor's mode cannot be set";
-  for (const auto& [real, smallest] : {std::pair{"f64", -std::numeric_limits<double>::min_exponent + 1}, {"f32", -std::numeric_limits<float>::min_exponent + 1}}) {
+  for (const auto& [real, smallest] : {std::pair{"f64", -std::numeric_limits<double>::min_exponent + 1},
+                                       {"f32", -std::numeric_limits<float>::min_exponent + 1}}) {
     for (const HostBackend backend : {HostBackend::jit, HostBackend::cpp, HostBackend::interpreter}) {
       Simulation sim = compile_text(halving, {.name = "fall", .set = {{"real", real}}, .backend = backend});
       sim.step(smallest);
       EXPECT_EQ(sim.state("u")[3], std::ldexp(1.0, -smallest)) << real;
       sim.step();  // u - u/2: half of it is 0 where the product is rounded before the difference
-      EXPECT_TRUE(sim.state("u")[3] == 0 || sim.state("u")[3] == std::ldexp(1.0, -smallest)) << real << " " << sim.state("u")[3];
+      EXPECT_TRUE(sim.state("u")[3] == 0 || sim.state("u")[3] == std::ldexp(1.0, -smallest))
+          << real << " " << sim.state("u")[3];
     }
   }
 }
@@ -51,16 +54,21 @@ TEST(FloatMode, HostsKeepTheirOwn) {
   expect_own("after compilation");
   sim.step();
   expect_own("after a step");
-  sim.run_to(20, [&](const Progress&) {
-    expect_own("while it runs");
-    return true;
-  }, 4);
+  sim.run_to(
+      20,
+      [&](const Progress&) {
+        expect_own("while it runs");
+        return true;
+      },
+      4);
   sim.loss();
   expect_own("after a loss");
-  sim.watch_gradients([&](const GradientProgress&) {
-    expect_own("while a gradient is computed");
-    return true;
-  }, 100);
+  sim.watch_gradients(
+      [&](const GradientProgress&) {
+        expect_own("while a gradient is computed");
+        return true;
+      },
+      100);
   sim.gradient();
   expect_own("after a gradient");
   sim.set("k", 1e300);

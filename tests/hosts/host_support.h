@@ -37,7 +37,7 @@ inline std::vector<double> random_values(std::size_t size, unsigned seed, double
 
 inline double dot(std::span<const double> a, std::span<const double> b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i]*b[i];
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum;
 }
 
@@ -59,7 +59,8 @@ class InFolder : public ::testing::Test {
   }
   /// dpde VERB ... --json
   Json dpde(const std::string& arguments) {
-    const std::string out = (folder_ / "stdout").string(), command = DPDE_BINARY_DIR "/bin/dpde " + arguments + " --json >" + out;
+    const std::string out = (folder_ / "stdout").string(),
+                      command = DPDE_BINARY_DIR "/bin/dpde " + arguments + " --json >" + out;
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
     std::ifstream file(out);
     return parse_json(std::string(std::istreambuf_iterator<char>(file), {}));

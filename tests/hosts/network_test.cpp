@@ -13,11 +13,13 @@ std::string scene(const std::string& precision, const std::string& initial = "si
   return R"(
 network corrector(u) { initial he, seed 3; conv 5, 3; tanh; conv out, 3, gain = 0.2 }
 model m { field u; param nu; dt(u) = -u*dx(u) + nu*lap(u) }
-scheme s { time = rk2; networks = )" + precision + R"( }
+scheme s { time = rk2; networks = )" +
+         precision + R"( }
 scene r : m with s {
   grid x = 0 .. 1, cells 16, periodic
   nu = 0.02
-  initial u = )" + initial + R"(
+  initial u = )" +
+         initial + R"(
   time 0 .. 0.2, step 0.02
   after step: u += corrector(u)
 }
@@ -34,11 +36,11 @@ void expect_differences(const std::string& text) {
   double difference = 0;
   for (const auto& [steps, weight] : {std::pair{1, 8.0}, {-1, -8.0}, {2, -1.0}, {-2, 1.0}}) {
     std::vector<double> at = x;
-    for (std::size_t i = 0; i < x.size(); ++i) at[i] += steps*h*v[i];
+    for (std::size_t i = 0; i < x.size(); ++i) at[i] += steps * h * v[i];
     sim.set_unknowns(at);
-    difference += weight*sim.loss()/(12*h);
+    difference += weight * sim.loss() / (12 * h);
   }
-  EXPECT_NEAR(slope, difference, 1e-9*std::abs(slope));
+  EXPECT_NEAR(slope, difference, 1e-9 * std::abs(slope));
 }
 
 TEST(HostNetworks, GradientsByWeightsAreDifferencesOfTheLoss) {
@@ -56,19 +58,20 @@ TEST(HostNetworks, BeginAsTheWeightsSay) {
 }
 
 TEST(HostNetworks, AreTheSameOnEveryBackEndAndForAnyNumberOfThreads) {
-  for (const auto& [precision, initial, tolerance] : {std::tuple{"f64", "sin(2*pi*x)", 1e-12}, {"f32", "sin(2*pi*x)", 2e-6}, {"f64", in_formulas.c_str(), 1e-12}}) {
+  for (const auto& [precision, initial, tolerance] :
+       {std::tuple{"f64", "sin(2*pi*x)", 1e-12}, {"f32", "sin(2*pi*x)", 2e-6}, {"f64", in_formulas.c_str(), 1e-12}}) {
     Simulation sim = compile_text(scene(precision, initial), {.name = "t"});
     const double loss = sim.gradient();
     const std::vector<double> expected(sim.gradient_vector().begin(), sim.gradient_vector().end());
     for (const HostBackend backend : {HostBackend::cpp, HostBackend::interpreter}) {
       Simulation other = compile_text(scene(precision, initial), {.name = "t", .backend = backend});
-      EXPECT_NEAR(other.gradient(), loss, tolerance*loss);
+      EXPECT_NEAR(other.gradient(), loss, tolerance * loss);
       double worst = 0, largest = 0;
       for (std::size_t i = 0; i < expected.size(); ++i) {
         worst = std::max(worst, std::abs(other.gradient_vector()[i] - expected[i]));
         largest = std::max(largest, std::abs(expected[i]));
       }
-      EXPECT_LT(worst, tolerance*largest);
+      EXPECT_LT(worst, tolerance * largest);
     }
     Simulation threads = compile_text(scene(precision, initial), {.name = "t", .threads = 3});
     EXPECT_EQ(threads.gradient(), loss);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The optimiser in hosts: what `dpde optimize` finds, to the last bit; progress, and stops of optimisers and of gradients.
+// The optimiser in hosts: what `dpde optimize` finds, to the last bit; progress, and stops of optimisers and of
+// gradients.
 #include <cmath>
 
 #include "dpde/runtime/npy.h"
@@ -60,7 +61,8 @@ const Case cases[] = {
 
 std::string with(const std::string& optimiser) {
   std::string text = recovery;
-  for (std::size_t at = text.find("OPTIMISER"); at != std::string::npos; at = text.find("OPTIMISER")) text.replace(at, 9, optimiser);
+  for (std::size_t at = text.find("OPTIMISER"); at != std::string::npos; at = text.find("OPTIMISER"))
+    text.replace(at, 9, optimiser);
   return text;
 }
 
@@ -75,7 +77,8 @@ TEST_P(Optimise, IsTheCommandToTheLastBit) {
     seen.push_back(now);
     return true;
   });
-  const Json json = dpde("optimize " + file + " " + c.task + text_of(c.set) + " --threads 1 --quiet --out " + (folder_ / "out").string());
+  const Json json = dpde("optimize " + file + " " + c.task + text_of(c.set) + " --threads 1 --quiet --out " +
+                         (folder_ / "out").string());
   EXPECT_EQ(found.losses, json["loss"].get<std::vector<double>>());
   EXPECT_EQ(found.iterations, json["iterations"]);
   EXPECT_EQ(found.evaluations, json["evaluations"]);
@@ -89,10 +92,12 @@ TEST_P(Optimise, IsTheCommandToTheLastBit) {
     if (from.contains("value")) expected = {from["value"]};
     if (from.contains("values")) expected = from["values"].get<std::vector<double>>();
     for (const std::string& name : {unknown + "_initial.npy", unknown + ".npy"}) {
-      if (std::filesystem::exists(folder_ / "out" / name)) expected = read_npy((folder_ / "out" / name).string()).values;
+      if (std::filesystem::exists(folder_ / "out" / name))
+        expected = read_npy((folder_ / "out" / name).string()).values;
     }
     if (c.set.contains("real")) {
-      for (double& value : expected) value = expected.size() > 1 ? static_cast<float>(value) : value;  // what a field holds
+      for (double& value : expected)
+        value = expected.size() > 1 ? static_cast<float>(value) : value;  // what a field holds
     }
     EXPECT_EQ(sim.value_of(unknown), expected) << unknown;
   }
@@ -125,7 +130,8 @@ TEST(Optimiser, StopsWhenToldAndGoesOn) {
 
 TEST(Optimiser, TheFlagStopsItInAGradient) {
   std::atomic<bool> stop{false};
-  for (const std::string optimiser : {"lbfgs(), iterations 10", "adam(rate = 0.02), iterations 10", "newton_cg(hessian = full), iterations 10"}) {
+  for (const std::string optimiser :
+       {"lbfgs(), iterations 10", "adam(rate = 0.02), iterations 10", "newton_cg(hessian = full), iterations 10"}) {
     stop = false;
     Simulation sim = compile_text(with(optimiser), {.name = "recover", .stop = &stop});
     const Optimised found = sim.optimise([&](const OptimiserProgress& now) {
@@ -149,16 +155,18 @@ TEST(WatchedGradient, CountsItsStepsAndStops) {
   const double loss = sim.gradient();
   const std::vector<double> bars(sim.gradient_vector().begin(), sim.gradient_vector().end());
   std::vector<GradientProgress> seen;
-  sim.watch_gradients([&](const GradientProgress& now) {
-    seen.push_back(now);
-    return true;
-  }, 20);
+  sim.watch_gradients(
+      [&](const GradientProgress& now) {
+        seen.push_back(now);
+        return true;
+      },
+      20);
   EXPECT_EQ(sim.gradient(), loss);
   ASSERT_EQ(seen.size(), 5u);  // 50 steps forward and back
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    EXPECT_EQ(seen[i].done, 20*(static_cast<int>(i) + 1));
+    EXPECT_EQ(seen[i].done, 20 * (static_cast<int>(i) + 1));
     EXPECT_EQ(seen[i].total, 100);
-    EXPECT_NEAR(seen[i].time, 0.001*std::min(seen[i].done, 100 - seen[i].done), 1e-12);
+    EXPECT_NEAR(seen[i].time, 0.001 * std::min(seen[i].done, 100 - seen[i].done), 1e-12);
   }
   seen.clear();
   const std::vector<double> v = random_values(bars.size(), 1);
@@ -185,18 +193,21 @@ TEST(WatchedGradient, CountsWhatIsComputedAgain) {
     Simulation sim = compile_text(text, {.name = "recover", .slots = slots});
     GradientProgress last{0, 0, 1};
     std::int64_t calls = 0;
-    sim.watch_gradients([&](const GradientProgress& now) {
-      ++calls;
-      EXPECT_EQ(now.done, last.done + 1);
-      last = now;
-      return true;
-    }, 1);
+    sim.watch_gradients(
+        [&](const GradientProgress& now) {
+          ++calls;
+          EXPECT_EQ(now.done, last.done + 1);
+          last = now;
+          return true;
+        },
+        1);
     sim.gradient();
     EXPECT_EQ(last.done, last.total) << slots;
     EXPECT_EQ(calls, last.total);
     EXPECT_EQ(last.time, 0);
     if (slots == 1) {
-      EXPECT_EQ(last.total, 49*50/2 + 1 + 50) << "step n is reversed behind n steps from the start, the last one is made once more";
+      EXPECT_EQ(last.total, 49 * 50 / 2 + 1 + 50)
+          << "step n is reversed behind n steps from the start, the last one is made once more";
     }
     if (slots == 0) {
       EXPECT_EQ(last.total, 100);

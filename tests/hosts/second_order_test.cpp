@@ -12,8 +12,8 @@ struct Case {
   std::string name, text;
 };
 
-/// Walls, a nonlinear step with stages, all kinds of unknowns; parameters that act through formulas; two fields on two axes; boundary
-/// values and controls; a Courant number; reductions.
+/// Walls, a nonlinear step with stages, all kinds of unknowns; parameters that act through formulas; two fields on two
+/// axes; boundary values and controls; a Courant number; reductions.
 const Case cases[] = {
     {"Burgers", R"(model m { field u; coefficient q; param nu; dt(u) = -advect(u, u) + nu*lap(u) + q }
 scheme smooth { advect = central(2); time = rk2 }
@@ -95,7 +95,8 @@ scene s : m with e {
   time 0 .. 0.2, step 0.05, courant 0.1
 }
 task t : s { unknown a; unknown initial u; minimise sum(u^4) })"},
-    {"Reductions", R"(model m { field u; param tau, a; dt(u) = -(u - mean(u, x))/tau - mean(u, x)*dy(mean(u, x)) + a*(1 - integral(u^2)*u) }
+    {"Reductions",
+     R"(model m { field u; param tau, a; dt(u) = -(u - mean(u, x))/tau - mean(u, x)*dy(mean(u, x)) + a*(1 - integral(u^2)*u) }
 scheme e { time = euler }
 scene s : m with e {
   grid x = 0 .. 1, cells 4, periodic
@@ -115,10 +116,10 @@ std::vector<double> differences(Simulation& sim, const std::vector<double>& x, c
   std::vector<double> sum(x.size());
   for (const auto& [steps, weight] : {std::pair{1, 8.0}, {-1, -8.0}, {2, -1.0}, {-2, 1.0}}) {
     std::vector<double> at = x;
-    for (std::size_t i = 0; i < x.size(); ++i) at[i] += steps*h*v[i];
+    for (std::size_t i = 0; i < x.size(); ++i) at[i] += steps * h * v[i];
     sim.set_unknowns(at);
     sim.gradient();
-    for (std::size_t i = 0; i < x.size(); ++i) sum[i] += weight*sim.gradient_vector()[i]/(12*h);
+    for (std::size_t i = 0; i < x.size(); ++i) sum[i] += weight * sim.gradient_vector()[i] / (12 * h);
   }
   sim.set_unknowns(x);
   return sum;
@@ -126,8 +127,8 @@ std::vector<double> differences(Simulation& sim, const std::vector<double>& x, c
 
 double distance(std::span<const double> a, std::span<const double> b) {
   double square = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) square += (a[i] - b[i])*(a[i] - b[i]);
-  return std::sqrt(square/dot(b, b));
+  for (std::size_t i = 0; i < a.size(); ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(square / dot(b, b));
 }
 
 class HessianVector : public ::testing::TestWithParam<int> {};
@@ -138,10 +139,11 @@ TEST_P(HessianVector, IsTheDerivativeOfTheGradientAndSymmetric) {
     const Settings set = cells.empty() ? Settings{} : Settings{{"cells", cells}};
     Simulation sim = compile_text(c.text, {.name = "t", .set = set, .second_order = true});
     std::vector<double> x = sim.unknown_values();
-    const std::vector<double> shift = random_values(x.size(), 1, 0.02), v = random_values(x.size(), 2), w = random_values(x.size(), 3);
+    const std::vector<double> shift = random_values(x.size(), 1, 0.02), v = random_values(x.size(), 2),
+                              w = random_values(x.size(), 3);
     for (int again = 0; again < 2; ++again) {  // where the task starts, with its formulas, and elsewhere
       const std::vector<double> hv = sim.hessian_vector(v), hw = sim.hessian_vector(w);
-      EXPECT_NEAR(dot(w, hv), dot(v, hw), 1e-12*std::sqrt(dot(v, v)*dot(hw, hw))) << cells;
+      EXPECT_NEAR(dot(w, hv), dot(v, hw), 1e-12 * std::sqrt(dot(v, v) * dot(hw, hw))) << cells;
       EXPECT_LT(distance(hv, differences(sim, x, v)), 2e-9) << c.name << " cells " << cells << " at " << again;
       for (std::size_t i = 0; i < x.size(); ++i) x[i] += shift[i];
       sim.set_unknowns(x);
@@ -173,34 +175,38 @@ scheme ftcs { lap = central(2); time = euler }
 scene rod : heat with ftcs {
   grid x = 0 .. 2*pi, cells 16, periodic
   k = 0.25
-  initial u = )" + initial + "\n  time 0 .. 1, step 1/8\n}\ntask find : rod {\n" + task + "\n}\n";
+  initial u = )" +
+         initial + "\n  time 0 .. 1, step 1/8\n}\ntask find : rod {\n" + task + "\n}\n";
 }
 
 /// A step scales sin(x) by f = 1 - k r: the loss is k^4 f^16/2, the residual k^2 f^8 sin(x).
 TEST(GaussNewton, IsTheClosedForm) {
-  Simulation sim = compile_text(rod("k^2*sin(x)", "unknown k; minimise mean(u^2)"), {.name = "find", .second_order = true});
+  Simulation sim =
+      compile_text(rod("k^2*sin(x)", "unknown k; minimise mean(u^2)"), {.name = "find", .second_order = true});
   const std::vector<double> one{1};
-  const double h = 2*std::numbers::pi/16, r = 4.0/8/(h*h)*std::pow(std::sin(h/2), 2);
+  const double h = 2 * std::numbers::pi / 16, r = 4.0 / 8 / (h * h) * std::pow(std::sin(h / 2), 2);
   for (const double k : {0.25, 0.4}) {
     sim.set("k", k);
-    const double f = 1 - k*r;
-    const double full = 6*k*k*std::pow(f, 16) - 64*k*k*k*r*std::pow(f, 15) + 120*std::pow(k, 4)*r*r*std::pow(f, 14);
-    const double slope = 2*k*std::pow(f, 8) - 8*k*k*r*std::pow(f, 7);
+    const double f = 1 - k * r;
+    const double full = 6 * k * k * std::pow(f, 16) - 64 * k * k * k * r * std::pow(f, 15) +
+                        120 * std::pow(k, 4) * r * r * std::pow(f, 14);
+    const double slope = 2 * k * std::pow(f, 8) - 8 * k * k * r * std::pow(f, 7);
     EXPECT_NEAR(sim.hessian_vector(one)[0], full, 1e-13);
-    EXPECT_NEAR(sim.hessian_vector(one, Curvature::gauss_newton)[0], slope*slope, 1e-13);
+    EXPECT_NEAR(sim.hessian_vector(one, Curvature::gauss_newton)[0], slope * slope, 1e-13);
   }
   std::vector<double> wave = sim.coordinates(0);
   for (double& value : wave) value = std::sin(value);
   sim.set_initial("u", wave);  // now the formula is not used: f^16/2 and f^8 sin(x)
-  const double f = 1 - 0.4*r;
-  EXPECT_NEAR(sim.hessian_vector(one)[0], 120*r*r*std::pow(f, 14), 1e-13);
-  EXPECT_NEAR(sim.hessian_vector(one, Curvature::gauss_newton)[0], 64*r*r*std::pow(f, 14), 1e-13);
+  const double f = 1 - 0.4 * r;
+  EXPECT_NEAR(sim.hessian_vector(one)[0], 120 * r * r * std::pow(f, 14), 1e-13);
+  EXPECT_NEAR(sim.hessian_vector(one, Curvature::gauss_newton)[0], 64 * r * r * std::pow(f, 14), 1e-13);
 }
 
 /// Where the data are met exactly both matrices are one.
 TEST(GaussNewton, IsTheHessianWhereTheResidualsAreZero) {
   std::string text = cases[1].text;
-  text.replace(text.find("minimise mean(u^4)"), std::string::npos, "data d = u from scene s at t = 0.08, 0.2\n  minimise mean((u - d)^2) at t = 0.08, 0.2 }");
+  text.replace(text.find("minimise mean(u^4)"), std::string::npos,
+               "data d = u from scene s at t = 0.08, 0.2\n  minimise mean((u - d)^2) at t = 0.08, 0.2 }");
   Simulation sim = compile_text(text, {.name = "t", .second_order = true});
   sim.set_field("r", sim.coordinates(0));  // the scene's own
   EXPECT_LT(sim.loss(), 1e-30);
@@ -213,7 +219,8 @@ TEST(GaussNewton, IsTheHessianWhereTheResidualsAreZero) {
   const std::vector<double> elsewhere = sim.hessian_vector(v, Curvature::gauss_newton);
   EXPECT_GT(distance(elsewhere, sim.hessian_vector(v)), 1e-3);
   EXPECT_GT(dot(v, elsewhere), 0);
-  EXPECT_NEAR(dot(w, elsewhere), dot(v, sim.hessian_vector(w, Curvature::gauss_newton)), 1e-12*std::abs(dot(v, elsewhere)));
+  EXPECT_NEAR(dot(w, elsewhere), dot(v, sim.hessian_vector(w, Curvature::gauss_newton)),
+              1e-12 * std::abs(dot(v, elsewhere)));
 }
 
 /// A coefficient that the host gives does not follow its formula any more, nor does an initial state.
@@ -246,12 +253,19 @@ TEST(HessianVectorErrors, SayWhatIsMissing) {
   const std::vector<double> one{1};
   Simulation without = compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "find"});
   EXPECT_NE(error_of([&] { without.hessian_vector(one); }).find("HostOptions::second_order"), std::string::npos);
-  Simulation other = compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)\n minimise mean(exp(u))"), {.name = "find", .second_order = true});
-  EXPECT_NE(error_of([&] { other.hessian_vector(one, Curvature::gauss_newton); }).find("loss 2 of task find is not a sum of squares"), std::string::npos);
+  Simulation other = compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)\n minimise mean(exp(u))"),
+                                  {.name = "find", .second_order = true});
+  EXPECT_NE(error_of([&] {
+              other.hessian_vector(one, Curvature::gauss_newton);
+            }).find("loss 2 of task find is not a sum of squares"),
+            std::string::npos);
   EXPECT_TRUE(std::isfinite(other.hessian_vector(one)[0]));
-  EXPECT_NE(error_of([&] { other.hessian_vector(std::vector<double>(2)); }).find("1 values, the direction has 2"), std::string::npos);
-  EXPECT_NE(error_of([&] { other.set_unknowns(std::vector<double>(3)); }).find("the vector of values has 3"), std::string::npos);
-  Simulation scene = compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "rod", .second_order = true});
+  EXPECT_NE(error_of([&] { other.hessian_vector(std::vector<double>(2)); }).find("1 values, the direction has 2"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { other.set_unknowns(std::vector<double>(3)); }).find("the vector of values has 3"),
+            std::string::npos);
+  Simulation scene =
+      compile_text(rod("sin(x)", "unknown k; minimise mean(u^2)"), {.name = "rod", .second_order = true});
   EXPECT_NE(error_of([&] { scene.hessian_vector(one); }).find("without a task"), std::string::npos);
 }
 
@@ -275,8 +289,10 @@ TEST_F(SecondOrderAhead, WithoutTheOptionIsAnErrorAndNewtonHasIt) {
   ASSERT_NE(plain, nullptr);
   Simulation without(*plain);
   EXPECT_NE(error_of([&] { without.hessian_vector(one); }).find("dpde build --second-order"), std::string::npos);
-  std::string text = rod("sin(x)", "unknown k; minimise mean(u^2)\n  using newton_cg(hessian = gauss_newton), iterations 3");
-  const dpde_scene* newton = build(write("newton.dpde", text.replace(text.find("task find"), 9, "task newton")), "newton");
+  std::string text =
+      rod("sin(x)", "unknown k; minimise mean(u^2)\n  using newton_cg(hessian = gauss_newton), iterations 3");
+  const dpde_scene* newton =
+      build(write("newton.dpde", text.replace(text.find("task find"), 9, "task newton")), "newton");
   ASSERT_NE(newton, nullptr);
   Simulation with(*newton), in_memory = compile_text(text, {.name = "newton"});
   EXPECT_GT(with.hessian_vector(one)[0], 0);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interface for hosts with the compiler inside, against closed forms. A step of explicit Euler on a periodic rod scales
-// sin(x) by 1 - 4 k dt/h^2 sin(h/2)^2; so everything here is known, derivatives too.
-#include "dpde/dpde.h"
-
+// The interface for hosts with the compiler inside, against closed forms. A step of explicit Euler on a periodic rod
+// scales sin(x) by 1 - 4 k dt/h^2 sin(h/2)^2; so everything here is known, derivatives too.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -12,6 +10,7 @@
 #include <new>
 #include <numbers>
 
+#include "dpde/dpde.h"
 #include "dpde/runtime/npy.h"
 
 namespace {
@@ -57,13 +56,13 @@ task find : rod {
 )";
 
 double amplification(double k, int cells) {
-  const double h = 2*std::numbers::pi/cells, s = std::sin(h/2);
-  return 1 - 4*k*0.125/(h*h)*s*s;
+  const double h = 2 * std::numbers::pi / cells, s = std::sin(h / 2);
+  return 1 - 4 * k * 0.125 / (h * h) * s * s;
 }
 
 std::vector<double> sine(const Simulation& sim, double amplitude) {
   std::vector<double> values = sim.coordinates(0);
-  for (double& value : values) value = amplitude*std::sin(value);
+  for (double& value : values) value = amplitude * std::sin(value);
   return values;
 }
 
@@ -75,8 +74,8 @@ void expect_near(const std::vector<double>& a, const std::vector<double>& b, dou
 TEST(Compile, CertifiesDerivatives) {
   for (const std::optional<bool> certify : {std::optional<bool>(), std::optional(true), std::optional(false)}) {
     Simulation sim = compile_text(rod, {.name = "find", .certify = certify});
-    const double g = amplification(0.25, 16), slope = (amplification(1, 16) - 1)*8*std::pow(g, 15);
-    EXPECT_NEAR(sim.gradient(), std::pow(g, 16)/2, 1e-15);
+    const double g = amplification(0.25, 16), slope = (amplification(1, 16) - 1) * 8 * std::pow(g, 15);
+    EXPECT_NEAR(sim.gradient(), std::pow(g, 16) / 2, 1e-15);
     EXPECT_NEAR(sim.gradient_of("k")[0], slope, 1e-13);
   }
 }
@@ -92,7 +91,7 @@ TEST(Simulation, StepsAndRunsOnEveryBackEnd) {
     EXPECT_EQ(sim.steps_done(), 4);
     EXPECT_TRUE(sim.run());
     expect_near(sim.state("u"), sine(sim, std::pow(g, 8)), 1e-14);
-    EXPECT_NEAR(sim.observe("size"), std::pow(g, 16)/2, 1e-15);
+    EXPECT_NEAR(sim.observe("size"), std::pow(g, 16) / 2, 1e-15);
     sim.reset();
     expect_near(sim.state("u"), sine(sim, 1), 1e-15);
   }
@@ -108,8 +107,8 @@ TEST(Simulation, ParametersCellsAndStates) {
   sim.set("q", 2);  // 0 in the scene, and yet there
   sim.set_state("u", sine(sim, 3));
   sim.step(4);
-  std::vector<double> expected = sine(sim, 3*std::pow(amplification(0.1, 32), 4));
-  for (double& value : expected) value += 4*0.125*2;
+  std::vector<double> expected = sine(sim, 3 * std::pow(amplification(0.1, 32), 4));
+  for (double& value : expected) value += 4 * 0.125 * 2;
   expect_near(sim.state("u"), expected, 1e-14);
   EXPECT_NEAR(sim.initial("u")[0], std::sin(sim.coordinates(0)[0]), 1e-15);
 }
@@ -139,14 +138,14 @@ TEST(Simulation, LossAndGradientOfATask) {
   for (const double k : {0.25, 0.4}) {
     sim.set("k", k);
     const double g = amplification(k, 16), slope = (amplification(1, 16) - 1);
-    EXPECT_NEAR(sim.loss(), std::pow(g, 16)/2, 1e-15);
-    EXPECT_NEAR(sim.gradient(), std::pow(g, 16)/2, 1e-15);
-    EXPECT_NEAR(sim.gradient_of("k")[0], 8*std::pow(g, 15)*slope, 1e-13);
+    EXPECT_NEAR(sim.loss(), std::pow(g, 16) / 2, 1e-15);
+    EXPECT_NEAR(sim.gradient(), std::pow(g, 16) / 2, 1e-15);
+    EXPECT_NEAR(sim.gradient_of("k")[0], 8 * std::pow(g, 15) * slope, 1e-13);
     const auto bar = sim.gradient_of("u");
-    expect_near({bar.begin(), bar.end()}, sine(sim, 2*std::pow(g, 16)/16), 1e-15);
+    expect_near({bar.begin(), bar.end()}, sine(sim, 2 * std::pow(g, 16) / 16), 1e-15);
   }
   sim.set_initial("u", sine(sim, 2));
-  EXPECT_NEAR(sim.loss(), 4*std::pow(amplification(0.4, 16), 16)/2, 1e-14);
+  EXPECT_NEAR(sim.loss(), 4 * std::pow(amplification(0.4, 16), 16) / 2, 1e-14);
   sim.step(3);
   const std::vector<double> before = sim.state("u");
   sim.gradient();
@@ -168,8 +167,8 @@ task level : scaled {
 )";
   Simulation sim = compile_text(text, {.name = "level"});
   // mean((q sin x - q)^2) = 3/2 q^2
-  EXPECT_NEAR(sim.gradient(), 1.5*0.25, 1e-15);
-  EXPECT_NEAR(sim.gradient_of("q")[0], 3*0.5, 1e-14);
+  EXPECT_NEAR(sim.gradient(), 1.5 * 0.25, 1e-15);
+  EXPECT_NEAR(sim.gradient_of("q")[0], 3 * 0.5, 1e-14);
   sim.set("q", 2);
   EXPECT_NEAR(sim.gradient(), 6, 1e-14);
   EXPECT_NEAR(sim.gradient_of("q")[0], 6, 1e-13);
@@ -205,14 +204,14 @@ TEST(Simulation, SinglePrecision) {
   Simulation sim = compile_text(rod, {.name = "find", .set = {{"real", "f32"}}});
   Simulation exact = compile_text(rod, {.name = "find"});
   const double loss = exact.gradient();
-  EXPECT_NEAR(sim.gradient(), loss, 1e-6*loss);
-  EXPECT_NEAR(sim.gradient_of("k")[0], exact.gradient_of("k")[0], 1e-5*std::abs(exact.gradient_of("k")[0]));
+  EXPECT_NEAR(sim.gradient(), loss, 1e-6 * loss);
+  EXPECT_NEAR(sim.gradient_of("k")[0], exact.gradient_of("k")[0], 1e-5 * std::abs(exact.gradient_of("k")[0]));
   for (std::size_t i = 0; i < 16; ++i) EXPECT_NEAR(sim.gradient_of("u")[i], exact.gradient_of("u")[i], 1e-6);
   sim.set_state("u", sine(sim, 0.1));
   EXPECT_EQ(sim.state("u")[3], static_cast<float>(sine(sim, 0.1)[3]));
   sim.step(8);
-  expect_near(sim.state("u"), sine(sim, 0.1*std::pow(amplification(0.25, 16), 8)), 1e-7);
-  EXPECT_NEAR(sim.observe("size"), 0.005*std::pow(amplification(0.25, 16), 16), 1e-8);
+  expect_near(sim.state("u"), sine(sim, 0.1 * std::pow(amplification(0.25, 16), 8)), 1e-7);
+  EXPECT_NEAR(sim.observe("size"), 0.005 * std::pow(amplification(0.25, 16), 16), 1e-8);
 }
 
 TEST(Simulation, ASteppedStepAllocatesNothing) {
@@ -237,7 +236,8 @@ TEST(Simulation, ASteppedStepAllocatesNothing) {
 }
 
 TEST(Simulation, AGradientThroughFormulasAllocatesNothing) {
-  Simulation sim = compile_text(R"(model decay { field a_field_with_a_long_name; coefficient a_coefficient_with_a_long_name
+  Simulation sim =
+      compile_text(R"(model decay { field a_field_with_a_long_name; coefficient a_coefficient_with_a_long_name
   param a_parameter_with_a_long_name
   dt(a_field_with_a_long_name) = -a_coefficient_with_a_long_name*a_field_with_a_long_name }
 scene s : decay {
@@ -248,7 +248,7 @@ scene s : decay {
   time 0 .. 1, step 0.25
 }
 task t : s { unknown a_parameter_with_a_long_name; unknown initial a_field_with_a_long_name; minimise mean(a_field_with_a_long_name^2) })",
-                                {.name = "t"});
+                   {.name = "t"});
   sim.gradient();
   const long before = allocations;
   sim.gradient();
@@ -259,10 +259,12 @@ TEST(Simulation, ProgressStopsAndTheFlagToo) {
   std::atomic<bool> stop{false};
   Simulation sim = compile_text(rod, {.name = "find", .stop = &stop});
   std::vector<int> seen;
-  EXPECT_FALSE(sim.run([&](const Progress& p) {
-    seen.push_back(p.step);
-    return p.step < 4;
-  }, 2));
+  EXPECT_FALSE(sim.run(
+      [&](const Progress& p) {
+        seen.push_back(p.step);
+        return p.step < 4;
+      },
+      2));
   EXPECT_EQ(seen, (std::vector<int>{2, 4}));
   EXPECT_EQ(sim.steps_done(), 4);
   stop = true;
@@ -283,7 +285,8 @@ TEST(Simulation, AsManySteps_FarFromTheTimeZero) {
   text.replace(text.find("time 0 .. 1, step 1/8"), 21, "time 1e8 .. 1e8 + 1, step 1e-3");
   for (int k = 1; k < 8; ++k) {
     std::string later = text;
-    later.replace(later.find("1e8 .. 1e8 + 1"), 14, "1e8 + " + std::to_string(k) + "/64 .. 1e8 + 1 + " + std::to_string(k) + "/64");
+    later.replace(later.find("1e8 .. 1e8 + 1"), 14,
+                  "1e8 + " + std::to_string(k) + "/64 .. 1e8 + 1 + " + std::to_string(k) + "/64");
     Simulation sim = compile_text(later, {.name = "rod"});
     EXPECT_TRUE(sim.run());
     EXPECT_EQ(sim.steps_done(), 1000) << k;
@@ -305,7 +308,7 @@ task match : rod {
   EXPECT_LT(sim.loss(), 1e-30);
   const double g = amplification(0.3, 16);
   sim.set_field("u_ref", std::vector<double>(32));
-  EXPECT_NEAR(sim.loss(), (std::pow(g, 8) + std::pow(g, 16))/2, 1e-15);
+  EXPECT_NEAR(sim.loss(), (std::pow(g, 8) + std::pow(g, 16)) / 2, 1e-15);
   EXPECT_THROW(sim.set_field("u_ref", std::vector<double>(16)), Error);
 }
 
@@ -330,15 +333,15 @@ scheme plain { time = euler }
 )";
   Simulation sim = compile_text(text, {.name = "box"}, folder + "/text.dpde");
   sim.step();
-  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*(1 - 0.25*(i + 0.5)), 1e-15);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1) * (1 - 0.25 * (i + 0.5)), 1e-15);
   sim.set("s", 2);  // twice: in the equation and in the formula of a
   sim.reset();
   sim.step();
-  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*(1 - 0.25*4*(i + 0.5)), 1e-15);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1) * (1 - 0.25 * 4 * (i + 0.5)), 1e-15);
   sim.set_field("a", std::vector<double>(4, 1.0));
   sim.reset();
   sim.step();
-  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1)*0.5, 1e-15);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(sim.state("u")[i], (i + 1) * 0.5, 1e-15);
 }
 
 /// u = t*q after explicit Euler, whatever the step: loss mean(q^2) for u at t = 1, d loss/d q_i = 2 q_i/n.
@@ -367,22 +370,26 @@ task factor : s {
 }
 )";
   Simulation field = compile_text(text, {.name = "field"});
-  EXPECT_NEAR(field.gradient(), 4*(0.25 + 2.25 + 6.25 + 12.25)/4, 1e-13);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(field.gradient_of("q")[i], 2*2*(static_cast<double>(i) + 0.5)/4, 1e-14);
+  EXPECT_NEAR(field.gradient(), 4 * (0.25 + 2.25 + 6.25 + 12.25) / 4, 1e-13);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(field.gradient_of("q")[i], 2 * 2 * (static_cast<double>(i) + 0.5) / 4, 1e-14);
   field.set_field("q", std::vector<double>(4, 5.0));
   EXPECT_NEAR(field.gradient(), 25, 1e-13);
   EXPECT_NEAR(field.gradient_of("q")[2], 2.5, 1e-14);
   Simulation factor = compile_text(text, {.name = "factor"});
-  EXPECT_NEAR(factor.gradient(), 9*21.0/4, 1e-13);
-  EXPECT_NEAR(factor.gradient_of("a")[0], 6*21.0/4, 1e-13);
+  EXPECT_NEAR(factor.gradient(), 9 * 21.0 / 4, 1e-13);
+  EXPECT_NEAR(factor.gradient_of("a")[0], 6 * 21.0 / 4, 1e-13);
   factor.set("a", 1);
-  EXPECT_NEAR(factor.gradient(), 21.0/4, 1e-13);
-  EXPECT_NEAR(factor.gradient_of("a")[0], 2*21.0/4, 1e-13);
+  EXPECT_NEAR(factor.gradient(), 21.0 / 4, 1e-13);
+  EXPECT_NEAR(factor.gradient_of("a")[0], 2 * 21.0 / 4, 1e-13);
 }
 
 TEST(Simulation, MistakesAreErrorsThatSayWhere) {
   try {
-    compile_text("model heat {\n  field u\n  dt(u) = lapp(u)\n}\nscene s : heat { grid x = 0 .. 1, cells 4, periodic\n initial u = 0\n time 0 .. 1, step 1 }\n", {}, "typo.dpde");
+    compile_text(
+        "model heat {\n  field u\n  dt(u) = lapp(u)\n}\nscene s : heat { grid x = 0 .. 1, cells 4, periodic\n initial "
+        "u = 0\n time 0 .. 1, step 1 }\n",
+        {}, "typo.dpde");
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
@@ -414,9 +421,11 @@ TEST(Simulation, MistakesAreErrorsThatSayWhere) {
 
 /// Large fields make several steps in one pass where the host asks for several: bits are those of steps one by one.
 TEST(Simulation, StepsAtOnceAreStepsOneByOne) {
-  const std::string plate = "model plate {\n  field u\n  param k\n  dt(u) = k*(dx(dx(u)) + dy(dy(u))) - u*abs(u) + t\n}\n"
-                            "scheme forward { time = euler }\nscene s : plate with forward {\n  k = 0.2\n  grid x = 0 .. 512, cells 512, periodic\n  grid y = 0 .. 300, cells 300\n  boundary u: y = zero_gradient\n"
-                            "  initial u = sin(0.1*x)*cos(0.3*y)\n  time 0 .. 4, step 0.1\n}\n";
+  const std::string plate =
+      "model plate {\n  field u\n  param k\n  dt(u) = k*(dx(dx(u)) + dy(dy(u))) - u*abs(u) + t\n}\n"
+      "scheme forward { time = euler }\nscene s : plate with forward {\n  k = 0.2\n  grid x = 0 .. 512, cells 512, "
+      "periodic\n  grid y = 0 .. 300, cells 300\n  boundary u: y = zero_gradient\n"
+      "  initial u = sin(0.1*x)*cos(0.3*y)\n  time 0 .. 4, step 0.1\n}\n";
   Simulation one = compile_text(plate);
   std::vector<std::vector<double>> expected;
   for (int n = 1; n <= 45; ++n) {  // beyond the scene's end

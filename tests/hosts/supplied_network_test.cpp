@@ -14,7 +14,8 @@ using Out = HostNetwork::Out;
 std::string scene(const std::string& network, const std::string& more = "") {
   return "network closure(u: vector, nu) -> vector { " + network + R"( }
 model m { vector u; param nu; dt(u) = nu*lap(u) + closure(u, nu) }
-scheme s { time = rk2; networks = f64)" + more + R"( }
+scheme s { time = rk2; networks = f64)" +
+         more + R"( }
 scene r : m with s {
   grid x = 0 .. 1, cells 5, periodic
   grid y = 0 .. 1, cells 3
@@ -35,27 +36,27 @@ struct Cell {
   double middle[hidden], out[outputs];
   Cell(In x, In w, std::size_t cell, std::size_t cells) : weights(w) {
     for (std::size_t h = 0; h < hidden; ++h) {
-      middle[h] = w[inputs*hidden + h];
-      for (std::size_t i = 0; i < inputs; ++i) middle[h] += w[h*inputs + i]*x[i*cells + cell];
+      middle[h] = w[inputs * hidden + h];
+      for (std::size_t i = 0; i < inputs; ++i) middle[h] += w[h * inputs + i] * x[i * cells + cell];
       middle[h] = std::tanh(middle[h]);
     }
     for (std::size_t o = 0; o < outputs; ++o) {
-      out[o] = w[16 + outputs*hidden + o];
-      for (std::size_t h = 0; h < hidden; ++h) out[o] += w[16 + o*hidden + h]*middle[h];
+      out[o] = w[16 + outputs * hidden + o];
+      for (std::size_t h = 0; h < hidden; ++h) out[o] += w[16 + o * hidden + h] * middle[h];
     }
   }
 };
 
 void value(In x, In w, Out y) {
-  const std::size_t cells = x.size()/inputs;
+  const std::size_t cells = x.size() / inputs;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const Cell all(x, w, cell, cells);
-    for (std::size_t o = 0; o < outputs; ++o) y[o*cells + cell] = all.out[o];
+    for (std::size_t o = 0; o < outputs; ++o) y[o * cells + cell] = all.out[o];
   }
 }
 
 void vector_jacobian(In x, In w, In seeds, Out x_bar, Out w_bar) {
-  const std::size_t cells = x.size()/inputs;
+  const std::size_t cells = x.size() / inputs;
   std::ranges::fill(x_bar, 0.0);
   std::ranges::fill(w_bar, 0.0);
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -63,17 +64,17 @@ void vector_jacobian(In x, In w, In seeds, Out x_bar, Out w_bar) {
     for (std::size_t h = 0; h < hidden; ++h) {
       double bar = 0;
       for (std::size_t o = 0; o < outputs; ++o) {
-        bar += w[16 + o*hidden + h]*seeds[o*cells + cell];
-        w_bar[16 + o*hidden + h] += all.middle[h]*seeds[o*cells + cell];
+        bar += w[16 + o * hidden + h] * seeds[o * cells + cell];
+        w_bar[16 + o * hidden + h] += all.middle[h] * seeds[o * cells + cell];
       }
-      bar *= 1 - all.middle[h]*all.middle[h];
-      w_bar[inputs*hidden + h] += bar;
+      bar *= 1 - all.middle[h] * all.middle[h];
+      w_bar[inputs * hidden + h] += bar;
       for (std::size_t i = 0; i < inputs; ++i) {
-        w_bar[h*inputs + i] += bar*x[i*cells + cell];
-        x_bar[i*cells + cell] += bar*w[h*inputs + i];
+        w_bar[h * inputs + i] += bar * x[i * cells + cell];
+        x_bar[i * cells + cell] += bar * w[h * inputs + i];
       }
     }
-    for (std::size_t o = 0; o < outputs; ++o) w_bar[16 + outputs*hidden + o] += seeds[o*cells + cell];
+    for (std::size_t o = 0; o < outputs; ++o) w_bar[16 + outputs * hidden + o] += seeds[o * cells + cell];
   }
 }
 
@@ -96,15 +97,16 @@ TEST(SuppliedNetworks, GiveTheGradientsOfTheSameLayers) {
   for (const auto& [precision, tolerance] : {std::pair{"", 1e-13}, {"; real = f32", 2e-5}}) {
     Simulation own = compile_text(scene(layers, precision), {.name = "t"});
     const double loss = own.gradient();
-    const std::vector<double> weights = own.weights("closure"), expected(own.gradient_vector().begin(), own.gradient_vector().end());
+    const std::vector<double> weights = own.weights("closure"),
+                              expected(own.gradient_vector().begin(), own.gradient_vector().end());
     const double scale = *std::ranges::max_element(expected, {}, [](double g) { return std::abs(g); });
     for (const HostBackend backend : {HostBackend::jit, HostBackend::cpp, HostBackend::interpreter}) {
       Simulation sim = compile_text(scene(host, precision), {.name = "t", .backend = backend});
       EXPECT_EQ(sim.weights("closure"), std::vector<double>(26));
       sim.supply("closure", {value, vector_jacobian});
       sim.set_weights("closure", weights);
-      EXPECT_NEAR(sim.gradient(), loss, tolerance*loss);
-      EXPECT_LT(worst(expected, sim.gradient_vector()), tolerance*std::abs(scale));
+      EXPECT_NEAR(sim.gradient(), loss, tolerance * loss);
+      EXPECT_LT(worst(expected, sim.gradient_vector()), tolerance * std::abs(scale));
       own.reset();
       sim.reset();
       own.step(4);
@@ -134,7 +136,8 @@ TEST(SuppliedNetworks, AreComparedWithDifferencesWhenTheyAreUsed) {
   sim.supply("closure", {[](In x, In w, Out y) {
                            value(x, w, y);
                            y[7] = std::nan("");
-                         }, vector_jacobian});
+                         },
+                         vector_jacobian});
   expect_error([&] { sim.loss(); }, "gives nan for finite inputs, first in value 7");
   // With weights of 0 nothing depends on the inputs: what is wrong there shows with others.
   sim.set_weights("closure", std::vector<double>(26));

@@ -51,7 +51,8 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
     {"codegen/cpp", {"support", "source", "loop", "codegen", "dpde"}},
     {"codegen/llvm", {"support", "source", "loop", "codegen", "dpde"}},
     {"driver",
-     {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "loop", "codegen", "codegen/cpp", "codegen/llvm", "dpde"}},
+     {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "loop", "codegen", "codegen/cpp",
+      "codegen/llvm", "dpde"}},
     {"host", {"support", "source", "model", "driver", "dpde"}},
 };
 
@@ -77,17 +78,20 @@ TEST(House, IncludesPointDownwards) {
   }
   EXPECT_GT(checked, 100);
   for (const auto& [folder, others] : allowed_includes) {
-    EXPECT_TRUE(fs::is_directory(root / "compiler/src" / folder)) << folder << ": a rule for a folder that is not there";
+    EXPECT_TRUE(fs::is_directory(root / "compiler/src" / folder))
+        << folder << ": a rule for a folder that is not there";
   }
 }
 
-/// Analyses know every kind of statement: they ask stencil/effects.h or match() over all kinds. Exceptions look for one that is there
-/// already, among what is computed before a kernel, and among the fills of the loop level.
+/// Analyses know every kind of statement: they ask stencil/effects.h or match() over all kinds. Exceptions look for one
+/// that is there already, among what is computed before a kernel, and among the fills of the loop level.
 TEST(House, StatementsAreClosed) {
-  const std::regex one_kind(R"((get_if|holds_alternative|std::get)<(stencil::|network::)?(Fill|Fold|Reduce|Infer|Run)>)");
+  const std::regex one_kind(
+      R"((get_if|holds_alternative|std::get)<(stencil::|network::)?(Fill|Fold|Reduce|Infer|Run)>)");
   const std::set<std::string> exceptions{"stencil/apply.cpp", "stencil/discretise.cpp", "loop/schedule.cpp"};
   int checked = 0;
-  for (const fs::path& path : sources({"compiler/src/stencil", "compiler/src/adjoint", "compiler/src/loop", "compiler/src/driver"})) {
+  for (const fs::path& path :
+       sources({"compiler/src/stencil", "compiler/src/adjoint", "compiler/src/loop", "compiler/src/driver"})) {
     const std::string name = fs::relative(path, root / "compiler/src").generic_string();
     ++checked;
     for (const std::string& line : read_lines(path)) {
@@ -131,7 +135,8 @@ const std::vector<Level> levels{
     {"model", {"syntax/"}, {"data_set"}},
     {"stencil",
      {"syntax/", "model/"},
-     {"apply", "discretise", "events", "idle_walls", "lowering", "multistep", "operator_order", "quantities", "semi_lagrangian", "subcycles", "time_schemes", "walls"}},
+     {"apply", "discretise", "discretise_upwind", "events", "idle_walls", "lowering", "multistep", "operator_order",
+      "quantities", "semi_lagrangian", "subcycles", "time_schemes", "walls"}},
     {"loop", {"stencil/"}, {"rows", "uniforms"}},
 };
 
@@ -143,7 +148,8 @@ TEST(House, OnlyConversionsSeeTwoLevels) {
       const std::string file = fs::relative(path, root / "compiler/src").generic_string(), stem = path.stem();
       const std::set<std::string>& reached = includes.of(file);
       const bool sees = std::any_of(reached.begin(), reached.end(), [&](const std::string& header) {
-        return std::any_of(level.above.begin(), level.above.end(), [&](const std::string& above) { return header.starts_with(above); });
+        return std::any_of(level.above.begin(), level.above.end(),
+                           [&](const std::string& above) { return header.starts_with(above); });
       });
       if (!sees) continue;
       unused.erase(stem);
@@ -167,7 +173,8 @@ TEST(House, LlvmHeadersStayInOneFolder) {
 }
 
 TEST(House, RuntimeKnowsNothingOfTheCompiler) {
-  const std::regex allowed(R"re(^#include (<.*>|"dpde/(kernel_abi\.h|network_abi\.h|scene_abi\.h|elementary\.h|runtime/.*)"|"[a-z_0-9]+\.h"))re");
+  const std::regex allowed(
+      R"re(^#include (<.*>|"dpde/(kernel_abi\.h|network_abi\.h|scene_abi\.h|elementary\.h|runtime/.*)"|"[a-z_0-9]+\.h"))re");
   for (const fs::path& path : sources({"runtime"})) {
     for (const std::string& line : read_lines(path)) {
       if (line.starts_with("#include")) EXPECT_TRUE(std::regex_search(line, allowed)) << path << ": " << line;
@@ -193,6 +200,38 @@ TEST(House, FilesAreSmallAndSayWhoseTheyAre) {
   }
 }
 
+std::size_t columns(const std::string& line) {
+  return static_cast<std::size_t>(std::ranges::count_if(line, [](char c) { return (c & 0xC0) != 0x80; }));  // UTF-8
+}
+
+/// Texts in raw strings are as long as what they stand for.
+TEST(House, CodeHas120Columns) {
+  for (const fs::path& path : sources(everything)) {
+    bool is_text = false;
+    for (const std::string& line : read_lines(path)) {
+      const bool opens = line.find("R\"") != std::string::npos;
+      if (!is_text && !opens) EXPECT_LE(columns(line), 120u) << path << ": " << line;
+      if (opens) is_text = true;
+      if (is_text && line.find(")\"") != std::string::npos) is_text = false;
+    }
+  }
+}
+
+/// Tables and texts between lines of ``` aside.
+TEST(House, ProseHas120Columns) {
+  int checked = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(root)) {
+    if (entry.path().filename() != "README.md" || entry.path().string().find("/build") != std::string::npos) continue;
+    ++checked;
+    bool is_text = false;
+    for (const std::string& line : read_lines(entry.path())) {
+      if (line.starts_with("```")) is_text = !is_text;
+      if (!is_text && !line.starts_with("|")) EXPECT_LE(columns(line), 120u) << entry.path() << ": " << line;
+    }
+  }
+  EXPECT_GT(checked, 10);
+}
+
 /// Length of functions by indentation: from a line that ends in `) ... {` to the `}` at the same indentation.
 TEST(House, FunctionsAreShort) {
   const std::regex opening(R"(^( {0,4})[A-Za-z~].*\)( const)?( noexcept)?( override)?( ->.*)? \{$)");
@@ -211,7 +250,8 @@ TEST(House, FunctionsAreShort) {
 }
 
 TEST(House, TopLevelHoldsWhatIsAgreed) {
-  const std::set<std::string> agreed{"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "compiler", "runtime", "dsl-examples", "tests", "tools"};
+  const std::set<std::string> agreed{"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "compiler",
+                                     "runtime",        "dsl-examples",      "tests",     "tools"};
   for (const auto& entry : fs::directory_iterator(root)) {
     const std::string name = entry.path().filename();
     if (name.starts_with(".") || name.starts_with("build") || name == "dpde-out") continue;

@@ -96,7 +96,8 @@ const Expr u = access("u"), w = access("w"), a = param("a"), b = param("b"), c =
 
 /// Not so where a decision hangs on them: as they are written, and rounded one by one.
 TEST(FromStencil, WhatDecidesIsComputedAsItIsWritten) {
-  EXPECT_EQ(row_text(call(Fn::sign, {a * u / b - a * (b * w)})), "a\nu0 = 1/b\nb\nsign(rounded(a*u*u0) - rounded(a*(b*w)))");
+  EXPECT_EQ(row_text(call(Fn::sign, {a * u / b - a * (b * w)})),
+            "a\nu0 = 1/b\nb\nsign(rounded(a*u*u0) - rounded(a*(b*w)))");
   EXPECT_EQ(row_text(binary(BinaryOp::less, power(u, 2.0) + w, 1.0)), "rounded(u*u) + w < 1");
 }
 

@@ -76,7 +76,8 @@ TEST(Schedule, ADifferentFillOfTheNextStateKeepsTheFillInTheStep) {
                                                                .body = {cold_u, run("u_to_w"), free_w, run("w_to_v")},
                                                                .swaps = {{"u", "w"}},
                                                                .keeps = {"v"}}),
-            "  fill u x = 0\n  sweep u_to_w then fill w x = zero_gradient\n  sweep u_to_w with u = w, w = v\n  swap u, w\n  keep v\n}\n");
+            "  fill u x = 0\n  sweep u_to_w then fill w x = zero_gradient\n  sweep u_to_w with u = w, w = v\n  swap u, "
+            "w\n  keep v\n}\n");
 }
 
 TEST(Schedule, BoundaryValuesThatDependOnTheTimeAreSetInTheStep) {

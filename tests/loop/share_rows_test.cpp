@@ -98,15 +98,17 @@ program p {
 }
 
 TEST(ShareRows, UniformsThatFollowOneAnotherAreTheBlock) {
-  const std::string both = text_of("kernel a(u: field, out v: field, k, q: param) { v = k*u + q*u^2 }\n"
-                                   "kernel b(u: field, out w: field, k, r: param) { w = k*u + r*u^2 }\n"
-                                   "program p { run a; run b; keep v, w }\n");
+  const std::string both = text_of(
+      "kernel a(u: field, out v: field, k, q: param) { v = k*u + q*u^2 }\n"
+      "kernel b(u: field, out w: field, k, r: param) { w = k*u + r*u^2 }\n"
+      "program p { run a; run b; keep v, w }\n");
   EXPECT_NE(both.find("  v = k*u + q*(u*u)\n"), std::string::npos) << both;
   EXPECT_NE(both.find("  sweep a\n  sweep a with v = w, q = r\n"), std::string::npos) << both;
   // k is one of those that differ, and one that both read.
-  const std::string mixed = text_of("kernel a(u: field, out v: field, k: param) { v = k*u + k*u^2 }\n"
-                                    "kernel b(u: field, out w: field, k, r: param) { w = k*u + r*u^2 }\n"
-                                    "program p { run a; run b; keep v, w }\n");
+  const std::string mixed = text_of(
+      "kernel a(u: field, out v: field, k: param) { v = k*u + k*u^2 }\n"
+      "kernel b(u: field, out w: field, k, r: param) { w = k*u + r*u^2 }\n"
+      "program p { run a; run b; keep v, w }\n");
   EXPECT_NE(mixed.find("  v = k*u + k_1*(u*u)\n"), std::string::npos) << mixed;
   EXPECT_NE(mixed.find("  sweep a\n  sweep a with v = w, k_1 = r\n"), std::string::npos) << mixed;
 }
@@ -114,44 +116,53 @@ TEST(ShareRows, UniformsThatFollowOneAnotherAreTheBlock) {
 TEST(ShareRows, ARowThatIsLikeNoOtherStaysAsItIs) {
   const std::string kernel = "kernel a(u: field, out v: field, k: param) { let b = 2*u; v = k*b + 3 }\n";
   const std::string alone = text_of(kernel + "program p { axes x periodic; run a; keep v }\n");
-  const std::string twice = text_of(kernel + "program p { axes x periodic; run a; keep v }\nprogram q { axes x periodic; run a; keep v }\n");
+  const std::string twice =
+      text_of(kernel + "program p { axes x periodic; run a; keep v }\nprogram q { axes x periodic; run a; keep v }\n");
   EXPECT_NE(alone.find("  let b = 2*u\n  v = k*b + 3\n"), std::string::npos) << alone;
   EXPECT_EQ(twice.find("with"), std::string::npos) << twice;
 }
 
 TEST(ShareRows, WhatDecidesTheCodeIsNotShared) {
   const auto rows = [](const std::string& a, const std::string& b) {
-    return lower("kernel a(u, w: field halo 2, out v: field) { " + a + " }\nkernel b(u, w: field halo 2, out q: field) { " + b +
-                 " }\nprogram p { fill u periodic; " + ((a + b).find('w') == std::string::npos ? "" : "fill w periodic; ") + "run a; run b; keep v, q }\n")
+    return lower("kernel a(u, w: field halo 2, out v: field) { " + a +
+                 " }\nkernel b(u, w: field halo 2, out q: field) { " + b + " }\nprogram p { fill u periodic; " +
+                 ((a + b).find('w') == std::string::npos ? "" : "fill w periodic; ") + "run a; run b; keep v, q }\n")
         .rows.size();
   };
   EXPECT_EQ(rows("v = u*w", "q = w*u"), 1u);
   EXPECT_EQ(rows("v = 2*u + 1", "q = 3*w + 4"), 1u);
-  EXPECT_EQ(rows("v = u^5", "q = u^7"), 2u);                // an exponent
-  EXPECT_EQ(rows("v = u*w", "q = u*u"), 2u);                // one field in place of two: pointers of a row never meet
+  EXPECT_EQ(rows("v = u^5", "q = u^7"), 2u);  // an exponent
+  EXPECT_EQ(rows("v = u*w", "q = u*u"), 2u);  // one field in place of two: pointers of a row never meet
   EXPECT_EQ(rows("v = u*u[+1]", "q = u*w[+1]"), 2u);
-  EXPECT_EQ(rows("v = u[+1]", "q = u[-1]"), 2u);            // an offset
+  EXPECT_EQ(rows("v = u[+1]", "q = u[-1]"), 2u);  // an offset
   EXPECT_EQ(rows("v = sin(u)", "q = cos(u)"), 2u);
   EXPECT_EQ(rows("let b = u*w; v = b + 1/b", "let e = w*u; q = e + 2/e"), 1u);  // the name of a let
 }
 
 TEST(ShareRows, KindsOfAxesMatterToMasksOnly) {
-  const std::string programs = "program p { axes x bounded; run a; keep v }\nprogram q { axes x bounded; run b; keep w }\n";
+  const std::string programs =
+      "program p { axes x bounded; run a; keep v }\nprogram q { axes x bounded; run b; keep w }\n";
   EXPECT_EQ(lower("kernel a(u: field, out v: field) { v = u + 1 }\nkernel b(u: field, out w: field) { w = u + 1 }\n"
                   "program p { axes x bounded; run a; keep v }\nprogram q { axes x periodic; run b; keep w }\n")
                 .rows.size(),
             1u);
-  const std::string interp = "kernel a(u: field, out v: field) { v = interp(u, 0.3) }\nkernel b(u: field, out w: field) { w = interp(u, 0.3) }\n";
-  EXPECT_EQ(lower(interp + "program p { fill u x = 0; run a; keep v }\nprogram q { fill u x = 0; run b; keep w }\n").rows.size(), 1u);
-  EXPECT_EQ(lower(interp + "program p { fill u x = 0; run a; keep v }\nprogram q { fill u periodic; run b; keep w }\n").rows.size(), 2u);
+  const std::string interp =
+      "kernel a(u: field, out v: field) { v = interp(u, 0.3) }\nkernel b(u: field, out w: field) { w = interp(u, 0.3) "
+      "}\n";
+  EXPECT_EQ(lower(interp + "program p { fill u x = 0; run a; keep v }\nprogram q { fill u x = 0; run b; keep w }\n")
+                .rows.size(),
+            1u);
+  EXPECT_EQ(lower(interp + "program p { fill u x = 0; run a; keep v }\nprogram q { fill u periodic; run b; keep w }\n")
+                .rows.size(),
+            2u);
 }
 
 TEST(ShareRows, SumsAndScattersAreBound) {
-  const loop::Module module =
-      lower("kernel a(u: field, inout s: field, sum e: param) { e += 2*u; interp(s, u) += u }\n"
-            "kernel b(w: field, inout r: field, sum f: param) { f += 5*w; interp(r, w) += w }\n"
-            "kernel zero(out s: field, out r: field) { s = 0; r = 0 }\n"
-            "program p { run zero; run a; run b; keep s, r }\n");
+  const loop::Module module = lower(
+      "kernel a(u: field, inout s: field, sum e: param) { e += 2*u; interp(s, u) += u }\n"
+      "kernel b(w: field, inout r: field, sum f: param) { f += 5*w; interp(r, w) += w }\n"
+      "kernel zero(out s: field, out r: field) { s = 0; r = 0 }\n"
+      "program p { run zero; run a; run b; keep s, r }\n");
   EXPECT_EQ(module.rows.size(), 3u);
   const loop::Sweep& sums = std::get<loop::Sweep>(module.programs[0].body.at(3));
   EXPECT_EQ(sums.row, "a");
@@ -166,29 +177,34 @@ TEST(ShareRows, SumsAndScattersAreBound) {
 
 TEST(ShareRows, TheVerifierLooksAtBindings) {
   const auto errors_after = [](auto change) {
-    loop::Module module = lower("kernel a(u: field, out v: field) { v = 2*u }\nkernel b(u: field, out w: field) { w = 3*u }\n"
-                                "program p { run a; run b; keep v, w }\n");
+    loop::Module module = lower(
+        "kernel a(u: field, out v: field) { v = 2*u }\nkernel b(u: field, out w: field) { w = 3*u }\n"
+        "program p { run a; run b; keep v, w }\n");
     change(std::get<loop::Sweep>(module.programs[0].body.at(1)).binding);
     return loop::verify(module);
   };
   using Errors = std::vector<std::string>;
   EXPECT_EQ(errors_after([](loop::Binding&) {}), Errors{});
   EXPECT_EQ(errors_after([](loop::Binding& b) { b.fields["v"] = "g"; }), Errors{"p: no field g"});
-  EXPECT_EQ(errors_after([](loop::Binding& b) { b.fields["v"] = "u"; }), Errors{"p: a: v and u stand for the same field"});
+  EXPECT_EQ(errors_after([](loop::Binding& b) { b.fields["v"] = "u"; }),
+            Errors{"p: a: v and u stand for the same field"});
   EXPECT_EQ(errors_after([](loop::Binding& b) { b.own = 2; }), Errors{"p: a: no such uniforms of its own"});
 }
 
 /// The rows of one step in which c makes `parts` steps.
 std::size_t rows_of_subcycles(int parts) {
-  const SourceFile source("test.dpde",
-                          "model two {\n  field u, c\n  param k\n  dt(u) = lap(u) + c\n  dt(c) = k*(u - c^3) + lap(c)\n}\n"
-                          "scheme s { lap = central(2); time = rk2 }\n"
-                          "scene run : two with s {\n  grid x = 0 .. 1, cells 8, periodic\n  k = 2\n  initial u = sin(2*pi*x)\n"
-                          "  initial c = 1\n  time 0 .. 1, step 1/512\n  subcycle c in " + std::to_string(parts) + "\n}\n");
+  const SourceFile source(
+      "test.dpde",
+      "model two {\n  field u, c\n  param k\n  dt(u) = lap(u) + c\n  dt(c) = k*(u - c^3) + lap(c)\n}\n"
+      "scheme s { lap = central(2); time = rk2 }\n"
+      "scene run : two with s {\n  grid x = 0 .. 1, cells 8, periodic\n  k = 2\n  initial u = sin(2*pi*x)\n"
+      "  initial c = 1\n  time 0 .. 1, step 1/512\n  subcycle c in " +
+          std::to_string(parts) + "\n}\n");
   DiagnosticSink sink;
   const ast::File file = parse(source, sink);
   const auto problem = model::from_ast(file, {}, sink);
-  const stencil::Module module = problem ? stencil::from_model(*problem, stencil::program_names(*problem), sink) : stencil::Module{};
+  const stencil::Module module =
+      problem ? stencil::from_model(*problem, stencil::program_names(*problem), sink) : stencil::Module{};
   for (const Diagnostic& diagnostic : sink.all()) ADD_FAILURE() << diagnostic.message;
   return loop::from_stencil(module, {"run_step"}).rows.size();
 }
@@ -202,8 +218,11 @@ TEST(ShareRows, SubcyclesCostNoFurtherRows) {
 
 TEST(ShareRows, PassesCostNoFurtherRows) {
   const auto rows = [](int passes) {
-    return lower("kernel jacobi(u: field halo 1, b: field, out v: field, sum e: param, c: param) { let w = (b + c*(u[-1] + u[+1]))/(1 + 2*c); v = w; e += (w - u)^2 }\n"
-                 "program p { repeat " + std::to_string(passes) + " { fill u x = 0; run jacobi; swap u, v } }\n")
+    return lower(
+               "kernel jacobi(u: field halo 1, b: field, out v: field, sum e: param, c: param) { let w = (b + c*(u[-1] "
+               "+ u[+1]))/(1 + 2*c); v = w; e += (w - u)^2 }\n"
+               "program p { repeat " +
+               std::to_string(passes) + " { fill u x = 0; run jacobi; swap u, v } }\n")
         .rows.size();
   };
   EXPECT_EQ(rows(1), 1u);

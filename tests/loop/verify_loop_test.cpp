@@ -107,7 +107,8 @@ TEST(VerifyLoop, Programs) {
   EXPECT_EQ(with_reduction({"u_next", Reduction::max, "u", {true}}), Errors{});
   EXPECT_EQ(with_reduction({"m", Reduction::max, "u", {true}}), Errors{"burgers_step: no field m"});
   EXPECT_EQ(with_reduction({"u", Reduction::max, "u", {true}}), Errors{"burgers_step: reduces u to itself"});
-  EXPECT_EQ(with_reduction({"u_next", Reduction::max, "u", {true, true}}), Errors{"burgers_step: reduces along an axis it does not have"});
+  EXPECT_EQ(with_reduction({"u_next", Reduction::max, "u", {true, true}}),
+            Errors{"burgers_step: reduces along an axis it does not have"});
   EXPECT_EQ(after([](loop::Module& m) { m.rows.push_back(m.rows[0]); }), Errors{"burgers_step: two rows of this name"});
 }
 

@@ -12,8 +12,9 @@ model numbers { field q; coefficient u; dt(q) = u }
 )";
 
 std::string scene_of(const std::string& of, const std::string& lines) {
-  return models + "scene s : " + of + " {\n  grid x = 0 .. 1, cells 4, periodic\n  grid y = 0 .. 1, cells 4, periodic\n" +
-         lines + "\n  time 0 .. 1, step 1/8\n}\n";
+  return models + "scene s : " + of +
+         " {\n  grid x = 0 .. 1, cells 4, periodic\n  grid y = 0 .. 1, cells 4, periodic\n" + lines +
+         "\n  time 0 .. 1, step 1/8\n}\n";
 }
 
 std::string message(const std::string& text) {
@@ -34,13 +35,15 @@ TEST(Coupling, GivesTheFieldOfOneModelToTheOther) {
 }
 
 TEST(Coupling, InDataOfATask) {
-  const Problem p = problem_of(scene_of("flow, tracer", "nu = 2; w = x; initial u = 0; initial c = 1") +
-                               "task t : s {\n  data v = u from scene s\n  unknown initial u\n  minimise mean(dot(u - v, u))\n}\n");
+  const Problem p =
+      problem_of(scene_of("flow, tracer", "nu = 2; w = x; initial u = 0; initial c = 1") +
+                 "task t : s {\n  data v = u from scene s\n  unknown initial u\n  minimise mean(dot(u - v, u))\n}\n");
   EXPECT_EQ(p.task->data.size(), 2u);
 }
 
 TEST(Coupling, OfWhatDoesNotFitIsRefused) {
-  EXPECT_EQ(message(scene_of("tracer, heat", "k = 1; u = 0; w = 0; initial c = 1")), "2 diagnostics: E0303 c is given twice; "
+  EXPECT_EQ(message(scene_of("tracer, heat", "k = 1; u = 0; w = 0; initial c = 1")),
+            "2 diagnostics: E0303 c is given twice; "
             "E0303 the equation of c is given twice;");
   EXPECT_EQ(message(scene_of("flow, tracr", "nu = 1")), "there is no model called tracr | did you mean tracer?");
   EXPECT_EQ(message(scene_of("flow, flow", "nu = 1")), "model flow is given twice | ");

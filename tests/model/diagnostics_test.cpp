@@ -108,7 +108,8 @@ std::string in_equation(const std::string& rhs, int axes = 1) {
 
 TEST(Diagnostics, SayWhatAControlIs) {
   const Outcome outcome = outcome_of(
-      "model m { field u; control field F; control G; dt(u) = F*G }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n initial u = 0\n F = 0\n G = 0\n"
+      "model m { field u; control field F; control G; dt(u) = F*G }\nscene s : m {\n grid x = 0 .. 1, cells 8, "
+      "periodic\n initial u = 0\n F = 0\n G = 0\n"
       " output F\n initial G = 0\n time 0 .. 1, step 1\n}");
   ASSERT_EQ(outcome.diagnostics.size(), 2u);
   EXPECT_EQ(outcome.diagnostics[0].message, "G is a control; only a field has an initial state");
@@ -128,8 +129,11 @@ TEST(Diagnostics, OfExpressions) {
   EXPECT_EQ(in_equation("mean()"), "E0305 ");
   EXPECT_EQ(in_equation("max(u, u, u)"), "E0305 ");
   EXPECT_EQ(in_equation("mean(u > 0)"), "E0307 write if(condition, 1, 0)");
-  EXPECT_EQ(in_equation("dt(u)"), "E0311 dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
-  EXPECT_EQ(in_equation("u[+1]"), "E0311 neighbours are read in kernels and operators; formulas have dx, lap and the like");
+  EXPECT_EQ(
+      in_equation("dt(u)"),
+      "E0311 dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
+  EXPECT_EQ(in_equation("u[+1]"),
+            "E0311 neighbours are read in kernels and operators; formulas have dx, lap and the like");
   EXPECT_EQ(in_equation("load(\"u.npy\")"),
             "E0311 load(\"name.npy\") stands alone behind the = of data, an initial state or a coefficient");
   EXPECT_EQ(in_equation("d(u, r, 2)"), "E0402 write d(u, x, 2)");
@@ -179,7 +183,9 @@ TEST(Diagnostics, OfScenes) {
 TEST(Diagnostics, OfSubcycles) {
   const auto with = [](const std::string& scheme, const std::string& line) {
     return outcome_of("model m { field u, v; dt(u) = -advect(1, u); dt(v) = lap(v) }\nscheme c { " + scheme +
-                      " }\nscene s : m with c {\n grid x = 0 .. 1, cells 8, periodic\n initial u = 0\n initial v = 0\n time 0 .. 1, step 1\n " + line + "\n}")
+                      " }\nscene s : m with c {\n grid x = 0 .. 1, cells 8, periodic\n initial u = 0\n initial v = 0\n "
+                      "time 0 .. 1, step 1\n " +
+                      line + "\n}")
         .code_and_hint();
   };
   const std::string shorter = "E0428 with more of them, take a shorter step for the scene";
@@ -188,7 +194,8 @@ TEST(Diagnostics, OfSubcycles) {
   EXPECT_EQ(with("time = rk4", "subcycle u, v in 2; subcycle u in 4"), "E0303 ");
   EXPECT_EQ(with("time = rk4", "subcycle w in 4").substr(0, 5), "E0301");
   EXPECT_EQ(with("time = ab2", "subcycle v in 4"), "E0555 take time = rk2 or verlet");
-  EXPECT_EQ(with("time = rk4; advect = semi_lagrangian", "subcycle v in 4"), "E0311 take advect = upwind(3) or central(4)");
+  EXPECT_EQ(with("time = rk4; advect = semi_lagrangian", "subcycle v in 4"),
+            "E0311 take advect = upwind(3) or central(4)");
 }
 
 TEST(Diagnostics, OfNumbers) {
@@ -220,7 +227,8 @@ TEST(Diagnostics, OfBoundaries) {
   };
   EXPECT_EQ(boundary("x.low = t, x.high = 0"), "0 diagnostics:");
   EXPECT_EQ(boundary("all = sin(y)*x"), "0 diagnostics:");
-  EXPECT_EQ(boundary("x = u"), "E0311 a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres");
+  EXPECT_EQ(boundary("x = u"),
+            "E0311 a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres");
   EXPECT_EQ(boundary("x.low = gradient(y*t), x.high = mixed(a, t, y)"), "0 diagnostics:");
   EXPECT_EQ(boundary("x = mixed(a, 1, y)"), "0 diagnostics:");
   EXPECT_EQ(boundary("x = gradient(1, 2)"), "E0305 write gradient(g), the derivative along the outward normal");
@@ -242,16 +250,19 @@ std::string in_task(const std::string& lines) {
 }
 
 TEST(Diagnostics, OfTasks) {
-  EXPECT_EQ(in_task("data v = u + 1 from scene s"), "E0703 write load(\"name.npy\"), load(\"name.nc\", u), or u from scene NAME at t = 1");
+  EXPECT_EQ(in_task("data v = u + 1 from scene s"),
+            "E0703 write load(\"name.npy\"), load(\"name.nc\", u), or u from scene NAME at t = 1");
   EXPECT_EQ(in_task("data v = u from scene ss"), "E0318 did you mean s?");
   EXPECT_EQ(in_task("data v = u from scene s at t = 2"), "E0418 the nearest is t = 1");
   EXPECT_EQ(in_task("data u = load(\"u.npy\")"), "E0303 ");
-  EXPECT_EQ(in_task("data v = load(\"\")"), "E0710 write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
+  EXPECT_EQ(in_task("data v = load(\"\")"),
+            "E0710 write load(\"name.npy\"), load(\"name.nc\") or load(\"name.nc\", u)");
   EXPECT_EQ(in_task("unknown kk"), "E0301 did you mean k?");
   EXPECT_EQ(in_task("unknown k from 2"), "E0303 ");
   EXPECT_EQ(in_task("unknown pi"), "E0702 unknowns are parameters, coefficients and initial states");
   EXPECT_EQ(in_task("unknown initial k"), "E0313 ");
-  EXPECT_EQ(in_task("unknown c from k"), "E0709 it must be known before the run: write a number, or a parameter that is not sought");
+  EXPECT_EQ(in_task("unknown c from k"),
+            "E0709 it must be known before the run: write a number, or a parameter that is not sought");
   EXPECT_EQ(in_task("minimise mean(v)"), "E0301 known here: c, k, pi, t, u, w, x, y, z");
   EXPECT_EQ(in_task("minimise mean(u) at t = -1/8"), "E0418 the nearest is t = 0");
   EXPECT_EQ(in_task("test a = mean(u)\ntest a = sum(u)"), "E0303 ");
@@ -265,9 +276,12 @@ TEST(Diagnostics, OfTasks) {
 }
 
 /// Of a scene with the control field F and the coefficient w.
-std::string with_control_field(const std::string& lines, const std::string& equation = "k*F*w*u", const std::string& task = "") {
-  return outcome_of("model m { field u; control field F; coefficient w; control c; param k; dt(u) = " + equation + " }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n" +
-                    " k = 2\n initial u = 0\n time 0 .. 1, step 1/8\n" + lines + "\n}\n" + task).code_and_hint();
+std::string with_control_field(const std::string& lines, const std::string& equation = "k*F*w*u",
+                               const std::string& task = "") {
+  return outcome_of("model m { field u; control field F; coefficient w; control c; param k; dt(u) = " + equation +
+                    " }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n" +
+                    " k = 2\n initial u = 0\n time 0 .. 1, step 1/8\n" + lines + "\n}\n" + task)
+      .code_and_hint();
 }
 
 TEST(Diagnostics, OfControlFieldsAndNoise) {
@@ -275,10 +289,13 @@ TEST(Diagnostics, OfControlFieldsAndNoise) {
   EXPECT_EQ(with_control_field(rest + "F = k*x*t*noise(1) every 1/4", "k*F*w*u*c"), "0 diagnostics:");
   EXPECT_EQ(with_control_field(rest), "E0314 write F = 1 or F = load(\"name.npy\") in scene s");
   EXPECT_EQ(with_control_field(rest + "F = x every 0.3"), "E0422 the nearest that is one is 0.25");
-  EXPECT_EQ(with_control_field(rest + "F = u"), "E0311 a control field is made of numbers, parameters, coordinates and t");
-  EXPECT_EQ(with_control_field(rest + "F = c*x"), "E0311 a control field is made of numbers, parameters, coordinates and t");
+  EXPECT_EQ(with_control_field(rest + "F = u"),
+            "E0311 a control field is made of numbers, parameters, coordinates and t");
+  EXPECT_EQ(with_control_field(rest + "F = c*x"),
+            "E0311 a control field is made of numbers, parameters, coordinates and t");
   EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x every 1/4"), "E0311 declare it in the model: control field w");
-  EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x*t"), "E0311 a coefficient is made of numbers, parameters and coordinates");
+  EXPECT_EQ(with_control_field("F = 1\nc = t\nw = x*t"),
+            "E0311 a coefficient is made of numbers, parameters and coordinates");
   EXPECT_EQ(with_control_field(rest + "F = k*x", "k*F*w*u", "task t : s { unknown k; minimise mean(u) }"),
             "E0709 write the formula in the model with let, so that it can be differentiated");
   EXPECT_EQ(with_control_field(rest + "F = x", "k*F*w*noise(3)"),
@@ -286,7 +303,11 @@ TEST(Diagnostics, OfControlFieldsAndNoise) {
   EXPECT_EQ(with_control_field(rest + "F = noise(-1)"), "E0336 write noise(7)");
   EXPECT_EQ(with_control_field(rest + "F = noise()"), "E0305 write noise(7)");
   EXPECT_EQ(with_control_field(rest + "F = noise(x)").substr(0, 5), "E0311");
-  EXPECT_EQ(outcome_of("model m { field noise_7; dt(noise_7) = 0 }\nscene s : m {\n grid x = 0 .. 1, cells 8, periodic\n initial noise_7 = 0\n time 0 .. 1, step 1\n}\n").code_and_hint().substr(0, 5), "E0304");
+  EXPECT_EQ(outcome_of("model m { field noise_7; dt(noise_7) = 0 }\nscene s : m {\n grid x = 0 .. 1, cells 8, "
+                       "periodic\n initial noise_7 = 0\n time 0 .. 1, step 1\n}\n")
+                .code_and_hint()
+                .substr(0, 5),
+            "E0304");
 }
 
 TEST(Diagnostics, UnknownsReachNoNumberOfTheScene) {

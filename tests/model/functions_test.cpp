@@ -18,8 +18,7 @@ std::string message(const std::string& definitions, const std::string& rhs, int 
 
 TEST(Functions, ArePutInWhereTheyAreCalled) {
   EXPECT_EQ(with("function f(a, b) = a*b + 1\n", "f(u, k) + f(w, c)"), "u*k + 1 + (w*c + 1)");
-  EXPECT_EQ(with("function f(a) = g(a) + a\nfunction g(b) = 2*b\n", "f(f(u)) + 0*w*k*c"),
-            "2*(2*u + u) + (2*u + u)");
+  EXPECT_EQ(with("function f(a) = g(a) + a\nfunction g(b) = 2*b\n", "f(f(u)) + 0*w*k*c"), "2*(2*u + u) + (2*u + u)");
   EXPECT_EQ(with("function f(x) = x^2 + y\n", "f(u) + 0*w*k*c", 2), "u^2 + y");
   EXPECT_EQ(with("function f(v) = dot(v, v) + v.y\n", "f((u, w)) + 0*k*c", 2), "u*u + w*w + w");
   EXPECT_EQ(with("function flux(a) = -k1(a)*grad(a)\nfunction k1(a) = 1 + a\n", "div(flux(u)) + 0*w*k*c"),
@@ -27,9 +26,10 @@ TEST(Functions, ArePutInWhereTheyAreCalled) {
 }
 
 TEST(Functions, AlsoOfNumbersAndInitialStates) {
-  const std::string text = "function f(a) = 2*a\nmodel m { field u; param k; dt(u) = -k*u }\nscene s : m {\n"
-                           "  grid x = 0 .. f(2), cells f(4), periodic\n  k = f(f(1))\n  initial u = f(x)\n"
-                           "  time 0 .. 1, step 1/f(2)\n}\n";
+  const std::string text =
+      "function f(a) = 2*a\nmodel m { field u; param k; dt(u) = -k*u }\nscene s : m {\n"
+      "  grid x = 0 .. f(2), cells f(4), periodic\n  k = f(f(1))\n  initial u = f(x)\n"
+      "  time 0 .. 1, step 1/f(2)\n}\n";
   const Problem p = problem_of(text);
   EXPECT_EQ(p.axes[0].cells, 8);
   EXPECT_EQ(p.params[0].value, 4);
@@ -59,10 +59,12 @@ TEST(Functions, ThatAreWrongAreRefused) {
   EXPECT_EQ(message("function f(a) = a[+1]\n", "f(u)"),
             "the neighbour a[...] cannot appear in a formula | neighbours are read in kernels and operators; formulas "
             "have dx, lap and the like");
-  EXPECT_EQ(message("operator o(a) order 1 = (x[+1] - a)/hx\n", "o(u)"), "the neighbour x[...] cannot appear in an operator | neighbours are those of its parameters");
+  EXPECT_EQ(message("operator o(a) order 1 = (x[+1] - a)/hx\n", "o(u)"),
+            "the neighbour x[...] cannot appear in an operator | neighbours are those of its parameters");
   EXPECT_EQ(message("operator o(a) order 1 = (a[+1] - a)/hx\n", "o(u)", 2),
             "expected 2 offsets but this has 1 | the scene has 2 axes");
-  EXPECT_EQ(message("operator o(a) order 1 = a[+1] - a[+99]\n", "o(u)"), "99 cells is not a distance between -64 and 64 | ");
+  EXPECT_EQ(message("operator o(a) order 1 = a[+1] - a[+99]\n", "o(u)"),
+            "99 cells is not a distance between -64 and 64 | ");
 }
 
 /// Each function calls the one before twice: 2^40 calls, none of which leave a trace in the result.

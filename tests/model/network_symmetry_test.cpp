@@ -25,10 +25,13 @@ std::vector<Matrix> matrices(int rank) {
   std::vector<Matrix> result;
   std::array<int, 3> places{0, 1, 2};
   do {
-    if (std::any_of(places.begin() + rank, places.end(), [&](const int& place) { return place != static_cast<int>(&place - places.data()); })) continue;
+    if (std::any_of(places.begin() + rank, places.end(),
+                    [&](const int& place) { return place != static_cast<int>(&place - places.data()); }))
+      continue;
     for (int signs = 0; signs < 1 << rank; ++signs) {
       Matrix m{};
-      for (std::size_t axis = 0; axis < 3; ++axis) m[static_cast<std::size_t>(places[axis])][axis] = (signs >> axis & 1) != 0 ? -1 : 1;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        m[static_cast<std::size_t>(places[axis])][axis] = (signs >> axis & 1) != 0 ? -1 : 1;
       result.push_back(m);
     }
   } while (std::ranges::next_permutation(places).found);
@@ -37,12 +40,14 @@ std::vector<Matrix> matrices(int rank) {
 
 int determinant(const Matrix& m) {
   int sum = 0;
-  for (std::size_t a = 0; a < 3; ++a) sum += m[0][a] * (m[1][(a + 1) % 3] * m[2][(a + 2) % 3] - m[1][(a + 2) % 3] * m[2][(a + 1) % 3]);
+  for (std::size_t a = 0; a < 3; ++a)
+    sum += m[0][a] * (m[1][(a + 1) % 3] * m[2][(a + 2) % 3] - m[1][(a + 2) % 3] * m[2][(a + 1) % 3]);
   return sum;
 }
 bool is_diagonal(const Matrix& m) { return m[0][0] != 0 && m[1][1] != 0 && m[2][2] != 0; }
 
-/// M v(M^-1 x) of a vector, s(M^-1 x) of a number, x counted from the middle of the grid. `vectors`: for each field whether it is one.
+/// M v(M^-1 x) of a vector, s(M^-1 x) of a number, x counted from the middle of the grid. `vectors`: for each field
+/// whether it is one.
 Tensor image(const Matrix& m, const Tensor& of, const std::vector<bool>& vectors, int rank) {
   Tensor result = of;
   const auto index = [&](int channel, const std::array<int, 3>& p) {
@@ -97,15 +102,20 @@ struct SymmetryCase {
 Network network_of(const SymmetryCase& c, const std::string& symmetries) {
   std::string text = "model m { vector u, v; field s; dt(u) = n(u, s, v); dt(v) = 0*v; dt(s) = 0*s }\nscene r : m {\n";
   const char* sides[] = {", periodic", "", ", periodic"};
-  for (int axis = 0; axis < c.rank; ++axis) text += "grid " + std::string(1, "xyz"[axis]) + " = 0 .. 1, cells " + std::to_string(c.cells) + (c.rank == 1 ? sides[1] : sides[0]) + "\n";
+  for (int axis = 0; axis < c.rank; ++axis)
+    text += "grid " + std::string(1, "xyz"[axis]) + " = 0 .. 1, cells " + std::to_string(c.cells) +
+            (c.rank == 1 ? sides[1] : sides[0]) + "\n";
   text += "initial u = 0; initial v = 0; initial s = 0\n";
   if (c.rank == 1) text += "boundary u = 0; boundary v = 0; boundary s = 0\n";
-  text += "time 0 .. 1, step 0.1 }\nnetwork n(u: vector, s, v: vector) -> vector {\n" + (symmetries.empty() ? "" : "symmetric " + symmetries) + "\n" + c.block + "\n}";
+  text += "time 0 .. 1, step 0.1 }\nnetwork n(u: vector, s, v: vector) -> vector {\n" +
+          (symmetries.empty() ? "" : "symmetric " + symmetries) + "\n" + c.block + "\n}";
   return problem_of(text).networks.at(0);
 }
 
 const std::string plain = "conv 5, 3; tanh; conv out, 3, dilation = 2";
-const std::string pooled = "skip { conv 3, 3, stride = 2; gelu; residual { max_pool 2; upsample 2 }; upsample 2 }; conv 6, 3; repeat 2 shared { conv 6, 3, groups = 2; silu }; conv out, 1";
+const std::string pooled =
+    "skip { conv 3, 3, stride = 2; gelu; residual { max_pool 2; upsample 2 }; upsample 2 }; conv 6, 3; repeat 2 shared "
+    "{ conv 6, 3, groups = 2; silu }; conv out, 1";
 const std::string pointwise = "dense 7; tanh; dense out";
 
 /// The images by which the network commutes, and no others.
@@ -138,7 +148,8 @@ void expect_equivariance(const SymmetryCase& c, const std::string& symmetries, c
   Tensor in_rates = in, seed = out;
   in_rates.values = random_values(in.values.size(), 5);
   seed.values = random_values(out.values.size(), 6);
-  const Tensor rate = tangent(network, in, in_rates, {weights, rates}), in_bar = adjoint(network, in, seed, weights, bars);
+  const Tensor rate = tangent(network, in, in_rates, {weights, rates}),
+               in_bar = adjoint(network, in, seed, weights, bars);
   double left = 0, right = 0;
   for (std::size_t i = 0; i < rate.values.size(); ++i) left += rate.values[i] * seed.values[i];
   for (std::size_t i = 0; i < in_bar.values.size(); ++i) right += in_bar.values[i] * in_rates.values[i];
@@ -157,9 +168,8 @@ TEST(NetworkSymmetry, ImagesOfInputsGiveImagesOfOutputs) {
     expect_equivariance({2, 3, block}, "flip y", [](const Matrix& m) { return is_diagonal(m) && m[0][0] > 0; });
     if (small) continue;
     expect_equivariance({3, 3, block}, "rotations", [](const Matrix& m) { return determinant(m) > 0; });
-    expect_equivariance({3, 3, block}, "rotations about z, flip z", [](const Matrix& m) {
-      return m[2][2] != 0 && determinant(m) * m[2][2] > 0;
-    });
+    expect_equivariance({3, 3, block}, "rotations about z, flip z",
+                        [](const Matrix& m) { return m[2][2] != 0 && determinant(m) * m[2][2] > 0; });
   }
   expect_equivariance({3, 2, pointwise}, "flips, rotations", [](const Matrix&) { return true; });
 }
@@ -167,7 +177,8 @@ TEST(NetworkSymmetry, ImagesOfInputsGiveImagesOfOutputs) {
 TEST(NetworkSymmetry, HasACopyForEachImage) {
   const auto copies = [](int rank, const std::string& symmetries, const std::string& block) {
     const Network network = network_of({rank, 4, block}, symmetries);
-    return std::ranges::count_if(network.layers, [](const network::Layer& layer) { return layer.kind == network::LayerKind::conv; });
+    return std::ranges::count_if(network.layers,
+                                 [](const network::Layer& layer) { return layer.kind == network::LayerKind::conv; });
   };
   EXPECT_EQ(copies(2, "flip x", "conv out, 3"), 2);
   EXPECT_EQ(copies(2, "flips, rotations", "conv out, 3"), 8);
@@ -178,8 +189,9 @@ TEST(NetworkSymmetry, HasACopyForEachImage) {
 
 TEST(NetworkSymmetry, TurnsNeedTwoAxes) {
   const auto told = [](const std::string& symmetries, const std::string& grid) {
-    const Outcome outcome = outcome_of("model m { field u; dt(u) = n(u) }\nnetwork n(u) { symmetric " + symmetries + "\n conv out, 3 }\nscene s : m { " + grid +
-                                       "; time 0 .. 1, step 0.1; initial u = 0 }");
+    const Outcome outcome =
+        outcome_of("model m { field u; dt(u) = n(u) }\nnetwork n(u) { symmetric " + symmetries +
+                   "\n conv out, 3 }\nscene s : m { " + grid + "; time 0 .. 1, step 0.1; initial u = 0 }");
     return outcome.diagnostics.empty() ? "" : outcome.code_and_hint();
   };
   const std::string line = "grid x = 0 .. 1, cells 4, periodic", plane = line + "; grid y = 0 .. 1, cells 4, periodic";
@@ -191,16 +203,24 @@ TEST(NetworkSymmetry, TurnsNeedTwoAxes) {
 
 /// Numbers in a cell know no direction: nothing is to be done.
 TEST(NetworkSymmetry, OfNumbersInACellIsThere) {
-  const Network network = problem_of("model m { field u; dt(u) = n(u, 1) }\nnetwork n(u, v) { symmetric flips, rotations\n dense 3; tanh; dense out }\n"
-                                     "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic; initial u = 0; time 0 .. 1, step 0.1 }").networks.at(0);
+  const Network network = problem_of(
+                              "model m { field u; dt(u) = n(u, 1) }\nnetwork n(u, v) { symmetric flips, rotations\n "
+                              "dense 3; tanh; dense out }\n"
+                              "scene s : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic; "
+                              "initial u = 0; time 0 .. 1, step 0.1 }")
+                              .networks.at(0);
   EXPECT_EQ(network.layers.size(), 3u);
 }
 
 TEST(NetworkSymmetry, GalileanInputsCountFromTheirMean) {
   const auto equation = [](const std::string& symmetries) {
-    return print(*problem_of("model m { vector u; field s; param k; dt(u) = n(u, s, k); dt(s) = 0*s }\nnetwork n(u: vector, s, k) -> vector { symmetric " + symmetries +
-                             "\n conv out, 3 }\nscene r : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic; k = 2; initial u = 0; initial s = 0; time 0 .. 1, step 0.1 }")
-                      .states[0].rhs);
+    return print(*problem_of("model m { vector u; field s; param k; dt(u) = n(u, s, k); dt(s) = 0*s }\nnetwork n(u: "
+                             "vector, s, k) -> vector { symmetric " +
+                             symmetries +
+                             "\n conv out, 3 }\nscene r : m { grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, "
+                             "cells 4, periodic; k = 2; initial u = 0; initial s = 0; time 0 .. 1, step 0.1 }")
+                      .states[0]
+                      .rhs);
   };
   EXPECT_EQ(equation("galilean"), "n(u.x - mean(u.x), u.y - mean(u.y), s, k).x");
   EXPECT_EQ(equation("galilean(s), flips"), "n(u.x, u.y, s - mean(s), k).x");
@@ -208,44 +228,60 @@ TEST(NetworkSymmetry, GalileanInputsCountFromTheirMean) {
 }
 
 std::string problem_in(const std::string& symmetries, const std::string& grids, const std::string& more = "") {
-  const Outcome outcome = outcome_of("model m { field u; dt(u) = n(u) }\nnetwork n(u) { symmetric " + symmetries + "\n" + more + " conv out, 3 }\nscene s : m { " + grids +
-                                     "; initial u = 0; time 0 .. 1, step 0.1; boundary u = 0 }");
+  const Outcome outcome =
+      outcome_of("model m { field u; dt(u) = n(u) }\nnetwork n(u) { symmetric " + symmetries + "\n" + more +
+                 " conv out, 3 }\nscene s : m { " + grids + "; initial u = 0; time 0 .. 1, step 0.1; boundary u = 0 }");
   std::string text;
   for (const Diagnostic& d : outcome.diagnostics) {
-    if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
+    if (d.kind->severity == Severity::error)
+      text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
   }
   return text;
 }
 
 TEST(NetworkSymmetry, IsNoMatterOfScenesThatDoNotCallTheNetwork) {
-  const Outcome outcome = outcome_of("model m { field u; dt(u) = lap(u) }\nnetwork n(u) { symmetric rotations, flip z\n conv out, 3 }\n"
-                                     "scene s : m { grid x = 0 .. 1, cells 5; grid y = 0 .. 1, cells 4; initial u = 0; time 0 .. 1, step 0.1; boundary u = 0 }");
+  const Outcome outcome = outcome_of(
+      "model m { field u; dt(u) = lap(u) }\nnetwork n(u) { symmetric rotations, flip z\n conv out, 3 }\n"
+      "scene s : m { grid x = 0 .. 1, cells 5; grid y = 0 .. 1, cells 4; initial u = 0; time 0 .. 1, step 0.1; "
+      "boundary u = 0 }");
   EXPECT_TRUE(outcome.diagnostics.empty());
 }
 
 TEST(NetworkSymmetry, SaysWhatAGridDoesNotHave) {
   const std::string x = "grid x = 0 .. 1, cells 4", y = "; grid y = 0 .. 1, cells ";
   EXPECT_EQ(problem_in("flips, rotations", x + y + "4"), "");
-  EXPECT_EQ(problem_in("rotations", x + y + "5"), "E0338 a turn exchanges x and y, which have 4 and 5 cells | write flips");
-  EXPECT_EQ(problem_in("rotations", x + "; grid y = 0 .. 2, cells 4"), "E0338 a turn exchanges x and y, which have cells of 0.25 and 0.5 | write flips");
-  EXPECT_EQ(problem_in("rotations", x + y + "4, periodic"), "E0338 a turn exchanges x and y, which are bounded and periodic | write flips");
-  EXPECT_EQ(problem_in("rotations", x + y + "4", "padding y zero\n"), "E0338 a turn exchanges x and y, which have the paddings replicate and zero | give both the same padding");
+  EXPECT_EQ(problem_in("rotations", x + y + "5"),
+            "E0338 a turn exchanges x and y, which have 4 and 5 cells | write flips");
+  EXPECT_EQ(problem_in("rotations", x + "; grid y = 0 .. 2, cells 4"),
+            "E0338 a turn exchanges x and y, which have cells of 0.25 and 0.5 | write flips");
+  EXPECT_EQ(problem_in("rotations", x + y + "4, periodic"),
+            "E0338 a turn exchanges x and y, which are bounded and periodic | write flips");
+  EXPECT_EQ(problem_in("rotations", x + y + "4", "padding y zero\n"),
+            "E0338 a turn exchanges x and y, which have the paddings replicate and zero | give both the same padding");
   EXPECT_EQ(problem_in("rotations", x + y + "4; grid z = 0 .. 1, cells 3"),
-            "E0338 a turn exchanges x and z, which have 4 and 3 cells | write rotations about the axis across two that are alike, or flips");
+            "E0338 a turn exchanges x and z, which have 4 and 3 cells | write rotations about the axis across two that "
+            "are alike, or flips");
   EXPECT_EQ(problem_in("rotations about z", x + y + "4; grid z = 0 .. 1, cells 3"), "");
-  EXPECT_EQ(problem_in("rotations about z", x), "E0338 rotations about an axis need a scene with three axes; this one has 1 | write rotations");
-  EXPECT_EQ(problem_in("flips", x + ", stretched (x + x^2)/2"), "E0338 axis x is stretched, and its mirror image is another grid | leave the symmetry out along this axis");
+  EXPECT_EQ(problem_in("rotations about z", x),
+            "E0338 rotations about an axis need a scene with three axes; this one has 1 | write rotations");
+  EXPECT_EQ(problem_in("flips", x + ", stretched (x + x^2)/2"),
+            "E0338 axis x is stretched, and its mirror image is another grid | leave the symmetry out along this axis");
   EXPECT_EQ(problem_in("flip y", x), "E0338 the scene has no axis y | leave the symmetry out along this axis");
   EXPECT_EQ(problem_in("flip q", x), "E0402 q is not an axis");
-  EXPECT_EQ(problem_in("mirrors", x), "E0338 mirrors is no symmetry | choose of: flips, flip x, rotations, rotations about z, galilean, galilean(u)");
-  EXPECT_EQ(problem_in("galilean", x), "E0338 network n has no input that is a vector, and which one is a velocity is not said | write galilean(u)");
+  EXPECT_EQ(
+      problem_in("mirrors", x),
+      "E0338 mirrors is no symmetry | choose of: flips, flip x, rotations, rotations about z, galilean, galilean(u)");
+  EXPECT_EQ(
+      problem_in("galilean", x),
+      "E0338 network n has no input that is a vector, and which one is a velocity is not said | write galilean(u)");
   EXPECT_EQ(problem_in("galilean(w)", x), "E0301 w is not known here | known here: u");
   EXPECT_EQ(problem_in("flips", x, "symmetric galilean(u)\n"), "E0211 the symmetries is written twice");
   EXPECT_EQ(problem_in("flips, rotations", x + y + "4", "repeat 50 { conv 2, 3; relu }\n"), "");
   EXPECT_EQ(problem_in("flips, rotations", x + y + "4", "repeat 70 { conv 2, 3; relu }\n").substr(0, 82),
             "E0338 for the 8 images of the grid the network has 1150 layers, more than 1024 | t");
   EXPECT_EQ(problem_in("flips", x, "reorient x = -x\n"), "");
-  EXPECT_EQ(problem_in("flip x", x + y + "5", "reorient x = y, y = x\n"), "E0338 network n exchanges x and y, which have 4 and 5 cells | give both axes as many cells");
+  EXPECT_EQ(problem_in("flip x", x + y + "5", "reorient x = y, y = x\n"),
+            "E0338 network n exchanges x and y, which have 4 and 5 cells | give both axes as many cells");
 }
 
 }  // namespace

@@ -38,7 +38,8 @@ Made make(const std::string& text, std::optional<NetworkFrame> frame = {}) {
   EXPECT_EQ(made.network.has_value(), !sink.has_errors());
   for (const Diagnostic& d : sink.all()) {
     const LineColumn place = source.locate(d.range.begin);
-    made.problems += std::to_string(place.line) + ":" + std::to_string(place.column) + " " + std::string(d.kind->code) + " " + d.message;
+    made.problems += std::to_string(place.line) + ":" + std::to_string(place.column) + " " + std::string(d.kind->code) +
+                     " " + d.message;
     made.problems += (d.hint.empty() ? "" : " | " + d.hint) + "\n";
   }
   return made;
@@ -56,7 +57,10 @@ std::string problems_in(const std::string& layers, int inputs = 2, int outputs =
 }
 
 TEST(Networks, AreLayersInOrder) {
-  const Network n = network_of("initial xavier, seed 7\nconv 8, 5, stride = 2, groups = 2, bias = 0; leaky_relu(0.2)\nupsample 2; conv out, 3, dilation = 4, gain = 0.01, initial = zero\nscale -0.5; fix_sum 1; tanh", 4, 3, {periodic, bounded});
+  const Network n = network_of(
+      "initial xavier, seed 7\nconv 8, 5, stride = 2, groups = 2, bias = 0; leaky_relu(0.2)\nupsample 2; conv out, 3, "
+      "dilation = 4, gain = 0.01, initial = zero\nscale -0.5; fix_sum 1; tanh",
+      4, 3, {periodic, bounded});
   ASSERT_EQ(n.layers.size(), 7u);
   EXPECT_EQ(n.inputs, 4);
   EXPECT_EQ(n.outputs, 3);
@@ -91,19 +95,24 @@ TEST(Networks, AreLayersInOrder) {
 
 // Um et al. 2020 print 260354 parameters with 3 input channels and 261154 with 4 (shared/design/systems.md).
 TEST(Networks, HaveAsManyWeightsAsPublished) {
-  const std::string layers = "conv 32, 5; relu\nrepeat 5 { residual { conv 32, 5; relu; conv 32, 5 }; relu }\nconv out, 5";
+  const std::string layers =
+      "conv 32, 5; relu\nrepeat 5 { residual { conv 32, 5; relu; conv 32, 5 }; relu }\nconv out, 5";
   EXPECT_EQ(network::weight_count(network_of(layers, 3, 2, {periodic, periodic})), 260354);
   EXPECT_EQ(network::weight_count(network_of(layers, 4, 2, {periodic, periodic})), 261154);
   // the book's residual network of 3x3: 47330, whose first block changes the channels
   const std::string values =
       "let a = relu(conv(conv(in, 32, 3), 32, 3))\nlet b = add(a, conv(in, 32, 1))\n"
-      "let c = add(b, conv(relu(conv(b, 32, 3)), 32, 3))\nlet d = add(c, conv(relu(conv(c, 32, 3)), 32, 3))\nout = conv(d, out, 1)";
+      "let c = add(b, conv(relu(conv(b, 32, 3)), 32, 3))\nlet d = add(c, conv(relu(conv(c, 32, 3)), 32, 3))\nout = "
+      "conv(d, out, 1)";
   EXPECT_EQ(network::weight_count(network_of(values, 3, 2, {periodic, periodic})), 47330);
-  EXPECT_EQ(network::weight_count(network_of("dense 10; silu; dense in; gelu; dense out", 3, 1, {bounded})), 40 + 33 + 4);
+  EXPECT_EQ(network::weight_count(network_of("dense 10; silu; dense in; gelu; dense out", 3, 1, {bounded})),
+            40 + 33 + 4);
 }
 
 TEST(Networks, JoinInputAndBody) {
-  const Network n = network_of("residual { conv in, 3 }\nskip { max_pool 2; skip { mean_pool 2; relu; upsample 2 }; upsample 2 }\nconv out, 1", 2, 1, {periodic, bounded, bounded});
+  const Network n = network_of(
+      "residual { conv in, 3 }\nskip { max_pool 2; skip { mean_pool 2; relu; upsample 2 }; upsample 2 }\nconv out, 1",
+      2, 1, {periodic, bounded, bounded});
   const std::string text = network::print(n);
   EXPECT_EQ(text,
             "network n(2) -> 1 {\n"
@@ -160,10 +169,14 @@ TEST(Networks, ReadBackWhatIsPrinted) {
 }
 
 TEST(Networks, RepeatWithSharedWeights) {
-  const Network n = network_of("conv 4, 3\nrepeat 3 shared { conv 4, 3, gain = 0.5; relu; repeat 2 shared { conv 4, 1, bias = 0 } }\nconv out, 1", 2, 1, {periodic, bounded});
+  const Network n = network_of(
+      "conv 4, 3\nrepeat 3 shared { conv 4, 3, gain = 0.5; relu; repeat 2 shared { conv 4, 1, bias = 0 } }\nconv out, "
+      "1",
+      2, 1, {periodic, bounded});
   ASSERT_EQ(n.layers.size(), 14u);
   const auto shared = [&](std::size_t layer) { return n.layers[layer].weights_of; };
-  EXPECT_EQ(std::vector<int>({shared(1), shared(3), shared(4), shared(5), shared(7), shared(8), shared(9), shared(11), shared(12), shared(13)}),
+  EXPECT_EQ(std::vector<int>({shared(1), shared(3), shared(4), shared(5), shared(7), shared(8), shared(9), shared(11),
+                              shared(12), shared(13)}),
             std::vector<int>({0, 0, 4, 2, 4, 4, 2, 4, 4, 0}));
   EXPECT_EQ(network::weight_count(n), 2 * 4 * 9 + 4 + 4 * 4 * 9 + 4 + 4 * 4 + 4 + 1);
   EXPECT_EQ(network::weights_begin(n, 9), network::weights_begin(n, 1));
@@ -172,20 +185,30 @@ TEST(Networks, RepeatWithSharedWeights) {
   EXPECT_EQ(make(network::print(n)).problems, "");
   EXPECT_EQ(make(network::print(n)).network, n);
   EXPECT_EQ(problems_in("repeat 2 shared { conv 4, 3 }\nconv out, 1"),
-            "2:8 E0338 a pass begins with 2 channels, another one with 4: they cannot share weights | end the body with as many channels as go into it, or write repeat without shared\n");
+            "2:8 E0338 a pass begins with 2 channels, another one with 4: they cannot share weights | end the body "
+            "with as many channels as go into it, or write repeat without shared\n");
 }
 
 TEST(Networks, SayWhatIsWrongWithSharedWeightsAndOrientations) {
-  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 3, weights = a, gain = 2)"), "3:34 E0338 gain is that of the weights of the other layer | leave it out\n");
-  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 5, weights = a)"), "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
-  EXPECT_EQ(problems_in("let a = relu(in)\nout = conv(a, 2, 5, weights = a)"), "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
-  EXPECT_EQ(problems_in("out = conv(in, 2, 5, weights = in)"), "2:32 E0338 in is no convolution with the extent, the channels and the groups of this one\n");
-  EXPECT_EQ(problems_in("conv 2, 5, weights = 3"), "2:22 E0338 weights are those of a value that has a name | write weights = v1, where let v1 = conv(...) stands above\n");
+  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 3, weights = a, gain = 2)"),
+            "3:34 E0338 gain is that of the weights of the other layer | leave it out\n");
+  EXPECT_EQ(problems_in("let a = conv(in, 2, 3)\nout = conv(a, 2, 5, weights = a)"),
+            "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
+  EXPECT_EQ(problems_in("let a = relu(in)\nout = conv(a, 2, 5, weights = a)"),
+            "3:31 E0338 a is no convolution with the extent, the channels and the groups of this one\n");
+  EXPECT_EQ(problems_in("out = conv(in, 2, 5, weights = in)"),
+            "2:32 E0338 in is no convolution with the extent, the channels and the groups of this one\n");
+  EXPECT_EQ(problems_in("conv 2, 5, weights = 3"),
+            "2:22 E0338 weights are those of a value that has a name | write weights = v1, where let v1 = conv(...) "
+            "stands above\n");
   EXPECT_EQ(problems_in("reorient x = y"), "2:1 E0338 two axes lie along y | each axis stands once: x = -y, y = x\n");
   EXPECT_EQ(problems_in("reorient x = -z"), "2:1 E0338 the network is on a grid of 2 axes\n");
   EXPECT_EQ(problems_in("reorient z = -z"), "2:1 E0338 the network is on a grid of 2 axes\n");
-  EXPECT_EQ(problems_in("reorient x = -2"), "2:14 E0338 this is no axis | write x = -x for the other direction, x = y, y = x for exchanged axes\n");
-  EXPECT_EQ(problems_in("reorient channels = (1, 1)"), "2:25 E0338 each of the 2 channels stands once, with - where its sign changes | as in channels = (-2, 1)\n");
+  EXPECT_EQ(problems_in("reorient x = -2"),
+            "2:14 E0338 this is no axis | write x = -x for the other direction, x = y, y = x for exchanged axes\n");
+  EXPECT_EQ(
+      problems_in("reorient channels = (1, 1)"),
+      "2:25 E0338 each of the 2 channels stands once, with - where its sign changes | as in channels = (-2, 1)\n");
   EXPECT_EQ(problems_in("reorient channels = 1"), "2:21 E0338 these are 1 of 2 channels\n");
   EXPECT_EQ(problems_in("reorient 3").substr(0, 11), "2:1 E0305 r");
 }
@@ -198,10 +221,15 @@ TEST(Networks, HavePaddingOfTheirScene) {
   EXPECT_EQ(padding("padding reflect", {bounded, periodic}), (std::vector{Padding::reflect, Padding::periodic}));
   EXPECT_EQ(padding("padding y zero", {bounded, bounded}), (std::vector{Padding::replicate, Padding::zero}));
   EXPECT_EQ(padding("padding periodic", {periodic}), (std::vector{Padding::periodic}));
-  EXPECT_EQ(problems_in("padding x zero\nrelu"), "2:11 E0338 axis x is periodic, and its padding cannot be zero | one word without an axis holds for bounded axes only\n");
-  EXPECT_EQ(problems_in("padding periodic\nrelu"), "2:9 E0338 axis y is bounded, and its padding cannot be periodic | write zero, replicate or reflect\n");
-  EXPECT_EQ(problems_in("padding wrap\nrelu"), "2:9 E0338 wrap is no padding | choose one of: zero, replicate, reflect\n");
-  EXPECT_EQ(problems_in("padding zero, reflect\nrelu"), "2:9 E0338 of several paddings each is that of an axis | write padding x zero, y replicate\n");
+  EXPECT_EQ(problems_in("padding x zero\nrelu"),
+            "2:11 E0338 axis x is periodic, and its padding cannot be zero | one word without an axis holds for "
+            "bounded axes only\n");
+  EXPECT_EQ(problems_in("padding periodic\nrelu"),
+            "2:9 E0338 axis y is bounded, and its padding cannot be periodic | write zero, replicate or reflect\n");
+  EXPECT_EQ(problems_in("padding wrap\nrelu"),
+            "2:9 E0338 wrap is no padding | choose one of: zero, replicate, reflect\n");
+  EXPECT_EQ(problems_in("padding zero, reflect\nrelu"),
+            "2:9 E0338 of several paddings each is that of an axis | write padding x zero, y replicate\n");
   EXPECT_EQ(problems_in("padding z zero\nrelu"), "2:9 E0321 the scene has no axis z\n");
   EXPECT_EQ(problems_in("padding w zero\nrelu"), "2:9 E0402 w is not an axis\n");
   EXPECT_EQ(problems_in("padding zero\npadding zero\nrelu"), "3:1 E0211 the padding is written twice\n");
@@ -209,15 +237,18 @@ TEST(Networks, HavePaddingOfTheirScene) {
 
 TEST(Networks, SayWhatIsWrongWithALayer) {
   EXPECT_EQ(problems_in("cnv 2, 3"), "2:1 E0337 there is no layer called cnv | did you mean conv?\n");
-  EXPECT_EQ(problems_in("attention 2").substr(0, 66), "2:1 E0337 there is no layer called attention | understood here: co");
+  EXPECT_EQ(problems_in("attention 2").substr(0, 66),
+            "2:1 E0337 there is no layer called attention | understood here: co");
   EXPECT_EQ(problems_in("conv 2"), "2:1 E0305 conv takes 2 arguments, not 1 | as in conv 32, 5\n");
   EXPECT_EQ(problems_in("conv 2, 4"), "2:9 E0338 an extent of 4 has no middle | write 3 or 5\n");
-  EXPECT_EQ(problems_in("conv 2.5, 3"), "2:6 E0338 the number of channels of conv is a whole number from 1 to 65536, not 2.5\n");
+  EXPECT_EQ(problems_in("conv 2.5, 3"),
+            "2:6 E0338 the number of channels of conv is a whole number from 1 to 65536, not 2.5\n");
   EXPECT_EQ(problems_in("conv 2, 3, strid = 2"), "2:12 E0207 strid is not an option of conv | did you mean stride?\n");
   EXPECT_EQ(problems_in("dense 2, stride = 2").substr(0, 46), "2:10 E0207 stride is not an option of dense | ");
   EXPECT_EQ(problems_in("relu slope = 2"), "2:6 E0207 slope is not an option of relu | it is written relu\n");
   EXPECT_EQ(problems_in("conv 2, 3, bias = 0, bias = 1"), "2:22 E0211 bias is written twice\n");
-  EXPECT_EQ(problems_in("conv 9, 3, groups = 3"), "2:21 E0338 3 groups do not divide the channels: 2 go in, 9 come out\n");
+  EXPECT_EQ(problems_in("conv 9, 3, groups = 3"),
+            "2:21 E0338 3 groups do not divide the channels: 2 go in, 9 come out\n");
   EXPECT_EQ(problems_in("conv 2, 3, initial = kaiming"), "2:22 E0338 weights begin as he, xavier or zero\n");
   EXPECT_EQ(problems_in("relu 3"), "2:1 E0305 relu takes 0 arguments, not 1 | as in relu\n");
   EXPECT_EQ(problems_in("mean_pool 1"), "2:11 E0338 the factor of mean_pool is a whole number from 2 to 64, not 1\n");
@@ -226,48 +257,73 @@ TEST(Networks, SayWhatIsWrongWithALayer) {
   EXPECT_EQ(problems_in("initial seed 0.5\nrelu"), "2:14 E0336 0.5 is no seed: a whole number from 0 on, below 2^53\n");
   EXPECT_EQ(problems_in("real f16\nrelu"), "2:6 E0338 f16 is no precision | choose one of: f32, f64\n");
   EXPECT_EQ(problems_in("repeat 0 { relu }"), "2:8 E0372 a repeat makes 1 to 1024 passes, not 0\n");
-  EXPECT_EQ(problems_in("repeat 1000 { repeat 1000 { repeat 1000 { repeat 1000 { } } } }"), "2:50 E0338 the body of repeat has no layers\n");
+  EXPECT_EQ(problems_in("repeat 1000 { repeat 1000 { repeat 1000 { repeat 1000 { } } } }"),
+            "2:50 E0338 the body of repeat has no layers\n");
   EXPECT_EQ(problems_in("repeat 1000 { repeat 2 { relu } }"), "2:26 E0338 the network has more than 1024 layers\n");
-  EXPECT_EQ(problems_in("repeat 2 { padding zero; relu }"), "2:12 E0311 this line cannot appear in a block of layers | write it above the layers of the network\n");
-  EXPECT_EQ(problems_in("repeat 17 { skip { relu } }\nconv out, 1"), "2:13 E0338 this makes 131072 channels, more than 65536\n");
+  EXPECT_EQ(problems_in("repeat 2 { padding zero; relu }"),
+            "2:12 E0311 this line cannot appear in a block of layers | write it above the layers of the network\n");
+  EXPECT_EQ(problems_in("repeat 17 { skip { relu } }\nconv out, 1"),
+            "2:13 E0338 this makes 131072 channels, more than 65536\n");
 }
 
 TEST(Networks, SayWhereShapesDoNotFit) {
   EXPECT_EQ(problems_in("conv 32, 3\nresidual { conv 16, 3; relu }\nconv out, 3"),
-            "3:1 E0338 the body of residual makes 16 channels of 32 | end it with conv 32, 1, or write skip to keep the channels of both\n");
+            "3:1 E0338 the body of residual makes 16 channels of 32 | end it with conv 32, 1, or write skip to keep "
+            "the channels of both\n");
   EXPECT_EQ(problems_in("skip { mean_pool 2; relu }\nconv out, 1"),
-            "2:1 E0338 the body of skip begins on the grid of the fields and ends on a grid 2 times coarser | write upsample 2 at its end\n");
+            "2:1 E0338 the body of skip begins on the grid of the fields and ends on a grid 2 times coarser | write "
+            "upsample 2 at its end\n");
   EXPECT_EQ(problems_in("residual { }\nrelu"), "2:1 E0338 the body of residual has no layers\n");
-  EXPECT_EQ(problems_in("relu; upsample 2"), "2:7 E0338 upsample 2 cannot undo what made the grid here: it is the grid of the fields | a pool or a stride before it makes a coarser grid\n");
-  EXPECT_EQ(problems_in("mean_pool 3; upsample 2"), "2:14 E0338 upsample 2 cannot undo what made the grid here: it is a grid 3 times coarser | write upsample 3\n");
-  EXPECT_EQ(problems_in("mean_pool 2\nconv out, 3, stride = 3\nrelu"), "4:1 E0338 the network ends on a grid 6 times coarser | write upsample 6\n");
-  EXPECT_EQ(problems_in("conv 3, 3\nrelu"), "3:1 E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another extent\n");
+  EXPECT_EQ(problems_in("relu; upsample 2"),
+            "2:7 E0338 upsample 2 cannot undo what made the grid here: it is the grid of the fields | a pool or a "
+            "stride before it makes a coarser grid\n");
+  EXPECT_EQ(
+      problems_in("mean_pool 3; upsample 2"),
+      "2:14 E0338 upsample 2 cannot undo what made the grid here: it is a grid 3 times coarser | write upsample 3\n");
+  EXPECT_EQ(problems_in("mean_pool 2\nconv out, 3, stride = 3\nrelu"),
+            "4:1 E0338 the network ends on a grid 6 times coarser | write upsample 6\n");
+  EXPECT_EQ(problems_in("conv 3, 3\nrelu"),
+            "3:1 E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another "
+            "extent\n");
   EXPECT_EQ(problems_in("padding zero"), "1:9 E0338 network n has no layers | write conv out, 3 at its end\n");
-  EXPECT_EQ(problems_in("repeat 3 { mean_pool 64 }"), "2:12 E0338 the grid here is 262144 times coarser than that of the fields, more than 4096\n");
+  EXPECT_EQ(problems_in("repeat 3 { mean_pool 64 }"),
+            "2:12 E0338 the grid here is 262144 times coarser than that of the fields, more than 4096\n");
 }
 
 TEST(Networks, SayWhatIsWrongWithValues) {
-  EXPECT_EQ(problems_in("let a = relu(in)"), "1:9 E0338 network n has no output | write out = and a value at its end\n");
+  EXPECT_EQ(problems_in("let a = relu(in)"),
+            "1:9 E0338 network n has no output | write out = and a value at its end\n");
   EXPECT_EQ(problems_in("let a = relu(in)\nout = relu(in)"), "2:5 E0338 nothing uses the value a\n");
   EXPECT_EQ(problems_in("let a = relu(b)\nout = a"), "2:14 E0301 b is not known here | known here: in\n");
   EXPECT_EQ(problems_in("let a = relu(in)\nlet a = relu(in)\nout = a"), "3:5 E0303 a is given twice\n");
-  EXPECT_EQ(problems_in("let out = relu(in)"), "2:5 E0304 out has a meaning of its own and cannot name a value | write out = ... without let\n");
+  EXPECT_EQ(problems_in("let out = relu(in)"),
+            "2:5 E0304 out has a meaning of its own and cannot name a value | write out = ... without let\n");
   EXPECT_EQ(problems_in("a = relu(in)"), "2:1 E0338 a has no let before it | write let a = ...\n");
-  EXPECT_EQ(problems_in("relu\nout = tanh(in)"), "2:1 E0338 layers are written as words or as values, not as both | write let v = relu(in), or no let and no out =\n");
+  EXPECT_EQ(problems_in("relu\nout = tanh(in)"),
+            "2:1 E0338 layers are written as words or as values, not as both | write let v = relu(in), or no let and "
+            "no out =\n");
   EXPECT_EQ(problems_in("out = relu(in)\nlet b = relu(in)"), "3:1 E0338 nothing can stand behind out = ...\n");
   EXPECT_EQ(problems_in("out = in"), "1:9 E0338 network n has no layers | write conv out, 3 at its end\n");
   EXPECT_EQ(problems_in("out = in + in"), "2:7 E0338 a value is a name or a layer | write let v2 = relu(v1)\n");
   EXPECT_EQ(problems_in("out = add(in)"), "2:7 E0305 add takes 2 values, not 1 | write let c = add(a, b)\n");
   EXPECT_EQ(problems_in("out = relu()"), "2:7 E0305 relu takes 1 value, not 0 | write let v = relu(in, ...)\n");
   EXPECT_EQ(problems_in("out = add(in, conv(in, 3, 1))"), "2:7 E0338 add has values of 2 and 3 channels\n");
-  EXPECT_EQ(problems_in("out = concat(in, mean_pool(in, 2))", 1), "2:7 E0338 concat has values on the grid of the fields and on a grid 2 times coarser | write upsample 2 at its end\n");
+  EXPECT_EQ(problems_in("out = concat(in, mean_pool(in, 2))", 1),
+            "2:7 E0338 concat has values on the grid of the fields and on a grid 2 times coarser | write upsample 2 at "
+            "its end\n");
 }
 
 TEST(Networks, BelowTheModelCountTheirChannels) {
-  EXPECT_EQ(make("network n(u) { relu }").problems, "1:9 E0338 network n does not say how many channels it has | below the model inputs and outputs are numbers: network n(3) -> 2\n");
-  EXPECT_EQ(make("network n(1) -> 1 { relu }").problems, "1:9 E0338 network n does not say its padding along x, then y, then z | write padding x periodic, y zero\n");
-  EXPECT_EQ(make("network n(1) -> 1 { padding y zero\n relu }").problems.substr(0, 50), "1:9 E0338 network n does not say its padding along");
-  EXPECT_EQ(make("network n(1) -> 1 { padding x zero\n scale k }").problems, "2:8 E0338 the number of scale is a number here\n");
+  EXPECT_EQ(make("network n(u) { relu }").problems,
+            "1:9 E0338 network n does not say how many channels it has | below the model inputs and outputs are "
+            "numbers: network n(3) -> 2\n");
+  EXPECT_EQ(
+      make("network n(1) -> 1 { relu }").problems,
+      "1:9 E0338 network n does not say its padding along x, then y, then z | write padding x periodic, y zero\n");
+  EXPECT_EQ(make("network n(1) -> 1 { padding y zero\n relu }").problems.substr(0, 50),
+            "1:9 E0338 network n does not say its padding along");
+  EXPECT_EQ(make("network n(1) -> 1 { padding x zero\n scale k }").problems,
+            "2:8 E0338 the number of scale is a number here\n");
 }
 
 // ---- in scenes -----------------------------------------------------------------------------------------------------
@@ -282,42 +338,52 @@ std::string problem_in(const std::string& network) {
   const Outcome outcome = outcome_of(scene_with(network));
   std::string text;
   for (const Diagnostic& d : outcome.diagnostics) {
-    if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
+    if (d.kind->severity == Severity::error)
+      text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
   }
   return text;
 }
 
 TEST(Networks, OfScenesThatNothingCallsAreDropped) {
-  const Problem problem = problem_of(scene_with("network n(u: vector, nu) -> vector { conv 2*width, 3; relu; conv out, 3 }"));
+  const Problem problem =
+      problem_of(scene_with("network n(u: vector, nu) -> vector { conv 2*width, 3; relu; conv out, 3 }"));
   EXPECT_TRUE(problem.networks.empty());
   EXPECT_EQ(problem.dropped.back(), "network n: nothing calls it");
 }
 
 TEST(Networks, OfScenesAreChecked) {
-  EXPECT_EQ(problem_in("network n(u: vector, nu) -> vector { conv 3, 3 }"),
-            "E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another extent");
-  EXPECT_EQ(problem_in("network n(u: vector, nu) { conv 3, 3 }"),
-            "E0338 the last layer has 3 channels, but the network has 1 output | end with conv out, 1 or another extent");
+  EXPECT_EQ(
+      problem_in("network n(u: vector, nu) -> vector { conv 3, 3 }"),
+      "E0338 the last layer has 3 channels, but the network has 2 outputs | end with conv out, 1 or another extent");
+  EXPECT_EQ(
+      problem_in("network n(u: vector, nu) { conv 3, 3 }"),
+      "E0338 the last layer has 3 channels, but the network has 1 output | end with conv out, 1 or another extent");
   EXPECT_EQ(problem_in("network n(u: vector, nu) -> a, b, c { relu; conv in, 1 }"), "");
   EXPECT_EQ(problem_in("network n(u, u) -> scalar { conv out, 3 }"), "E0303 input u is given twice");
   EXPECT_EQ(problem_in("network n(u) -> a, a { conv out, 3 }"), "E0303 output a is given twice");
-  EXPECT_EQ(problem_in("network n(u) -> a, vector { conv out, 3 }"), "E0338 vector stands alone, or each output has a name | write -> vector, or -> a, b");
-  EXPECT_EQ(problem_in("network sin(u) { conv out, 3 }"), "E0304 sin has a meaning of its own and cannot name a network | choose another name");
+  EXPECT_EQ(problem_in("network n(u) -> a, vector { conv out, 3 }"),
+            "E0338 vector stands alone, or each output has a name | write -> vector, or -> a, b");
+  EXPECT_EQ(problem_in("network sin(u) { conv out, 3 }"),
+            "E0304 sin has a meaning of its own and cannot name a network | choose another name");
   EXPECT_EQ(problem_in("network n(u) { conv out, 3 }\nfunction n(a) = a"), "E0303 n is given twice");
-  EXPECT_EQ(problem_in("network n(2) -> 1 { conv out, 3 }").substr(0, 60), "E0338 network n counts its channels, which only hand-written");
+  EXPECT_EQ(problem_in("network n(2) -> 1 { conv out, 3 }").substr(0, 60),
+            "E0338 network n counts its channels, which only hand-written");
   EXPECT_EQ(problem_in("network n(u) { conv hidden, 3; conv out, 3 }").substr(0, 30), "E0301 hidden is not known here");
 }
 
 TEST(Networks, StandWhereTheirMechanismCarries) {
   const auto refusal = [](const std::string& line, const std::string& symmetries = "") {
-    const Outcome outcome = outcome_of("model m { field u; coefficient c; control field f; control g; dt(u) = c*u + f + g }\nnetwork n(u) { " + symmetries +
-                                       "; conv out, 3 }\nscene s : m { grid x = 0 .. 1, cells 4; time 0 .. 1, step 0.1\n" + line + "\n" +
-                                       (line.starts_with("initial") ? "" : "initial u = 0\n") + (line.starts_with("boundary") ? "" : "boundary u = 0\n") +
-                                       (line.starts_with("c =") ? "" : "c = 1\n") + (line.starts_with("f =") ? "" : "f = 1 every 0.5\n") +
-                                       (line.starts_with("g =") ? "" : "g = 1 every 0.5\n") + "}");
+    const Outcome outcome = outcome_of(
+        "model m { field u; coefficient c; control field f; control g; dt(u) = c*u + f + g }\nnetwork n(u) { " +
+        symmetries + "; conv out, 3 }\nscene s : m { grid x = 0 .. 1, cells 4; time 0 .. 1, step 0.1\n" + line + "\n" +
+        (line.starts_with("initial") ? "" : "initial u = 0\n") +
+        (line.starts_with("boundary") ? "" : "boundary u = 0\n") + (line.starts_with("c =") ? "" : "c = 1\n") +
+        (line.starts_with("f =") ? "" : "f = 1 every 0.5\n") + (line.starts_with("g =") ? "" : "g = 1 every 0.5\n") +
+        "}");
     std::string text;
     for (const Diagnostic& d : outcome.diagnostics) {
-      if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
+      if (d.kind->severity == Severity::error)
+        text += std::string(d.kind->code) + " " + d.message + (d.hint.empty() ? "" : " | " + d.hint);
     }
     return text;
   };
@@ -325,20 +391,29 @@ TEST(Networks, StandWhereTheirMechanismCarries) {
   EXPECT_EQ(refusal("c = 2*n(x)"), "");
   EXPECT_EQ(refusal("observe a = mean(n(u))"), "");
   EXPECT_EQ(refusal("initial u = n(x)", "symmetric galilean(u)"),
-            "E0311 the mean that galilean takes cannot appear in an initial state | use a network without it: what goes in here is known beforehand");
+            "E0311 the mean that galilean takes cannot appear in an initial state | use a network without it: what "
+            "goes in here is known beforehand");
   EXPECT_EQ(refusal("boundary u = n(x)"),
-            "E0311 the network n cannot appear in a boundary value | write c = n(...) of coordinates and parameters for a coefficient c of the model, and c as the boundary value");
-  EXPECT_EQ(refusal("f = n(x) every 0.5"), "E0311 the network n cannot appear in a control field | write the network where the control stands: in the equation or the event");
-  EXPECT_EQ(refusal("g = n(1) every 0.5"), "E0311 the network n cannot appear in a control | write the network where the control stands: in the equation or the event");
+            "E0311 the network n cannot appear in a boundary value | write c = n(...) of coordinates and parameters "
+            "for a coefficient c of the model, and c as the boundary value");
+  EXPECT_EQ(refusal("f = n(x) every 0.5"),
+            "E0311 the network n cannot appear in a control field | write the network where the control stands: in the "
+            "equation or the event");
+  EXPECT_EQ(refusal("g = n(1) every 0.5"),
+            "E0311 the network n cannot appear in a control | write the network where the control stands: in the "
+            "equation or the event");
   EXPECT_EQ(refusal("exact u = n(x)"),
-            "E0311 the network n cannot appear in an exact solution | networks stand in equations, events, initial states, coefficients, observables, losses and tests");
+            "E0311 the network n cannot appear in an exact solution | networks stand in equations, events, initial "
+            "states, coefficients, observables, losses and tests");
 }
 
 /// They would be half a cell off.
 TEST(Networks, OfFormulasAreAtTheCentres) {
   const auto problem = [](const std::string& on) {
-    const Outcome outcome = outcome_of("model m { field u on " + on + "; coefficient c on " + on + "; dt(u) = c*u }\nnetwork n(u) { conv out, 3 }\n"
-                                       "scene s : m { grid x = 0 .. 1, cells 4, periodic; time 0 .. 1, step 0.1; initial u = 2 + n(x); c = n(x) }");
+    const Outcome outcome = outcome_of(
+        "model m { field u on " + on + "; coefficient c on " + on +
+        "; dt(u) = c*u }\nnetwork n(u) { conv out, 3 }\n"
+        "scene s : m { grid x = 0 .. 1, cells 4, periodic; time 0 .. 1, step 0.1; initial u = 2 + n(x); c = n(x) }");
     std::string text;
     for (const Diagnostic& d : outcome.diagnostics) {
       if (d.kind->severity == Severity::error) text += std::string(d.kind->code) + " " + d.message + "\n";
@@ -346,7 +421,8 @@ TEST(Networks, OfFormulasAreAtTheCentres) {
     return text;
   };
   EXPECT_EQ(problem("centres"), "");
-  const std::string misplaced = "E0331 what a network makes is at cell centres, but here its value at faces across x is wanted\n";
+  const std::string misplaced =
+      "E0331 what a network makes is at cell centres, but here its value at faces across x is wanted\n";
   EXPECT_EQ(problem("faces.x"), misplaced + misplaced);
 }
 
@@ -358,10 +434,12 @@ TEST(Networks, ComputeInThePrecisionOfTheScheme) {
 
 /// On one axis too, where other numbers are vectors of one component.
 TEST(Networks, OfOneOutputHaveNoComponents) {
-  for (const std::string grid : {"grid x = 0 .. 1, cells 4, periodic", "grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic"}) {
+  for (const std::string grid : {"grid x = 0 .. 1, cells 4, periodic",
+                                 "grid x = 0 .. 1, cells 4, periodic; grid y = 0 .. 1, cells 4, periodic"}) {
     const auto told = [&](const std::string& result, const std::string& term) {
-      const Outcome outcome = outcome_of("model m { field u; dt(u) = 0 }\nnetwork n(u) " + result + " { conv out, 3 }\nscene s : m { " + grid +
-                                         "; time 0 .. 1, step 0.1; initial u = 0; after step: u += " + term + " }");
+      const Outcome outcome =
+          outcome_of("model m { field u; dt(u) = 0 }\nnetwork n(u) " + result + " { conv out, 3 }\nscene s : m { " +
+                     grid + "; time 0 .. 1, step 0.1; initial u = 0; after step: u += " + term + " }");
       return outcome.diagnostics.empty() ? "" : outcome.code_and_hint();
     };
     EXPECT_EQ(told("", "n(u).x"), "E0328 write n(...) alone, or network n(...) -> vector");
@@ -374,8 +452,10 @@ TEST(Networks, OfOneOutputHaveNoComponents) {
 
 TEST(Components, OfCallsAndParentheses) {
   const auto refusal = [](const std::string& rhs) { return outcome_of(text_with(rhs, 2)).code_and_hint(); };
-  EXPECT_EQ(print(*problem_of(text_with("grad(k*u).y + (u, 2*u).x", 2)).states[0].rhs), print(*problem_of(text_with("dy(k*u) + u", 2)).states[0].rhs));
-  EXPECT_EQ(print(*problem_of(text_with("grad(k*u).x", 1)).states[0].rhs), print(*problem_of(text_with("dx(k*u)", 1)).states[0].rhs));
+  EXPECT_EQ(print(*problem_of(text_with("grad(k*u).y + (u, 2*u).x", 2)).states[0].rhs),
+            print(*problem_of(text_with("dy(k*u) + u", 2)).states[0].rhs));
+  EXPECT_EQ(print(*problem_of(text_with("grad(k*u).x", 1)).states[0].rhs),
+            print(*problem_of(text_with("dx(k*u)", 1)).states[0].rhs));
   EXPECT_EQ(refusal("grad(u).q"), "E0402 components are called x, y and z");
   EXPECT_EQ(refusal("grad(u).z").substr(0, 5), "E0321");
   EXPECT_EQ(refusal("lap(u).x").substr(0, 5), "E0328");

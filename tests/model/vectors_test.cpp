@@ -47,8 +47,7 @@ TEST(Vectors, HaveAComponentForEachAxis) {
 }
 
 TEST(Vectors, OfLetsAndTheirComponents) {
-  EXPECT_EQ(equations("2*v", "v.y", 2, "  let v = u + w\n"),
-            "u.x: 2*(u.x + w.x)\nu.y: 2*(u.y + w.y)\np: u.y + w.y\n");
+  EXPECT_EQ(equations("2*v", "v.y", 2, "  let v = u + w\n"), "u.x: 2*(u.x + w.x)\nu.y: 2*(u.y + w.y)\np: u.y + w.y\n");
 }
 
 TEST(Vectors, DotNormAndCurl) {
@@ -65,9 +64,10 @@ TEST(Vectors, AreGivenWholeOrByComponent) {
   EXPECT_EQ(print(*p.states[1].initial.formula), "y");
   EXPECT_EQ(print(*p.states[0].exact), "x");
   EXPECT_EQ(print(*p.states[1].exact), "0");
-  const std::string by_component = "model m { vector u; dt(u.y) = 1; dt(u.x) = 2 }\nscene s : m {\n"
-                                   "  grid x = 0 .. 1, cells 2, periodic\n  grid y = 0 .. 1, cells 2, periodic\n"
-                                   "  initial u = (load(\"a.npy\"), 3)\n  time 0 .. 1, step 1\n}\n";
+  const std::string by_component =
+      "model m { vector u; dt(u.y) = 1; dt(u.x) = 2 }\nscene s : m {\n"
+      "  grid x = 0 .. 1, cells 2, periodic\n  grid y = 0 .. 1, cells 2, periodic\n"
+      "  initial u = (load(\"a.npy\"), 3)\n  time 0 .. 1, step 1\n}\n";
   const Problem q = problem_of(by_component);
   EXPECT_EQ(print(*q.states[0].rhs), "2");
   EXPECT_EQ(q.states[0].initial.file, "a.npy");
@@ -75,9 +75,10 @@ TEST(Vectors, AreGivenWholeOrByComponent) {
 }
 
 TEST(Vectors, HaveNamesThatNothingElseCanHave) {
-  const std::string text = "model m { vector u; field u_x; dt(u) = (u_x, 0); dt(u_x) = u.x }\nscene s : m {\n"
-                           "  grid x = 0 .. 1, cells 2, periodic\n  grid y = 0 .. 1, cells 2, periodic\n"
-                           "  initial u = 0\n  initial u_x = 0\n  time 0 .. 1, step 1\n}\n";
+  const std::string text =
+      "model m { vector u; field u_x; dt(u) = (u_x, 0); dt(u_x) = u.x }\nscene s : m {\n"
+      "  grid x = 0 .. 1, cells 2, periodic\n  grid y = 0 .. 1, cells 2, periodic\n"
+      "  initial u = 0\n  initial u_x = 0\n  time 0 .. 1, step 1\n}\n";
   EXPECT_EQ(print(*problem_of(text).states[2].rhs), "u.x");
   EXPECT_EQ(message("model m { vector u; field u; dt(u) = 0 }\nscene s : m {\n  grid x = 0 .. 1, cells 2, periodic\n"
                     "  initial u = 0\n  time 0 .. 1, step 1\n}\n"),
@@ -85,9 +86,10 @@ TEST(Vectors, HaveNamesThatNothingElseCanHave) {
 }
 
 TEST(Vectors, OfTheWrongKindAreRefused) {
-  EXPECT_EQ(message_of("u + 1", "0"),
-            "'+' is not defined for a vector and a number | a number may scale a vector, not be added to it; div(v) and "
-            "dot(a, b) make numbers");
+  EXPECT_EQ(
+      message_of("u + 1", "0"),
+      "'+' is not defined for a vector and a number | a number may scale a vector, not be added to it; div(v) and "
+      "dot(a, b) make numbers");
   EXPECT_EQ(message_of("u*u", "0"), "'*' is not defined for two vectors | dot(a, b) multiplies vectors");
   EXPECT_EQ(message_of("p", "0"), "expected 2 components but this has 1 | one component an axis: (vx, vy)");
   EXPECT_EQ(message_of("(p, p, p)", "0"), "expected 2 components but this has 3 | one component an axis: (vx, vy)");
@@ -130,9 +132,10 @@ TEST(Vectors, HaveBoundariesOfTheirComponents) {
 
 TEST(Vectors, InTasks) {
   const std::string scene = vector_text("-u", "0", 2);
-  const Problem p = problem_of(scene + "task t : s {\n  data v = u from scene s\n"
-                                       "  data f = (load(\"a.npy\"), load(\"b.npy\"))\n  unknown initial u from (1, x)\n"
-                                       "  minimise mean(dot(u - v, u - f))\n}\n");
+  const Problem p = problem_of(scene +
+                               "task t : s {\n  data v = u from scene s\n"
+                               "  data f = (load(\"a.npy\"), load(\"b.npy\"))\n  unknown initial u from (1, x)\n"
+                               "  minimise mean(dot(u - v, u - f))\n}\n");
   ASSERT_EQ(p.task->data.size(), 4u);
   EXPECT_EQ(p.task->data[1].name, "v.y");
   EXPECT_EQ(p.task->data[1].field, "u.y");

@@ -48,7 +48,9 @@ TEST(VerifyModel, FindsEachBreakage) {
       {"equation of u: there is no field q", [](Problem& p) { p.states[0].rhs = field("q"); }},
       {"equation of u: there is no axis 1", [](Problem& p) { p.states[0].rhs = coordinate(1); }},
       {"equation of u: a reduction along axis 1",
-       [&](Problem& p) { p.states[0].rhs = reduce(Reduce{Reduce::Kind::sum, u, {true, true, false}}); }},
+       [&](Problem& p) {
+         p.states[0].rhs = reduce(Reduce{Reduce::Kind::sum, u, {true, true, false}});
+       }},
       {"equation of u: derivative of order 3 along axis 0",
        [&](Problem& p) {
          p.states[0].rhs = Expr(Node{Derivative{u, 0, 3}, {}});
@@ -67,13 +69,16 @@ TEST(VerifyModel, FindsEachBreakage) {
       {"initial state of u: neither a formula nor a file, or both",
        [](Problem& p) { p.states[0].initial.file = "u.npy"; }},
       {"the boundary of u reads state u", [&](Problem& p) { p.states[0].boundary[0].low.value = u; }},
-      {"boundary of u: a coordinate cannot stand here", [](Problem& p) { p.states[0].boundary[0].low.a = coordinate(0); }},
+      {"boundary of u: a coordinate cannot stand here",
+       [](Problem& p) { p.states[0].boundary[0].low.a = coordinate(0); }},
       {"exact solution of u: a derivative cannot stand here",
        [](Problem& p) { p.states[0].exact = derivative(coordinate(0), 0, 1); }},
       {"exact solution of u: a reduction cannot stand here",
        [](Problem& p) { p.states[0].exact = reduce(Reduce::Kind::sum, coordinate(0)); }},
       {"observable e: a reduction along no axis",
-       [&](Problem& p) { p.observables[0].value = reduce(Reduce::Kind::sum, reduce(Reduce{Reduce::Kind::max, u, {}})); }},
+       [&](Problem& p) {
+         p.observables[0].value = reduce(Reduce::Kind::sum, reduce(Reduce{Reduce::Kind::max, u, {}}));
+       }},
       {"datum v comes from a file or from a scene", [](Problem& p) { p.task->data[0].scene = "s"; }},
       {"unknown q is nothing", [](Problem& p) { p.task->unknowns[0].name = "q"; }},
       {"a task has unknowns and losses", [](Problem& p) { p.task->losses.clear(); }},

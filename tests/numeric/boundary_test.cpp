@@ -81,9 +81,11 @@ scene s : heat with s {
 )";
 
 TEST(Boundaries, AreOfOrderTwo) {
-  const std::pair<std::string, double> scenes[] = {{flux, 1e-4}, {biot, 1e-4}, {mixed, 1e-4}, {plate, 1e-4}, {block, 1e-3}};
+  const std::pair<std::string, double> scenes[] = {
+      {flux, 1e-4}, {biot, 1e-4}, {mixed, 1e-4}, {plate, 1e-4}, {block, 1e-3}};
   for (const auto& [text, bound] : scenes) {
-    const double coarse = run_scene(text, "s", {{"cells", "16"}}).l2.at("u"), fine = run_scene(text, "s", {{"cells", "32"}}).l2.at("u");
+    const double coarse = run_scene(text, "s", {{"cells", "16"}}).l2.at("u"),
+                 fine = run_scene(text, "s", {{"cells", "32"}}).l2.at("u");
     EXPECT_NEAR(std::log2(coarse / fine), 2, 0.15) << text << coarse << " " << fine;
     EXPECT_LT(fine, bound);
   }
@@ -103,7 +105,8 @@ scene s : rise with s {
   time 0 .. 1, step 1/8
 }
 )";
-  const double coarse = run_scene(text, "s", {{"step", "1/8"}}).l2.at("u"), fine = run_scene(text, "s", {{"step", "1/16"}}).l2.at("u");
+  const double coarse = run_scene(text, "s", {{"step", "1/8"}}).l2.at("u"),
+               fine = run_scene(text, "s", {{"step", "1/16"}}).l2.at("u");
   EXPECT_GT(std::log2(coarse / fine), 1.85) << coarse << " " << fine;
   EXPECT_LT(fine, 1e-3);
 }
@@ -111,10 +114,10 @@ scene s : rise with s {
 /// A loss that is quadratic in the unknown `A`: (L(A+1) - L(A-1))/2 is its derivative.
 void expect_gradient(const std::string& sides, const std::string& grid, const std::string& scheme) {
   const auto text = [&](const std::string& value) {
-    return "model m { field u; param A, B; dt(u) = 0.05*lap(u) - dx(u) }\nscheme s { " + scheme + " }\nscene s : m with s {\n" + grid +
-           "\nboundary u: " + sides + "\nA = " + value + "\nB = 0.7\ninitial u = sin(3*x)\ntime 0 .. 0.2, step 0.02\n}\n" +
-           "task t : s {\nunknown A from " + value + "\nunknown B from 0.7\nunknown initial u\n" +
-           "minimise integral((u - 1)^2) + mean(dx(u)^2) over time\n}\n";
+    return "model m { field u; param A, B; dt(u) = 0.05*lap(u) - dx(u) }\nscheme s { " + scheme +
+           " }\nscene s : m with s {\n" + grid + "\nboundary u: " + sides + "\nA = " + value +
+           "\nB = 0.7\ninitial u = sin(3*x)\ntime 0 .. 0.2, step 0.02\n}\n" + "task t : s {\nunknown A from " + value +
+           "\nunknown B from 0.7\nunknown initial u\n" + "minimise integral((u - 1)^2) + mean(dx(u)^2) over time\n}\n";
   };
   const auto here = task_gradient(text("0.4"), "t");
   const double difference = (task_gradient(text("1.4"), "t").loss - task_gradient(text("-0.6"), "t").loss) / 2;

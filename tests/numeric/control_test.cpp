@@ -13,19 +13,25 @@ namespace {
 /// u grows by dt*F[n] in step n: u(1) = sum of dt*F.
 std::string sum_of_pushes(const std::string& control, const std::string& task) {
   return "model m { field u; control F; dt(u) = F }\nscheme c { time = euler }\nscene s : m with c {\n"
-         "  grid x = 0 .. 1, cells 3, periodic\n  initial u = x\n  time 0 .. 1, step 1/8\n  " + control + "\n}\n"
-         "task t : s {\n  unknown F from 2\n  " + task + "\n}\n";
+         "  grid x = 0 .. 1, cells 3, periodic\n  initial u = x\n  time 0 .. 1, step 1/8\n  " +
+         control +
+         "\n}\n"
+         "task t : s {\n  unknown F from 2\n  " +
+         task + "\n}\n";
 }
 
 TEST(Control, HasAValueEachInterval) {
-  const auto end = [](const std::string& control) { return run_scene(sum_of_pushes(control, "minimise mean(u)"), "s").state.at("u")[0] - 1. / 6; };
+  const auto end = [](const std::string& control) {
+    return run_scene(sum_of_pushes(control, "minimise mean(u)"), "s").state.at("u")[0] - 1. / 6;
+  };
   double midpoints = 0, thirds = 0;
   for (int n = 0; n < 8; ++n) midpoints += std::pow((n + 0.5) / 8, 2) / 8;
   for (int n = 0; n < 8; ++n) thirds += std::pow(n < 3 ? 1.5 / 8 : n < 6 ? 4.5 / 8 : 7.5 / 8, 2) / 8;
   EXPECT_NEAR(end("F = t^2"), midpoints, 1e-14);
   EXPECT_NEAR(end("F = t^2 every 3/8"), thirds, 1e-14);
   EXPECT_NEAR(end("F = 1 every 1"), 1, 1e-14);
-  EXPECT_NEAR(run_scene(sum_of_pushes("F = t^2", "minimise mean(u)"), "s", {{"F", "0.5"}}).state.at("u")[0] - 1. / 6, 0.5, 1e-14);
+  EXPECT_NEAR(run_scene(sum_of_pushes("F = t^2", "minimise mean(u)"), "s", {{"F", "0.5"}}).state.at("u")[0] - 1. / 6,
+              0.5, 1e-14);
 }
 
 /// d mean(u(1)^2) / dF[k] = 2 mean(u(1)) dt * (steps of interval k), with u(1) = x + 2.
@@ -33,7 +39,8 @@ TEST(Control, GradientIsOneNumberAnInterval) {
   const std::vector<double> each = task_gradient(sum_of_pushes("", "minimise mean(u^2)"), "t").gradient.at("F");
   ASSERT_EQ(each.size(), 8u);
   for (const double g : each) EXPECT_NEAR(g, 2 * 2.5 / 8, 1e-13);
-  const std::vector<double> thirds = task_gradient(sum_of_pushes("F = 0 every 3/8", "minimise mean(u^2)"), "t").gradient.at("F");
+  const std::vector<double> thirds =
+      task_gradient(sum_of_pushes("F = 0 every 3/8", "minimise mean(u^2)"), "t").gradient.at("F");
   ASSERT_EQ(thirds.size(), 3u);
   EXPECT_NEAR(thirds[0], 2 * 2.5 * 3 / 8, 1e-13);
   EXPECT_NEAR(thirds[2], 2 * 2.5 * 2 / 8, 1e-13);
@@ -65,7 +72,8 @@ TEST(Control, IsTheSameInAllStagesOfAStep) {
 /// At a wall the value of the step's own interval: against steps by hand, and the same for a control that is sought.
 TEST(Control, ActsAtBoundariesInItsOwnStep) {
   const std::string text =
-      "model m { field u; control F; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 .. 1, cells 4\n"
+      "model m { field u; control F; dt(u) = lap(u) }\nscheme c { time = euler }\nscene s : m with c {\n  grid x = 0 "
+      ".. 1, cells 4\n"
       "  boundary u: x.low = F, x.high = zero_gradient\n  initial u = 0\n  time 0 .. 1/4, step 1/64\n  F = t^2\n}\n"
       "task t : s {\n  unknown F\n  minimise mean(u^2)\n}\n";
   std::vector<double> u(4, 0.0);
@@ -87,10 +95,13 @@ TEST(Control, ActsAtBoundariesInItsOwnStep) {
 
 TEST(Control, DerivativesAreCertified) {
   const std::string text =
-      "model m {\n  field u\n  param nu\n  control F, G\n  dt(u) = nu*lap(u) - F*u^2 + x*F*G\n}\nscheme c { time = rk2 }\n"
-      "scene s : m with c {\n  grid x = 0 .. 1, cells 9\n  boundary u: x.low = G, x.high = gradient(F*sin(t))\n  nu = 0.02\n"
+      "model m {\n  field u\n  param nu\n  control F, G\n  dt(u) = nu*lap(u) - F*u^2 + x*F*G\n}\nscheme c { time = rk2 "
+      "}\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 9\n  boundary u: x.low = G, x.high = gradient(F*sin(t))\n  nu = "
+      "0.02\n"
       "  initial u = sin(x)\n  time 0 .. 1, step 1/32\n  F = cos(t) every 1/8\n  G = 0.3\n  every 1/4: u += 0.1*F\n}\n"
-      "task t : s {\n  unknown F\n  unknown G from t\n  unknown nu\n  minimise mean(u^2)\n  minimise mean(F*u^2) + 0.1*G^2 over time\n}\n";
+      "task t : s {\n  unknown F\n  unknown G from t\n  unknown nu\n  minimise mean(u^2)\n  minimise mean(F*u^2) + "
+      "0.1*G^2 over time\n}\n";
   expect_certified(text, true);
 }
 

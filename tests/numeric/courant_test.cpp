@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps limited by a Courant number: how many parts there are, that they are the steps one would take by hand, gradients.
+// Steps limited by a Courant number: how many parts there are, that they are the steps one would take by hand,
+// gradients.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <span>
 
 #include "../driver/driver_support.h"
-#include "driver/session.h"
 #include "dpde/runtime/error.h"
+#include "driver/session.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -15,7 +16,8 @@ namespace {
 
 std::string ring(const std::string& time, const std::string& rest = "") {
   return "model m { field u; param a; dt(u) = -advect(a, u) }\nscheme c { advect = upwind(1); time = euler }\n"
-         "scene s : m with c {\n  grid x = 0 .. 1, cells 40, periodic\n  a = 1\n  initial u = sin(2*pi*x)\n  time " + time + "\n" + rest + "}\n";
+         "scene s : m with c {\n  grid x = 0 .. 1, cells 40, periodic\n  a = 1\n  initial u = sin(2*pi*x)\n  time " +
+         time + "\n" + rest + "}\n";
 }
 
 std::int64_t parts_of(const std::string& text) {
@@ -46,8 +48,11 @@ TEST(Courant, PartsAreStepsByHand) {
 /// u_t = u^2 with speed 10 u: u = 1/(2 - t) gets faster and faster, and so do the parts.
 TEST(Courant, FollowsTheState) {
   const auto text = [](const char* time) {
-    return std::string("model m { field u; dt(u) = u^2 }\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 2, periodic\n"
-                       "  initial u = 1/2\n  time ") + time + "\n}\n";
+    return std::string(
+               "model m { field u; dt(u) = u^2 }\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, "
+               "cells 2, periodic\n"
+               "  initial u = 1/2\n  time ") +
+           time + "\n}\n";
   };
   std::int64_t expected = 0;
   for (int n = 0; n < 8; ++n) expected += static_cast<std::int64_t>(std::ceil(1. / 8 * 10 / (2 - n / 8.) * 2 / 0.5));
@@ -69,15 +74,21 @@ TEST(Courant, EventsStayOnWholeSteps) {
 
 TEST(Courant, DerivativesAreCertified) {
   const std::string text =
-      "model m {\n  field u, v\n  param nu\n  control F\n  dt(u) = -advect((u, v), u) + nu*lap(u) + F\n  dt(v) = -advect((u, v), v) + nu*lap(v)\n}\n"
-      "scheme c { time = ssp_rk3 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 7\n  grid y = 0 .. 1, cells 6, periodic\n"
-      "  boundary u: x.low = sin(t), x.high = zero_gradient\n  boundary v = zero_gradient\n  nu = 0.02\n  F = sin(t) every 1/4\n"
-      "  initial u = 1 + sin(3*x + 2*pi*y)\n  initial v = cos(x)\n  time 0 .. 1, step 1/8, courant 0.3\n  every 1/4: v += 0.1*u*v\n}\n"
-      "task t : s {\n  unknown initial u\n  unknown initial v\n  unknown nu\n  unknown F\n  minimise mean(u^2 + v^3)\n  minimise mean(u*v) + F^2 over time\n}\n";
+      "model m {\n  field u, v\n  param nu\n  control F\n  dt(u) = -advect((u, v), u) + nu*lap(u) + F\n  dt(v) = "
+      "-advect((u, v), v) + nu*lap(v)\n}\n"
+      "scheme c { time = ssp_rk3 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 7\n  grid y = 0 .. 1, cells 6, "
+      "periodic\n"
+      "  boundary u: x.low = sin(t), x.high = zero_gradient\n  boundary v = zero_gradient\n  nu = 0.02\n  F = sin(t) "
+      "every 1/4\n"
+      "  initial u = 1 + sin(3*x + 2*pi*y)\n  initial v = cos(x)\n  time 0 .. 1, step 1/8, courant 0.3\n  every 1/4: v "
+      "+= 0.1*u*v\n}\n"
+      "task t : s {\n  unknown initial u\n  unknown initial v\n  unknown nu\n  unknown F\n  minimise mean(u^2 + v^3)\n "
+      " minimise mean(u*v) + F^2 over time\n}\n";
   expect_certified(text, true);
 }
 
-/// The speed is a control and an unknown: d mean(u(1)) of u_t = -F*a*u_x is 0, that of u^2 is what tangent and adjoint agree on.
+/// The speed is a control and an unknown: d mean(u(1)) of u_t = -F*a*u_x is 0, that of u^2 is what tangent and adjoint
+/// agree on.
 TEST(Courant, PartsFollowUnknownsAndControls) {
   const std::string text = ring("0 .. 1, step 1/8, courant 0.5");
   std::string varied = text;
@@ -105,7 +116,8 @@ TEST(Courant, ALimitThatCannotBeKeptEndsTheRun) {
 
 /// Bit-identical for any number of checkpoints, though parts are made again.
 TEST(Courant, CheckpointsChangeNothing) {
-  const std::string text = ring("0 .. 1, step 1/8, courant 0.4") + "task t : s {\n  unknown initial u\n  unknown a\n  minimise mean(u^4)\n}\n";
+  const std::string text = ring("0 .. 1, step 1/8, courant 0.4") +
+                           "task t : s {\n  unknown initial u\n  unknown a\n  minimise mean(u^4)\n}\n";
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
   options.selection.name = "t";

@@ -13,8 +13,10 @@ namespace {
 /// Two fields that grow with slopes 1 and 2 from 0, without an error of the time scheme.
 std::string growing(const std::string& events, const std::string& scheme = "time = rk4") {
   return "model m {\n  field a, b\n  dt(a) = 1\n  dt(b) = 2\n}\nscheme s { " + scheme +
-         " }\nscene grow : m with s {\n  grid x = 0 .. 1, cells 3\n  boundary a = 0\n  boundary b = 0\n  initial a = 0\n  initial b = 0\n"
-         "  time 0 .. 1, step 1/16\n  " + events + "\n}\n";
+         " }\nscene grow : m with s {\n  grid x = 0 .. 1, cells 3\n  boundary a = 0\n  boundary b = 0\n  initial a = "
+         "0\n  initial b = 0\n"
+         "  time 0 .. 1, step 1/16\n  " +
+         events + "\n}\n";
 }
 
 std::vector<double> ends(const std::string& events, const std::string& scheme = "time = rk4") {
@@ -63,14 +65,19 @@ TEST(Event, CountsFromTheBeginOfTheRun) {
 /// Diffusion as an event that reads neighbours is a step of Euler's method, whatever the boundaries.
 TEST(Event, ReadsNeighboursAndBoundaries) {
   for (const std::string cells : {"1", "2", "3", "20"}) {
-    const std::string rest = "scene s : m with c {\n  grid x = 0 .. 1, cells " + cells + "\n  grid y = 0 .. 1, cells 4, periodic\n" +
-                             "  boundary u: x.low = 1 + t, x.high = gradient(sin(y))\n  initial u = cos(x + y)\n  time 0 .. 1/8, step 1/512\n";
-    const std::string as_event = "model m { field u; dt(u) = 0 }\nscheme c { time = euler }\n" + rest + "  after step: u += lap(u)/5120\n}\n";
-    const std::string as_equation = "model m { field u; dt(u) = lap(u)/10 }\nscheme c { time = euler }\n" + rest + "}\n";
+    const std::string rest = "scene s : m with c {\n  grid x = 0 .. 1, cells " + cells +
+                             "\n  grid y = 0 .. 1, cells 4, periodic\n" +
+                             "  boundary u: x.low = 1 + t, x.high = gradient(sin(y))\n  initial u = cos(x + y)\n  time "
+                             "0 .. 1/8, step 1/512\n";
+    const std::string as_event =
+        "model m { field u; dt(u) = 0 }\nscheme c { time = euler }\n" + rest + "  after step: u += lap(u)/5120\n}\n";
+    const std::string as_equation =
+        "model m { field u; dt(u) = lap(u)/10 }\nscheme c { time = euler }\n" + rest + "}\n";
     // the event comes at the end of its step, so the boundary is one step later: shift it back
     std::string shifted = as_event;
     shifted.replace(shifted.find("1 + t,"), 6, "1 + t - 1/512,");
-    const std::vector<double> event = run_scene(shifted, "s").state.at("u"), equation = run_scene(as_equation, "s").state.at("u");
+    const std::vector<double> event = run_scene(shifted, "s").state.at("u"),
+                              equation = run_scene(as_equation, "s").state.at("u");
     for (std::size_t i = 0; i < event.size(); ++i) EXPECT_NEAR(event[i], equation[i], 1e-13) << cells;
   }
 }
@@ -79,9 +86,11 @@ TEST(Event, DerivativesAreCertified) {
   const std::string text =
       "model m {\n  field u, v\n  param nu, q\n  dt(u) = -u*dx(u) + nu*lap(u) + v\n  dt(v) = q*u*v\n}\n"
       "scheme c { time = rk2 }\n"
-      "scene s : m with c {\n  grid x = 0 .. 1, cells 12\n  boundary u: x.low = sin(t), x.high = zero_gradient\n  boundary v = zero_gradient\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 12\n  boundary u: x.low = sin(t), x.high = zero_gradient\n  "
+      "boundary v = zero_gradient\n"
       "  nu = 0.01\n  q = 0.3\n  initial u = sin(3*x)\n  initial v = x\n  time 0 .. 0.5, step 1/32\n"
-      "  every 1/8: u = u*v + q, v += 0.1*u^2\n  after step: v += q*lap(v)*u/3200\n  at t = 0.25: u = u + 0.01*dx(u*v)\n}\n"
+      "  every 1/8: u = u*v + q, v += 0.1*u^2\n  after step: v += q*lap(v)*u/3200\n  at t = 0.25: u = u + "
+      "0.01*dx(u*v)\n}\n"
       "task t : s {\n  unknown initial u\n  unknown initial v\n  unknown q from 0.4\n  minimise mean(u^2 + v^3)\n}\n";
   expect_certified(text, false);
 }
@@ -90,7 +99,8 @@ TEST(Event, DerivativesAreCertified) {
 TEST(Event, AStateThatIsOverwrittenWithWhatIsKnown) {
   expect_certified(
       "model m {\n  field a, b\n  param k\n  dt(a) = 0\n  dt(b) = 0\n}\nscheme c { time = euler }\n"
-      "scene s : m with c {\n  grid x = 0 .. 1, cells 8, periodic\n  k = 1\n  initial a = 0\n  initial b = 0\n  time 0 .. 1, step 1/2\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 8, periodic\n  k = 1\n  initial a = 0\n  initial b = 0\n  time 0 "
+      ".. 1, step 1/2\n"
       "  after step: a = k*x, b = x^2\n}\n"
       "task t : s {\n  unknown k from 2\n  minimise mean((a - b)^2)\n}\n",
       true);

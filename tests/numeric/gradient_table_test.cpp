@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of unknown, between every kind of end, by every kind of scheme, in every way to make a gradient: against central
-// differences of the losses of the same run. Each test writes its part of the table to gradient_table/ in the build folder.
-#include <gtest/gtest.h>
-
+// Every kind of unknown, between every kind of end, by every kind of scheme, in every way to make a gradient: against
+// central differences of the losses of the same run. Each test writes its part of the table to gradient_table/ in the
+// build folder.
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
@@ -23,10 +23,14 @@ struct Unknown {
   double reach;
 };
 const std::vector<Unknown> unknowns = {
-    {"initial state", "unknown initial u", "u", 0.3}, {"velocity of second order", "unknown initial dt(p)", "p_t", 3},
-    {"parameter", "unknown k", "k", 0.1},             {"coefficient", "unknown c", "c", 3},
-    {"boundary value", "unknown b", "b", 0.3},        {"control", "unknown F", "F", 1},
-    {"place of a source", "unknown s", "s", 0.05},    {"weights of a network", "learn n", "n", 1},
+    {"initial state", "unknown initial u", "u", 0.3},
+    {"velocity of second order", "unknown initial dt(p)", "p_t", 3},
+    {"parameter", "unknown k", "k", 0.1},
+    {"coefficient", "unknown c", "c", 3},
+    {"boundary value", "unknown b", "b", 0.3},
+    {"control", "unknown F", "F", 1},
+    {"place of a source", "unknown s", "s", 0.05},
+    {"weights of a network", "learn n", "n", 1},
 };
 
 struct Ends {
@@ -35,23 +39,32 @@ struct Ends {
 };
 const std::vector<Ends> all_ends = {
     {"periodic", ", periodic", "", "", "boundary value"},
-    {"bounded", "", "  boundary u: x.low = b*(1 + t), x.high = zero_gradient\n  boundary p: x.low = b, x.high = mixed(1, 0.3, 0.2)\n", "", ""},
+    {"bounded", "",
+     "  boundary u: x.low = b*(1 + t), x.high = zero_gradient\n  boundary p: x.low = b, x.high = mixed(1, 0.3, 0.2)\n",
+     "", ""},
     {"stretched", ", stretched tanh(1.5*x)/tanh(1.5)",
-     "  boundary u: x.low = b*(1 + t), x.high = zero_gradient\n  boundary p: x.low = b, x.high = mixed(1, 0.3, 0.2)\n", "", ""},
-    {"staggered", "", "  boundary u: x.low = b*(1 + t), x.high = zero_gradient\n  boundary p = zero_gradient\n", " on faces.x", ""},
+     "  boundary u: x.low = b*(1 + t), x.high = zero_gradient\n  boundary p: x.low = b, x.high = mixed(1, 0.3, 0.2)\n",
+     "", ""},
+    {"staggered", "", "  boundary u: x.low = b*(1 + t), x.high = zero_gradient\n  boundary p = zero_gradient\n",
+     " on faces.x", ""},
 };
 const std::vector<std::string> schemes = {"euler", "rk4", "verlet", "ab2"};
 
 /// Waves p beside what is carried, u; on faces what carries lies between them.
 std::string text_of(const Ends& ends, const std::string& scheme) {
   const bool has_walls = !ends.walls.empty(), is_staggered = !ends.on.empty();
-  std::string text = "network n(a) { initial he, seed 3; conv 3, 3; tanh; conv out, 3 }\nmodel m {\n  field u" + ends.on +
-                     "\n  field p\n  coefficient c\n  param k, s" + (has_walls ? ", b" : "") + "\n  control F\n";
-  text += is_staggered ? "  dt(dt(p)) = c*lap(p) - 0.1*dt(p) - 0.3*dx(u)\n  dt(u) = k*lap(u) - 0.3*u*dx(u) - 0.2*dx(p) + 0.1*interpolate(n(p)) + inject(F, at = s)\n"
-                       : "  dt(dt(p)) = c*lap(p) - 0.1*dt(p) + 0.2*u\n  dt(u) = k*lap(u) - 0.3*u*dx(u) + 0.1*p + 0.1*n(u) + inject(F, at = s)\n";
-  text += "}\nscheme q { time = " + scheme + "; networks = f64 }\nscene g : m with q {\n  grid x = 0 .. 1, cells 7" + ends.axis + "\n" + ends.walls +
-          "  k = 0.05\n  s = 0.37\n" + (has_walls ? "  b = 0.4\n" : "") + "  F = 0.5 + sin(5*t) every 0.02\n  c = 0.3 + 0.1*x\n"
-          "  initial u = 0.7 + 0.2*sin(2*pi*x)\n  initial p = 0.3*cos(2*pi*x)\n  initial dt(p) = 0.1*x\n  time 0 .. 0.06, step 0.01\n}\ntask t : g {\n";
+  std::string text = "network n(a) { initial he, seed 3; conv 3, 3; tanh; conv out, 3 }\nmodel m {\n  field u" +
+                     ends.on + "\n  field p\n  coefficient c\n  param k, s" + (has_walls ? ", b" : "") +
+                     "\n  control F\n";
+  text += is_staggered ? "  dt(dt(p)) = c*lap(p) - 0.1*dt(p) - 0.3*dx(u)\n  dt(u) = k*lap(u) - 0.3*u*dx(u) - 0.2*dx(p) "
+                         "+ 0.1*interpolate(n(p)) + inject(F, at = s)\n"
+                       : "  dt(dt(p)) = c*lap(p) - 0.1*dt(p) + 0.2*u\n  dt(u) = k*lap(u) - 0.3*u*dx(u) + 0.1*p + "
+                         "0.1*n(u) + inject(F, at = s)\n";
+  text += "}\nscheme q { time = " + scheme + "; networks = f64 }\nscene g : m with q {\n  grid x = 0 .. 1, cells 7" +
+          ends.axis + "\n" + ends.walls + "  k = 0.05\n  s = 0.37\n" + (has_walls ? "  b = 0.4\n" : "") +
+          "  F = 0.5 + sin(5*t) every 0.02\n  c = 0.3 + 0.1*x\n"
+          "  initial u = 0.7 + 0.2*sin(2*pi*x)\n  initial p = 0.3*cos(2*pi*x)\n  initial dt(p) = 0.1*x\n  time 0 .. "
+          "0.06, step 0.01\n}\ntask t : g {\n";
   for (const Unknown& unknown : unknowns) {
     if (unknown.kind != ends.without) text += "  " + unknown.line + "\n";
   }
@@ -79,7 +92,8 @@ struct Task {
   std::unique_ptr<driver::Inverse> inverse;
 };
 
-Task open(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& code, const driver::SessionOptions& options) {
+Task open(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& code,
+          const driver::SessionOptions& options) {
   DiagnosticSink sink;
   Task task{driver::Session::open(source, code, options, sink), nullptr};
   if (task.session) task.inverse = driver::Inverse::open(*task.session, source, sink);
@@ -98,14 +112,17 @@ std::shared_ptr<const driver::Compiled> compile(const SourceFile& source, bool s
 
 /// Of losses along a line: from both sides, of two steps, extrapolated to order 4.
 double difference(driver::Inverse& inverse, const Eigen::VectorXd& x, const Eigen::VectorXd& direction, double step) {
-  const auto central = [&](double h) { return (inverse.value(x + h * direction) - inverse.value(x - h * direction)) / (2 * h); };
+  const auto central = [&](double h) {
+    return (inverse.value(x + h * direction) - inverse.value(x - h * direction)) / (2 * h);
+  };
   return (4 * central(step / 2) - central(step)) / 3;
 }
 
 using Row = std::map<std::string, double>;  // the largest error, by kind of unknown
 
 /// Adds to `row` how far each unknown's gradient is from differences.
-void compare(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& code, const Way& way, Row& row, Eigen::VectorXd& gradient) {
+void compare(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& code, const Way& way, Row& row,
+             Eigen::VectorXd& gradient) {
   const Task task = open(source, code, way.options);
   if (!task.inverse) return;
   driver::Inverse& inverse = *task.inverse;
@@ -136,7 +153,8 @@ void write_table(const Ends& ends, const std::map<std::string, Row>& rows) {
   out << "\n|---|" << std::string(4 * rows.size(), '-') << "\n";
   for (const Unknown& unknown : unknowns) {
     out << "| " << unknown.kind << " |";
-    for (const auto& [column, row] : rows) out << (row.contains(unknown.kind) ? fmt::format(" {:.0e} |", row.at(unknown.kind)) : " - |");
+    for (const auto& [column, row] : rows)
+      out << (row.contains(unknown.kind) ? fmt::format(" {:.0e} |", row.at(unknown.kind)) : " - |");
     out << "\n";
   }
 }
@@ -175,7 +193,8 @@ model m {
   dt(dt(p)) = c*lap(p) - 0.1*dt(p) + 0.2*u
   dt(u) = k*lap(u) - 0.3*u*dx(u) + 0.1*p + F
 }
-scheme q { time = )" + scheme + R"( }
+scheme q { time = )" +
+         scheme + R"( }
 scene g : m with q {
   grid x = 0 .. 128, cells 1024, periodic
   grid y = 0 .. 80, cells 640, periodic
@@ -214,7 +233,8 @@ TEST(GradientTable, OfBlocksOfSteps) {
   write_table({"blocks", "", "", "", ""}, rows);
 }
 
-INSTANTIATE_TEST_SUITE_P(, GradientTableOf, ::testing::ValuesIn(all_ends), [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(, GradientTableOf, ::testing::ValuesIn(all_ends),
+                         [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace dpde::testing

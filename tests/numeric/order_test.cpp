@@ -109,7 +109,8 @@ void expect_order(const std::string& text, const std::string& scene, const std::
   for (const Level& level : levels) errors.push_back(run_scene(text, scene, level.overrides).l2.at(field));
   const size_t n = errors.size();
   const double order = std::log(errors[n - 2] / errors[n - 1]) / std::log(levels[n - 1].refinement);
-  EXPECT_NEAR(order, design, 0.15) << scene << ": errors " << errors[n - 3] << " " << errors[n - 2] << " " << errors[n - 1];
+  EXPECT_NEAR(order, design, 0.15) << scene << ": errors " << errors[n - 3] << " " << errors[n - 2] << " "
+                                   << errors[n - 1];
   EXPECT_LT(errors[n - 1], finest_bound);
   EXPECT_GT(errors[n - 1], 1e-13);  // an order of rounding errors is no order
 }
@@ -141,21 +142,23 @@ TEST(Order, OfAdvectionInSpace) {
 
 /// Upwind 1 and linear semi-Lagrangian lose half a cell's worth at a fixed Courant number: order 1.
 TEST(Order, OfUpwindAndSemiLagrangianAtAFixedCourantNumber) {
-  const std::vector<Overrides> both{{{"cells", "256"}, {"step", "pi/256"}}, {{"cells", "512"}, {"step", "pi/512"}},
+  const std::vector<Overrides> both{{{"cells", "256"}, {"step", "pi/256"}},
+                                    {{"cells", "512"}, {"step", "pi/512"}},
                                     {{"cells", "1024"}, {"step", "pi/1024"}}};
-  const std::string whole = std::string(advection)
-                                .replace(advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57,
-                                         "time 0 .. pi/2, step pi/64 ");
+  const std::string whole = std::string(advection).replace(
+      advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57, "time 0 .. pi/2, step pi/64 ");
   expect_order(whole, "ring", with({{"advect", "upwind1"}, {"time", "euler"}}, both), 1, 2e-2);
   expect_order(whole, "ring", with({{"advect", "semi_lagrangian"}, {"time", "euler"}}, both), 1, 2e-2);
 }
 
 /// Cubic interpolation errs by h^4 a step: order 3 at a fixed Courant number, here 1.3, and 0.7 along two axes.
 TEST(Order, OfCubicSemiLagrangianAtAFixedCourantNumber) {
-  const std::vector<Overrides> both{{{"cells", "26"}, {"step", "pi/20"}}, {{"cells", "52"}, {"step", "pi/40"}},
+  const std::vector<Overrides> both{{{"cells", "26"}, {"step", "pi/20"}},
+                                    {{"cells", "52"}, {"step", "pi/40"}},
                                     {{"cells", "104"}, {"step", "pi/80"}}};
   std::string text = advection;
-  text.replace(text.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57, "time 0 .. pi/2, step pi/64 ");
+  text.replace(text.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57,
+               "time 0 .. pi/2, step pi/64 ");
   expect_order(text, "ring", with({{"advect", "semi_lagrangian(cubic)"}, {"time", "euler"}}, both), 3, 1e-4);
   const std::string plane = R"(
 model carry { field u; dt(u) = -advect((1, -1), u) }
@@ -167,15 +170,15 @@ scene torus : carry {
   time 0 .. pi/2, step pi/20
 }
 )";
-  const std::vector<Overrides> planes{{{"cells", "14"}, {"step", "pi/10"}}, {{"cells", "28"}, {"step", "pi/20"}}, {{"cells", "56"}, {"step", "pi/40"}}};
+  const std::vector<Overrides> planes{
+      {{"cells", "14"}, {"step", "pi/10"}}, {{"cells", "28"}, {"step", "pi/20"}}, {{"cells", "56"}, {"step", "pi/40"}}};
   expect_order(plane, "torus", with({{"advect", "semi_lagrangian_cubic"}, {"time", "euler"}}, planes), 3, 1e-3);
 }
 
 /// Whole cells a step: the semi-Lagrangian scheme is a shift.
 TEST(Order, SemiLagrangianIsExactAtWholeCourantNumbers) {
-  const std::string whole = std::string(advection)
-                                .replace(advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57,
-                                         "time 0 .. pi/2, step pi/8  ");
+  const std::string whole = std::string(advection).replace(
+      advection.find("time 0 .. 1.5707963267948966, step 1.5707963267948966/64"), 57, "time 0 .. pi/2, step pi/8  ");
   const double error = run_scene(whole, "ring", {{"advect", "semi_lagrangian"}, {"time", "euler"}}).l2.at("u");
   EXPECT_LT(error, 1e-13);
 }

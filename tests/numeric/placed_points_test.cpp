@@ -18,19 +18,24 @@ const std::string around = ", periodic, stretched x + 0.1*sin(2*pi*x)";
 /// A scene of one field on 0 .. 1 into which 3 a unit of time go for one unit of time, and its integral as a loss.
 std::string growth(const std::string& field, const std::string& grid, const std::string& place) {
   const bool periodic = grid.find("periodic") != std::string::npos;
-  return "model m { field " + field + "; dt(u) = inject(3, at = " + place + ") }\nscheme s { time = euler }\nscene s : m with s {\n  grid x = 0 .. 1, cells " + grid +
-         (periodic ? "" : "\n  boundary u: x = 0") + "\n  initial u = 0\n  time 0 .. 1, step 1/4\n}\ntask t : s { unknown initial u; minimise integral(u) }\n";
+  return "model m { field " + field + "; dt(u) = inject(3, at = " + place +
+         ") }\nscheme s { time = euler }\nscene s : m with s {\n  grid x = 0 .. 1, cells " + grid +
+         (periodic ? "" : "\n  boundary u: x = 0") +
+         "\n  initial u = 0\n  time 0 .. 1, step 1/4\n}\ntask t : s { unknown initial u; minimise integral(u) }\n";
 }
 
 TEST(PlacedPoints, SourcesBringInWhatTheySay) {
   for (const char* field : {"u", "u on faces.x"}) {
     for (const std::string& kind : {std::string(), to_the_low_wall, around}) {
       for (const char* cells : {"1", "2", "8"}) {
-        if (std::string(cells) == "1" && std::string(field) != "u" && kind != around) continue;  // there is no face between the walls
+        if (std::string(cells) == "1" && std::string(field) != "u" && kind != around)
+          continue;  // there is no face between the walls
         std::string text = growth(field, cells + kind, "0");
-        for (const char* place : {"0.003", "0.24", "0.5", "0.97", "1", "0.2 + t/2"}) text.insert(text.find("inject"), "inject(0.1 + 4*(" + std::string(place) + "), at = " + place + ") + ");
+        for (const char* place : {"0.003", "0.24", "0.5", "0.97", "1", "0.2 + t/2"})
+          text.insert(text.find("inject"), "inject(0.1 + 4*(" + std::string(place) + "), at = " + place + ") + ");
         // of 0.2 + t/2 the mean over the four steps is 0.3875
-        EXPECT_NEAR(task_gradient(text, "t").loss, 3 + 0.6 + 4 * (0.003 + 0.24 + 0.5 + 0.97 + 1 + 0.3875), 1e-12) << field << " " << kind << " " << cells;
+        EXPECT_NEAR(task_gradient(text, "t").loss, 3 + 0.6 + 4 * (0.003 + 0.24 + 0.5 + 0.97 + 1 + 0.3875), 1e-12)
+            << field << " " << kind << " " << cells;
       }
     }
   }
@@ -38,7 +43,8 @@ TEST(PlacedPoints, SourcesBringInWhatTheySay) {
 
 /// Between two points each takes what the other one lacks.
 TEST(PlacedPoints, ASourceIsSharedByThePointsBesideIt) {
-  const std::vector<double> faces = run_scene(growth("u on faces.x", "5", "0.34"), "s").state.at("u");  // 0.2, 0.4, 0.6, 0.8 and the wall
+  const std::vector<double> faces =
+      run_scene(growth("u on faces.x", "5", "0.34"), "s").state.at("u");  // 0.2, 0.4, 0.6, 0.8 and the wall
   EXPECT_NEAR(faces[0], 3 * 0.3 / 0.2, 1e-12);
   EXPECT_NEAR(faces[1], 3 * 0.7 / 0.2, 1e-12);
   EXPECT_EQ(faces[2], 0);
@@ -55,28 +61,38 @@ TEST(PlacedPoints, ASourceIsSharedByThePointsBesideIt) {
     int below = 0;
     while (map(first + (below + 1) * h) < x) ++below;
     const double from = map(first + below * h), to = map(first + (below + 1) * h);
-    const std::vector<double> u = run_scene(growth(on_faces ? "u on faces.x" : "u", "8" + to_the_low_wall, "0.23"), "s").state.at("u");
+    const std::vector<double> u =
+        run_scene(growth(on_faces ? "u on faces.x" : "u", "8" + to_the_low_wall, "0.23"), "s").state.at("u");
     for (int i = 0; i < 8; ++i) {
-      const double wanted = i == below ? 3 * (to - x) / (to - from) / size(i) : i == below + 1 ? 3 * (x - from) / (to - from) / size(i) : 0;
+      const double wanted = i == below       ? 3 * (to - x) / (to - from) / size(i)
+                            : i == below + 1 ? 3 * (x - from) / (to - from) / size(i)
+                                             : 0;
       EXPECT_NEAR(u[static_cast<std::size_t>(i)], wanted, 1e-12) << on_faces << " " << i;
     }
   }
 }
 
-/// Nothing moves: what is linear is read exactly at every place, on walls, before the first point and behind the last one.
+/// Nothing moves: what is linear is read exactly at every place, on walls, before the first point and behind the last
+/// one.
 TEST(PlacedPoints, ReceiversReadWhatIsLinearExactly) {
   for (const char* on : {"", " on faces.x", " on faces.y", " on nodes"}) {
     for (const std::string& kind : {std::string(), to_the_low_wall}) {
-      const bool has_corner = std::string(on) != " on faces.y" || kind.empty();  // else it is filled as if cells beyond the wall were as wide as inside
+      const bool has_corner = std::string(on) != " on faces.y" ||
+                              kind.empty();  // else it is filled as if cells beyond the wall were as wide as inside
       std::string loss;
       for (const std::string x : {"0", "0.01", "0.3", "1/3", "0.5", "0.875", "0.99", "1", "a", "a + t"}) {
         loss += (loss.empty() ? "" : " + ") + ("(sample(u, at = (" + x + ", 1.3)) - 0.7 - 3*(" + x + "))^2");
         if (has_corner) loss += " + (sample(u, at = (" + x + ", 0.4)) - 1.6 - 3*(" + x + "))^2";
       }
       for (const char* cells : {"1", "2", "8"}) {
-        const std::string text = std::string("model m { field u") + on + "; param a; dt(u) = 0*u }\nscheme s { time = euler }\nscene s : m with s {\n  grid x = 0 .. 1, cells " + cells + kind +
-                                 "\n  grid y = 0 .. 2, cells 3\n  a = 0.21\n  boundary u: x.low = 2 - y, x.high = 5 - y, y.low = 2 + 3*x, y.high = 3*x\n"
-                                 "  initial u = 2 + 3*x - y\n  time 0 .. 0.5, step 0.5\n}\ntask t : s { unknown initial u; minimise " + loss + " at t = 0.5 }\n";
+        const std::string text =
+            std::string("model m { field u") + on +
+            "; param a; dt(u) = 0*u }\nscheme s { time = euler }\nscene s : m with s {\n  grid x = 0 .. 1, cells " +
+            cells + kind +
+            "\n  grid y = 0 .. 2, cells 3\n  a = 0.21\n  boundary u: x.low = 2 - y, x.high = 5 - y, y.low = 2 + 3*x, "
+            "y.high = 3*x\n"
+            "  initial u = 2 + 3*x - y\n  time 0 .. 0.5, step 0.5\n}\ntask t : s { unknown initial u; minimise " +
+            loss + " at t = 0.5 }\n";
         EXPECT_LT(task_gradient(text, "t").loss, 1e-25) << on << kind << " " << cells;
       }
     }
@@ -123,25 +139,39 @@ TEST(PlacedPoints, ReceiversOnStretchedRingsReadBetweenThePoints) {
       int below = -1;
       while (map(first + (below + 1) * h) <= x) ++below;
       const double from = map(first + below * h), to = map(first + (below + 1) * h);
-      const double wanted = std::sin(2 * pi * from) + (x - from) / (to - from) * (std::sin(2 * pi * to) - std::sin(2 * pi * from));
-      for (const std::string& place : {std::to_string(x), std::to_string(x) + " + 0*a", std::to_string(x - 1) + " + a", std::to_string(x + 1) + " - a"}) {
-        loss += (loss.empty() ? "(" : " + (") + ("sample(u, at = " + place + ") - (" + fmt::format("{}", wanted) + "))^2");
+      const double wanted =
+          std::sin(2 * pi * from) + (x - from) / (to - from) * (std::sin(2 * pi * to) - std::sin(2 * pi * from));
+      for (const std::string& place : {std::to_string(x), std::to_string(x) + " + 0*a", std::to_string(x - 1) + " + a",
+                                       std::to_string(x + 1) + " - a"}) {
+        loss +=
+            (loss.empty() ? "(" : " + (") + ("sample(u, at = " + place + ") - (" + fmt::format("{}", wanted) + "))^2");
       }
     }
-    const std::string text = std::string("model m { field u") + (on_faces ? " on faces.x" : "") + "; param a; dt(u) = 0*u }\nscheme s { time = euler }\nscene s : m with s {\n  grid x = 0 .. 1, cells 6" + around +
-                             "\n  a = 1\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1\n}\ntask t : s { unknown initial u; unknown a; minimise " + loss + " }\n";
+    const std::string text =
+        std::string("model m { field u") + (on_faces ? " on faces.x" : "") +
+        "; param a; dt(u) = 0*u }\nscheme s { time = euler }\nscene s : m with s {\n  grid x = 0 .. 1, cells 6" +
+        around +
+        "\n  a = 1\n  initial u = sin(2*pi*x)\n  time 0 .. 1, step 1\n}\ntask t : s { unknown initial u; unknown a; "
+        "minimise " +
+        loss + " }\n";
     EXPECT_LT(task_gradient(text, "t").loss, 1e-25) << on_faces;
   }
 }
 
-/// What goes in at one place and is read at another is what goes in there and is read here, as diffusion is its own transpose:
-/// both are the same weights.
+/// What goes in at one place and is read at another is what goes in there and is read here, as diffusion is its own
+/// transpose: both are the same weights.
 TEST(PlacedPoints, SourcesAndReceiversAreTransposes) {
   const auto reading = [](const std::string& on, const std::string& kind, const char* from, const char* to) {
-    const std::string walls = kind == around ? "" : on.empty() ? "\n  boundary u: x.low = 0, x.high = mixed(1, 0.5, 0)" : "\n  boundary u: x = 0";
-    const std::string text = "model m { field u" + on + "; dt(u) = lap(u) + inject(1, at = " + from + ") }\nscheme s { time = euler; lap = central(2) }\nscene s : m with s {\n"
-                             "  grid x = 0 .. 1, cells 9" + kind + walls + "\n  initial u = 0\n  time 0 .. 1/64, step 1/4096\n}\n"
-                             "task t : s { unknown initial u; minimise sample(u, at = " + to + ") }\n";
+    const std::string walls = kind == around ? ""
+                              : on.empty()   ? "\n  boundary u: x.low = 0, x.high = mixed(1, 0.5, 0)"
+                                             : "\n  boundary u: x = 0";
+    const std::string text = "model m { field u" + on + "; dt(u) = lap(u) + inject(1, at = " + from +
+                             ") }\nscheme s { time = euler; lap = central(2) }\nscene s : m with s {\n"
+                             "  grid x = 0 .. 1, cells 9" +
+                             kind + walls +
+                             "\n  initial u = 0\n  time 0 .. 1/64, step 1/4096\n}\n"
+                             "task t : s { unknown initial u; minimise sample(u, at = " +
+                             to + ") }\n";
     return task_gradient(text, "t").loss;
   };
   const auto expect_same = [&](const std::string& on, const std::string& kind) {
@@ -157,12 +187,20 @@ TEST(PlacedPoints, SourcesAndReceiversAreTransposes) {
 
 TEST(PlacedPoints, DerivativesAreCertified) {
   const auto text = [](const std::string& x, const std::string& y) {
-    return "model m {\n  vector u on faces\n  field p\n  param q, a, b\n  dt(u) = 0.02*lap(u) - grad(p) + inject(q*cos(t), at = (a, b))*(1, 1)\n"
-           "  dt(p) = -div(u) + inject(q, at = (b, a + t))\n}\nscheme c { time = rk2 }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + x + "\n  grid y = 0 .. 1, cells " + y +
-           "\n  q = 1.3\n  a = 0.43\n  b = 0.57\n" + (x.ends_with(around) ? "  boundary u.x: y = zero_gradient\n" : "  boundary u.x: x.low = b, x.high = zero_gradient" + std::string(y.find("periodic") == std::string::npos ? ", y = zero_gradient\n" : "\n")) +
-           "  boundary u.y = zero_gradient\n  boundary p = zero_gradient\n  initial u = (x, y)\n  initial p = x*y\n  time 0 .. 1/8, step 1/64\n}\n"
+    return "model m {\n  vector u on faces\n  field p\n  param q, a, b\n  dt(u) = 0.02*lap(u) - grad(p) + "
+           "inject(q*cos(t), at = (a, b))*(1, 1)\n"
+           "  dt(p) = -div(u) + inject(q, at = (b, a + t))\n}\nscheme c { time = rk2 }\nscene s : m with c {\n  grid x "
+           "= 0 .. 1, cells " +
+           x + "\n  grid y = 0 .. 1, cells " + y + "\n  q = 1.3\n  a = 0.43\n  b = 0.57\n" +
+           (x.ends_with(around)
+                ? "  boundary u.x: y = zero_gradient\n"
+                : "  boundary u.x: x.low = b, x.high = zero_gradient" +
+                      std::string(y.find("periodic") == std::string::npos ? ", y = zero_gradient\n" : "\n")) +
+           "  boundary u.y = zero_gradient\n  boundary p = zero_gradient\n  initial u = (x, y)\n  initial p = x*y\n  "
+           "time 0 .. 1/8, step 1/64\n}\n"
            "task t : s {\n  unknown q\n  unknown a\n  unknown b\n  unknown initial u\n"
-           "  minimise (sample(u.x, at = (0.61, 0.3)) - 0.4)^2 + sample(u.y, at = (a, 0.9*b))^2 + sample(p, at = (b, 0.05)) over time\n}\n";
+           "  minimise (sample(u.x, at = (0.61, 0.3)) - 0.4)^2 + sample(u.y, at = (a, 0.9*b))^2 + sample(p, at = (b, "
+           "0.05)) over time\n}\n";
   };
   for (const std::string x : {"1", "3"}) {
     expect_certified(text(x, "2"), x == "3");
@@ -174,12 +212,16 @@ TEST(PlacedPoints, DerivativesAreCertified) {
 TEST(PlacedPoints, BackEndsAgree) {
   for (const std::string& kind : {std::string(), to_the_low_wall, around}) {
     for (const char* cells : {"2", "7"}) {
-      const std::string text = "model m { field u on faces.x; param a; dt(u) = 0.1*lap(u) + inject(cos(t), at = a + t/4) }\nscheme s { time = rk2; lap = central(2) }\nscene s : m with s {\n  grid x = 0 .. 1, cells " + (cells + kind) +
-                               "\n  a = 0.3\n" + (kind == around ? "" : "  boundary u: x = mixed(1, 0.3, a)\n") + "  initial u = 0\n  time 0 .. 1, step 1/64\n}\n";
+      const std::string text =
+          "model m { field u on faces.x; param a; dt(u) = 0.1*lap(u) + inject(cos(t), at = a + t/4) }\nscheme s { time "
+          "= rk2; lap = central(2) }\nscene s : m with s {\n  grid x = 0 .. 1, cells " +
+          (cells + kind) + "\n  a = 0.3\n" + (kind == around ? "" : "  boundary u: x = mixed(1, 0.3, a)\n") +
+          "  initial u = 0\n  time 0 .. 1, step 1/64\n}\n";
       const auto wanted = run_scene(text, "s", {}, driver::Backend::interpreter).state.at("u");
       for (const driver::Backend backend : {driver::Backend::jit, driver::Backend::cpp}) {
         const auto got = run_scene(text, "s", {}, backend).state.at("u");
-        for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(got[i], wanted[i], 1e-13 * (1 + std::abs(wanted[i]))) << kind << cells << " " << i;
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+          EXPECT_NEAR(got[i], wanted[i], 1e-13 * (1 + std::abs(wanted[i]))) << kind << cells << " " << i;
       }
     }
   }

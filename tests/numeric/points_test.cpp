@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Point sources and receivers: what goes in arrives, what is read is the multilinear value, and positions have the exact
-// derivative.
+// Point sources and receivers: what goes in arrives, what is read is the multilinear value, and positions have the
+// exact derivative.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,8 @@ using testing::task_gradient;
 double total(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
 std::string growth(const std::string& grid, const std::string& place) {
-  return "model m { field u; dt(u) = inject(3, at = " + place + ") }\nscheme s { time = euler }\nscene s : m with s {\n" + grid +
+  return "model m { field u; dt(u) = inject(3, at = " + place +
+         ") }\nscheme s { time = euler }\nscene s : m with s {\n" + grid +
          "\nboundary u: x = zero_gradient\ninitial u = 0\ntime 0 .. 1, step 1/4\n}\n";
 }
 
@@ -25,17 +26,18 @@ std::string growth(const std::string& grid, const std::string& place) {
 TEST(Points, SourcesBringInWhatTheySay) {
   for (const char* place : {"0", "0.05", "0.24", "0.5", "0.97", "1"}) {
     const std::vector<double> u = run_scene(growth("grid x = 0 .. 1, cells 5", place), "s").state.at("u");
-    EXPECT_NEAR(total(u)/5, 3, 1e-12) << place;
+    EXPECT_NEAR(total(u) / 5, 3, 1e-12) << place;
   }
   const std::vector<double> u = run_scene(growth("grid x = 0 .. 1, cells 5", "0.34"), "s").state.at("u");
-  EXPECT_NEAR(u[1], 3*0.8/0.2, 1e-12);  // centres 0.3 and 0.5
-  EXPECT_NEAR(u[2], 3*0.2/0.2, 1e-12);
+  EXPECT_NEAR(u[1], 3 * 0.8 / 0.2, 1e-12);  // centres 0.3 and 0.5
+  EXPECT_NEAR(u[2], 3 * 0.2 / 0.2, 1e-12);
   for (const char* place : {"(0, 0.3)", "(0.99, 0.02)", "(0.4, 1)", "(0.55, 0.51)"}) {
     for (const char* cells : {"1", "2", "7"}) {
-      std::string text = growth(std::string("grid x = 0 .. 1, cells 3, periodic\ngrid y = 0 .. 1, cells ") + cells, place);
+      std::string text =
+          growth(std::string("grid x = 0 .. 1, cells 3, periodic\ngrid y = 0 .. 1, cells ") + cells, place);
       text.replace(text.find("boundary u: x"), 13, "boundary u: y");
       const std::vector<double> plane = run_scene(text, "s").state.at("u");
-      EXPECT_NEAR(total(plane)/static_cast<double>(plane.size()), 3, 1e-12) << place << cells;
+      EXPECT_NEAR(total(plane) / static_cast<double>(plane.size()), 3, 1e-12) << place << cells;
     }
   }
 }
@@ -47,7 +49,8 @@ TEST(Points, ReceiversReadBetweenTheCells) {
 model m { field u; param kappa; dt(u) = kappa*lap(u) }
 scheme s { time = rk4 }
 scene s : m with s {
-  grid x = 0 .. 2*pi, cells )" + cells + R"(, periodic
+  grid x = 0 .. 2*pi, cells )" +
+                             cells + R"(, periodic
   grid y = 0 .. 1, cells 8
   boundary u: y = zero_gradient
   kappa = 0.5
@@ -69,19 +72,25 @@ TEST(Points, GradientsOfStrengthAndPlaces) {
     for (const char* kind : {"", ", periodic"}) {
       const auto text = [&](double q, double a, double b) {
         const auto number = [](double v) { return std::to_string(v); };
-        return "model m { field u; param q, a, b; dt(u) = 0.02*lap(u) - dx(u) + inject(q*cos(t), at = (a, b)) }\nscheme s { time = rk2 }\n" +
-               std::string("scene s : m with s {\ngrid x = 0 .. 1, cells ") + cells + kind + "\ngrid y = 0 .. 1, cells 4\n" +
-               (*kind ? "boundary u: y = zero_gradient" : "boundary u: x = 0, y = zero_gradient") + "\nq = " + number(q) + "\na = " + number(a) +
-               "\nb = " + number(b) + "\ninitial u = x*y\ntime 0 .. 0.25, step 1/32\n}\ntask t : s {\nunknown q from " + number(q) +
+        return "model m { field u; param q, a, b; dt(u) = 0.02*lap(u) - dx(u) + inject(q*cos(t), at = (a, b)) "
+               "}\nscheme s { time = rk2 }\n" +
+               std::string("scene s : m with s {\ngrid x = 0 .. 1, cells ") + cells + kind +
+               "\ngrid y = 0 .. 1, cells 4\n" +
+               (*kind ? "boundary u: y = zero_gradient" : "boundary u: x = 0, y = zero_gradient") +
+               "\nq = " + number(q) + "\na = " + number(a) + "\nb = " + number(b) +
+               "\ninitial u = x*y\ntime 0 .. 0.25, step 1/32\n}\ntask t : s {\nunknown q from " + number(q) +
                "\nunknown a from " + number(a) + "\nunknown b from " + number(b) +
                "\nminimise (sample(u, at = (0.61, 0.3)) - 0.4)^2 + sample(u, at = (0.2, b)) over time\n}\n";
       };
       const auto here = task_gradient(text(1.3, 0.43, 0.55), "t");
       const auto loss = [&](double q, double a, double b) { return task_gradient(text(q, a, b), "t").loss; };
       const double h = 1e-4;
-      EXPECT_NEAR(here.gradient.at("q")[0], (loss(2.3, 0.43, 0.55) - loss(0.3, 0.43, 0.55))/2, 1e-10) << cells << kind;
-      EXPECT_NEAR(here.gradient.at("a")[0], (loss(1.3, 0.43 + h, 0.55) - loss(1.3, 0.43 - h, 0.55))/(2*h), 1e-6) << cells << kind;
-      EXPECT_NEAR(here.gradient.at("b")[0], (loss(1.3, 0.43, 0.55 + h) - loss(1.3, 0.43, 0.55 - h))/(2*h), 1e-6) << cells << kind;
+      EXPECT_NEAR(here.gradient.at("q")[0], (loss(2.3, 0.43, 0.55) - loss(0.3, 0.43, 0.55)) / 2, 1e-10)
+          << cells << kind;
+      EXPECT_NEAR(here.gradient.at("a")[0], (loss(1.3, 0.43 + h, 0.55) - loss(1.3, 0.43 - h, 0.55)) / (2 * h), 1e-6)
+          << cells << kind;
+      EXPECT_NEAR(here.gradient.at("b")[0], (loss(1.3, 0.43, 0.55 + h) - loss(1.3, 0.43, 0.55 - h)) / (2 * h), 1e-6)
+          << cells << kind;
     }
   }
 }
@@ -89,12 +98,19 @@ TEST(Points, GradientsOfStrengthAndPlaces) {
 /// At a cell's centre the slope is the one to the right, as that of interp.
 TEST(Points, AtACentreTheSlopeIsTheOneToTheRight) {
   const auto gradient = [](const std::string& a) {
-    return task_gradient("model m { field u; param a; dt(u) = inject(1, at = a) }\nscheme s { time = euler }\nscene s : m with s {\n"
-                         "grid x = 0 .. 8, cells 8\nboundary u: x = zero_gradient\na = " + a + "\ninitial u = 0\ntime 0 .. 1, step 1\n}\n"
-                         "task t : s { unknown a from " + a + "; minimise sum(x^2*u) }\n", "t").gradient.at("a")[0];
+    return task_gradient(
+               "model m { field u; param a; dt(u) = inject(1, at = a) }\nscheme s { time = euler }\nscene s : m with s "
+               "{\n"
+               "grid x = 0 .. 8, cells 8\nboundary u: x = zero_gradient\na = " +
+                   a +
+                   "\ninitial u = 0\ntime 0 .. 1, step 1\n}\n"
+                   "task t : s { unknown a from " +
+                   a + "; minimise sum(x^2*u) }\n",
+               "t")
+        .gradient.at("a")[0];
   };
-  EXPECT_EQ(gradient("3.5"), 4.5*4.5 - 3.5*3.5);
-  EXPECT_EQ(gradient("3.75"), 4.5*4.5 - 3.5*3.5);
+  EXPECT_EQ(gradient("3.5"), 4.5 * 4.5 - 3.5 * 3.5);
+  EXPECT_EQ(gradient("3.75"), 4.5 * 4.5 - 3.5 * 3.5);
   EXPECT_EQ(gradient("0.25"), 0);  // within half a cell of the wall all goes into the cell there
 }
 

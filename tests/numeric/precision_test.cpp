@@ -6,8 +6,8 @@
 
 #include "driver/certificate.h"
 #include "driver/cost.h"
-#include "driver/inverse.h"
 #include "driver/driver_support.h"
+#include "driver/inverse.h"
 #include "driver/storage.h"
 #include "support/scene_run.h"
 
@@ -45,7 +45,8 @@ task find : plate {
 
 std::string sized(std::string text, int cells, int steps) {
   const auto put = [&](const std::string& word, int value) {
-    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word)) text.replace(at, word.size(), std::to_string(value));
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word))
+      text.replace(at, word.size(), std::to_string(value));
   };
   put("CELLS", cells);
   put("STEPS", steps);
@@ -79,21 +80,26 @@ TEST(SinglePrecision, GradientsAreThoseOfDoublesTo1e4) {
     const TaskResult exact = task_gradient(text, "find"), single = task_gradient(text, "find", {{"real", "f32"}});
     EXPECT_NEAR(single.loss, exact.loss, 1e-5 * exact.loss);
     ASSERT_EQ(exact.gradient.size(), 3u);
-    for (const auto& [unknown, values] : exact.gradient) EXPECT_LT(largest_difference(values, single.gradient.at(unknown)), 1e-4) << unknown;
+    for (const auto& [unknown, values] : exact.gradient)
+      EXPECT_LT(largest_difference(values, single.gradient.at(unknown)), 1e-4) << unknown;
   }
 }
 
 TEST(SinglePrecision, GradientsOfTheExamples) {
-  const std::pair<const char*, const char*> examples[] = {
-      {"burgers_1d/burgers.dpde", "recover"}, {"heat/heat.dpde", "conductivity"}, {"advection/advection.dpde", "speed"}, {"wave/wave.dpde", "recover"},
-      {"advection_diffusion/leak.dpde", "find"}};
+  const std::pair<const char*, const char*> examples[] = {{"burgers_1d/burgers.dpde", "recover"},
+                                                          {"heat/heat.dpde", "conductivity"},
+                                                          {"advection/advection.dpde", "speed"},
+                                                          {"wave/wave.dpde", "recover"},
+                                                          {"advection_diffusion/leak.dpde", "find"}};
   for (const auto& [file, task] : examples) {
     const std::string path = std::string(DPDE_SOURCE_DIR) + "/dsl-examples/" + file;
     SCOPED_TRACE(path);
     const std::string text = read_file(path);
-    const TaskResult exact = task_gradient(text, task, {}, path), single = task_gradient(text, task, {{"real", "f32"}}, path);
+    const TaskResult exact = task_gradient(text, task, {}, path),
+                     single = task_gradient(text, task, {{"real", "f32"}}, path);
     ASSERT_FALSE(exact.gradient.empty());
-    for (const auto& [unknown, values] : exact.gradient) EXPECT_LT(largest_difference(values, single.gradient.at(unknown)), 1e-4) << unknown;
+    for (const auto& [unknown, values] : exact.gradient)
+      EXPECT_LT(largest_difference(values, single.gradient.at(unknown)), 1e-4) << unknown;
   }
 }
 
@@ -160,7 +166,8 @@ TEST(SinglePrecision, HalvesMemory) {
 /// A million values of 0.1 as floats add up to 1.5e-7 relative of the exact sum in doubles; in floats it is 1e-2.
 TEST(SinglePrecision, SumsAreAddedUpInDoubles) {
   const std::string text =
-      "model m { field u; dt(u) = 0 }\nscene s : m { grid x = 0 .. 1, cells 1000, periodic\ngrid y = 0 .. 1, cells 1000, periodic\n"
+      "model m { field u; dt(u) = 0 }\nscene s : m { grid x = 0 .. 1, cells 1000, periodic\ngrid y = 0 .. 1, cells "
+      "1000, periodic\n"
       "initial u = 0.1\nobserve total = sum(u)\ntime 0 .. 1, step 1 }\n";
   const SourceFile source("test.dpde", text);
   for (const Backend backend : {Backend::jit, Backend::cpp}) {
@@ -178,7 +185,8 @@ TEST(SinglePrecision, SumsAreAddedUpInDoubles) {
 /// d loss / d k is a sum over all steps, each about 1e-5 of it: floats would lose 3e-3 on the way.
 TEST(SinglePrecision, GradientsOfCoefficientsAreAddedUpInDoubles) {
   const std::string text =
-      "model m { field u; coefficient k; dt(u) = k }\nscheme e { time = euler }\nscene s : m with e { grid x = 0 .. 1, cells 4, periodic\n"
+      "model m { field u; coefficient k; dt(u) = k }\nscheme e { time = euler }\nscene s : m with e { grid x = 0 .. 1, "
+      "cells 4, periodic\n"
       "k = 1\ninitial u = 0\ntime 0 .. 100000, step 1 }\ntask t : s { unknown k from 1\nminimise sum(0.3*u) }\n";
   const TaskResult single = task_gradient(text, "t", {{"real", "f32"}});
   for (const double bar : single.gradient.at("k")) EXPECT_NEAR(bar, 1e5 * 0.3f, 1e-7 * 3e4);
@@ -186,7 +194,8 @@ TEST(SinglePrecision, GradientsOfCoefficientsAreAddedUpInDoubles) {
 
 TEST(SinglePrecision, BlowsUpWhereFloatsEnd) {
   const std::string text =
-      "model m { field u; dt(u) = 9*u }\nscheme e { time = euler }\nscene s : m with e { grid x = 0 .. 1, cells 4, periodic\n"
+      "model m { field u; dt(u) = 9*u }\nscheme e { time = euler }\nscene s : m with e { grid x = 0 .. 1, cells 4, "
+      "periodic\n"
       "initial u = 1\ntime 0 .. 100, step 1 }\n";  // u = 10^n: floats end at 3.4e38
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
@@ -199,7 +208,8 @@ TEST(SinglePrecision, BlowsUpWhereFloatsEnd) {
   ASSERT_TRUE(result.blow_up);
   EXPECT_EQ(result.blow_up->step, 39);
   driver::report_blow_up(*session, *result.blow_up, sink);
-  EXPECT_NE(all_messages(source, sink).find("u is no longer finite after step 39 of 100"), std::string::npos) << all_messages(source, sink);
+  EXPECT_NE(all_messages(source, sink).find("u is no longer finite after step 39 of 100"), std::string::npos)
+      << all_messages(source, sink);
 }
 
 TEST(SinglePrecision, IsCertifiedBesideTheDoubles) {
@@ -214,7 +224,8 @@ TEST(SinglePrecision, IsCertifiedBesideTheDoubles) {
   ASSERT_TRUE(certificate) << all_messages(source, sink);
   EXPECT_LT(certificate->worst(), 1e-11);
   options.real = Precision::f32;
-  ASSERT_TRUE(driver::certify_single_precision(source, compiled(source, options), {}, *certificate, sink)) << all_messages(source, sink);
+  ASSERT_TRUE(driver::certify_single_precision(source, compiled(source, options), {}, *certificate, sink))
+      << all_messages(source, sink);
   EXPECT_GE(certificate->single->cases.size(), 9u);
   EXPECT_GT(certificate->single->worst(), 1e-9);  // or these were doubles
   EXPECT_LT(certificate->single->worst(), 1e-5);

@@ -13,17 +13,25 @@
 namespace dpde::testing {
 namespace {
 
-std::vector<double> field(const std::string& arguments, const std::vector<int>& cells, const std::string& scheme = "time = euler") {
+std::vector<double> field(const std::string& arguments, const std::vector<int>& cells,
+                          const std::string& scheme = "time = euler") {
   std::string grid;
   for (std::size_t axis = 0; axis < cells.size(); ++axis) {
-    grid += std::string("  grid ") + "xyz"[axis] + " = -1 .. " + std::to_string(axis + 1) + ", cells " + std::to_string(cells[axis]) + ", periodic\n";
+    grid += std::string("  grid ") + "xyz"[axis] + " = -1 .. " + std::to_string(axis + 1) + ", cells " +
+            std::to_string(cells[axis]) + ", periodic\n";
   }
-  return run_scene("model m { field u; dt(u) = 0 }\nscheme c { " + scheme + " }\nscene s : m with c {\n" + grid + "  initial u = random_field(" + arguments +
-                   ")\n  time 0 .. 1, step 1\n}\n", "s").state.at("u");
+  return run_scene("model m { field u; dt(u) = 0 }\nscheme c { " + scheme + " }\nscene s : m with c {\n" + grid +
+                       "  initial u = random_field(" + arguments + ")\n  time 0 .. 1, step 1\n}\n",
+                   "s")
+      .state.at("u");
 }
 
-double mean(const std::vector<double>& u) { return std::accumulate(u.begin(), u.end(), 0.0) / static_cast<double>(u.size()); }
-double mean_square(const std::vector<double>& u) { return std::inner_product(u.begin(), u.end(), u.begin(), 0.0) / static_cast<double>(u.size()); }
+double mean(const std::vector<double>& u) {
+  return std::accumulate(u.begin(), u.end(), 0.0) / static_cast<double>(u.size());
+}
+double mean_square(const std::vector<double>& u) {
+  return std::inner_product(u.begin(), u.end(), u.begin(), 0.0) / static_cast<double>(u.size());
+}
 
 /// Of wave number n of a periodic line.
 double energy(const std::vector<double>& u, int n) {
@@ -37,7 +45,8 @@ double energy(const std::vector<double>& u, int n) {
 
 TEST(RandomField, HasMeanSquareOne) {
   for (const auto& cells : std::vector<std::vector<int>>{{64}, {32, 40}, {20, 24, 18}}) {
-    for (const std::string arguments : {"seed = 1, lowest = 1, highest = 6", "seed = 7, lowest = 2, highest = 8, slope = -5/3"}) {
+    for (const std::string arguments :
+         {"seed = 1, lowest = 1, highest = 6", "seed = 7, lowest = 2, highest = 8, slope = -5/3"}) {
       const std::vector<double> u = field(arguments, cells);
       EXPECT_NEAR(mean(u), 0, 1e-12) << arguments;
       EXPECT_NEAR(mean_square(u), 1, 1e-12) << arguments;
@@ -52,19 +61,23 @@ TEST(RandomField, HasTheSpectrumThatWasAskedFor) {
   for (int n = 3; n <= 9; ++n) EXPECT_NEAR(energy(u, n) / energy(u, 2), 4.0 / (n * n), 1e-9) << n;
 }
 
-/// Of many waves only some are drawn, so the slope is that of the mean: here of 40 fields, the energy below and above |n| = 8.
+/// Of many waves only some are drawn, so the slope is that of the mean: here of 40 fields, the energy below and above
+/// |n| = 8.
 TEST(RandomField, DrawsManyWavesByTheirEnergy) {
   double low = 0;
   const std::vector<int> cells{48, 48};
   for (int seed = 0; seed < 40; ++seed) {
-    const std::vector<double> u = field("seed = " + std::to_string(seed) + ", lowest = 1, highest = 16, slope = -1", cells);
+    const std::vector<double> u =
+        field("seed = " + std::to_string(seed) + ", lowest = 1, highest = 16, slope = -1", cells);
     for (int ny = -8; ny <= 8; ++ny) {
       for (int nx = -8; nx <= 8; ++nx) {
         const double size = std::hypot(nx, ny);
         if (size == 0 || size > 8) continue;
         std::complex<double> sum = 0;
         for (int j = 0; j < 48; ++j) {
-          for (int i = 0; i < 48; ++i) sum += u[static_cast<std::size_t>(48 * j + i)] * std::polar(1.0, -2 * std::numbers::pi * (nx * i + ny * j) / 48.0);
+          for (int i = 0; i < 48; ++i)
+            sum += u[static_cast<std::size_t>(48 * j + i)] *
+                   std::polar(1.0, -2 * std::numbers::pi * (nx * i + ny * j) / 48.0);
         }
         low += std::norm(sum / (48.0 * 48)) / 40;
       }
@@ -108,7 +121,8 @@ TEST(RandomField, IsTheSameOnEveryGrid) {
 }
 
 TEST(RandomField, DependsOnTheSeed) {
-  const std::vector<double> one = field("seed = 1, lowest = 1, highest = 4", {32}), other = field("seed = 2, lowest = 1, highest = 4", {32});
+  const std::vector<double> one = field("seed = 1, lowest = 1, highest = 4", {32}),
+                            other = field("seed = 2, lowest = 1, highest = 4", {32});
   EXPECT_LT(std::abs(std::inner_product(one.begin(), one.end(), other.begin(), 0.0) / 32), 0.95);
   EXPECT_EQ(one, field("highest = 4, seed = 1, lowest = 1", {32}));
 }
@@ -116,8 +130,13 @@ TEST(RandomField, DependsOnTheSeed) {
 /// What is read off a run is compared with the integral of the signal, which has mean 0 over the run.
 TEST(RandomSignal, ForcesAnEquation) {
   const auto run = [](const std::string& rhs, const std::string& until) {
-    return run_scene("model m {\n  field u\n  control F\n  dt(u) = " + rhs + "\n}\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 2, periodic\n"
-                     "  F = random_signal(seed = 4, lowest = 1, highest = 5) every 1/64\n  initial u = 0\n  time 0 .. " + until + ", step 1/64\n}\n", "s").state.at("u")[0];
+    return run_scene(
+               "model m {\n  field u\n  control F\n  dt(u) = " + rhs +
+                   "\n}\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 2, periodic\n"
+                   "  F = random_signal(seed = 4, lowest = 1, highest = 5) every 1/64\n  initial u = 0\n  time 0 .. " +
+                   until + ", step 1/64\n}\n",
+               "s")
+        .state.at("u")[0];
   };
   const std::string signal = "random_signal(seed = 4, lowest = 1, highest = 5)";
   EXPECT_NEAR(run(signal + " + 0*F", "1"), 0, 1e-12);
@@ -128,10 +147,13 @@ TEST(RandomSignal, ForcesAnEquation) {
 TEST(RandomField, GoesThroughFunctionsAndGradients) {
   expect_certified(
       "function rough(x, a) = a*x*random_field(seed = 2, lowest = 1, highest = 3)\n"
-      "model m { field u; coefficient f; param k; dt(u) = k*lap(u) + f*u + random_signal(seed = 1, lowest = 1, highest = 2) }\n"
-      "scene s : m {\n  grid x = 0 .. 1, cells 9\n  grid y = 0 .. 2, cells 4, periodic\n  boundary u: x.low = random_signal(seed = 3, lowest = 1, highest = 2), x.high = zero_gradient\n"
+      "model m { field u; coefficient f; param k; dt(u) = k*lap(u) + f*u + random_signal(seed = 1, lowest = 1, highest "
+      "= 2) }\n"
+      "scene s : m {\n  grid x = 0 .. 1, cells 9\n  grid y = 0 .. 2, cells 4, periodic\n  boundary u: x.low = "
+      "random_signal(seed = 3, lowest = 1, highest = 2), x.high = zero_gradient\n"
       "  k = 0.02\n  f = 1 + rough(k, 3)\n  initial u = rough(2, k)\n  time 0 .. 1/4, step 1/64\n}\n"
-      "task t : s {\n  unknown k from 0.03\n  unknown f\n  minimise mean(u^2)\n}\n", false);
+      "task t : s {\n  unknown k from 0.03\n  unknown f\n  minimise mean(u^2)\n}\n",
+      false);
 }
 
 }  // namespace

@@ -17,7 +17,9 @@ using testing::read_file;
 using testing::run_scene;
 using testing::task_gradient;
 
-std::string example(const std::string& path) { return read_file(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/" + path); }
+std::string example(const std::string& path) {
+  return read_file(std::string(DPDE_SOURCE_DIR) + "/dsl-examples/" + path);
+}
 
 /// Semi-Lagrangian Burgers of the published notebook: u(t = 1) in the first five cells, by independent code.
 TEST(Burgers, ForwardRunOfTheNotebook) {
@@ -44,7 +46,9 @@ TEST(Burgers, BetweenWallsApproachesTheClosedForm) {
 TEST(Heat, SlabApproachesTheSeries) {
   std::vector<double> errors;
   for (const int n : {54, 162}) {  // beyond the first cells of the jump at the walls
-    const auto u = run_scene(example("heat/heat.dpde"), "slab", {{"cells", std::to_string(n)}, {"step", "1/64000"}, {"time", "rk4"}}).state.at("u");
+    const auto u = run_scene(example("heat/heat.dpde"), "slab",
+                             {{"cells", std::to_string(n)}, {"step", "1/64000"}, {"time", "rk4"}})
+                       .state.at("u");
     errors.push_back(std::abs(u[(n - 2) / 4] - 0.55317589185));
   }
   EXPECT_LT(errors[1], 5e-5);
@@ -79,7 +83,8 @@ TEST(Gradient, OfAdvectionReachesTheClosedForm) {
 /// J = 1/2 int u(0.5)^2 of Burgers between walls, nu = 0.1.
 TEST(Gradient, OfBurgersReachesTheConvergedValue) {
   const std::string text = example("burgers_1d/burgers.dpde");
-  const auto coarse = task_gradient(text, "viscosity", {{"cells", "64"}}), fine = task_gradient(text, "viscosity", {{"cells", "128"}});
+  const auto coarse = task_gradient(text, "viscosity", {{"cells", "64"}}),
+             fine = task_gradient(text, "viscosity", {{"cells", "128"}});
   EXPECT_NEAR(extrapolated(coarse.loss, fine.loss), 0.079544162102809, 1e-7);
   EXPECT_NEAR(extrapolated(coarse.gradient.at("nu")[0], fine.gradient.at("nu")[0]), -0.735386392, 1e-5);
 }
@@ -88,7 +93,8 @@ TEST(Gradient, OfBurgersReachesTheConvergedValue) {
 TEST(Gradient, OfThePublishedReconstruction) {
   const char* folder = std::getenv("DPDE_REFERENCE_DATA");
   if (!folder) GTEST_SKIP() << "DPDE_REFERENCE_DATA is not set: the published target is not here";
-  const auto result = task_gradient(example("burgers_1d/burgers.dpde"), "published", {}, std::string(folder) + "/burgers.dpde");
+  const auto result =
+      task_gradient(example("burgers_1d/burgers.dpde"), "published", {}, std::string(folder) + "/burgers.dpde");
   EXPECT_NEAR(result.loss, 0.382915, 1e-6);
   double largest = 0, square = 0;
   for (const double g : result.gradient.at("u")) {

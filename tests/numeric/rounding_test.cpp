@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rounding does over many steps: schemes with several stages store states and no rates, and lose nothing by it. Beside the same
-// schemes as in textbooks, with rates, in long doubles.
+// What rounding does over many steps: schemes with several stages store states and no rates, and lose nothing by it.
+// Beside the same schemes as in textbooks, with rates, in long doubles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,7 +35,8 @@ Values textbook_step(const std::string& scheme, const Values& u, Real dt, const 
 double largest_error(const std::vector<double>& values, const Values& exact) {
   Real error = 0;
   EXPECT_EQ(values.size(), exact.size());
-  for (std::size_t i = 0; i < values.size(); ++i) error = std::max(error, std::abs(static_cast<Real>(values[i]) - exact[i]));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    error = std::max(error, std::abs(static_cast<Real>(values[i]) - exact[i]));
   return static_cast<double>(error);
 }
 
@@ -57,12 +58,17 @@ Rate carried_by(int speed) {
   };
 }
 
-/// A profile that is carried about, spreads a little and keeps its mean, and an oscillator at each point, after `steps` steps. Spacing and step are powers of two.
+/// A profile that is carried about, spreads a little and keeps its mean, and an oscillator at each point, after `steps`
+/// steps. Spacing and step are powers of two.
 Errors errors_after(int steps, const std::string& scheme, const std::string& real) {
-  const std::string text = "model m { field u, q, p\n  param nu\n  dt(u) = -dx(u) + nu*lap(u)\n  dt(q) = p\n  dt(p) = -q }\nscheme s { time = " + scheme +
-                           "; real = " + real + " }\nscene run : m with s {\n  grid x = 0 .. 64, cells 64, periodic\n  nu = 1/256\n"
-                           "  initial u = 1.3 + 0.5*sin(2*pi*x/64) + 0.2*cos(6*pi*x/64)\n  initial q = 1.25\n  initial p = 0.5 + x/256\n  time 0 .. " +
-                           std::to_string(steps) + "/4, step 1/4\n}\n";
+  const std::string text =
+      "model m { field u, q, p\n  param nu\n  dt(u) = -dx(u) + nu*lap(u)\n  dt(q) = p\n  dt(p) = -q }\nscheme s { time "
+      "= " +
+      scheme + "; real = " + real +
+      " }\nscene run : m with s {\n  grid x = 0 .. 64, cells 64, periodic\n  nu = 1/256\n"
+      "  initial u = 1.3 + 0.5*sin(2*pi*x/64) + 0.2*cos(6*pi*x/64)\n  initial q = 1.25\n  initial p = 0.5 + x/256\n  "
+      "time 0 .. " +
+      std::to_string(steps) + "/4, step 1/4\n}\n";
   Values u(cells), qp(2 * cells);
   const Real pi = std::acos(Real(-1));
   for (int i = 0; i < cells; ++i) {
@@ -93,9 +99,11 @@ struct Bound {
   double single, twice;
 };
 
-/// With the last stage of rk4 as (u_1 + 2*u_2 + u_3 - u)/3 + ... single precision loses 6e-5, double 5e-12; with ssp_rk3 likewise 5e-5 and 1e-11.
+/// With the last stage of rk4 as (u_1 + 2*u_2 + u_3 - u)/3 + ... single precision loses 6e-5, double 5e-12; with
+/// ssp_rk3 likewise 5e-5 and 1e-11.
 TEST(Rounding, OfStatesOverManySteps) {
-  for (const Bound& bound : {Bound{"rk2", 3.5e-6, 1e-13}, Bound{"rk4", 3.5e-6, 8e-13}, Bound{"ssp_rk3", 3.5e-6, 2.5e-12}}) {
+  for (const Bound& bound :
+       {Bound{"rk2", 3.5e-6, 1e-13}, Bound{"rk4", 3.5e-6, 8e-13}, Bound{"ssp_rk3", 3.5e-6, 2.5e-12}}) {
     const Errors single = errors_after(1000, bound.scheme, "f32"), twice = errors_after(100000, bound.scheme, "f64");
     EXPECT_LT(single.carried, bound.single) << bound.scheme;
     EXPECT_GT(single.carried, 1e-8) << "or these were doubles";
@@ -107,14 +115,19 @@ TEST(Rounding, OfStatesOverManySteps) {
   }
 }
 
-/// The adjoint of what is carried is carried back. With the old last stages 3e-5, and 3e-12 (rk4), 7e-12 (ssp_rk3) in double.
+/// The adjoint of what is carried is carried back. With the old last stages 3e-5, and 3e-12 (rk4), 7e-12 (ssp_rk3) in
+/// double.
 TEST(Rounding, OfGradientsOverManySteps) {
   for (const Bound& bound : {Bound{"rk2", 2e-6, 1e-13}, Bound{"rk4", 2e-5, 2.5e-12}, Bound{"ssp_rk3", 2e-5, 3.5e-12}}) {
     for (const auto& [real, steps, most] : {std::tuple("f32", 1000, bound.single), {"f64", 100000, bound.twice}}) {
-      const std::string text = std::string("model m { field u\n  param nu\n  dt(u) = -dx(u) + nu*lap(u) }\nscheme s { time = ") + bound.scheme +
-                               "; real = " + real + " }\nscene run : m with s {\n  grid x = 0 .. 64, cells 64, periodic\n  nu = 1/256\n"
-                               "  initial u = 1.3\n  time 0 .. " + std::to_string(steps) + "/4, step 1/4\n}\n"
-                               "task t : run { unknown initial u; minimise sum((0.7 + 0.3*sin(2*pi*x/64))*u) }\n";
+      const std::string text =
+          std::string("model m { field u\n  param nu\n  dt(u) = -dx(u) + nu*lap(u) }\nscheme s { time = ") +
+          bound.scheme + "; real = " + real +
+          " }\nscene run : m with s {\n  grid x = 0 .. 64, cells 64, periodic\n  nu = 1/256\n"
+          "  initial u = 1.3\n  time 0 .. " +
+          std::to_string(steps) +
+          "/4, step 1/4\n}\n"
+          "task t : run { unknown initial u; minimise sum((0.7 + 0.3*sin(2*pi*x/64))*u) }\n";
       Values bar(cells);
       for (int i = 0; i < cells; ++i) bar[i] = 0.7L + 0.3L * std::sin(2 * std::acos(Real(-1)) * (i + 0.5L) / 64);
       for (int n = 0; n < steps; ++n) bar = textbook_step(bound.scheme, bar, 0.25L, carried_by(-1));

@@ -13,8 +13,8 @@ namespace {
 using testing::Overrides;
 using testing::run_scene;
 
-/// Linear gravity waves, omega^2 = g*depth*k^2: standing between walls and in periodic basins, and travelling between two
-/// walls that move with the water.
+/// Linear gravity waves, omega^2 = g*depth*k^2: standing between walls and in periodic basins, and travelling between
+/// two walls that move with the water.
 const std::string gravity_wave = R"(
 model gravity_wave {
   vector u on faces
@@ -89,7 +89,8 @@ scene wave_maker : gravity_wave with s {
 }
 )";
 
-double order(const std::string& text, const std::string& scene, const std::string& field, int cells, const Overrides& more = {}) {
+double order(const std::string& text, const std::string& scene, const std::string& field, int cells,
+             const Overrides& more = {}) {
   Overrides coarse = more, fine = more;
   coarse["cells"] = std::to_string(cells);
   fine["cells"] = std::to_string(2 * cells);
@@ -98,7 +99,8 @@ double order(const std::string& text, const std::string& scene, const std::strin
 
 TEST(Staggered, GravityWavesAreOfOrder2BetweenWalls) {
   for (const char* field : {"eta", "u.x"}) EXPECT_NEAR(order(gravity_wave, "canal", field, 16), 2, 0.05) << field;
-  for (const char* field : {"eta", "u.x", "u.y"}) EXPECT_NEAR(order(gravity_wave, "basin", field, 16), 2, 0.05) << field;
+  for (const char* field : {"eta", "u.x", "u.y"})
+    EXPECT_NEAR(order(gravity_wave, "basin", field, 16), 2, 0.05) << field;
   EXPECT_NEAR(order(gravity_wave, "room", "eta", 8), 2, 0.05);
 }
 
@@ -128,14 +130,15 @@ TEST(Staggered, BackEndsAgree) {
     for (const driver::Backend backend : {driver::Backend::jit, driver::Backend::cpp}) {
       const auto got = run_scene(gravity_wave, scene, set, backend).state;
       for (const auto& [field, values] : wanted) {
-        for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(got.at(field)[i], values[i], 1e-13) << scene << " " << field << " " << i;
+        for (std::size_t i = 0; i < values.size(); ++i)
+          EXPECT_NEAR(got.at(field)[i], values[i], 1e-13) << scene << " " << field << " " << i;
       }
     }
   }
 }
 
-/// x^2 - y^2 is a steady state of the five-point Laplacian, at nodes as anywhere: values that vary along walls on which the
-/// nodes themselves lie are right to rounding.
+/// x^2 - y^2 is a steady state of the five-point Laplacian, at nodes as anywhere: values that vary along walls on which
+/// the nodes themselves lie are right to rounding.
 TEST(Staggered, NodesLieOnTheWalls) {
   const std::string text = R"(
 model m { field w on nodes; dt(w) = lap(w) }
@@ -185,7 +188,8 @@ scene ring : m with s {
 )";
   for (const char* field : {"u", "c"}) {
     EXPECT_NEAR(order(manufactured, "ring", field, 32), 2, 0.1) << field;
-    EXPECT_NEAR(order(manufactured, "ring", field, 32, {{"dx", "central(4)"}, {"advect", "central(4)"}}), 4, 0.15) << field;
+    EXPECT_NEAR(order(manufactured, "ring", field, 32, {{"dx", "central(4)"}, {"advect", "central(4)"}}), 4, 0.15)
+        << field;
     EXPECT_NEAR(order(manufactured, "ring", field, 32, {{"advect", "upwind(1)"}}), 1, 0.15) << field;
   }
 }
@@ -247,7 +251,8 @@ TEST(Staggered, ALakeAtRestStaysAtRest) {
   }
 }
 
-/// Stoker's dam break from depth 2 to 1 with g = 1: between wave and shock the depth is 1.453840892 and the speed 0.416920631.
+/// Stoker's dam break from depth 2 to 1 with g = 1: between wave and shock the depth is 1.453840892 and the speed
+/// 0.416920631.
 TEST(Staggered, DamBreakHasStokersMiddleState) {
   const std::string text = testing::read_file(DPDE_SOURCE_DIR "/dsl-examples/shallow_water/shallow_water.dpde");
   const auto end = run_scene(text, "break").state;

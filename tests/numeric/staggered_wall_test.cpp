@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conditions other than values at walls on which the points of a field lie: orders against exact solutions, on uniform and
-// stretched axes, waves and water that leave, the same bits from all back ends, certified derivatives.
+// Conditions other than values at walls on which the points of a field lie: orders against exact solutions, on uniform
+// and stretched axes, waves and water that leave, the same bits from all back ends, certified derivatives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,8 @@
 namespace dpde::testing {
 namespace {
 
-double order(const std::string& text, const std::string& scene, const std::string& field, int cells, const Overrides& more = {}) {
+double order(const std::string& text, const std::string& scene, const std::string& field, int cells,
+             const Overrides& more = {}) {
   Overrides coarse = more, fine = more;
   coarse["cells"] = std::to_string(cells);
   fine["cells"] = std::to_string(2 * cells);
@@ -19,26 +20,33 @@ double order(const std::string& text, const std::string& scene, const std::strin
 }
 
 std::string rod(const std::string& stretch, const std::string& boundary) {
-  return "model heat { field u on faces.x; param kappa; dt(u) = kappa*lap(u) }\nscheme s { lap = central(2); time = rk4 }\nscene s : heat with s {\n"
-         "  grid x = 0 .. 1, cells 8" + stretch + "\n  kappa = 0.5\n  boundary u: " + boundary +
+  return "model heat { field u on faces.x; param kappa; dt(u) = kappa*lap(u) }\nscheme s { lap = central(2); time = "
+         "rk4 }\nscene s : heat with s {\n"
+         "  grid x = 0 .. 1, cells 8" +
+         stretch + "\n  kappa = 0.5\n  boundary u: " + boundary +
          "\n  initial u = sin(x + 0.2)\n  exact u = exp(-kappa*t)*sin(x + 0.2)\n  time 0 .. 0.25, step 1/8192\n}\n";
 }
 
 TEST(StaggeredWall, ConditionsThatVaryInTimeAreOfOrderTwo) {
   const std::string low_value = "x.low = exp(-kappa*t)*sin(0.2)", high_value = "x.high = exp(-kappa*t)*sin(x + 0.2)";
-  const std::string low_slope = "x.low = gradient(-exp(-kappa*t)*cos(0.2))", high_slope = "x.high = gradient(exp(-kappa*t)*cos(1.2))";
+  const std::string low_slope = "x.low = gradient(-exp(-kappa*t)*cos(0.2))",
+                    high_slope = "x.high = gradient(exp(-kappa*t)*cos(1.2))";
   const std::string low_mixed = "x.low = mixed(1, 0.5, exp(-kappa*t)*(sin(0.2) - 0.5*cos(0.2)))";
   const std::string high_mixed = "x.high = mixed(2, 3 + t, exp(-kappa*t)*(2*sin(1.2) + (3 + t)*cos(1.2)))";
-  const std::string both[] = {low_value + ", " + high_slope, low_slope + ", " + high_mixed, low_mixed + ", " + high_value, low_mixed + ", " + high_mixed, low_slope + ", " + high_slope};
+  const std::string both[] = {low_value + ", " + high_slope, low_slope + ", " + high_mixed,
+                              low_mixed + ", " + high_value, low_mixed + ", " + high_mixed,
+                              low_slope + ", " + high_slope};
   for (const char* stretch : {"", ", stretched (exp(1.5*x) - 1)/(exp(1.5) - 1)"}) {
-    for (const std::string& boundary : both) EXPECT_NEAR(order(rod(stretch, boundary), "s", "u", 16), 2, 0.2) << stretch << " " << boundary;
+    for (const std::string& boundary : both)
+      EXPECT_NEAR(order(rod(stretch, boundary), "s", "u", 16), 2, 0.2) << stretch << " " << boundary;
   }
 }
 
 /// The value on the high wall that a run ends with belongs to the values beside it: 3w - 4u + v = 2h*g.
 TEST(StaggeredWall, StatesHoldTheValueOnTheWall) {
   for (const char* time : {"euler", "rk4", "ab2"}) {
-    const auto u = run_scene(rod("", "x.low = zero_gradient, x.high = gradient(0.3 + t)"), "s", {{"time", time}}).state.at("u");
+    const auto u =
+        run_scene(rod("", "x.low = zero_gradient, x.high = gradient(0.3 + t)"), "s", {{"time", time}}).state.at("u");
     EXPECT_NEAR(3 * u[7] - 4 * u[6] + u[5], 2.0 / 8 * (0.3 + 0.25), 1e-14) << time;
   }
 }
@@ -71,8 +79,8 @@ scene high : tide {
   for (const char* scene : {"low", "high"}) EXPECT_NEAR(order(text, scene, "eta", 16), 2, 0.1) << scene;
 }
 
-/// A wave between two open ends, where the surface is kept and the velocity has no slope, and one on a membrane whose nodes lie
-/// on its free rim.
+/// A wave between two open ends, where the surface is kept and the velocity has no slope, and one on a membrane whose
+/// nodes lie on its free rim.
 const std::string waves = R"(
 model gravity_wave {
   vector u on faces
@@ -104,10 +112,12 @@ scene rim : membrane with s {
 )";
 
 TEST(StaggeredWall, WavesBetweenOpenEndsAreOfOrderTwo) {
-  for (const char* field : {"u.x", "eta"}) EXPECT_NEAR(order(waves, "open", field, 256), 2, 0.15) << field;  // on coarser grids their third order shows
+  for (const char* field : {"u.x", "eta"})
+    EXPECT_NEAR(order(waves, "open", field, 256), 2, 0.15) << field;  // on coarser grids their third order shows
   EXPECT_NEAR(order(waves, "rim", "w", 64), 2, 0.2);
   EXPECT_NEAR(order(waves, "rim", "w", 64, {{"time", "verlet"}}), 2, 0.2);
-  for (const auto& [field, error] : run_scene(waves, "open", {{"end", "20"}, {"step", "1/64"}}).l2) EXPECT_LT(error, 0.2) << field;  // no growth
+  for (const auto& [field, error] : run_scene(waves, "open", {{"end", "20"}, {"step", "1/64"}}).l2)
+    EXPECT_LT(error, 0.2) << field;  // no growth
 }
 
 /// Water that runs out with a current faster than waves: nothing comes back.
@@ -153,13 +163,16 @@ model m {
 )";
 
 std::string plate_scene(const std::string& x, const std::string& y, const std::string& scheme) {
-  return plate + "scheme c { " + scheme + " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + x + "\n  grid y = 0 .. 1, cells " + y +
+  return plate + "scheme c { " + scheme + " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + x +
+         "\n  grid y = 0 .. 1, cells " + y +
          "\n  a = 0.6\n  b = 0.3\n  A = 0.5\n  g = 1 + y\n"
-         "  boundary u.x: x.low = gradient(g*A*cos(t)), x.high = mixed(a, b*(1 + t), A)" + (y.ends_with("periodic") ? "" : ", y = zero_gradient") +
-         "\n  boundary u.y: x = zero_gradient" + (y.ends_with("periodic") ? "" : ", y.low = mixed(1 + a^2, sin(b), A*x), y.high = zero_gradient") +
+         "  boundary u.x: x.low = gradient(g*A*cos(t)), x.high = mixed(a, b*(1 + t), A)" +
+         (y.ends_with("periodic") ? "" : ", y = zero_gradient") + "\n  boundary u.y: x = zero_gradient" +
+         (y.ends_with("periodic") ? "" : ", y.low = mixed(1 + a^2, sin(b), A*x), y.high = zero_gradient") +
          "\n  boundary p: x = zero_gradient" + (y.ends_with("periodic") ? "" : ", y = zero_gradient") +
          "\n  initial u = (x, 0.3*y)\n  initial p = 1 + x\n  time 0 .. 1/32, step 1/256\n}\n"
-         "task t : s {\n  unknown a\n  unknown b\n  unknown A\n  unknown g\n  unknown initial u\n  minimise mean(u.x^3) + mean(u.y^2) + mean(dx(u.x)^2)\n}\n";
+         "task t : s {\n  unknown a\n  unknown b\n  unknown A\n  unknown g\n  unknown initial u\n  minimise "
+         "mean(u.x^3) + mean(u.y^2) + mean(dx(u.x)^2)\n}\n";
 }
 
 TEST(StaggeredWall, DerivativesAreCertified) {
@@ -169,7 +182,8 @@ TEST(StaggeredWall, DerivativesAreCertified) {
     expect_certified(plate_scene(x, y, "time = rk2"), x == "2" || x == "3");
   }
   expect_certified(plate_scene("4", "3", "time = ab2; dx = central(4); lap = central(4)"), true);
-  expect_certified(plate_scene("5, stretched (exp(x) - 1)/(exp(1) - 1)", "3, stretched tanh(y)/tanh(1)", "time = rk4"), true);
+  expect_certified(plate_scene("5, stretched (exp(x) - 1)/(exp(1) - 1)", "3, stretched tanh(y)/tanh(1)", "time = rk4"),
+                   true);
 }
 
 TEST(StaggeredWall, BackEndsAgree) {
@@ -181,7 +195,8 @@ TEST(StaggeredWall, BackEndsAgree) {
         if (backend == driver::Backend::cpp && (x != "3" || y == "1")) continue;
         const auto got = run_scene(text, "s", {}, backend).state;
         for (const auto& [field, values] : wanted) {
-          for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(got.at(field)[i], values[i], 1e-14) << x << " x " << y << " " << field << " " << i;
+          for (std::size_t i = 0; i < values.size(); ++i)
+            EXPECT_NEAR(got.at(field)[i], values[i], 1e-14) << x << " x " << y << " " << field << " " << i;
         }
       }
     }
@@ -191,12 +206,17 @@ TEST(StaggeredWall, BackEndsAgree) {
 /// The slope that water had at an open end, from what it became.
 TEST(StaggeredWall, AnUnknownSlopeHasTheGradientOfDifferences) {
   const auto text = [](double g) {
-    return "model m { field u on faces.x; param g; dt(u) = lap(u) }\nscheme c { time = rk4 }\nscene s : m with c {\n  grid x = 0 .. 1, cells 6\n"
-           "  g = " + std::to_string(g) + "\n  boundary u: x.low = gradient(g), x.high = mixed(1, 1, g)\n  initial u = x\n  time 0 .. 1/8, step 1/1024\n}\n"
+    return "model m { field u on faces.x; param g; dt(u) = lap(u) }\nscheme c { time = rk4 }\nscene s : m with c {\n  "
+           "grid x = 0 .. 1, cells 6\n"
+           "  g = " +
+           std::to_string(g) +
+           "\n  boundary u: x.low = gradient(g), x.high = mixed(1, 1, g)\n  initial u = x\n  time 0 .. 1/8, step "
+           "1/1024\n}\n"
            "task t : s {\n  unknown g\n  minimise mean((u - 0.5)^2)\n}\n";
   };
   const double got = task_gradient(text(0.3), "t").gradient.at("g")[0];
-  EXPECT_NEAR(got, (task_gradient(text(1.3), "t").loss - task_gradient(text(-0.7), "t").loss) / 2, 1e-12);  // the loss is quadratic in g
+  EXPECT_NEAR(got, (task_gradient(text(1.3), "t").loss - task_gradient(text(-0.7), "t").loss) / 2,
+              1e-12);  // the loss is quadratic in g
 }
 
 }  // namespace

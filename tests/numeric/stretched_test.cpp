@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stretched axes: the order of every scheme against exact solutions, what is conserved and what a mean is, the gain near
-// walls, and gradients of quadratic losses against their differences, which are exact up to rounding for any displacement.
+// Stretched axes: the order of every scheme against exact solutions, what is conserved and what a mean is, the gain
+// near walls, and gradients of quadratic losses against their differences, which are exact up to rounding for any
+// displacement.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,9 +15,10 @@ using testing::Overrides;
 using testing::run_scene;
 using testing::task_gradient;
 
-const std::string to_the_low_wall = ", stretched (exp(1.5*x) - 1)/(exp(1.5) - 1)\n";    // 0 .. 1, widths 1 : 4.5
-const std::string to_both_walls = ", stretched 0.5 + 0.5*tanh(1.5*(2*y - 1))/tanh(1.5)\n";  // 0 .. 1, widths 1 : 5.5 : 1
-const std::string around = ", periodic, stretched x + 0.4*sin(x)\n";                      // 0 .. 2*pi
+const std::string to_the_low_wall = ", stretched (exp(1.5*x) - 1)/(exp(1.5) - 1)\n";  // 0 .. 1, widths 1 : 4.5
+const std::string to_both_walls =
+    ", stretched 0.5 + 0.5*tanh(1.5*(2*y - 1))/tanh(1.5)\n";          // 0 .. 1, widths 1 : 5.5 : 1
+const std::string around = ", periodic, stretched x + 0.4*sin(x)\n";  // 0 .. 2*pi
 
 const std::string scheme = "scheme s { advect = central(2); dx = central(2); lap = central(2); time = rk4 }\n";
 
@@ -37,10 +39,13 @@ double order(const std::string& text, int cells, const Overrides& more = {}, boo
 
 /// Values, given derivatives and mixed conditions that vary in time, at walls where the cells are narrow and wide.
 TEST(Stretched, ConditionsAtWallsAreOfOrderTwo) {
-  const std::string heat = "model heat { field u; param kappa; dt(u) = kappa*lap(u) }\n" + scheme + "scene s : heat with s {\n  grid x = 0 .. 1, cells 8" +
-                           to_the_low_wall + "  kappa = 0.5\n  initial u = sin(x + 0.2)\n  exact u = exp(-kappa*t)*sin(x + 0.2)\n  time 0 .. 0.25, step 1/16384\n";
+  const std::string heat = "model heat { field u; param kappa; dt(u) = kappa*lap(u) }\n" + scheme +
+                           "scene s : heat with s {\n  grid x = 0 .. 1, cells 8" + to_the_low_wall +
+                           "  kappa = 0.5\n  initial u = sin(x + 0.2)\n  exact u = exp(-kappa*t)*sin(x + 0.2)\n  time "
+                           "0 .. 0.25, step 1/16384\n";
   const std::string low_value = "x.low = exp(-kappa*t)*sin(0.2)", high_value = "x.high = exp(-kappa*t)*sin(x + 0.2)";
-  const std::string low_slope = "x.low = gradient(-exp(-kappa*t)*cos(0.2))", high_slope = "x.high = gradient(exp(-kappa*t)*cos(1.2))";
+  const std::string low_slope = "x.low = gradient(-exp(-kappa*t)*cos(0.2))",
+                    high_slope = "x.high = gradient(exp(-kappa*t)*cos(1.2))";
   const std::string low_mixed = "x.low = mixed(1, 0.5, exp(-kappa*t)*(sin(0.2) - 0.5*cos(0.2)))";
   const std::string high_mixed = "x.high = mixed(2, 3 + t, exp(-kappa*t)*(2*sin(1.2) + (3 + t)*cos(1.2)))";
   for (const std::string& low : {low_value, low_slope, low_mixed}) {
@@ -51,7 +56,8 @@ TEST(Stretched, ConditionsAtWallsAreOfOrderTwo) {
   }
 }
 
-/// A manufactured solution of div(kappa*grad(u)), kappa a coefficient that varies, in two dimensions: one axis of each kind.
+/// A manufactured solution of div(kappa*grad(u)), kappa a coefficient that varies, in two dimensions: one axis of each
+/// kind.
 TEST(Stretched, DiffusionOfVaryingStrengthIsOfOrderTwo) {
   const std::string text = R"(
 model m {
@@ -62,8 +68,10 @@ model m {
 }
 )" + scheme + R"(
 scene s : m with s {
-  grid x = 0 .. 2*pi, cells 16)" + around + R"(
-  grid y = 0 .. 1, cells 16)" + to_both_walls + R"(
+  grid x = 0 .. 2*pi, cells 16)" +
+                           around + R"(
+  grid y = 0 .. 1, cells 16)" +
+                           to_both_walls + R"(
   kappa = 2 + sin(x)
   boundary u: y.low = zero_gradient, y.high = 2*exp(-t)*cos(x)
   initial u = cos(x)*(1 + y^2)
@@ -78,7 +86,8 @@ const std::string ring = R"(
 model m { field u; param c; dt(u) = -advect(c, u) }
 )" + scheme + R"(
 scene s : m with s {
-  grid x = 0 .. 2*pi, cells 32)" + around + R"(  c = 1
+  grid x = 0 .. 2*pi, cells 32)" +
+                         around + R"(  c = 1
   initial u = sin(x) + 0.3*cos(2*x)
   exact u = sin(x - c*t) + 0.3*cos(2*(x - c*t))
   time 0 .. 1, step 1/1024
@@ -94,7 +103,8 @@ TEST(Stretched, TransportIsOfTheOrderOfItsScheme) {
 }
 
 TEST(Stretched, HigherOrdersHoldOnPeriodicAxes) {
-  const std::string text = "model m { field u; param k; dt(u) = k*lap(u) - dx(u) }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(  k = 0.1
+  const std::string text = "model m { field u; param k; dt(u) = k*lap(u) - dx(u) }\n" + scheme +
+                           "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(  k = 0.1
   initial u = sin(x) + 0.3*cos(2*x)
   exact u = exp(-k*t)*sin(x - t) + 0.3*exp(-4*k*t)*cos(2*(x - t))
   time 0 .. 0.5, step 1/1024
@@ -107,7 +117,8 @@ TEST(Stretched, HigherOrdersHoldOnPeriodicAxes) {
 
 /// The third derivative is one of a second; between walls too.
 TEST(Stretched, DerivativesOfHighOrderAreNested) {
-  const std::string third = "model m { field u; dt(u) = -d(u, x, 3) }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(
+  const std::string third = "model m { field u; dt(u) = -d(u, x, 3) }\n" + scheme +
+                            "scene s : m with s {\n  grid x = 0 .. 2*pi, cells 32" + around + R"(
   initial u = sin(x)
   exact u = sin(x + t)
   time 0 .. 0.015625, step 1/16384
@@ -121,7 +132,8 @@ TEST(Stretched, CourantStepsLookAtTheNarrowestCell) {
   std::string text = ring;
   text.replace(text.find("step 1/1024"), 11, "step 1, courant 0.5");
   EXPECT_NEAR(order(text, 64), 2, 0.1);
-  // a step of 1 with as many parts as 0.5 of the narrowest cell wants: 1/(0.5*h*0.6), h the width in the uniform coordinate
+  // a step of 1 with as many parts as 0.5 of the narrowest cell wants: 1/(0.5*h*0.6), h the width in the uniform
+  // coordinate
   Overrides parts{{"cells", "64"}};
   const double with_parts = run_scene(text, "s", parts).l2.at("u");
   const double narrowest = 2 * M_PI / 64 * (1 - 0.4 * std::cos(M_PI / 64));
@@ -134,7 +146,8 @@ const std::string stretched_basin = R"(
 model m { field u; param k; dt(u) = div((k + u^2)*grad(u)) }
 )" + scheme + R"(
 scene s : m with s {
-  grid x = 0 .. 1, cells 13)" + to_the_low_wall + R"(  grid y = 0 .. 1, cells 9)" + to_both_walls + R"(  k = 0.1
+  grid x = 0 .. 1, cells 13)" + to_the_low_wall +
+                                    R"(  grid y = 0 .. 1, cells 9)" + to_both_walls + R"(  k = 0.1
   boundary u = zero_gradient
   initial u = 1 + 0.5*cos(3*x)*sin(2*y)
   time 0 .. 0.1, step 1/10000
@@ -146,22 +159,26 @@ task all : s { unknown initial u from 1; minimise integral(u) at t = 0 }
 )";
 
 TEST(Stretched, WhatFlowsInFluxFormIsConserved) {
-  const double before = task_gradient(stretched_basin, "before").loss, after = task_gradient(stretched_basin, "total").loss;
+  const double before = task_gradient(stretched_basin, "before").loss,
+               after = task_gradient(stretched_basin, "total").loss;
   EXPECT_NEAR(after, before, 1e-13 * before);
   EXPECT_GT(std::abs(before - 1), 1e-2);
   // and with it the gradient of the total at the end by each cell at the start: the volume of the cell
-  const auto volumes = task_gradient(stretched_basin, "all").gradient.at("u"), kept = task_gradient(stretched_basin, "total").gradient.at("u");
+  const auto volumes = task_gradient(stretched_basin, "all").gradient.at("u"),
+             kept = task_gradient(stretched_basin, "total").gradient.at("u");
   for (std::size_t i = 0; i < volumes.size(); ++i) EXPECT_NEAR(kept[i], volumes[i], 1e-13) << i;
 }
 
 TEST(Stretched, MeansWeighCellsByTheirVolume) {
   EXPECT_NEAR(task_gradient(stretched_basin, "one").loss, 1, 4e-16);
   EXPECT_NEAR(task_gradient(stretched_basin, "all").loss, 1, 4e-16);
-  for (const char* cells : {"1", "2", "3", "7"}) EXPECT_NEAR(task_gradient(stretched_basin, "one", {{"cells", cells}}).loss, 1, 4e-16) << cells;
+  for (const char* cells : {"1", "2", "3", "7"})
+    EXPECT_NEAR(task_gradient(stretched_basin, "one", {{"cells", cells}}).loss, 1, 4e-16) << cells;
   // integral(x^2) is 1/3 to the order of the rule of midpoints
   std::string text = stretched_basin;
   text.replace(text.find("from 1; minimise integral(u)"), 28, "from x^2; minimise integral(u)");
-  const double coarse = task_gradient(text, "all", {{"cells", "16"}}).loss - 1.0 / 3, fine = task_gradient(text, "all", {{"cells", "32"}}).loss - 1.0 / 3;
+  const double coarse = task_gradient(text, "all", {{"cells", "16"}}).loss - 1.0 / 3,
+               fine = task_gradient(text, "all", {{"cells", "32"}}).loss - 1.0 / 3;
   EXPECT_NEAR(std::log2(coarse / fine), 2, 0.1);
   EXPECT_LT(std::abs(fine), 1e-3);
 }
@@ -169,8 +186,10 @@ TEST(Stretched, MeansWeighCellsByTheirVolume) {
 /// In equations, and along one axis, too: x relaxes to its mean, what does not vary along x stays as it is.
 TEST(Stretched, ReductionsInEquationsWeighCells) {
   const auto text = [](const std::string& initial, const std::string& exact) {
-    return "model m { field u; dt(u) = 0.5*(mean(u, x) + integral(u, x)) - u }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 1, cells 16" + to_the_low_wall +
-           "  grid y = 0 .. 1, cells 3\n  boundary u = zero_gradient\n  initial u = " + initial + "\n  exact u = " + exact + "\n  time 0 .. 1, step 1/64\n}\n";
+    return "model m { field u; dt(u) = 0.5*(mean(u, x) + integral(u, x)) - u }\n" + scheme +
+           "scene s : m with s {\n  grid x = 0 .. 1, cells 16" + to_the_low_wall +
+           "  grid y = 0 .. 1, cells 3\n  boundary u = zero_gradient\n  initial u = " + initial +
+           "\n  exact u = " + exact + "\n  time 0 .. 1, step 1/64\n}\n";
   };
   EXPECT_LT(run_scene(text("1 + y", "1 + y"), "s").l2.at("u"), 1e-14);
   EXPECT_NEAR(order(text("x", "0.5 + (x - 0.5)*exp(-t)"), 16), 2, 0.1);
@@ -179,9 +198,11 @@ TEST(Stretched, ReductionsInEquationsWeighCells) {
 /// A flux that is given passes a wall as it is, whatever the cells are: the total grows by kappa*g in unit time, in the
 /// measure in which the length of the axis is right.
 TEST(Stretched, GivenFluxesPassWallsExactly) {
-  const std::string text = "model m { field u; dt(u) = 0.5*lap(u) }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 1, cells 7" + to_the_low_wall +
-                           "  boundary u: x.low = gradient(0.3), x.high = gradient(-0.1)\n  initial u = 1\n  time 0 .. 0.5, step 1/1000\n}\n"
-                           "task total : s { unknown initial u from 1; minimise integral(u) }\n";
+  const std::string text =
+      "model m { field u; dt(u) = 0.5*lap(u) }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 1, cells 7" +
+      to_the_low_wall +
+      "  boundary u: x.low = gradient(0.3), x.high = gradient(-0.1)\n  initial u = 1\n  time 0 .. 0.5, step 1/1000\n}\n"
+      "task total : s { unknown initial u from 1; minimise integral(u) }\n";
   double length = 0;
   for (int i = 0; i < 7; ++i) length += 1.5 * std::exp(1.5 * (i + 0.5) / 7) / (std::exp(1.5) - 1) / 7;
   EXPECT_NEAR(length, 1, 0.01);
@@ -191,7 +212,8 @@ TEST(Stretched, GivenFluxesPassWallsExactly) {
 /// Flow against a wall, steady: (exp((x - 1)/eps) - exp(-1/eps))/(1 - exp(-1/eps)).
 TEST(Stretched, BoundaryLayersGainFromNarrowCells) {
   const auto text = [](const std::string& grid) {
-    return "model m { field u; param eps; dt(u) = eps*lap(u) - dx(u) }\n" + scheme + "scene s : m with s {\n  grid x = 0 .. 1, cells 32" + grid + R"(
+    return "model m { field u; param eps; dt(u) = eps*lap(u) - dx(u) }\n" + scheme +
+           "scene s : m with s {\n  grid x = 0 .. 1, cells 32" + grid + R"(
   eps = 0.05
   boundary u: x.low = 0, x.high = 1
   initial u = (exp((x - 1)/eps) - exp(-1/eps))/(1 - exp(-1/eps))
@@ -200,23 +222,30 @@ TEST(Stretched, BoundaryLayersGainFromNarrowCells) {
 }
 )";
   };
-  const double uniform = run_scene(text(""), "s").l2.at("u"), stretched = run_scene(text(", stretched tanh(1.7*x)/tanh(1.7)"), "s").l2.at("u");
+  const double uniform = run_scene(text(""), "s").l2.at("u"),
+               stretched = run_scene(text(", stretched tanh(1.7*x)/tanh(1.7)"), "s").l2.at("u");
   RecordProperty("uniform over stretched", std::to_string(uniform / stretched));
   EXPECT_GT(uniform / stretched, 4) << uniform << " " << stretched;
 }
 
 /// A loss that is quadratic in the unknown A, and in a cell of the field: (L(A+1) - L(A-1))/2 is its derivative.
 TEST(Stretched, GradientsAreExact) {
-  const auto text = [](const std::string& value, const std::string& cells, const std::string& schemes, const std::string& sides) {
-    return "model m { field u; param A; coefficient w; dt(u) = 0.01*lap(u) - dx(u) + w }\nscheme s { " + schemes + " }\nscene s : m with s {\n  grid x = 0 .. 1, cells " + cells +
-           to_the_low_wall + "  boundary u: " + sides + "\n  A = " + value + "\n  w = A*x\n  initial u = sin(3*x)\n  time 0 .. 0.05, step 0.01\n}\n" +
-           "task t : s {\n  unknown A from " + value + "\n  unknown initial u\n  minimise integral((u - 1)^2) + 0.1*mean(dx(u)^2) over time\n}\n";
+  const auto text = [](const std::string& value, const std::string& cells, const std::string& schemes,
+                       const std::string& sides) {
+    return "model m { field u; param A; coefficient w; dt(u) = 0.01*lap(u) - dx(u) + w }\nscheme s { " + schemes +
+           " }\nscene s : m with s {\n  grid x = 0 .. 1, cells " + cells + to_the_low_wall + "  boundary u: " + sides +
+           "\n  A = " + value + "\n  w = A*x\n  initial u = sin(3*x)\n  time 0 .. 0.05, step 0.01\n}\n" +
+           "task t : s {\n  unknown A from " + value +
+           "\n  unknown initial u\n  minimise integral((u - 1)^2) + 0.1*mean(dx(u)^2) over time\n}\n";
   };
   for (const char* cells : {"1", "2", "5"}) {
     for (const char* schemes : {"time = euler; advect = upwind(1)", "time = rk2; dx = central(4)"}) {
-      for (const char* sides : {"x.low = A, x.high = zero_gradient", "x.low = gradient(A), x.high = mixed(1, 0.5, A)"}) {
+      for (const char* sides :
+           {"x.low = A, x.high = zero_gradient", "x.low = gradient(A), x.high = mixed(1, 0.5, A)"}) {
         const auto gradient = task_gradient(text("0.4", cells, schemes, sides), "t").gradient;
-        const double difference = (task_gradient(text("1.4", cells, schemes, sides), "t").loss - task_gradient(text("-0.6", cells, schemes, sides), "t").loss) / 2;
+        const double difference = (task_gradient(text("1.4", cells, schemes, sides), "t").loss -
+                                   task_gradient(text("-0.6", cells, schemes, sides), "t").loss) /
+                                  2;
         EXPECT_NEAR(gradient.at("A")[0], difference, 1e-11 * (1 + std::abs(difference))) << cells << schemes << sides;
         EXPECT_GT(std::abs(difference), 1e-5);
       }
@@ -230,7 +259,8 @@ TEST(Stretched, StaggeredWavesAreOfOrderTwo) {
 model water { vector v on faces; field u; dt(u) = -div(v); dt(v) = -grad(u) }
 )" + scheme + R"(
 scene s : water with s {
-  grid x = 0 .. 1, cells 16)" + to_the_low_wall + R"(  grid y = 0 .. 1, cells 16)" + to_both_walls + R"(
+  grid x = 0 .. 1, cells 16)" +
+                           to_the_low_wall + R"(  grid y = 0 .. 1, cells 16)" + to_both_walls + R"(
   boundary v = 0
   boundary u = zero_gradient
   initial v = (0, 0)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Equations that make several steps within each, against closed forms, and against the same steps written another way.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -15,8 +14,10 @@ namespace {
 /// a' = a cos t is e^sin(t), and so is b' = 8 (a - b) + a cos t. `back` lets b act on a without changing the solution.
 double error_of_coupled(const std::string& scheme, int steps, int parts, double back = 0) {
   const std::string text = fmt::format(
-      "model m {{\n  field a, b\n  dt(a) = a*cos(t) + {}*(b - a)\n  dt(b) = 8*(a - b) + a*cos(t)\n}}\nscheme c {{ time = {} }}\n"
-      "scene s : m with c {{\n  grid x = 0 .. 1, cells 2, periodic\n  initial a = 1\n  initial b = 1\n  time 0 .. 2, step 1/{}\n  subcycle b in {}\n}}\n",
+      "model m {{\n  field a, b\n  dt(a) = a*cos(t) + {}*(b - a)\n  dt(b) = 8*(a - b) + a*cos(t)\n}}\nscheme c {{ time "
+      "= {} }}\n"
+      "scene s : m with c {{\n  grid x = 0 .. 1, cells 2, periodic\n  initial a = 1\n  initial b = 1\n  time 0 .. 2, "
+      "step 1/{}\n  subcycle b in {}\n}}\n",
       back, scheme, steps, parts);
   const SceneResult result = run_scene(text, "s");
   if (result.state.empty()) return NAN;
@@ -38,8 +39,10 @@ TEST(Subcycle, KeepsTheOrderFromSlowToFast) {
 TEST(Subcycle, IsOfOrderOneInBothDirections) { EXPECT_NEAR(order_of_coupled("rk4", 4, 3), 1, 0.15); }
 
 std::string diffusion(const std::string& more) {
-  return "model m { field u; dt(u) = lap(u)*(1 + t) + sin(t) }\nscene s : m with c {\n  grid x = 0 .. 1, cells 7\n  grid y = 0 .. 1, cells 4, periodic\n"
-         "  boundary u: x.low = cos(9*t), x.high = gradient(t*y)\n  initial u = cos(x + 6*y)\n  " + more + "\n}\n";
+  return "model m { field u; dt(u) = lap(u)*(1 + t) + sin(t) }\nscene s : m with c {\n  grid x = 0 .. 1, cells 7\n  "
+         "grid y = 0 .. 1, cells 4, periodic\n"
+         "  boundary u: x.low = cos(9*t), x.high = gradient(t*y)\n  initial u = cos(x + 6*y)\n  " +
+         more + "\n}\n";
 }
 
 /// Nothing else moves: parts of steps are shorter steps.
@@ -49,16 +52,21 @@ TEST(Subcycle, OfAllIsAShorterStep) {
     const SceneResult parts = run_scene(c + diffusion("time 0 .. 1/16, step 1/512; subcycle u in 4"), "s");
     const SceneResult steps = run_scene(c + diffusion("time 0 .. 1/16, step 1/2048"), "s");
     ASSERT_FALSE(parts.state.empty() || steps.state.empty());
-    for (std::size_t i = 0; i < steps.state.at("u").size(); ++i) EXPECT_NEAR(parts.state.at("u")[i], steps.state.at("u")[i], 1e-13) << scheme;
+    for (std::size_t i = 0; i < steps.state.at("u").size(); ++i)
+      EXPECT_NEAR(parts.state.at("u")[i], steps.state.at("u")[i], 1e-13) << scheme;
   }
 }
 
 /// The limit of Euler's method is D dt/h^2 = 1/2; with 3 parts a step of 1.2 is three of 0.4.
 TEST(Subcycle, MakesAStiffEquationStable) {
   const auto largest = [](int parts) {
-    const SceneResult result = run_scene(
-        fmt::format("model m {{ field u; field slow; dt(u) = lap(u) + 0*slow; dt(slow) = -slow }}\nscheme c {{ time = euler }}\nscene s : m with c {{\n"
-                    "  grid x = 0 .. 40, cells 40, periodic\n  initial u = if(x < 1, 1, 0)\n  initial slow = 1\n  time 0 .. 240, step 1.2\n  subcycle u in {}\n}}\n", parts), "s");
+    const SceneResult result =
+        run_scene(fmt::format("model m {{ field u; field slow; dt(u) = lap(u) + 0*slow; dt(slow) = -slow }}\nscheme c "
+                              "{{ time = euler }}\nscene s : m with c {{\n"
+                              "  grid x = 0 .. 40, cells 40, periodic\n  initial u = if(x < 1, 1, 0)\n  initial slow = "
+                              "1\n  time 0 .. 240, step 1.2\n  subcycle u in {}\n}}\n",
+                              parts),
+                  "s");
     double most = 0;
     for (const double u : result.state.at("u")) most = std::max(most, std::abs(u));
     return most;
@@ -74,12 +82,18 @@ TEST(Subcycle, DerivativesAreCertified) {
     return "model wave { field p; dt(dt(p)) = lap(p) - 0.1*dt(p) }\n"
            "model heat { field c; coefficient p; param k; dt(c) = k*lap(c) - 0.3*dx(p)*dx(c) + sin(p) }\n"
            "model fire { field q; coefficient c; coefficient p; dt(q) = 40*(c - q)*(1 + p^2) + 0.01*lap(q) }\n"
-           "scheme s { time = " + scheme + " }\n"
-           "scene d : wave, heat, fire with s {\n  grid x = 0 .. 1, cells " + cells + "\n  grid y = 0 .. 1, cells 3, periodic\n"
-           "  boundary p: x.low = sin(5*t), x.high = zero_gradient\n  boundary c: x.low = A*t, x.high = 1\n  boundary q: x = zero_gradient\n"
+           "scheme s { time = " +
+           scheme +
+           " }\n"
+           "scene d : wave, heat, fire with s {\n  grid x = 0 .. 1, cells " +
+           cells +
+           "\n  grid y = 0 .. 1, cells 3, periodic\n"
+           "  boundary p: x.low = sin(5*t), x.high = zero_gradient\n  boundary c: x.low = A*t, x.high = 1\n  boundary "
+           "q: x = zero_gradient\n"
            "  k = 0.05\n  A = 2\n  initial p = cos(3*x)\n  initial dt(p) = 0\n  initial c = x\n  initial q = sin(6*y)\n"
            "  time 0 .. 0.25, step 1/32\n  subcycle c in 2\n  subcycle q in 4\n  every 1/8: c += 0.1*q\n}\n"
-           "task t : d {\n  unknown initial p\n  unknown initial q\n  unknown k from 0.04\n  unknown A\n  minimise mean(q^2 + c^3 + p)\n}\n";
+           "task t : d {\n  unknown initial p\n  unknown initial q\n  unknown k from 0.04\n  unknown A\n  minimise "
+           "mean(q^2 + c^3 + p)\n}\n";
   };
   for (const std::string scheme : {"rk2", "verlet"}) {
     for (const std::string cells : {"1", "2", "9"}) {
@@ -94,9 +108,12 @@ TEST(Subcycle, DerivativesAreCertified) {
 
 TEST(Subcycle, SecondDerivativesAreCertified) {
   expect_certified(
-      "model m {\n  field u, v\n  param q\n  dt(u) = -u*dx(u)\n  dt(v) = q*u*v + 0.1*lap(v) + mean(u*v)\n}\nscheme c { time = rk2 }\n"
-      "scene s : m with c {\n  grid x = 0 .. 1, cells 7, periodic\n  q = 0.3\n  initial u = sin(6*x)/4\n  initial v = cos(6*x)\n  time 0 .. 1/4, step 1/32\n  subcycle v in 3\n}\n"
-      "task t : s {\n  unknown initial u\n  unknown q from 0.4\n  minimise mean(u^2 + v^3)\n}\n", true);
+      "model m {\n  field u, v\n  param q\n  dt(u) = -u*dx(u)\n  dt(v) = q*u*v + 0.1*lap(v) + mean(u*v)\n}\nscheme c { "
+      "time = rk2 }\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 7, periodic\n  q = 0.3\n  initial u = sin(6*x)/4\n  initial v = "
+      "cos(6*x)\n  time 0 .. 1/4, step 1/32\n  subcycle v in 3\n}\n"
+      "task t : s {\n  unknown initial u\n  unknown q from 0.4\n  minimise mean(u^2 + v^3)\n}\n",
+      true);
 }
 
 /// Velocities on faces, walls, and what they carry in shorter steps.
@@ -105,9 +122,12 @@ TEST(Subcycle, OfWhatStaggeredVelocitiesCarry) {
       "model water { vector u on faces; field eta; dt(u) = -grad(eta); dt(eta) = -div(interpolate(1 + eta)*u) }\n"
       "model dye { field c; coefficient vector u on faces; dt(c) = -advect(u, c) + 0.01*lap(c) }\n"
       "scheme c { time = ssp_rk3 }\n"
-      "scene s : water, dye with c {\n  grid x = 0 .. 1, cells 6\n  grid y = 0 .. 1, cells 5, periodic\n  boundary u.x: x = 0.1*sin(t)\n  boundary u.y: x = 0\n  boundary eta: x = zero_gradient\n"
-      "  boundary c: x = 1\n  initial u = 0\n  initial eta = 0.1*cos(3*x)\n  initial c = 1 + sin(6*y)\n  time 0 .. 1/4, step 1/32\n  subcycle c in 3\n}\n"
-      "task t : s {\n  unknown initial eta\n  minimise mean(c^2)\n}\n", false);
+      "scene s : water, dye with c {\n  grid x = 0 .. 1, cells 6\n  grid y = 0 .. 1, cells 5, periodic\n  boundary "
+      "u.x: x = 0.1*sin(t)\n  boundary u.y: x = 0\n  boundary eta: x = zero_gradient\n"
+      "  boundary c: x = 1\n  initial u = 0\n  initial eta = 0.1*cos(3*x)\n  initial c = 1 + sin(6*y)\n  time 0 .. "
+      "1/4, step 1/32\n  subcycle c in 3\n}\n"
+      "task t : s {\n  unknown initial eta\n  minimise mean(c^2)\n}\n",
+      false);
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ namespace {
 using testing::Overrides;
 using testing::run_scene;
 
-/// The order between the last two of three runs, each with twice the cells and half the step of the one before; the first
-/// step is pi/parts.
+/// The order between the last two of three runs, each with twice the cells and half the step of the one before; the
+/// first step is pi/parts.
 double observed_order(const std::string& text, const std::string& scene, int cells, int parts, Overrides overrides) {
   double error = 0, order = 0;
   for (int level = 0; level < 3; ++level) {
@@ -32,7 +32,8 @@ double observed_order(const std::string& text, const std::string& scene, int cel
 
 const Overrides maccormack{{"advect", "maccormack"}}, linear{{"advect", "semi_lagrangian"}};
 
-/// A front without an extremum, which the clamp would cut: carried at one velocity, at one that varies in time, and by itself.
+/// A front without an extremum, which the clamp would cut: carried at one velocity, at one that varies in time, and by
+/// itself.
 const std::string fronts = R"(
 model wind { field u; param c; dt(u) = -advect(c, u) }
 model gusts { field u; dt(u) = -advect(1 + cos(3*t), u) }
@@ -62,9 +63,9 @@ scene spreading : itself {
 )";
 
 TEST(MacCormack, IsOfOrderTwo) {
-  EXPECT_NEAR(observed_order(fronts, "steady", 64, 32, maccormack), 2, 0.15);          // Courant number 0.5
-  EXPECT_NEAR(observed_order(fronts, "steady", 80, 8, maccormack), 2, 0.15);           // 2.5
-  EXPECT_NEAR(observed_order(fronts, "unsteady", 64, 32, maccormack), 2, 0.15);        // up to 1
+  EXPECT_NEAR(observed_order(fronts, "steady", 64, 32, maccormack), 2, 0.15);    // Courant number 0.5
+  EXPECT_NEAR(observed_order(fronts, "steady", 80, 8, maccormack), 2, 0.15);     // 2.5
+  EXPECT_NEAR(observed_order(fronts, "unsteady", 64, 32, maccormack), 2, 0.15);  // up to 1
   EXPECT_NEAR(observed_order(fronts, "spreading", 40, 32, maccormack), 2, 0.15);
   EXPECT_NEAR(observed_order(fronts, "spreading", 40, 32, linear), 1, 0.15);
 }
@@ -123,7 +124,8 @@ TEST(CubicSemiLagrangian, InterpolatesToOrderThreeUpToWalls) {
   }
 }
 
-/// LeVeque's reversal: a bump goes round in a swirl that turns back, and is again where it was; and one that keeps turning.
+/// LeVeque's reversal: a bump goes round in a swirl that turns back, and is again where it was; and one that keeps
+/// turning.
 const std::string swirls = R"(
 function bump(x, y) = exp(-30*((x - 0.5)^2 + (y - 0.72)^2))
 model reversal { field u; dt(u) = -advect((sin(pi*x)^2*sin(2*pi*y)*cos(2*t), -sin(pi*y)^2*sin(2*pi*x)*cos(2*t)), u) }
@@ -213,7 +215,8 @@ scene plate : stir {
 }
 )";
 
-/// The clamp: never beyond what was there, to the last bit, at any Courant number; and yet sharper than linear interpolation.
+/// The clamp: never beyond what was there, to the last bit, at any Courant number; and yet sharper than linear
+/// interpolation.
 TEST(MacCormack, MakesNoNewExtremum) {
   for (const char* scene : {"ring", "bar", "plate"}) {
     for (const char* step : {"1/100", "1/20", "1/8"}) {  // Courant numbers 0.5, 2.5, 6.25

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Equations with a second time derivative: closed forms of the wave equation (numerics.md, section 3), conserved energy,
-// limits of stability, damping, and gradients with respect to the velocity at the start.
+// Equations with a second time derivative: closed forms of the wave equation (numerics.md, section 3), conserved
+// energy, limits of stability, damping, and gradients with respect to the velocity at the start.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -95,7 +95,8 @@ TEST(Wave, LeapfrogIsOfOrderTwo) {
   const auto levels = refined({{"time", "leapfrog"}}, {{64, 64}, {128, 128}});
   EXPECT_NEAR(order_of("string", levels, "u"), 2, 0.15);
   EXPECT_NEAR(order_of("square", refined({{"time", "leapfrog"}}, {{16, 64}, {32, 128}}), "u"), 2, 0.15);
-  const std::vector<Overrides> damped{{{"time", "leapfrog"}, {"step", "1/64"}}, {{"time", "leapfrog"}, {"step", "1/128"}}};
+  const std::vector<Overrides> damped{{{"time", "leapfrog"}, {"step", "1/64"}},
+                                      {{"time", "leapfrog"}, {"step", "1/128"}}};
   EXPECT_NEAR(order_of("thread", damped, "u"), 2, 0.15);
   EXPECT_NEAR(order_of("thread", damped, "w"), 2, 0.15);
 }
@@ -110,7 +111,8 @@ TEST(Wave, LeapfrogMovesAsVerletDoes) {
 
 TEST(Wave, OtherSchemesKeepTheirOrderOnTheSystemOfFirstOrder) {
   EXPECT_NEAR(order_of("string", refined({{"time", "rk4"}, {"lap", "central4"}}, {{48, 96}, {96, 192}}), "u"), 4, 0.15);
-  EXPECT_NEAR(order_of("string", refined({{"time", "ssp_rk3"}, {"lap", "central8"}}, {{64, 128}, {64, 256}}), "u"), 3, 0.15);
+  EXPECT_NEAR(order_of("string", refined({{"time", "ssp_rk3"}, {"lap", "central8"}}, {{64, 128}, {64, 256}}), "u"), 3,
+              0.15);
 }
 
 /// Forces that hold the velocity, and a field of first order that follows it.
@@ -120,8 +122,8 @@ TEST(Wave, DampingAndMixedOrdersKeepOrderTwo) {
   EXPECT_NEAR(order_of("ring", levels, "w"), 2, 0.15);
 }
 
-/// With dt(u) = 0 at the start the first step is the mean of the neighbours, and Verlet moves the two halves by a cell a
-/// step: exact at Courant number 1.
+/// With dt(u) = 0 at the start the first step is the mean of the neighbours, and Verlet moves the two halves by a cell
+/// a step: exact at Courant number 1.
 TEST(Wave, BothFormsAreExactAtCourantNumberOneAndBreakAboveIt) {
   const Overrides exact{{"cells", "40"}, {"step", "2*pi/40/2"}, {"end", "2*pi/2"}};
   Overrides leapfrog = exact;
@@ -142,7 +144,8 @@ TEST(Wave, BothFormsAreExactAtCourantNumberOneAndBreakAboveIt) {
   EXPECT_GT(largest("1.01*2*pi/80"), 1e3);
 }
 
-/// Verlet keeps 1/2 v.v + 1/2 (c D u).(c D u) - (dt/2)^2/2 a.a to rounding on a linear wave: a quadratic form of the state.
+/// Verlet keeps 1/2 v.v + 1/2 (c D u).(c D u) - (dt/2)^2/2 a.a to rounding on a linear wave: a quadratic form of the
+/// state.
 TEST(Wave, VerletKeepsItsShiftedEnergy) {
   const int cells = 24;
   const double h = 2 * std::acos(-1.0) / cells, dt = 1.0 / 50, c = 2;
@@ -171,8 +174,10 @@ TEST(Wave, GradientWithRespectToTheVelocityAtTheStart) {
     const double h = 2 * std::acos(-1.0) / 128;
     for (int i = 0; i < 128; i += 9) {
       const double x = (i + 0.5) * h;
-      const double exact = 2 * h * (std::cos(2.0) * std::sin(2.0) / 2 * std::sin(x) + 0.3 * std::cos(4.0) * std::sin(4.0) / 4 * std::cos(2 * x) +
-                                    std::sin(6.0) / 12 * std::sin(6.0) / 6 * std::sin(3 * x));
+      const double exact =
+          2 * h *
+          (std::cos(2.0) * std::sin(2.0) / 2 * std::sin(x) + 0.3 * std::cos(4.0) * std::sin(4.0) / 4 * std::cos(2 * x) +
+           std::sin(6.0) / 12 * std::sin(6.0) / 6 * std::sin(3 * x));
       EXPECT_NEAR(gradient[i], exact, 2e-3 * h) << time;
     }
   }

@@ -14,7 +14,8 @@ namespace {
 std::string as_text(const std::vector<Verdict>& verdicts) {
   std::string text;
   for (const Verdict& v : verdicts) {
-    text += fmt::format("{} {} {} {} {}\n{}\n{}\n", static_cast<int>(v.kind), v.dot_product, v.finite_difference, v.back_end, v.detail.size(), v.check, v.detail);
+    text += fmt::format("{} {} {} {} {}\n{}\n{}\n", static_cast<int>(v.kind), v.dot_product, v.finite_difference,
+                        v.back_end, v.detail.size(), v.check, v.detail);
   }
   return text;
 }

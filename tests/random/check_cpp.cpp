@@ -48,7 +48,8 @@ std::vector<Verdict> check_in_cpp(const std::vector<RandomProgram>& programs) {
     const Module renamed = with_suffix(each.back().module, suffix);
     for (const std::string& name : each.back().programs) add_to(all, renamed, name + suffix);
   }
-  const codegen::CompileResult compiled = codegen::compile_cpp(loop::from_stencil(lowered(all.module, true), all.programs));
+  const codegen::CompileResult compiled =
+      codegen::compile_cpp(loop::from_stencil(lowered(all.module, true), all.programs));
   std::vector<Verdict> verdicts(programs.size());
   for (std::size_t i = 0; i < programs.size(); ++i) {
     Verdict& verdict = verdicts[i];
@@ -56,7 +57,9 @@ std::vector<Verdict> check_in_cpp(const std::vector<RandomProgram>& programs) {
       const Program& program = *each[i].module.find_program(name);
       const RunInputs inputs = inputs_for(each[i].module, name, programs[i].grid, programs[i].seed);
       const dpde_program* code = compiled.module ? compiled.module->find(fmt::format("{}_{}", name, i)) : nullptr;
-      const double error = code ? distance(run_executed(*code, program, inputs, 1), run_interpreted(each[i].module, program, inputs)) : INFINITY;
+      const double error =
+          code ? distance(run_executed(*code, program, inputs, 1), run_interpreted(each[i].module, program, inputs))
+               : INFINITY;
       verdict.back_end = std::max(verdict.back_end, error);
       if (is_rounding(error, each[i].module, name, programs[i].grid, programs[i].seed)) continue;
       verdict.kind = Verdict::Kind::failed;

@@ -31,7 +31,7 @@ using driver::Backend;
 
 namespace {
 
-constexpr rlim_t longest_seconds = 400;  // of a processor
+constexpr rlim_t longest_seconds = 400;                                     // of a processor
 constexpr double largest_double_error = 1e-11, largest_float_error = 3e-4;  // of back ends, on numbers of order one
 
 /// Final states, loss and gradient near the task's start, one after the other.
@@ -47,7 +47,8 @@ class ModelCheck {
     if (verdict_.kind == ModelVerdict::Kind::failed || !compile() || !reads_back()) return verdict_;
     Numbers wanted;
     if (!evaluate(jit_, wanted, "jit")) return verdict_;
-    const bool agrees = back_end_agrees(Backend::interpreter, "interpreter", wanted) && (!checks_.cpp || back_end_agrees(Backend::cpp, "cpp", wanted));
+    const bool agrees = back_end_agrees(Backend::interpreter, "interpreter", wanted) &&
+                        (!checks_.cpp || back_end_agrees(Backend::cpp, "cpp", wanted));
     if (agrees) certify();
     return verdict_;
   }
@@ -63,7 +64,8 @@ class ModelCheck {
     for (const Diagnostic& d : sink.all()) {
       if (d.kind->severity != Severity::error) continue;
       const std::string text = render_text(source_, d), code(d.kind->code);
-      const bool points = d.range.is_known() && d.range.begin <= d.range.end && d.range.end <= static_cast<int>(source_.text().size());
+      const bool points =
+          d.range.is_known() && d.range.begin <= d.range.end && d.range.end <= static_cast<int>(source_.text().size());
       if (code == "E0910" || code == "E0911" || code == "E0903" || !points) return fail("refusal", text);
       verdict_ = {ModelVerdict::Kind::refused, code, text};
       return false;
@@ -105,7 +107,8 @@ class ModelCheck {
     DiagnosticSink sink;
     const auto session = driver::Session::open(source_, code, {}, sink);
     if (!session) return refuse(sink);
-    if (session->rollout().run().blow_up) return check == "jit" ? unstable("blow-up") : fail(check, "only here the run is not finite");
+    if (session->rollout().run().blow_up)
+      return check == "jit" ? unstable("blow-up") : fail(check, "only here the run is not finite");
     for (std::size_t s = 0; s < session->problem().states.size(); ++s) {
       const std::vector<double> state = session->final_state(static_cast<int>(s));
       numbers.insert(numbers.end(), state.begin(), state.end());
@@ -118,7 +121,8 @@ class ModelCheck {
     numbers.push_back(inverse->value_and_gradient(x, gradient));
     numbers.insert(numbers.end(), gradient.data(), gradient.data() + gradient.size());
     for (const double value : numbers) {
-      if (!std::isfinite(value)) return check == "jit" ? unstable("not finite") : fail(check, "only here the result is not finite");
+      if (!std::isfinite(value))
+        return check == "jit" ? unstable("not finite") : fail(check, "only here the result is not finite");
     }
     return true;
   }
@@ -142,8 +146,8 @@ class ModelCheck {
     return result;
   }
 
-  /// What roundings in all operations change. The limits of MacCormack are those of the cell that the flow leads to: where it stands
-  /// still but for rounding, that is one cell or its neighbour.
+  /// What roundings in all operations change. The limits of MacCormack are those of the cell that the flow leads to:
+  /// where it stands still but for rounding, that is one cell or its neighbour.
   double rounding_of(const Numbers& wanted) {
     double result = 0;
     for (const double phase : {1.7, 2.3, 3.9, 5.1}) {
@@ -153,7 +157,8 @@ class ModelCheck {
       for (const stencil::Program& program : moved->stencil.programs) names.push_back(program.name);
       moved->loop = loop::from_stencil(moved->stencil, names, moved->real());
       moved->code = codegen::jit(moved->loop).module;
-      for (const driver::LinkedProgram& linked : driver::linked_programs(*moved)) moved->code->set_links(linked.program, linked.links);
+      for (const driver::LinkedProgram& linked : driver::linked_programs(*moved))
+        moved->code->set_links(linked.program, linked.links);
       Numbers got;
       if (!evaluate(moved, got, "with roundings")) return 0;
       result = std::max(result, distance(got, wanted));
@@ -174,14 +179,19 @@ class ModelCheck {
     if (!code) return false;
     DiagnosticSink sink;
     std::optional<driver::Certificate> certificate = driver::certify(source_, code, {}, sink);
-    if (!certificate || (is_single && !driver::certify_single_precision(source_, jit_, {}, *certificate, sink))) return refuse(sink);
-    if (certificate->cases.empty() || certificate->note.find("not stable") != std::string::npos) return unstable(certificate->note);
+    if (!certificate || (is_single && !driver::certify_single_precision(source_, jit_, {}, *certificate, sink)))
+      return refuse(sink);
+    if (certificate->cases.empty() || certificate->note.find("not stable") != std::string::npos)
+      return unstable(certificate->note);
     if (certificate->passed()) return certify_before_use();
-    if (!(certificate->worst() <= largest_double_error)) return fail("dot product", fmt::format("{:.3e}", certificate->worst()));
+    if (!(certificate->worst() <= largest_double_error))
+      return fail("dot product", fmt::format("{:.3e}", certificate->worst()));
     if (certificate->second && !certificate->second->passed()) {
-      return fail("second order", fmt::format("asymmetry {:.3e}, slope {}", certificate->second->worst(), certificate->second->slope.value_or(0)));
+      return fail("second order", fmt::format("asymmetry {:.3e}, slope {}", certificate->second->worst(),
+                                              certificate->second->slope.value_or(0)));
     }
-    if (certificate->single && !certificate->single->passed()) return fail("single precision", fmt::format("{:.3e}", certificate->single->worst()));
+    if (certificate->single && !certificate->single->passed())
+      return fail("single precision", fmt::format("{:.3e}", certificate->single->worst()));
     return fail("slope", fmt::format("{} {}", certificate->slope.value_or(0), certificate->note));
   }
 
@@ -202,16 +212,21 @@ ModelVerdict check_here(const std::string& text, const ModelChecks& checks) {
 }  // namespace
 
 ModelVerdict check_model(const std::string& text, const ModelChecks& checks) {
-  const Answer answer = isolated([&] {
-    const rlimit limit{longest_seconds, longest_seconds};
-    setrlimit(RLIMIT_CPU, &limit);
-    const ModelVerdict verdict = check_here(text, checks);
-    return std::string(1, static_cast<char>('0' + static_cast<int>(verdict.kind))) + verdict.check + "\n" + verdict.detail;
-  }, checks.seconds);
-  if (answer.kind == Answer::Kind::late) return {ModelVerdict::Kind::failed, "time", fmt::format("more than {} s", checks.seconds)};
+  const Answer answer = isolated(
+      [&] {
+        const rlimit limit{longest_seconds, longest_seconds};
+        setrlimit(RLIMIT_CPU, &limit);
+        const ModelVerdict verdict = check_here(text, checks);
+        return std::string(1, static_cast<char>('0' + static_cast<int>(verdict.kind))) + verdict.check + "\n" +
+               verdict.detail;
+      },
+      checks.seconds);
+  if (answer.kind == Answer::Kind::late)
+    return {ModelVerdict::Kind::failed, "time", fmt::format("more than {} s", checks.seconds)};
   if (answer.kind == Answer::Kind::crashed) return {ModelVerdict::Kind::failed, "crash", answer.text};
   const std::size_t line = answer.text.find('\n');
-  return {static_cast<ModelVerdict::Kind>(answer.text[0] - '0'), answer.text.substr(1, line - 1), answer.text.substr(line + 1)};
+  return {static_cast<ModelVerdict::Kind>(answer.text[0] - '0'), answer.text.substr(1, line - 1),
+          answer.text.substr(line + 1)};
 }
 
 }  // namespace dpde::testing

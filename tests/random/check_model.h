@@ -11,14 +11,14 @@ namespace dpde::testing {
 struct ModelVerdict {
   enum class Kind { passed, refused, unstable, failed };
   Kind kind = Kind::passed;
-  std::string check;   // what failed: "refusal", "interpreter", "dot product", "crash", ...; of what is refused the code
+  std::string check;  // what failed: "refusal", "interpreter", "dot product", "crash", ...; of what is refused the code
   std::string detail;
 };
 
 struct ModelChecks {
-  bool second = false;  // second derivatives too
-  bool cpp = false;     // emitted C++ too
-  double seconds = 600; // then it is stopped, and has failed
+  bool second = false;   // second derivatives too
+  bool cpp = false;      // emitted C++ too
+  double seconds = 600;  // then it is stopped, and has failed
 };
 
 /// Of task `t` of the text, in a process of its own: what crashes or hangs has failed.

@@ -40,8 +40,8 @@ class ProgramCheck {
   }
 
   Verdict run() {
-    if (is_valid(random_.module, "verify") && is_finite_itself() && reads_back(random_.module, "text") && differentiate() &&
-        derivatives_agree() && wanted_is_finite() && passes_agree() && checks_.jit) {
+    if (is_valid(random_.module, "verify") && is_finite_itself() && reads_back(random_.module, "text") &&
+        differentiate() && derivatives_agree() && wanted_is_finite() && passes_agree() && checks_.jit) {
       if (checks_.without_passes) jit_agrees(false);
       jit_agrees(true);
       if (checks_.threads) threads_agree();
@@ -64,15 +64,17 @@ class ProgramCheck {
     return problems.empty() || fail(check, problems[0] + "\n" + print(module));
   }
 
-  /// Few programs overflow: a power of a power, or many divisions by the spacing. A value that does not yet may do so in a
-  /// derivative, where powers of it stand: cos(cos(1e90*u)*1e90)*1e90.
+  /// Few programs overflow: a power of a power, or many divisions by the spacing. A value that does not yet may do so
+  /// in a derivative, where powers of it stand: cos(cos(1e90*u)*1e90)*1e90.
   bool is_finite_itself() {
     constexpr double too_large = 1e60;
     Module module = random_.module;
-    Program& program = *std::find_if(module.programs.begin(), module.programs.end(), [](const Program& p) { return p.name == "p"; });
+    Program& program =
+        *std::find_if(module.programs.begin(), module.programs.end(), [](const Program& p) { return p.name == "p"; });
     for (const Kernel& kernel : module.kernels) {
       for (const Store& store : kernel.stores) {
-        const bool is_swapped = std::ranges::any_of(program.swaps, [&](const Swap& swap) { return swap.next == store.field; });
+        const bool is_swapped =
+            std::ranges::any_of(program.swaps, [&](const Swap& swap) { return swap.next == store.field; });
         if (!is_swapped) program.keeps.push_back(store.field);
       }
     }
@@ -99,14 +101,16 @@ class ProgramCheck {
     derived_.adjoint = adjoint::adjoint(random_.module, "p", random_.wrt, sink);
     if (sink.has_errors()) {
       const std::string code(sink.all()[0].kind->code);
-      if (code == "E0606" && !random_.has_wrong_adjoint) return fail("given adjoint", sink.all()[0].message + "\n" + sink.all()[0].hint);
+      if (code == "E0606" && !random_.has_wrong_adjoint)
+        return fail("given adjoint", sink.all()[0].message + "\n" + sink.all()[0].hint);
       if (!code.starts_with("E06")) return fail("differentiate", code + " " + sink.all()[0].message);
       verdict_.kind = Verdict::Kind::refused;
       verdict_.detail = code;
       return false;
     }
     for (const adjoint::Derivative* d : {&derived_.tangent, &derived_.adjoint}) {
-      const bool reads = is_valid(d->module, "verify " + d->program) && reads_back(remove_dead_code(d->module), "text " + d->program);
+      const bool reads =
+          is_valid(d->module, "verify " + d->program) && reads_back(remove_dead_code(d->module), "text " + d->program);
       if (!reads) return false;
       add_to(variants_, d->module, d->program);
     }
@@ -121,7 +125,8 @@ class ProgramCheck {
       return fail("adjoint", fmt::format("dot product: {:.3e}", check.dot_product));
     }
     if (check.finite_difference <= largest_difference) return true;
-    // Between the one-sided differences; or differences agree on nothing, as those of the sine of what was divided by hx^10.
+    // Between the one-sided differences; or differences agree on nothing, as those of the sine of what was divided by
+    // hx^10.
     constexpr double nothing = 0.1;
     const double explained = std::max({check.bend, 10 * check.spread, check.change});
     if (!(check.finite_difference <= explained) && check.spread < nothing) {
@@ -132,11 +137,14 @@ class ProgramCheck {
     return true;
   }
 
-  /// Where the terms cancel: the products differ by no more than ten times what rounding does to them. Inputs are of order 1, so
-  /// weights inside an interpolation that cancel, as those of a slope on a single cell, leave `rounding_of_one`.
+  /// Where the terms cancel: the products differ by no more than ten times what rounding does to them. Inputs are of
+  /// order 1, so weights inside an interpolation that cancel, as those of a slope on a single cell, leave
+  /// `rounding_of_one`.
   bool is_rounding_of_products(const Check& check) {
     if (std::abs(check.forward - check.reverse) <= rounding_of_one) return true;
-    const auto rounded = [](const adjoint::Derivative& d) { return adjoint::Derivative{with_rounding(d.module), d.program, d.links, d.is_adjoint}; };
+    const auto rounded = [](const adjoint::Derivative& d) {
+      return adjoint::Derivative{with_rounding(d.module), d.program, d.links, d.is_adjoint};
+    };
     const Derivatives noisy{rounded(derived_.tangent), rounded(derived_.adjoint)};
     const Check other = check_derivatives(random_.module, "p", noisy, random_.wrt, random_.grid, random_.seed);
     const double rounding = std::abs(other.forward - check.forward) + std::abs(other.reverse - check.reverse);
@@ -234,6 +242,8 @@ class ProgramCheck {
 
 }  // namespace
 
-Verdict check_program(const RandomProgram& program, const Checks& checks) { return ProgramCheck(program, checks).run(); }
+Verdict check_program(const RandomProgram& program, const Checks& checks) {
+  return ProgramCheck(program, checks).run();
+}
 
 }  // namespace dpde::testing

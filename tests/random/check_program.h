@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has to hold for any well-typed program: its text reads back, its derivatives are right, passes and back ends leave
-// its results as the interpreter has them.
+// What has to hold for any well-typed program: its text reads back, its derivatives are right, passes and back ends
+// leave its results as the interpreter has them.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ namespace dpde::testing {
 struct Verdict {
   enum class Kind { passed, refused, kink, failed };
   Kind kind = Kind::passed;
-  std::string check;   // what failed: "text", "adjoint", "pass cse", "jit", ...
+  std::string check;  // what failed: "text", "adjoint", "pass cse", "jit", ...
   std::string detail;
   double dot_product = 0, finite_difference = 0, back_end = 0;  // measured errors
 };

@@ -59,7 +59,8 @@ Answer isolated(const std::function<std::string()>& work, double seconds) {
   }
   close(ends[1]);
   std::string text;
-  const bool in_time = read_until(ends[0], Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * seconds)), text);
+  const bool in_time =
+      read_until(ends[0], Clock::now() + std::chrono::milliseconds(static_cast<std::int64_t>(1000 * seconds)), text);
   close(ends[0]);
   if (child < 0) return {Answer::Kind::crashed, "no process"};
   if (!in_time) kill(-child, SIGKILL);
@@ -70,7 +71,8 @@ Answer isolated(const std::function<std::string()>& work, double seconds) {
   std::uint64_t size = 0;
   if (text.size() >= sizeof size) std::memcpy(&size, text.data(), sizeof size);
   if (text.size() == sizeof size + size && size > 0) return {Answer::Kind::given, text.substr(sizeof size)};
-  return {Answer::Kind::crashed, WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status)) : fmt::format("status {}", status)};
+  return {Answer::Kind::crashed,
+          WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status)) : fmt::format("status {}", status)};
 }
 
 }  // namespace dpde::testing

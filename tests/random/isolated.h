@@ -12,7 +12,8 @@ struct Answer {
   std::string text;  // of a crash: what the process ended with
 };
 
-/// What `work` returns; it is stopped after so many seconds. The caller must not have run threads: they are not there in the other process.
+/// What `work` returns; it is stopped after so many seconds. The caller must not have run threads: they are not there
+/// in the other process.
 Answer isolated(const std::function<std::string()>& work, double seconds);
 
 }  // namespace dpde::testing

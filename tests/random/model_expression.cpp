@@ -38,7 +38,8 @@ std::vector<Part> ModelExpressions::components_at(const Place& place) {
   std::vector<Part> found;
   for (const Quantity& q : names_.quantities) {
     for (int axis = 0; axis < (q.is_vector ? rank() : 1); ++axis) {
-      if (place_of(q, axis) == place && may_be_read(q, axis)) found.push_back(expression(q.is_vector ? q.name + "." + axis_name(axis) : q.name));
+      if (place_of(q, axis) == place && may_be_read(q, axis))
+        found.push_back(expression(q.is_vector ? q.name + "." + axis_name(axis) : q.name));
     }
   }
   return found;
@@ -49,7 +50,8 @@ Part ModelExpressions::leaf(const Place& place) {
   switch (random_.weighted({here.empty() ? 0 : 60, 20, 8})) {
     case 0: return any(here);
     case 1: return uniform();
-    default: return expression(fmt::format("sin({:.2g}*{})", random_.uniform(0.5, 2.0), axis_name(random_.below(rank()))));
+    default:
+      return expression(fmt::format("sin({:.2g}*{})", random_.uniform(0.5, 2.0), axis_name(random_.below(rank()))));
   }
 }
 
@@ -74,7 +76,8 @@ Part ModelExpressions::interpolated(const Place& place, int depth) {
   Part result = leaf(place);
   if (from != place && !there.empty()) {
     const Part factor = any(there);
-    result = depth > 0 && random_.percent(40) ? expression("interpolate(@*@)", {factor, scalar(from, depth - 1)}) : expression("interpolate(@)", {factor});
+    result = depth > 0 && random_.percent(40) ? expression("interpolate(@*@)", {factor, scalar(from, depth - 1)})
+                                              : expression("interpolate(@)", {factor});
   }
   --derived_;
   return result;
@@ -91,7 +94,8 @@ Part ModelExpressions::derivative(const Place& place, int depth) {
     case 0: return expression("d" + a + "(@)", {differentiable(from_other ? other : place, depth - 1)});
     case 1: return expression("d(@, " + a + ", 2)", {differentiable(place, depth - 1)});
     case 2: return expression("lap(@)", {differentiable(place, depth - 1)});
-    default: return expression("0.02*d(@, " + a + fmt::format(", {})", 3 + random_.below(2)), {differentiable(place, 0)});
+    default:
+      return expression("0.02*d(@, " + a + fmt::format(", {})", 3 + random_.below(2)), {differentiable(place, 0)});
   }
 }
 
@@ -99,7 +103,8 @@ Part ModelExpressions::reduction(const Place& place, int depth) {
   constexpr const char* kinds[] = {"mean", "sum", "integral", "max", "min"};
   const int kind = random_.weighted({5, 1, 3, 1, 1});
   const std::string scale = kind == 1 ? "0.05*" : "";
-  if (rank() == 1 || random_.percent(55)) return expression(scale + kinds[kind] + "(@)", {scalar(any_place(), depth - 1)});
+  if (rank() == 1 || random_.percent(55))
+    return expression(scale + kinds[kind] + "(@)", {scalar(any_place(), depth - 1)});
   const int axis = random_.below(rank());
   const Place from = random_.percent(50) ? place : toggled(place, axis);
   return expression(scale + kinds[kind] + "(@, over = " + axis_name(axis) + ")", {scalar(from, depth - 1)});
@@ -114,7 +119,9 @@ Part ModelExpressions::function(const Place& place, int depth) {
     case 4: return expression("abs(@)", {scalar(place, depth - 1)});
     case 5: return expression("max(@, @)", {scalar(place, depth - 1), scalar(place, depth - 1)});
     case 6: return expression("min(@, @)", {scalar(place, depth - 1), scalar(place, depth - 1)});
-    case 7: return expression("if(@ < @, @, @)", {scalar(place, depth - 1), number(0.3, 1.7), scalar(place, depth - 1), scalar(place, depth - 1)});
+    case 7:
+      return expression("if(@ < @, @, @)", {scalar(place, depth - 1), number(0.3, 1.7), scalar(place, depth - 1),
+                                            scalar(place, depth - 1)});
     case 8: return expression("log(1 + (@)^2)", {scalar(place, depth - 1)});
     case 9: return expression("(1 + (@)^2)^@", {scalar(place, depth - 1), number(-1, 1)});
     default: break;
@@ -130,8 +137,8 @@ Part ModelExpressions::scalar(const Place& place, int depth) {
     if (q->on == Quantity::On::one_place && q->place == place && may_be_read(*q, 0)) together.push_back(q);
   }
   const int derivatives = names_.derivatives ? 10 : 0;
-  switch (random_.weighted({16, 10, 16, 6, 12, derivatives, names_.derivatives ? 8 : 0, names_.reductions ? 5 : 0, together.empty() ? 0 : 6,
-                            names_.operators.empty() || !names_.derivatives ? 0 : 6})) {
+  switch (random_.weighted({16, 10, 16, 6, 12, derivatives, names_.derivatives ? 8 : 0, names_.reductions ? 5 : 0,
+                            together.empty() ? 0 : 6, names_.operators.empty() || !names_.derivatives ? 0 : 6})) {
     case 0: return expression("(@ + @)", {scalar(place, depth - 1), scalar(place, depth - 1)});
     case 1: return expression("(@ - @)", {scalar(place, depth - 1), scalar(place, depth - 1)});
     case 2: return expression("@*@", {leaf(place), scalar(place, depth - 1)});

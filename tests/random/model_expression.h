@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random expressions of the model level. Each is asked for at a placement and takes what has values there, so that few are
-// refused; values stay of order one.
+// Random expressions of the model level. Each is asked for at a placement and takes what has values there, so that few
+// are refused; values stay of order one.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@ struct Quantity {
   std::string name;
   bool is_vector = false;
   On on = On::one_place;
-  Place place = centre;     // of a number, or of all components
-  bool is_rated = false;    // has an equation
-  bool is_given = false;    // a coefficient or control field: between walls it has no derivative where it is staggered
+  Place place = centre;   // of a number, or of all components
+  bool is_rated = false;  // has an equation
+  bool is_given = false;  // a coefficient or control field: between walls it has no derivative where it is staggered
 };
 
 Place place_of(const Quantity& quantity, int axis);
@@ -79,7 +79,9 @@ class ModelExpressions {
   int rank() const { return static_cast<int>(names_.axes.size()); }
   const std::string& axis_name(int axis) const { return names_.axes[static_cast<std::size_t>(axis)].name; }
   template <class T>
-  const T& any(const std::vector<T>& list) { return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))]; }
+  const T& any(const std::vector<T>& list) {
+    return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))];
+  }
 
   SplitMix& random_;
   const Names& names_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random .dpde texts through the whole compiler. DPDE_RANDOM_MODELS: how many (50); DPDE_RANDOM_SEED: the first of their seeds (1).
+// Random .dpde texts through the whole compiler. DPDE_RANDOM_MODELS: how many (50); DPDE_RANDOM_SEED: the first of
+// their seeds (1).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -34,7 +35,8 @@ TEST(RandomModels, AgreeEverywhere) {
     if (verdict.kind == ModelVerdict::Kind::refused) ++codes[verdict.check];
     if (verdict.kind != ModelVerdict::Kind::failed) continue;
     const std::string small = smallest(model, verdict, checks);
-    ADD_FAILURE() << "seed " << seed << ": " << verdict.check << "\n" << verdict.detail << "\nthe smallest text that fails so:\n"
+    ADD_FAILURE() << "seed " << seed << ": " << verdict.check << "\n"
+                  << verdict.detail << "\nthe smallest text that fails so:\n"
                   << small << check_model(small, checks).detail;
   }
   const int refused = total[ModelVerdict::Kind::refused], unstable = total[ModelVerdict::Kind::unstable];
@@ -55,7 +57,8 @@ TEST(RandomModels, AreTheSameEverywhere) {
 
 TEST(RandomModels, WhatIsWrongIsRefusedWithItsCode) {
   Part model = random_model(5);
-  const ModelVerdict verdict = check_model(print(model) + "model other { field q; dt(q) = nosuch }\nscene n : other { }\n", {});
+  const ModelVerdict verdict =
+      check_model(print(model) + "model other { field q; dt(q) = nosuch }\nscene n : other { }\n", {});
   EXPECT_EQ(verdict.kind, ModelVerdict::Kind::passed) << verdict.detail;  // task t does not need them
   const ModelVerdict cut = check_model(print(model).substr(0, 40), {});
   EXPECT_EQ(cut.kind, ModelVerdict::Kind::refused);
@@ -64,7 +67,9 @@ TEST(RandomModels, WhatIsWrongIsRefusedWithItsCode) {
 
 /// With a made-up fault, "a Laplacian and something that waits for the time", that is what is left.
 TEST(ShrinkText, LeavesTheFaultAlone) {
-  const auto has_fault = [](const std::string& text) { return text.find("lap(") != std::string::npos && text.find(" over time") != std::string::npos; };
+  const auto has_fault = [](const std::string& text) {
+    return text.find("lap(") != std::string::npos && text.find(" over time") != std::string::npos;
+  };
   int shrunk = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Part model = random_model(seed);

@@ -32,14 +32,16 @@ std::string tie_operator(SplitMix& random, const std::vector<std::string>& axes)
   const auto up = [&](const char* name) { return neighbour(name, axes.size(), axis, "+1"); };
   const auto down = [&](const char* name) { return neighbour(name, axes.size(), axis, "-1"); };
   const int kind = random.below(6);
-  const std::string body = random.percent(70)
-                               ? fmt::format("({}*({} - g) - {}*(g - {}))", choice(kind, "s", up("s")), up("g"), choice(kind, down("s"), "s"), down("g"))
-                               : fmt::format("g*{}", choice(kind, up("s") + " - s", "s - " + down("s")));
+  const std::string body = random.percent(70) ? fmt::format("({}*({} - g) - {}*(g - {}))", choice(kind, "s", up("s")),
+                                                            up("g"), choice(kind, down("s"), "s"), down("g"))
+                                              : fmt::format("g*{}", choice(kind, up("s") + " - s", "s - " + down("s")));
   return fmt::format("operator tie(g, s) order 0 = {}/h{}", body, axes[axis]);
 }
 
 Part tie_term(SplitMix& random, const std::string& self, const std::vector<std::string>& fields) {
-  const auto any = [&] { return expression(fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))]); };
+  const auto any = [&] {
+    return expression(fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))]);
+  };
   const Part a = any(), b = any(), number = expression(fmt::format("{:.3g}", random.uniform(0.3, 1.7)));
   Part speed;
   switch (random.below(5)) {

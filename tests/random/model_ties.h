@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators that choose between a value and that of a neighbour, for random models: fluxes of Rusanov's kind and limited slopes.
+// Operators that choose between a value and that of a neighbour, for random models: fluxes of Rusanov's kind and
+// limited slopes.
 #pragma once
 
 #include <string>

@@ -36,7 +36,8 @@ Module lone_program(const Kernel& kernel) {
   Program program{"p", std::vector<Topology>(static_cast<std::size_t>(kernel.rank), Topology::periodic), {}, {}, {}};
   Kernel begin{"begin", kernel.rank, {}, {}, {}, {}};
   for (const Signature::Read& read : signature(kernel).reads) {
-    if (!is_coordinate(read.field)) program.body.push_back(Fill{read.field, std::vector<AxisBoundary>(program.axes.size())});
+    if (!is_coordinate(read.field))
+      program.body.push_back(Fill{read.field, std::vector<AxisBoundary>(program.axes.size())});
   }
   for (const Store& store : kernel.stores) {
     if (store.accumulate) begin.stores.push_back({store.field, false, 0.0, {}});

@@ -7,7 +7,8 @@
 
 namespace dpde::testing {
 
-/// Gives `kernel` an adjoint of one of its inputs, where there is a formula for one. A wrong one is the right one, scaled.
+/// Gives `kernel` an adjoint of one of its inputs, where there is a formula for one. A wrong one is the right one,
+/// scaled.
 void give_adjoint(stencil::Kernel& kernel, SplitMix& random, bool is_wrong);
 
 }  // namespace dpde::testing

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arguments of functions with jumps (if, sign, floor, fraction, slopes and cells of interpolation) are a single value with a generic
-// number added: two sides that are equal but for rounding would make the results of two correct back ends differ.
-// Operands are drawn in statements of their own, as the order of arguments is the C++ compiler's choice.
+// Arguments of functions with jumps (if, sign, floor, fraction, slopes and cells of interpolation) are a single value
+// with a generic number added: two sides that are equal but for rounding would make the results of two correct back
+// ends differ. Operands are drawn in statements of their own, as the order of arguments is the C++ compiler's choice.
 #include "random/random_expression.h"
 
 #include <algorithm>
@@ -39,7 +39,9 @@ Expr ExpressionGenerator::leaf() {
   switch (random_.weighted({50, 15, 20, 15})) {
     case 0: return read(any_field());
     case 1: return param(scope_.params[random_.below(static_cast<int>(scope_.params.size()))]);
-    case 2: return scope_.locals.empty() ? read(any_field()) : local(scope_.locals[random_.below(static_cast<int>(scope_.locals.size()))]);
+    case 2:
+      return scope_.locals.empty() ? read(any_field())
+                                   : local(scope_.locals[random_.below(static_cast<int>(scope_.locals.size()))]);
     default: return random_.percent(50) ? number() : small_number();
   }
 }
@@ -83,8 +85,8 @@ Expr ExpressionGenerator::jump() {
 }
 
 Expr ExpressionGenerator::condition(int depth) {
-  constexpr BinaryOp comparisons[] = {BinaryOp::less, BinaryOp::less_equal, BinaryOp::greater, BinaryOp::greater_equal,
-                                      BinaryOp::equal, BinaryOp::not_equal};
+  constexpr BinaryOp comparisons[] = {BinaryOp::less,          BinaryOp::less_equal, BinaryOp::greater,
+                                      BinaryOp::greater_equal, BinaryOp::equal,      BinaryOp::not_equal};
   if (depth > 1 && random_.percent(25)) {
     const Expr left = condition(depth - 1), right = condition(depth - 1);
     return binary(random_.percent(50) ? BinaryOp::logical_and : BinaryOp::logical_or, left, right);
@@ -212,7 +214,8 @@ Expr ExpressionGenerator::value(int depth) {
   // Slopes jump at cell centres: only at generic places.
   for (int axis = 0; axis < rank() && random_.percent(25); ++axis) {
     at.along[axis] = static_cast<Along>(random_.below(along_count));
-    if (at.along[axis] != Along::linear && at.along[axis] != Along::cubic) at.displacement[axis] = random_.uniform(-1.9, 1.9);
+    if (at.along[axis] != Along::linear && at.along[axis] != Along::cubic)
+      at.displacement[axis] = random_.uniform(-1.9, 1.9);
   }
   return interp(at);
 }

@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "support/split_mix.h"
 #include "stencil/stencil.h"
+#include "support/split_mix.h"
 
 namespace dpde::testing {
 
 /// A field a kernel may read.
 struct Readable {
   std::string field;
-  int reach = 0;          // largest offset along bounded axes
-  bool is_around = false; // whether periodic axes may be crossed
+  int reach = 0;           // largest offset along bounded axes
+  bool is_around = false;  // whether periodic axes may be crossed
   bool interpolates = false;
   bool is_active = true;  // may depend on what is differentiated by
   int grown = 0;          // known on the interior grown by this, for reads behind inside[]

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts are made in statements of their own, as the order of arguments is the C++ compiler's choice; that of braces is not.
+// Texts are made in statements of their own, as the order of arguments is the C++ compiler's choice; that of braces is
+// not.
 #include "random/random_model.h"
 
 #include <fmt/format.h>
@@ -18,14 +19,15 @@ constexpr double step = 0.02;
 /// What a scheme says changes what the equations may say.
 struct Scheme {
   std::string time, advect;
-  bool along_flow = false;   // semi-Lagrangian or MacCormack
-  bool second_order = false; // made for dt(dt(u))
-  bool remembers = false;    // ab2, leapfrog
+  bool along_flow = false;    // semi-Lagrangian or MacCormack
+  bool second_order = false;  // made for dt(dt(u))
+  bool remembers = false;     // ab2, leapfrog
 };
 
 class Builder {
  public:
-  explicit Builder(std::uint64_t seed) : random_(seed), ties_(~seed ^ 0xd6e8feb86659fd93), expressions_(random_, names_) {}
+  explicit Builder(std::uint64_t seed)
+      : random_(seed), ties_(~seed ^ 0xd6e8feb86659fd93), expressions_(random_, names_) {}
 
   Part build() {
     choose_axes();
@@ -37,7 +39,9 @@ class Builder {
     describe_scene(scene);
     describe_task(task);
     Part scheme = scheme_block();
-    return {Part::Kind::fixed, "@@@@@", {helpers, block("model m", model), scheme, block("scene s : m with q", scene), block("task t : s", task)}};
+    return {Part::Kind::fixed,
+            "@@@@@",
+            {helpers, block("model m", model), scheme, block("scene s : m with q", scene), block("task t : s", task)}};
   }
 
  private:
@@ -71,22 +75,29 @@ class Builder {
   std::string when();
   Part scheme_block();
 
-  static Part block(const std::string& head, const Part& body) { return {Part::Kind::fixed, head + " {\n@}\n", {body}}; }
+  static Part block(const std::string& head, const Part& body) {
+    return {Part::Kind::fixed, head + " {\n@}\n", {body}};
+  }
   static void add(Part& body, Part line) {
     line.text = "  " + line.text + "\n";
     body.text += "@";
     body.parts.push_back(std::move(line));
   }
   int rank() const { return static_cast<int>(names_.axes.size()); }
-  bool has_walls() const { return std::ranges::any_of(names_.axes, [](const Axis& a) { return !a.is_periodic; }); }
+  bool has_walls() const {
+    return std::ranges::any_of(names_.axes, [](const Axis& a) { return !a.is_periodic; });
+  }
   bool has_stretched() const { return std::ranges::any_of(names_.axes, &Axis::is_stretched); }
   std::vector<std::string> components(const Quantity& q) const {
     std::vector<std::string> names;
-    for (int axis = 0; axis < rank(); ++axis) names.push_back(q.name + "." + names_.axes[static_cast<std::size_t>(axis)].name);
+    for (int axis = 0; axis < rank(); ++axis)
+      names.push_back(q.name + "." + names_.axes[static_cast<std::size_t>(axis)].name);
     return q.is_vector ? names : std::vector{q.name};
   }
   template <class T>
-  const T& any(const std::vector<T>& list) { return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))]; }
+  const T& any(const std::vector<T>& list) {
+    return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))];
+  }
 
   SplitMix random_, ties_;
   Names names_;
@@ -111,12 +122,14 @@ void Builder::choose_axes() {
 void Builder::choose_scheme() {
   const std::vector<std::string> times = {"euler", "rk2", "ab2", "leapfrog", "verlet", "ssp_rk3", "rk4"};
   scheme_.time = times[static_cast<std::size_t>(random_.weighted({5, 5, 3, 2, 3, 2, 3}))];
-  const std::vector<std::string> ways = {"central(2)", "central(4)", "central(6)", "central(8)", "upwind(1)", "upwind(3)",
-                                         "semi_lagrangian", "semi_lagrangian(cubic)", "maccormack"};
+  const std::vector<std::string> ways = {"central(2)", "central(4)", "central(6)",      "central(8)",
+                                         "upwind(1)",  "upwind(3)",  "semi_lagrangian", "semi_lagrangian(cubic)",
+                                         "maccormack"};
   scheme_.second_order = scheme_.time == "verlet" || (scheme_.time == "leapfrog" && random_.percent(50));
   scheme_.remembers = scheme_.time == "ab2" || scheme_.time == "leapfrog";
   const bool may_flow = scheme_.time != "verlet" && !scheme_.remembers;
-  scheme_.advect = ways[static_cast<std::size_t>(random_.weighted({4, 3, 1, 1, 3, 3, may_flow ? 3 : 0, may_flow ? 2 : 0, may_flow ? 2 : 0}))];
+  scheme_.advect = ways[static_cast<std::size_t>(
+      random_.weighted({4, 3, 1, 1, 3, 3, may_flow ? 3 : 0, may_flow ? 2 : 0, may_flow ? 2 : 0}))];
   scheme_.along_flow = scheme_.advect[0] == 's' || scheme_.advect[0] == 'm';
 }
 
@@ -145,12 +158,16 @@ void Builder::declare_rated(Part& model) {
       if (kind == 1) on = " on nodes";
       if (kind == 1) std::fill_n(q.place.begin(), rank(), true);
       const int axis = random_.below(rank());
-      if (kind == 2) q.place[static_cast<std::size_t>(axis)] = true, on = " on faces." + names_.axes[static_cast<std::size_t>(axis)].name;
+      if (kind == 2)
+        q.place[static_cast<std::size_t>(axis)] = true,
+        on = " on faces." + names_.axes[static_cast<std::size_t>(axis)].name;
     }
-    const bool second = (scheme_.second_order && (i == 0 || random_.percent(50))) || (!scheme_.along_flow && scheme_.time != "leapfrog" && random_.percent(8));
+    const bool second = (scheme_.second_order && (i == 0 || random_.percent(50))) ||
+                        (!scheme_.along_flow && scheme_.time != "leapfrog" && random_.percent(8));
     rated_.push_back({q, second && !q.is_vector});
     if (scheme_.time == "verlet" && i == 0) rated_.back().is_second = true, rated_.back().quantity.is_vector = false;
-    if (!rated_.back().quantity.is_vector && rated_.back().quantity.on == Quantity::On::faces) rated_.back().quantity.on = Quantity::On::one_place, on = "";
+    if (!rated_.back().quantity.is_vector && rated_.back().quantity.on == Quantity::On::faces)
+      rated_.back().quantity.on = Quantity::On::one_place, on = "";
     add(model, item(std::string(rated_.back().quantity.is_vector ? "vector " : "field ") + q.name + on));
   }
 }
@@ -206,8 +223,11 @@ Part Builder::functions() {
     constexpr const char* bodies[3][2] = {{"(g[+1] - g)/hx", "(g[-2] - g[+1]*g[-1])/hx"},
                                           {"(g[+1, 0] - g[0, -1])/hy", "g[+1, +1]*g - g[-1, 0]/hx"},
                                           {"(g[0, 0, +1] - g)/hz", "g[+1, 0, -1]*g[0, +1, 0]"}};
-    const bool brings_adjoint = rank() == 1 && random_.percent(40) && std::ranges::all_of(rated_, [](const Rated& r) { return r.quantity.place == centre && r.quantity.on != Quantity::On::faces; });
-    if (brings_adjoint) put("operator op(g) order 1 = (g[+1]^2 - g)/hx\n  adjoint g_bar = (2*g*op_bar[-1] - op_bar)/hx");
+    const bool brings_adjoint = rank() == 1 && random_.percent(40) && std::ranges::all_of(rated_, [](const Rated& r) {
+                                  return r.quantity.place == centre && r.quantity.on != Quantity::On::faces;
+                                });
+    if (brings_adjoint)
+      put("operator op(g) order 1 = (g[+1]^2 - g)/hx\n  adjoint g_bar = (2*g*op_bar[-1] - op_bar)/hx");
     if (!brings_adjoint) put(std::string("operator op(g) order 1 = ") + bodies[rank() - 1][random_.below(2)]);
     names_.operators.push_back("op");
   }
@@ -225,7 +245,8 @@ void Builder::add_tie(const Rated& rated, std::vector<Part>& terms) {
   if (!has_ties_ || !ties_.percent(70)) return;
   std::vector<std::string> fields;
   for (const Rated& other : rated_) {
-    if (!other.quantity.is_vector && other.quantity.place == rated.quantity.place) fields.push_back(other.quantity.name);
+    if (!other.quantity.is_vector && other.quantity.place == rated.quantity.place)
+      fields.push_back(other.quantity.name);
   }
   terms.push_back(tie_term(ties_, rated.quantity.name, fields));
 }
@@ -246,8 +267,10 @@ Part Builder::right_side(const Rated& rated) {
     terms.push_back(expression("@*lap(@)", {expressions_.uniform(), expression(q.name)}));
     if (random_.percent(50)) terms.push_back(expression("@*dt(@)", {expressions_.uniform(), expression(q.name)}));
   }
-  const bool moves = random_.percent(50) && !(rated.is_second && scheme_.time == "leapfrog") && !(scheme_.along_flow && rated.is_second);
-  for (int count = 1 + random_.below(2); count > 0; --count) terms.push_back(expressions_.term(expression(q.name), q.place));
+  const bool moves = random_.percent(50) && !(rated.is_second && scheme_.time == "leapfrog") &&
+                     !(scheme_.along_flow && rated.is_second);
+  for (int count = 1 + random_.below(2); count > 0; --count)
+    terms.push_back(expressions_.term(expression(q.name), q.place));
   add_tie(rated, terms);
   Part sum = sum_of(std::move(terms));
   return moves ? expression("-advect(@, " + q.name + ") + @", {expressions_.velocity(), std::move(sum)}) : sum;
@@ -258,7 +281,8 @@ Part Builder::right_side_of_vector(const Rated& rated) {
   std::vector<Part> terms;
   for (int count = 1 + random_.below(2); count > 0; --count) terms.push_back(expressions_.vector_term(q));
   Part sum = sum_of(std::move(terms));
-  return random_.percent(50) ? expression("-advect(@, " + q.name + ") + @", {expressions_.velocity(), std::move(sum)}) : sum;
+  return random_.percent(50) ? expression("-advect(@, " + q.name + ") + @", {expressions_.velocity(), std::move(sum)})
+                             : sum;
 }
 
 void Builder::equations(Part& model) {
@@ -291,7 +315,8 @@ void Builder::grids(Part& scene) {
   constexpr int most[] = {9, 5, 4};
   for (const Axis& axis : names_.axes) {
     const int cells = 1 + random_.below(most[rank() - 1]);
-    const std::string extent = fmt::format("{:.2f}", std::max(cells * random_.uniform(0.8, 1.4), 3.5 + random_.uniform(0, 1)));
+    const std::string extent =
+        fmt::format("{:.2f}", std::max(cells * random_.uniform(0.8, 1.4), 3.5 + random_.uniform(0, 1)));
     std::string line = fmt::format("grid {} = 0 .. {}, cells @", axis.name, extent);
     if (axis.is_periodic) line += ", periodic";
     if (axis.is_stretched) line += fmt::format(", stretched {0} + 0.1*sin(2*pi*{0}/{1})", axis.name, extent);
@@ -347,7 +372,8 @@ void Builder::boundaries(Part& scene) {
 void Builder::values(Part& scene) {
   for (const std::string& name : params_) add(scene, item(name + " = @", {expressions_.number(0.2, 0.9)}));
   for (const std::string& name : controls_) {
-    add(scene, item(fmt::format("{} = @*cos(5*t) every {}*{}", name, 1 + random_.below(2), step), {expressions_.number(0.2, 0.9)}));
+    add(scene, item(fmt::format("{} = @*cos(5*t) every {}*{}", name, 1 + random_.below(2), step),
+                    {expressions_.number(0.2, 0.9)}));
   }
   const auto scalar = [&](double mean) {
     const bool by_param = !params_.empty() && random_.percent(25), by_noise = random_.percent(10);
@@ -356,7 +382,8 @@ void Builder::values(Part& scene) {
     return by_noise ? expression("@ + 0.02*noise(3)", {value}) : value;
   };
   const auto set = [&](const std::string& head, const Quantity& q, const std::string& tail) {
-    for (const std::string& name : components(q)) add(scene, item(head + fmt::format(fmt::runtime(tail), name), {scalar(random_.uniform(0.7, 1.3))}));
+    for (const std::string& name : components(q))
+      add(scene, item(head + fmt::format(fmt::runtime(tail), name), {scalar(random_.uniform(0.7, 1.3))}));
   };
   for (const Quantity& q : coefficients_) set("", q, "{} = @");
   for (const Quantity& q : control_fields_) {
@@ -373,7 +400,8 @@ void Builder::events(Part& scene) {
   if (scheme_.remembers || !random_.percent(20)) return;
   const Rated& rated = any(rated_);
   const std::string name = any(components(rated.quantity));
-  const std::vector<std::string> heads = {"after step", fmt::format("every 2*{}", step), fmt::format("at t = {}", step)};
+  const std::vector<std::string> heads = {"after step", fmt::format("every 2*{}", step),
+                                          fmt::format("at t = {}", step)};
   const std::string head = any(heads);
   switch (random_.below(3)) {
     case 0: return add(scene, item(head + ": " + name + " = max(" + name + ", @)", {expressions_.number(0.2, 0.9)}));
@@ -418,7 +446,8 @@ Part Builder::loss() {
   const Rated& rated = any(rated_);
   const int axis = random_.below(rank());
   const Place place = place_of(rated.quantity, axis);
-  const std::string name = rated.quantity.is_vector ? components(rated.quantity)[static_cast<std::size_t>(axis)] : rated.quantity.name;
+  const std::string name =
+      rated.quantity.is_vector ? components(rated.quantity)[static_cast<std::size_t>(axis)] : rated.quantity.name;
   switch (random_.weighted({3, 3, 2})) {
     case 0: return expression("integral((" + name + " - @)^2)", {expressions_.scalar(place, 2)});
     case 1: return expression("sum(" + name + "*@)", {expressions_.scalar(place, 2)});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random .dpde texts: a model, a scheme, a scene and a task that go together. What is refused for known reasons is avoided, and
-// values stay of order one for the few steps of the run: what goes wrong is the compiler's.
+// Random .dpde texts: a model, a scheme, a scene and a task that go together. What is refused for known reasons is
+// avoided, and values stay of order one for the few steps of the run: what goes wrong is the compiler's.
 #pragma once
 
 #include <cstdint>

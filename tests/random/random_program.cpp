@@ -29,15 +29,20 @@ struct Known {
   bool is_coordinate = false;
   bool is_filled = false;
   bool is_on_walls = false;  // at n-1 no result: it is what the step stored or what the next fill sets
-  bool was_read = false;  // by a kernel or reduction: to change it afterwards is mostly refused
-  int reach = 0;  // readable that far outside the interior along bounded axes
-  int grown = 0;  // computed that far outside
+  bool was_read = false;     // by a kernel or reduction: to change it afterwards is mostly refused
+  int reach = 0;             // readable that far outside the interior along bounded axes
+  int grown = 0;             // computed that far outside
 };
 
 class Builder {
  public:
   explicit Builder(std::uint64_t seed)
-      : random_(seed), refills_(~seed), reductions_(~seed ^ 0x9e3779b97f4a7c15), passes_(~seed ^ 0xbf58476d1ce4e5b9), adjoints_(~seed ^ 0x94d049bb133111eb), ties_(~seed ^ 0xd6e8feb86659fd93) {
+      : random_(seed),
+        refills_(~seed),
+        reductions_(~seed ^ 0x9e3779b97f4a7c15),
+        passes_(~seed ^ 0xbf58476d1ce4e5b9),
+        adjoints_(~seed ^ 0x94d049bb133111eb),
+        ties_(~seed ^ 0xd6e8feb86659fd93) {
     result_.seed = seed;
     has_derived_names_ = SplitMix(~seed ^ 0xa0761d6478bd642f).percent(20);
   }
@@ -114,7 +119,8 @@ void Builder::choose_inputs() {
     if (random_.percent(85)) result_.wrt.fields.insert(field.name);
   }
   for (int axis = 0; axis < rank(); ++axis) {
-    if (random_.percent(20)) known_.push_back({std::string(1, "xyz"[axis]), true, true, true, false, false, any_reach, any_reach});
+    if (random_.percent(20))
+      known_.push_back({std::string(1, "xyz"[axis]), true, true, true, false, false, any_reach, any_reach});
   }
   params_ = {"dt", "hx", "a", "nu"};
   side_params_ = {"g", "dt", "t"};
@@ -154,7 +160,8 @@ Side Builder::wall_side(SideKind kind, const std::string& field, bool for_fold, 
   if (kind == SideKind::zero_gradient) return result;
   std::vector<std::string> walls;
   for (const Known& other : known_) {
-    if (!other.is_input && other.name != field && std::min(other.grown, other.reach) >= least_grown) walls.push_back(other.name);
+    if (!other.is_input && other.name != field && std::min(other.grown, other.reach) >= least_grown)
+      walls.push_back(other.name);
   }
   if (!walls.empty() && random_.percent(for_fold ? 10 : 30)) {
     result.value = access(walls[random_.below(static_cast<int>(walls.size()))]);
@@ -187,15 +194,14 @@ std::vector<AxisBoundary> Builder::boundary(const std::string& field, bool for_f
   return axes;
 }
 
-void Builder::add_fill(Known& field) {
-  fill(field, {field.name, boundary(field.name, false, 1)});
-}
+void Builder::add_fill(Known& field) { fill(field, {field.name, boundary(field.name, false, 1)}); }
 
 void Builder::fill(Known& field, const Fill& fill) {
   field.is_filled = true;
   field.is_on_walls |= is_on_walls(fill.axes);
   field.reach = any_reach;
-  for (const std::string& wall : wall_fields(fill.axes)) field.reach = std::min({field.reach, find(wall)->grown, find(wall)->reach});
+  for (const std::string& wall : wall_fields(fill.axes))
+    field.reach = std::min({field.reach, find(wall)->grown, find(wall)->reach});
   field.grown = std::min(field.grown, field.reach);
   program_.body.push_back(fill);
 }
@@ -236,7 +242,8 @@ Scope Builder::scope(int grow, const std::string& without) {
     // around periodic axes beyond walls: refused where what is computed is read there
     const bool is_around = field.is_filled && (grow == 0 || !is_mixed || refills_.percent(4));
     const bool is_active = !(field.is_input && !result_.wrt.fields.contains(field.name));
-    result.fields.push_back({field.name, field.reach - grow, is_around, interpolates || !has_bounded(), is_active, std::min(field.reach, 2)});
+    result.fields.push_back({field.name, field.reach - grow, is_around, interpolates || !has_bounded(), is_active,
+                             std::min(field.reach, 2)});
   }
   return result;
 }
@@ -321,7 +328,10 @@ void Builder::add_scatter() {
 /// Of any field there is, over some axes or all.
 void Builder::add_reduction() {
   constexpr Reduction kinds[] = {Reduction::mean, Reduction::sum, Reduction::max, Reduction::min};
-  Reduce reduce{"", kinds[reductions_.weighted({4, 2, 2, 2})], known_[static_cast<std::size_t>(reductions_.below(static_cast<int>(known_.size())))].name, {}};
+  Reduce reduce{"",
+                kinds[reductions_.weighted({4, 2, 2, 2})],
+                known_[static_cast<std::size_t>(reductions_.below(static_cast<int>(known_.size())))].name,
+                {}};
   for (int axis = 0; axis < rank(); ++axis) reduce.over[axis] = reductions_.percent(50);
   reduce.over[static_cast<std::size_t>(reductions_.below(rank()))] = true;
   find(reduce.field)->was_read = true;
@@ -345,9 +355,12 @@ void Builder::add_passes() {
   std::string from = kernel.stores[0].field;
   for (int pass = 2, last = 2 + passes_.below(3); pass <= last; ++pass) {
     Fill fill{from, {}};
-    for (const Topology topology : program_.axes) fill.axes.push_back({topology, {SideKind::zero_gradient}, {SideKind::value, passes_.uniform(-1.0, 2.0)}});
+    for (const Topology topology : program_.axes)
+      fill.axes.push_back({topology, {SideKind::zero_gradient}, {SideKind::value, passes_.uniform(-1.0, 2.0)}});
     Builder::fill(*find(from), fill);
-    Kernel again = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, [&](const std::string& name) { return name == read->field ? from : name; }); });
+    Kernel again = map_kernel(kernel, [&](const Expr& e) {
+      return rename_fields(e, [&](const std::string& name) { return name == read->field ? from : name; });
+    });
     again.name += fmt::format("_{}", pass);
     again.stores[0].field = from = fmt::format("{}_{}", kernel.stores[0].field, pass);
     known_.push_back({from, false, false, false, false, false, grow, grow});
@@ -365,7 +378,8 @@ AxisBoundary Builder::mirrored(Topology topology) {
 /// A kernel that chooses between neighbours, of fields with mirror images beyond the walls.
 void Builder::add_ties() {
   for (Known& field : known_) {
-    if (field.is_coordinate || field.is_filled || (field.grown > 0 && !may_change(field)) || !ties_.percent(80)) continue;
+    if (field.is_coordinate || field.is_filled || (field.grown > 0 && !may_change(field)) || !ties_.percent(80))
+      continue;
     Fill fill{field.name, {}};
     for (const Topology topology : program_.axes) fill.axes.push_back(mirrored(topology));
     Builder::fill(field, fill);
@@ -447,8 +461,9 @@ void Builder::drop_unused() {
 RandomProgram random_program(std::uint64_t seed) { return Builder(seed).build(); }
 
 std::string describe(const RandomProgram& program) {
-  return fmt::format("# seed {}, by fields {} and params {}, on {} cells\n{}", program.seed, fmt::join(program.wrt.fields, ", "),
-                     fmt::join(program.wrt.params, ", "), fmt::join(program.grid.cells.begin(), program.grid.cells.begin() + program.grid.rank, " x "),
+  return fmt::format("# seed {}, by fields {} and params {}, on {} cells\n{}", program.seed,
+                     fmt::join(program.wrt.fields, ", "), fmt::join(program.wrt.params, ", "),
+                     fmt::join(program.grid.cells.begin(), program.grid.cells.begin() + program.grid.rank, " x "),
                      print(program.module));
 }
 

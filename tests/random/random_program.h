@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random well-typed stencil programs. They keep every rule of stencil.h and of the verifier, and every function in its domain,
-// so that on inputs of order one all values are finite: what goes wrong is the compiler's.
+// Random well-typed stencil programs. They keep every rule of stencil.h and of the verifier, and every function in its
+// domain, so that on inputs of order one all values are finite: what goes wrong is the compiler's.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 namespace dpde::testing {
 
 struct RandomProgram {
-  std::uint64_t seed = 0;   // of the inputs too
-  stencil::Module module;   // program `p`
+  std::uint64_t seed = 0;  // of the inputs too
+  stencil::Module module;  // program `p`
   adjoint::Activity wrt;
   stencil::Grid grid;
   bool has_wrong_adjoint = false;  // among those given with kernels

@@ -12,8 +12,8 @@
 
 #include "random/check_program.h"
 #include "random/isolated.h"
-#include "random/shrink.h"
 #include "random/setting.h"
+#include "random/shrink.h"
 #include "stencil/build.h"
 #include "support/derivative_check.h"
 
@@ -61,7 +61,9 @@ TEST(RandomPrograms, AgreeEverywhere) {
   Count total;
   std::vector<RandomProgram> for_cpp;
   const auto report = [&](const RandomProgram& program, const Verdict& verdict, const Checks& checks) {
-    ADD_FAILURE() << "seed " << program.seed << ": " << verdict.check << "\n" << verdict.detail << "\n" << smallest(program, verdict, checks);
+    ADD_FAILURE() << "seed " << program.seed << ": " << verdict.check << "\n"
+                  << verdict.detail << "\n"
+                  << smallest(program, verdict, checks);
   };
   for (std::uint64_t seed = first; seed < first + count && total.failed < 5; ++seed) {
     const RandomProgram program = random_program(seed);
@@ -69,7 +71,8 @@ TEST(RandomPrograms, AgreeEverywhere) {
     const Verdict verdict = check_apart(program, checks, longest);
     total.add(verdict);
     if (verdict.kind == Verdict::Kind::failed) report(program, verdict, checks);
-    if (seed % 10 == 0 && verdict.kind != Verdict::Kind::failed && verdict.detail != "overflow") for_cpp.push_back(program);
+    if (seed % 10 == 0 && verdict.kind != Verdict::Kind::failed && verdict.detail != "overflow")
+      for_cpp.push_back(program);
     const bool is_last = seed + 1 == first + count;
     if (for_cpp.empty() || (for_cpp.size() < programs_in_a_file && !is_last)) continue;
     const std::vector<Verdict> verdicts = check_in_cpp_apart(for_cpp, longest);
@@ -79,10 +82,10 @@ TEST(RandomPrograms, AgreeEverywhere) {
     }
     for_cpp.clear();
   }
-  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.wrong_adjoints << " given a wrong adjoint, "
-            << total.kinks << " at a kink or too steep, " << total.failed
-            << " failed; dot products to " << total.dot_product << ", differences to " << total.finite_difference << ", back ends to "
-            << total.back_end << "\n";
+  std::cout << total.passed << " passed, " << total.refused << " refused, " << total.wrong_adjoints
+            << " given a wrong adjoint, " << total.kinks << " at a kink or too steep, " << total.failed
+            << " failed; dot products to " << total.dot_product << ", differences to " << total.finite_difference
+            << ", back ends to " << total.back_end << "\n";
   const int all = total.passed + total.refused + total.wrong_adjoints + total.kinks + total.failed;
   if (all >= 200) {
     EXPECT_LE(total.refused, all / 8);  // what has no derivative is refused, but not everything
@@ -124,18 +127,22 @@ TEST(RandomPrograms, AreTheSameEverywhere) {
 TEST(Shrink, EndsInTime) {
   const auto start = std::chrono::steady_clock::now();
   int asked = 0;
-  shrink(random_program(7), [&](const RandomProgram&) {
-    ++asked;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    return false;
-  }, 3000, 0.2);
+  shrink(
+      random_program(7),
+      [&](const RandomProgram&) {
+        ++asked;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        return false;
+      },
+      3000, 0.2);
   EXPECT_GT(asked, 0);
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
 }
 
 TEST(Isolated, WhatHangsOrCrashesIsAnAnswer) {
   EXPECT_EQ(isolated([] { return std::string("done"); }, 60).text, "done");
-  EXPECT_EQ(isolated([] { return std::this_thread::sleep_for(std::chrono::hours(1)), std::string("late"); }, 0.1).kind, Answer::Kind::late);
+  EXPECT_EQ(isolated([] { return std::this_thread::sleep_for(std::chrono::hours(1)), std::string("late"); }, 0.1).kind,
+            Answer::Kind::late);
   const Answer crash = isolated([]() -> std::string { std::abort(); }, 60);
   EXPECT_EQ(crash.kind, Answer::Kind::crashed);
   EXPECT_EQ(crash.text, "signal 6");

@@ -11,11 +11,15 @@ using namespace stencil;
 
 namespace {
 
-Expr at(const Expr& e, const Offset& k) { return shift(e, k, [](const std::string& name) { return name; }); }
+Expr at(const Expr& e, const Offset& k) {
+  return shift(e, k, [](const std::string& name) { return name; });
+}
 
 /// Products and sums of what a contraction or a regrouping would change the last bit of.
 Expr speed(SplitMix& random, const std::vector<Readable>& fields) {
-  const auto any = [&] { return access(fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))].field); };
+  const auto any = [&] {
+    return access(fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))].field);
+  };
   const Expr a = any(), b = any(), c = random.uniform(0.3, 1.7), dt = param("dt");
   switch (random.below(6)) {
     case 0: return call(Fn::abs, {a / (1.5 + power(b, 2.0))}) + call(Fn::sqrt, {1.0 + c * power(a, 2.0)});
@@ -35,7 +39,9 @@ Expr chosen(SplitMix& random, const Expr& one, const Expr& other) {
     case 2: return select(binary(BinaryOp::greater, one, other), one, other);
     case 3: return select(binary(BinaryOp::less_equal, one, other), one * 1.5, other + 0.5 * one);
     case 4: return call(Fn::abs, {one - other}) + one + other;
-    default: return select(binary(BinaryOp::less, one * other, 0.0), 0.0, call(Fn::min, {call(Fn::abs, {one}), call(Fn::abs, {other})}));
+    default:
+      return select(binary(BinaryOp::less, one * other, 0.0), 0.0,
+                    call(Fn::min, {call(Fn::abs, {one}), call(Fn::abs, {other})}));
   }
 }
 
@@ -56,13 +62,15 @@ Expr tie(SplitMix& random, const Scope& scope) {
   const int axis = random.below(static_cast<int>(scope.axes.size()));
   std::vector<Readable> fields;
   std::ranges::copy_if(scope.fields, std::back_inserter(fields), [&](const Readable& field) {
-    return field.is_active && (scope.axes[static_cast<std::size_t>(axis)] == Topology::periodic ? field.is_around : field.reach > 0);
+    return field.is_active &&
+           (scope.axes[static_cast<std::size_t>(axis)] == Topology::periodic ? field.is_around : field.reach > 0);
   });
   if (fields.empty()) return 0.0;
   Offset up{}, down{};
   up[static_cast<std::size_t>(axis)] = 1;
   down[static_cast<std::size_t>(axis)] = -1;
-  const Expr q = access(fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))].field), s = speed(random, fields);
+  const Expr q = access(fields[static_cast<std::size_t>(random.below(static_cast<int>(fields.size())))].field),
+             s = speed(random, fields);
   return random.percent(70) ? flux_difference(random, q, s, up, down) : limited_slope(random, q, s, up, down);
 }
 

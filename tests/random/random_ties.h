@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choices between a value and that of a neighbour: limiters, upwind speeds, fluxes between two states. Where the neighbour is a mirror
-// image, as at a wall, or the cell itself, both are equal, and whatever makes the choice again has to make the same one.
+// Choices between a value and that of a neighbour: limiters, upwind speeds, fluxes between two states. Where the
+// neighbour is a mirror image, as at a wall, or the cell itself, both are equal, and whatever makes the choice again
+// has to make the same one.
 #pragma once
 
 #include "random/random_expression.h"
 
 namespace dpde::testing {
 
-/// A flux difference or limited slope along one axis, of a field of `scope` and of a value at a point; 0 where nothing can be read that far.
+/// A flux difference or limited slope along one axis, of a field of `scope` and of a value at a point; 0 where nothing
+/// can be read that far.
 stencil::Expr tie(SplitMix& random, const Scope& scope);
 
 }  // namespace dpde::testing

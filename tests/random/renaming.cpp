@@ -18,22 +18,59 @@ namespace {
 
 /// What the passes, schemes and derivatives call things.
 constexpr std::string_view favourites[] = {
-    "t1", "t2", "t3", "u_next", "u_1", "u_2", "hx2", "noise_x", "m_step", "bar", "shared", "operand", "base", "u0", "u1", "u_wall", "u_mean",
-    "velocity_step", "implicit_step", "u_rate_now", "u_old", "s_initial", "t_loss_1", "s_coefficients", "u_exact", "x_metric", "c1", "one", "dt2", "s_step_tangent",
+    "t1",
+    "t2",
+    "t3",
+    "u_next",
+    "u_1",
+    "u_2",
+    "hx2",
+    "noise_x",
+    "m_step",
+    "bar",
+    "shared",
+    "operand",
+    "base",
+    "u0",
+    "u1",
+    "u_wall",
+    "u_mean",
+    "velocity_step",
+    "implicit_step",
+    "u_rate_now",
+    "u_old",
+    "s_initial",
+    "t_loss_1",
+    "s_coefficients",
+    "u_exact",
+    "x_metric",
+    "c1",
+    "one",
+    "dt2",
+    "s_step_tangent",
 };
 /// Behind another name of the text.
-constexpr std::string_view endings[] = {"_next", "_1", "_2", "_3", "_now", "_rate_now", "_old", "_wall", "_exact", "_mean", "_sum", "_out", "_step", "_initial", "_coefficients",
-                                        "_observe", "_loss_1", "_start", "_stage1", "_tangent", "_adjoint", "_probe", "_metric", "_p1", "_m1", "_corner", "_before", "_event1"};
+constexpr std::string_view endings[] = {
+    "_next",         "_1",       "_2",      "_3",     "_now",    "_rate_now", "_old",
+    "_wall",         "_exact",   "_mean",   "_sum",   "_out",    "_step",     "_initial",
+    "_coefficients", "_observe", "_loss_1", "_start", "_stage1", "_tangent",  "_adjoint",
+    "_probe",        "_metric",  "_p1",     "_m1",    "_corner", "_before",   "_event1"};
 /// A name with such an ending follows the one it belongs to.
 constexpr std::string_view derived[] = {"_bar", "_dot", "_t"};
 /// Words of the language, of its blocks and options.
 const std::set<std::string> words{
-    "at", "over", "time", "from", "in", "to", "on", "by", "for", "step", "steps", "every", "cells", "periodic", "stretched", "beside", "above", "grow", "halo", "field",
-    "vector", "param", "data", "scene", "model", "task", "with", "order", "scalar", "courant", "speed", "batch", "unroll", "iterations", "runs", "seed", "file", "frames",
-    "coarsen", "initial", "low", "high", "all", "axes", "faces", "centres", "nodes", "unknown", "minimise", "test", "observe", "output", "rate", "using", "learn", "control",
-    "coefficient", "boundary", "exact", "grid", "vary", "kernel", "program", "run", "fill", "fold", "swap", "keep", "reduce", "apply", "adjoint", "tangent", "weights", "real",
-    "euler", "rk2", "rk4", "verlet", "ab2", "leapfrog", "central", "upwind", "cubic", "linear", "conv", "dense", "relu", "tanh", "gradient", "value", "mixed", "mean", "max", "min", "sum", "growth", "subcycle",
-    "epochs", "cut", "noise", "clip", "validate", "patience", "schedule", "trials"};
+    "at",      "over",    "time",        "from",     "in",       "to",        "on",         "by",       "for",
+    "step",    "steps",   "every",       "cells",    "periodic", "stretched", "beside",     "above",    "grow",
+    "halo",    "field",   "vector",      "param",    "data",     "scene",     "model",      "task",     "with",
+    "order",   "scalar",  "courant",     "speed",    "batch",    "unroll",    "iterations", "runs",     "seed",
+    "file",    "frames",  "coarsen",     "initial",  "low",      "high",      "all",        "axes",     "faces",
+    "centres", "nodes",   "unknown",     "minimise", "test",     "observe",   "output",     "rate",     "using",
+    "learn",   "control", "coefficient", "boundary", "exact",    "grid",      "vary",       "kernel",   "program",
+    "run",     "fill",    "fold",        "swap",     "keep",     "reduce",    "apply",      "adjoint",  "tangent",
+    "weights", "real",    "euler",       "rk2",      "rk4",      "verlet",    "ab2",        "leapfrog", "central",
+    "upwind",  "cubic",   "linear",      "conv",     "dense",    "relu",      "tanh",       "gradient", "value",
+    "mixed",   "mean",    "max",         "min",      "sum",      "growth",    "subcycle",   "epochs",   "cut",
+    "noise",   "clip",    "validate",    "patience", "schedule", "trials"};
 
 class Names {
  public:
@@ -46,17 +83,20 @@ class Names {
   }
   void item(const ast::Item& item) {
     match(
-        item.kind, [&](const ast::FieldItem& i) { add(i.names); }, [&](const ast::CoefficientItem& i) { add(i.names); }, [&](const ast::ParamItem& i) { add(i.names); },
-        [&](const ast::ControlItem& i) { add(i.names); }, [&](const ast::LetItem& i) { add(i.name); }, [&](const ast::ObserveItem& i) { add(i.name); },
-        [&](const ast::DataItem& i) { add(i.name); }, [&](const ast::TestItem& i) { add(i.name); }, [&](const ast::ReduceItem& i) { add(i.result); },
-        [&](const ast::ApplyItem& i) { add(i.to); }, [&](const ast::RepeatItem& i) { items(i.items); }, [](const auto&) {});
+        item.kind, [&](const ast::FieldItem& i) { add(i.names); }, [&](const ast::CoefficientItem& i) { add(i.names); },
+        [&](const ast::ParamItem& i) { add(i.names); }, [&](const ast::ControlItem& i) { add(i.names); },
+        [&](const ast::LetItem& i) { add(i.name); }, [&](const ast::ObserveItem& i) { add(i.name); },
+        [&](const ast::DataItem& i) { add(i.name); }, [&](const ast::TestItem& i) { add(i.name); },
+        [&](const ast::ReduceItem& i) { add(i.result); }, [&](const ast::ApplyItem& i) { add(i.to); },
+        [&](const ast::RepeatItem& i) { items(i.items); }, [](const auto&) {});
   }
   void items(const std::vector<ast::Item>& all) {
     for (const ast::Item& each : all) item(each);
   }
   void declaration(const ast::Declaration& d) {
     match(
-        d.kind, [&](const ast::Model& m) { block(m); }, [&](const ast::Scene& s) { block(s); }, [&](const ast::Scheme& s) { add(s.name); }, [&](const ast::Task& t) { block(t); },
+        d.kind, [&](const ast::Model& m) { block(m); }, [&](const ast::Scene& s) { block(s); },
+        [&](const ast::Scheme& s) { add(s.name); }, [&](const ast::Task& t) { block(t); },
         [&](const ast::Kernel& k) {
           for (const ast::KernelParameter& parameter : k.parameters) add(parameter.name);
           block(k);
@@ -115,7 +155,9 @@ std::string follower(const std::string& name, const std::map<std::string, std::s
 }
 
 bool is_derived(const std::string& name, const std::set<std::string>& others) {
-  return std::ranges::any_of(derived, [&](std::string_view ending) { return name.ends_with(ending) && others.contains(name.substr(0, name.size() - ending.size())); });
+  return std::ranges::any_of(derived, [&](std::string_view ending) {
+    return name.ends_with(ending) && others.contains(name.substr(0, name.size() - ending.size()));
+  });
 }
 
 class Chooser {
@@ -125,8 +167,10 @@ class Chooser {
   std::string choose() {
     while (true) {
       std::string name(favourites[static_cast<std::size_t>(random_.below(std::size(favourites)))]);
-      if (!chosen_.empty() && random_.percent(60)) name = chosen_[static_cast<std::size_t>(random_.below(static_cast<int>(chosen_.size())))];
-      if (tries_++ % 2 == 1 || std::ranges::find(chosen_, name) != chosen_.end()) name += endings[static_cast<std::size_t>(random_.below(std::size(endings)))];
+      if (!chosen_.empty() && random_.percent(60))
+        name = chosen_[static_cast<std::size_t>(random_.below(static_cast<int>(chosen_.size())))];
+      if (tries_++ % 2 == 1 || std::ranges::find(chosen_, name) != chosen_.end())
+        name += endings[static_cast<std::size_t>(random_.below(std::size(endings)))];
       if (model::is_reserved(name) || words.contains(name) || name.size() > 40 || !taken_.insert(name).second) continue;
       chosen_.push_back(name);
       return name;
@@ -159,15 +203,19 @@ Renaming rename_all(const std::string& text, std::uint64_t seed) {
   Renaming result;
   std::vector<std::string> order = names.all();
   SplitMix random(seed);
-  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
   for (const std::string& name : order) {
-    if (words.contains(name) || tokens.staying.contains(name) || model::axis_of(name) >= 0 || (model::is_reserved(name) && name.find('_') == std::string::npos)) continue;
+    if (words.contains(name) || tokens.staying.contains(name) || model::axis_of(name) >= 0 ||
+        (model::is_reserved(name) && name.find('_') == std::string::npos))
+      continue;
     if (!is_derived(name, declared)) result.names[name] = chooser.choose();
   }
   std::size_t done = 0;
   for (std::size_t i = 0; i < stream.tokens.size(); ++i) {
     const ast::Token& token = stream.tokens[i];
-    if (token.kind != ast::TokenKind::identifier || (i > 0 && stream.tokens[i - 1].kind == ast::TokenKind::dot)) continue;
+    if (token.kind != ast::TokenKind::identifier || (i > 0 && stream.tokens[i - 1].kind == ast::TokenKind::dot))
+      continue;
     const auto begin = static_cast<std::size_t>(token.spelling.data() - source.text().data());
     result.text += text.substr(done, begin - done) + result(std::string(token.spelling));
     done = begin + token.spelling.size();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texts in which all that a person named is called otherwise, by names that the compiler makes up itself: t1, u_next, x_bar, m_step.
-// Nothing but the names may change.
+// Texts in which all that a person named is called otherwise, by names that the compiler makes up itself: t1, u_next,
+// x_bar, m_step. Nothing but the names may change.
 #pragma once
 
 #include <cstdint>

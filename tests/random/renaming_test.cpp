@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Metamorphic: whatever a person's names are, loss, gradient and Hessian product are the same to the last bit.
 // DPDE_RENAMED: how many random programs and models (30 and 6), DPDE_RANDOM_SEED: the first of their seeds (1).
+#include "random/renaming.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +18,6 @@
 #include "network/symmetrise.h"
 #include "random/random_model.h"
 #include "random/random_program.h"
-#include "random/renaming.h"
 #include "random/setting.h"
 #include "source/render.h"
 #include "stencil/build.h"
@@ -43,7 +44,9 @@ struct Numbers {
 };
 
 bool same_bits(const Numbers& a, const Numbers& b) {
-  const auto is_same = [](double left, double right) { return std::bit_cast<std::uint64_t>(left) == std::bit_cast<std::uint64_t>(right); };
+  const auto is_same = [](double left, double right) {
+    return std::bit_cast<std::uint64_t>(left) == std::bit_cast<std::uint64_t>(right);
+  };
   return a.refused == b.refused && std::ranges::equal(a.values, b.values, is_same);
 }
 
@@ -64,7 +67,8 @@ void note(const SourceFile& source, const DiagnosticSink& sink, Numbers& numbers
 }
 
 /// Of a scene or task: loss, gradient and Hessian product near the start, on a few cells where `is_small`.
-Numbers numbers_of(const std::string& text, const std::string& path, const std::string& selection, bool is_task, bool is_small) {
+Numbers numbers_of(const std::string& text, const std::string& path, const std::string& selection, bool is_task,
+                   bool is_small) {
   const SourceFile source(path, text);
   DiagnosticSink sink;
   Numbers numbers;
@@ -82,7 +86,8 @@ Numbers numbers_of(const std::string& text, const std::string& path, const std::
     on.cells = network::grid_for(compiled->stencil.networks, on.cells);
     on.steps = std::min(2, compiled->problem->steps);
   }
-  const auto session = driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(*compiled)), on, sink);
+  const auto session =
+      driver::Session::open(source, std::make_shared<const driver::Compiled>(std::move(*compiled)), on, sink);
   const auto inverse = session ? driver::Inverse::open(*session, source, sink) : nullptr;
   note(source, sink, numbers);
   if (!inverse) return numbers;
@@ -104,15 +109,17 @@ Numbers numbers_of(const std::string& text, const std::string& path, const std::
 }
 
 /// Whether there were numbers to compare: what is refused is so under any names.
-bool expect_same(const std::string& text, const std::string& path, const std::string& selection, bool is_task, bool is_small,
-                 const Renaming& renaming) {
+bool expect_same(const std::string& text, const std::string& path, const std::string& selection, bool is_task,
+                 bool is_small, const Renaming& renaming) {
   const Numbers wanted = numbers_of(text, path, selection, is_task, is_small);
   const Numbers got = numbers_of(renaming.text, path, renaming(selection), is_task, is_small);
-  EXPECT_TRUE(same_bits(wanted, got)) << path << " " << selection << ": " << first_difference(wanted, got) << "\n" << renaming.text;
+  EXPECT_TRUE(same_bits(wanted, got)) << path << " " << selection << ": " << first_difference(wanted, got) << "\n"
+                                      << renaming.text;
   return !wanted.values.empty();
 }
 
-/// Tasks that the command runs with files of another task, or that learn from trajectories: they are refused as they are here.
+/// Tasks that the command runs with files of another task, or that learn from trajectories: they are refused as they
+/// are here.
 const std::set<std::string> refused_alone{"judge", "beforehand_test"};
 
 class RenamedExamples : public ::testing::TestWithParam<std::string> {};
@@ -159,11 +166,14 @@ TEST(RenamedModels, GiveTheSameBits) {
   EXPECT_GE(compared, count * 2 / 3);
 }
 
-/// What the interpreter makes of a program's tangent and adjoint, and of the adjoint of its tangent. Values go by the names of the first text.
+/// What the interpreter makes of a program's tangent and adjoint, and of the adjoint of its tangent. Values go by the
+/// names of the first text.
 class ProgramNumbers {
  public:
-  ProgramNumbers(const RandomProgram& program, stencil::Module module, const Renaming* renaming) : program_(program), module_(std::move(module)), renaming_(renaming) {
-    for (const auto& [old, other] : renaming == nullptr ? std::map<std::string, std::string>{} : renaming->names) first_[other] = old;
+  ProgramNumbers(const RandomProgram& program, stencil::Module module, const Renaming* renaming)
+      : program_(program), module_(std::move(module)), renaming_(renaming) {
+    for (const auto& [old, other] : renaming == nullptr ? std::map<std::string, std::string>{} : renaming->names)
+      first_[other] = old;
   }
 
   Numbers run() {
@@ -195,8 +205,12 @@ class ProgramNumbers {
 
   /// Those that follow another one, as u_bar does u where both are fields.
   void note_names(const stencil::Program& program) {
-    const stencil::Interface known = stencil::interface_of(module_, program), original = stencil::interface_of(program_.module, program_.module.programs.front());
-    for (const auto& [mine, theirs] : {std::pair{&known.inputs, &original.inputs}, {&known.written, &original.written}, {&known.params, &original.params}, {&known.sums, &original.sums}}) {
+    const stencil::Interface known = stencil::interface_of(module_, program),
+                             original = stencil::interface_of(program_.module, program_.module.programs.front());
+    for (const auto& [mine, theirs] : {std::pair{&known.inputs, &original.inputs},
+                                       {&known.written, &original.written},
+                                       {&known.params, &original.params},
+                                       {&known.sums, &original.sums}}) {
       for (const std::string& old : *theirs) {
         if (std::ranges::find(*mine, name(old)) != mine->end()) first_[name(old)] = old;
       }
@@ -209,16 +223,20 @@ class ProgramNumbers {
     for (const stencil::Pass& pass : stencil::default_passes) module = pass.run(module);
     const stencil::Program& program = *module.find_program(derivative.program);
     const stencil::Interface known = stencil::interface_of(module, program);
-    const auto random = [&](const std::string& of) { return SplitMix(program_.seed + std::hash<std::string>()(first(of))); };
+    const auto random = [&](const std::string& of) {
+      return SplitMix(program_.seed + std::hash<std::string>()(first(of)));
+    };
     RunInputs inputs{program_.grid, {}, {}, 1};
-    const auto cells = static_cast<std::size_t>(program_.grid.cells[0] * program_.grid.cells[1] * program_.grid.cells[2]);
+    const auto cells =
+        static_cast<std::size_t>(program_.grid.cells[0] * program_.grid.cells[1] * program_.grid.cells[2]);
     for (const std::string& field : known.inputs) inputs.fields[field] = random(field).uniform(cells, 0.5, 1.5);
     for (const std::string& param : known.params) inputs.params[param] = random(param).uniform(0.2, 0.8);
     const Outcome outcome = run_interpreted(module, program, inputs);
     std::map<std::string, std::vector<double>> results;
     for (const auto& [field, values] : outcome.fields) results[first(field)] = values;
     for (const auto& [sum, value] : outcome.sums) results[first(sum) + " sum"] = {value};
-    for (const auto& [of, values] : results) numbers_.values.insert(numbers_.values.end(), values.begin(), values.end());
+    for (const auto& [of, values] : results)
+      numbers_.values.insert(numbers_.values.end(), values.begin(), values.end());
   }
 
   const RandomProgram& program_;
@@ -240,8 +258,11 @@ TEST(RenamedPrograms, GiveTheSameBits) {
     const SourceFile source("renamed.dpde", renaming.text);
     const stencil::Module renamed = stencil::from_ast(parse(source, sink), sink);
     ASSERT_FALSE(sink.has_errors()) << render_text(source, sink.all()[0]) << renaming.text;
-    const Numbers wanted = ProgramNumbers(program, program.module, nullptr).run(), got = ProgramNumbers(program, renamed, &renaming).run();
-    EXPECT_TRUE(same_bits(wanted, got)) << first_difference(wanted, got) << "\n" << text << "\nrenamed\n" << renaming.text;
+    const Numbers wanted = ProgramNumbers(program, program.module, nullptr).run(),
+                  got = ProgramNumbers(program, renamed, &renaming).run();
+    EXPECT_TRUE(same_bits(wanted, got)) << first_difference(wanted, got) << "\n"
+                                        << text << "\nrenamed\n"
+                                        << renaming.text;
     compared += wanted.values.empty() ? 0 : 1;
   }
   EXPECT_GE(compared, count * 2 / 3);

@@ -266,7 +266,8 @@ bool has_result(const RandomProgram& p) {
 
 }  // namespace
 
-RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most, double seconds) {
+RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most,
+                     double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::set<std::string> seen;
   const Try accept = [&](RandomProgram candidate) {
@@ -281,8 +282,9 @@ RandomProgram shrink(RandomProgram program, const std::function<bool(const Rando
   };
   const auto round = [&] {
     const RandomProgram now = program;
-    return drop_statements(now, accept) || drop_parts_of_kernels(now, accept) || lower_rank(now, accept) || shrink_grid(now, accept) ||
-           simplify_expressions(now, accept) || simplify_sides(now, accept) || lower_growth(now, accept) || drop_activity(now, accept);
+    return drop_statements(now, accept) || drop_parts_of_kernels(now, accept) || lower_rank(now, accept) ||
+           shrink_grid(now, accept) || simplify_expressions(now, accept) || simplify_sides(now, accept) ||
+           lower_growth(now, accept) || drop_activity(now, accept);
   };
   while (most > 0 && round()) {
   }

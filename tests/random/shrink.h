@@ -8,8 +8,9 @@
 
 namespace dpde::testing {
 
-/// `fails` holds for `program` and for what is returned; it is asked about well-typed programs only, at most `most` times and not after
-/// so many seconds.
-RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most = 3000, double seconds = 60);
+/// `fails` holds for `program` and for what is returned; it is asked about well-typed programs only, at most `most`
+/// times and not after so many seconds.
+RandomProgram shrink(RandomProgram program, const std::function<bool(const RandomProgram&)>& fails, int most = 3000,
+                     double seconds = 60);
 
 }  // namespace dpde::testing

@@ -27,7 +27,9 @@ std::vector<Part*> all_of(Part& whole) {
 std::set<std::string> words_of(const std::string& text) {
   std::set<std::string> words;
   for (std::size_t i = 0; i < text.size();) {
-    const auto is_word = [&](std::size_t k) { return k < text.size() && (std::isalnum(static_cast<unsigned char>(text[k])) || text[k] == '_'); };
+    const auto is_word = [&](std::size_t k) {
+      return k < text.size() && (std::isalnum(static_cast<unsigned char>(text[k])) || text[k] == '_');
+    };
     std::size_t end = i;
     while (is_word(end)) ++end;
     if (end > i) words.insert(text.substr(i, end - i));
@@ -68,7 +70,8 @@ bool drop_one(const Part& whole, const Try& accept) {
 void drop_where(Part& holder, const std::function<bool(const std::string&)>& is_out) {
   for (std::size_t i = holder.parts.size(); i-- > 0;) {
     const bool goes = may_go(holder, holder.parts[i]) && is_out(print(holder.parts[i]));
-    const bool has_inner = std::ranges::any_of(holder.parts[i].parts, [](const Part& p) { return p.kind == Part::Kind::item; });
+    const bool has_inner =
+        std::ranges::any_of(holder.parts[i].parts, [](const Part& p) { return p.kind == Part::Kind::item; });
     if (goes && !has_inner) {
       erase(holder, i);
     } else {
@@ -163,7 +166,8 @@ Part shrink(Part whole, const std::function<bool(const std::string&)>& fails, in
   };
   const auto round = [&] {
     const Part now = whole;
-    return drop_one(now, accept) || drop_names(now, accept) || drop_axis(now, accept) || simplify_expressions(now, accept);
+    return drop_one(now, accept) || drop_names(now, accept) || drop_axis(now, accept) ||
+           simplify_expressions(now, accept);
   };
   while (most > 0 && round()) {
   }

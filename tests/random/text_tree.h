@@ -22,14 +22,18 @@ struct Part {
   std::vector<Part> parts = {};
 };
 
-inline Part item(std::string text, std::vector<Part> parts = {}) { return {Part::Kind::item, std::move(text), std::move(parts)}; }
-inline Part expression(std::string text, std::vector<Part> parts = {}) { return {Part::Kind::expression, std::move(text), std::move(parts)}; }
+inline Part item(std::string text, std::vector<Part> parts = {}) {
+  return {Part::Kind::item, std::move(text), std::move(parts)};
+}
+inline Part expression(std::string text, std::vector<Part> parts = {}) {
+  return {Part::Kind::expression, std::move(text), std::move(parts)};
+}
 
 std::string print(const Part& part);
 
-/// The smallest text for which `fails` still holds: parts go, one at a time or all that hold a name, then the last axis of the
-/// grid, then expressions become smaller. `fails` is asked at most `most` times, not after so many seconds, and says no to texts that
-/// make no sense.
+/// The smallest text for which `fails` still holds: parts go, one at a time or all that hold a name, then the last axis
+/// of the grid, then expressions become smaller. `fails` is asked at most `most` times, not after so many seconds, and
+/// says no to texts that make no sense.
 Part shrink(Part whole, const std::function<bool(const std::string&)>& fails, int most, double seconds = 60);
 
 }  // namespace dpde::testing

@@ -59,7 +59,8 @@ RunInputs inputs_for(const Module& module, const std::string& name, const Grid& 
   for (const Swap& swap : program.swaps) {
     if (!inputs.fields.contains(swap.state)) inputs.fields[swap.state] = random.uniform(size, 0.5, 1.5);
   }
-  for (const std::string& param : needs.params) inputs.params[param] = param[0] == 'h' ? random.uniform(0.8, 1.2) : random.uniform(0.2, 0.8);
+  for (const std::string& param : needs.params)
+    inputs.params[param] = param[0] == 'h' ? random.uniform(0.8, 1.2) : random.uniform(0.2, 0.8);
   return inputs;
 }
 

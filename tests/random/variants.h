@@ -20,8 +20,10 @@ struct Variants {
 /// Adds a program and the kernels that are not there yet.
 void add_to(Variants& variants, const stencil::Module& module, const std::string& program);
 
-/// Fields between 0.5 and 1.5, params between 0.2 and 0.8, spacings around 1; two steps, as the halo of a swapped state is filled between.
-RunInputs inputs_for(const stencil::Module& module, const std::string& program, const stencil::Grid& grid, std::uint64_t seed);
+/// Fields between 0.5 and 1.5, params between 0.2 and 0.8, spacings around 1; two steps, as the halo of a swapped state
+/// is filled between.
+RunInputs inputs_for(const stencil::Module& module, const std::string& program, const stencil::Grid& grid,
+                     std::uint64_t seed);
 
 /// The largest value, or 1.
 double largest(const Outcome& outcome);
@@ -33,8 +35,9 @@ double distance(const Outcome& got, const Outcome& wanted);
 stencil::Module lowered(stencil::Module module, bool with_passes);
 
 /// Whether `error`, of another order of the operations of `program`, may be rounding: below 1e-11, or ten times what
-/// with_rounding() makes of it. Products of what two steps have made grow to some millions, and a sine of that has as many
-/// times the rounding of its argument.
-bool is_rounding(double error, const stencil::Module& module, const std::string& program, const stencil::Grid& grid, std::uint64_t seed);
+/// with_rounding() makes of it. Products of what two steps have made grow to some millions, and a sine of that has as
+/// many times the rounding of its argument.
+bool is_rounding(double error, const stencil::Module& module, const std::string& program, const stencil::Grid& grid,
+                 std::uint64_t seed);
 
 }  // namespace dpde::testing

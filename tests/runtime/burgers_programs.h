@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Burgers' equation in 1-D, periodic, by hand: step, adjoint, loss = sum (u - target)^2 over cells, adjoint of the loss.
-// Parameters: hx, dt, nu.
+// Burgers' equation in 1-D, periodic, by hand: step, adjoint, loss = sum (u - target)^2 over cells, adjoint of the
+// loss. Parameters: hx, dt, nu.
 #pragma once
 
 #include "test_program.h"
@@ -75,7 +75,8 @@ struct BurgersPrograms {
     adjoint.sums({"nu_bar"});
     adjoint.prepare(adjoint.fill_of("u"));
     adjoint.prepare(adjoint.fill_of("u_next_bar"));
-    adjoint.sweep(adjoint_row, {{"u", -1}, {"u"}, {"u", 1}, {"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"u_bar"}},
+    adjoint.sweep(adjoint_row,
+                  {{"u", -1}, {"u"}, {"u", 1}, {"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"u_bar"}},
                   {adjoint.fill_of("u_bar")}, {"nu_bar"});
     adjoint.swap("u_next_bar", "u_bar");
     adjoint.bars({"u", "u_next"});

@@ -65,7 +65,8 @@ TEST(Checkpoint, EveryPlanReversesAllStepsWithTheLeastWork) {
       auto& best = least[static_cast<size_t>(s)][static_cast<size_t>(l)];
       best = int64_t{l} * (l - 1) / 2;
       for (int m = 1; s > 1 && m < l; ++m) {
-        best = std::min(best, m + least[static_cast<size_t>(s - 1)][static_cast<size_t>(l - m)] + least[static_cast<size_t>(s)][static_cast<size_t>(m)]);
+        best = std::min(best, m + least[static_cast<size_t>(s - 1)][static_cast<size_t>(l - m)] +
+                                  least[static_cast<size_t>(s)][static_cast<size_t>(m)]);
       }
     }
   }

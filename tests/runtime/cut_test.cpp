@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Truncated gradients: the same as the gradients of the pieces between the cuts, each begun at the state that the whole run has there.
+// Truncated gradients: the same as the gradients of the pieces between the cuts, each begun at the state that the whole
+// run has there.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +23,8 @@ std::vector<int> steps_between(int first, int last) {
 /// A loss at each state behind the first, each with its own target.
 RolloutSetup setup_of(BurgersCase& burgers, int first, int last) {
   RolloutSetup setup = burgers.setup(last - first, {}, steps_between(1, last - first));
-  for (int k = first + 1; k <= last; ++k) setup.losses[0].data[0].at[static_cast<size_t>(k - first - 1)] = burgers.targets[static_cast<size_t>(k % 4)].base();
+  for (int k = first + 1; k <= last; ++k)
+    setup.losses[0].data[0].at[static_cast<size_t>(k - first - 1)] = burgers.targets[static_cast<size_t>(k % 4)].base();
   return setup;
 }
 

@@ -29,12 +29,11 @@ void two_uniforms(const double* params, double* uniforms) {
 }
 
 const std::vector<dpde_boundary>& kinds_of_axes() {
-  static const std::vector<dpde_boundary> kinds{
-      test::periodic,
-      {side(DPDE_VALUE, 0), side(DPDE_VALUE, 1)},
-      {side(DPDE_ZERO_GRADIENT), side(DPDE_ZERO_GRADIENT)},
-      {side(DPDE_VALUE), side(DPDE_ZERO_GRADIENT)},
-      {side(DPDE_ZERO_GRADIENT), side(DPDE_VALUE, 0)}};
+  static const std::vector<dpde_boundary> kinds{test::periodic,
+                                                {side(DPDE_VALUE, 0), side(DPDE_VALUE, 1)},
+                                                {side(DPDE_ZERO_GRADIENT), side(DPDE_ZERO_GRADIENT)},
+                                                {side(DPDE_VALUE), side(DPDE_ZERO_GRADIENT)},
+                                                {side(DPDE_ZERO_GRADIENT), side(DPDE_VALUE, 0)}};
   return kinds;
 }
 
@@ -46,7 +45,8 @@ struct Mirror {
   double weight = 1, shift = 0;
 };
 
-/// By the definition: axes in reverse (z is filled last, from cells whose x and y halos are set), one reflection at a time.
+/// By the definition: axes in reverse (z is filled last, from cells whose x and y halos are set), one reflection at a
+/// time.
 Mirror mirror_of(Place place, const dpde_layout& layout, const std::array<dpde_boundary, 3>& axes) {
   Mirror result{place, 1, 0};
   for (size_t a = 3; a-- > 0;) {
@@ -85,7 +85,8 @@ void randomise(Field& field, uint64_t seed) {
 }
 
 /// Calls visit for all grids of 1 to `most` cells an axis with all kinds of axes (3-D: three of the five).
-void for_all_grids(int rank, int64_t most, const std::function<void(const std::vector<int64_t>&, const std::array<dpde_boundary, 3>&)>& visit) {
+void for_all_grids(int rank, int64_t most,
+                   const std::function<void(const std::vector<int64_t>&, const std::array<dpde_boundary, 3>&)>& visit) {
   std::vector<dpde_boundary> kinds = kinds_of_axes();
   if (rank == 3) kinds = {kinds[0], kinds[1], kinds[3]};
   const auto power = [](int64_t base, int exponent) {
@@ -99,7 +100,8 @@ void for_all_grids(int rank, int64_t most, const std::function<void(const std::v
     for (int64_t a = 0, rest = shape; a < rank; ++a, rest /= most) cells.push_back(1 + rest % most);
     for (int64_t code = 0; code < power(kind_count, rank); ++code) {
       std::array<dpde_boundary, 3> axes{test::periodic, test::periodic, test::periodic};
-      for (int64_t a = 0, rest = code; a < rank; ++a, rest /= kind_count) axes[static_cast<size_t>(a)] = kinds[static_cast<size_t>(rest % kind_count)];
+      for (int64_t a = 0, rest = code; a < rank; ++a, rest /= kind_count)
+        axes[static_cast<size_t>(a)] = kinds[static_cast<size_t>(rest % kind_count)];
       visit(cells, axes);
     }
   }
@@ -120,7 +122,8 @@ void star_row(const dpde_row* row) {
 /// in_order: the program's sums in the order of the kernel's, which the executor treats apart in 1-D.
 void add_star(TestProgram& program, int rank, const std::array<dpde_boundary, 3>& axes, bool in_order = true) {
   program.params({"low", "high"}, two_uniforms, 2);
-  program.sums(in_order ? std::vector<std::string>{"other", "total", "count"} : std::vector<std::string>{"count", "total"});
+  program.sums(in_order ? std::vector<std::string>{"other", "total", "count"}
+                        : std::vector<std::string>{"count", "total"});
   program.halo(halo_of(rank, 2));
   program.prepare(program.fill_of("u", axes));
   const StreamOf far{"u", rank == 1 ? -2 : 0, rank == 2 ? -2 : 0, rank == 3 ? -2 : 0};
@@ -129,7 +132,8 @@ void add_star(TestProgram& program, int rank, const std::array<dpde_boundary, 3>
 }
 
 class AllRanks : public testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Runtime, AllRanks, testing::Values(1, 2, 3), [](const auto& info) { return std::to_string(info.param) + "D"; });
+INSTANTIATE_TEST_SUITE_P(Runtime, AllRanks, testing::Values(1, 2, 3),
+                         [](const auto& info) { return std::to_string(info.param) + "D"; });
 
 TEST_P(AllRanks, SweepsAndFillsAgreeWithTheDefinition) {
   const int rank = GetParam();
@@ -167,7 +171,8 @@ TEST_P(AllRanks, SweepsAndFillsAgreeWithTheDefinition) {
       if (std::abs(at(v, p) - (mirror.weight * star(mirror.cell) + mirror.shift)) > 1e-12) ++wrong;
     });
     if (std::abs(executor.sums()[static_cast<size_t>(executor.sum_index("total"))] - total) > 1e-11) ++wrong;
-    if (executor.sums()[static_cast<size_t>(executor.sum_index("count"))] != static_cast<double>(cell_count(layout))) ++wrong;
+    if (executor.sums()[static_cast<size_t>(executor.sum_index("count"))] != static_cast<double>(cell_count(layout)))
+      ++wrong;
   };
   for_all_grids(rank, 7, try_grid);
   if (rank == 1) for_all_grids(rank, 7, try_grid);  // 35 grids: now those with the other order of sums
@@ -179,38 +184,42 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
   const int rank = GetParam();
   int64_t wrong = 0;
   for (int64_t width : {1, 3}) {
-    for_all_grids(rank, rank == 3 ? 5 : 7, [&](const std::vector<int64_t>& cells, const std::array<dpde_boundary, 3>& axes) {
-      TestProgram program("fold", rank, {"w"});
-      Place grow{};
-      for (size_t a = 0; a < static_cast<size_t>(rank); ++a) grow[a] = axes[a].low.kind == DPDE_PERIODIC ? 0 : width;
-      program.fold(program.fill_of("w", axes), grow);
-      const dpde_layout layout = make_layout(cells, halo_of(rank, 3));
-      Field w(layout), expected(layout), beyond(layout);
-      std::mt19937_64 random(11);
-      std::uniform_int_distribution<int> digit(-9, 9);  // whole numbers: sums are exact in any order
-      for_each_cell(layout, halo_of(rank, 3), [&](const Place& p) { at(w, p) = at(beyond, p) = digit(random); });
-      for_each_cell(layout, grow, [&](const Place& p) {
-        const Mirror mirror = mirror_of(p, layout, axes);
-        at(expected, mirror.cell) += mirror.weight * at(w, p);
-      });
-      Executor executor(program.table(), layout);
-      executor.bind(0, w.base());
-      executor.run();
-      for_each_cell(layout, halo_of(rank, 3), [&](const Place& p) {
-        bool inside_grown = true;
-        for (size_t a = 0; a < 3; ++a) inside_grown = inside_grown && p[a] >= -grow[a] && p[a] < layout.cells[a] + grow[a];
-        // Folded halo cells are 0, those further out are not touched.
-        const double wanted = inside_grown ? at(expected, p) : at(beyond, p);
-        if (at(w, p) != wanted) ++wrong;
-      });
-    });
+    for_all_grids(
+        rank, rank == 3 ? 5 : 7, [&](const std::vector<int64_t>& cells, const std::array<dpde_boundary, 3>& axes) {
+          TestProgram program("fold", rank, {"w"});
+          Place grow{};
+          for (size_t a = 0; a < static_cast<size_t>(rank); ++a)
+            grow[a] = axes[a].low.kind == DPDE_PERIODIC ? 0 : width;
+          program.fold(program.fill_of("w", axes), grow);
+          const dpde_layout layout = make_layout(cells, halo_of(rank, 3));
+          Field w(layout), expected(layout), beyond(layout);
+          std::mt19937_64 random(11);
+          std::uniform_int_distribution<int> digit(-9, 9);  // whole numbers: sums are exact in any order
+          for_each_cell(layout, halo_of(rank, 3), [&](const Place& p) { at(w, p) = at(beyond, p) = digit(random); });
+          for_each_cell(layout, grow, [&](const Place& p) {
+            const Mirror mirror = mirror_of(p, layout, axes);
+            at(expected, mirror.cell) += mirror.weight * at(w, p);
+          });
+          Executor executor(program.table(), layout);
+          executor.bind(0, w.base());
+          executor.run();
+          for_each_cell(layout, halo_of(rank, 3), [&](const Place& p) {
+            bool inside_grown = true;
+            for (size_t a = 0; a < 3; ++a)
+              inside_grown = inside_grown && p[a] >= -grow[a] && p[a] < layout.cells[a] + grow[a];
+            // Folded halo cells are 0, those further out are not touched.
+            const double wanted = inside_grown ? at(expected, p) : at(beyond, p);
+            if (at(w, p) != wanted) ++wrong;
+          });
+        });
   }
   EXPECT_EQ(wrong, 0);
 }
 
 /// Writes where it is: x + 100 y + 10000 z.
 void place_row(const dpde_row* row) {
-  for (int64_t i = 0; i < row->count; ++i) test::Doubles{row->streams}[0][i] = static_cast<double>(row->first + i + 100 * row->y + 10000 * row->z);
+  for (int64_t i = 0; i < row->count; ++i)
+    test::Doubles{row->streams}[0][i] = static_cast<double>(row->first + i + 100 * row->y + 10000 * row->z);
 }
 
 TEST(Executor, GrownRegions) {
@@ -251,7 +260,8 @@ TEST(Executor, SerialSweepsRunRowsInOrder) {
 }
 
 TEST(Executor, ResultsDoNotDependOnTheNumberOfThreads) {
-  for (const std::vector<int64_t>& cells : std::vector<std::vector<int64_t>>{{40, 70, 40}, {200, 300}, {30, 2000, 1}, {7, 9}}) {
+  for (const std::vector<int64_t>& cells :
+       std::vector<std::vector<int64_t>>{{40, 70, 40}, {200, 300}, {30, 2000, 1}, {7, 9}}) {
     const int rank = static_cast<int>(cells.size());
     TestProgram program("star", rank, {"u"}, {"v"});
     std::array<dpde_boundary, 3> axes{kinds_of_axes()[0], kinds_of_axes()[1], kinds_of_axes()[3]};
@@ -294,7 +304,8 @@ TEST(Executor, SumsStartAtZeroInEveryRun) {
   }
 }
 
-void interpret(void* context, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights*, double* sums) {
+void interpret(void* context, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights*,
+               double* sums) {
   *static_cast<int*>(context) += 1;
   const test::Doubles of{fields};
   of[1][0] = of[0][0] + params[0] + static_cast<double>(layout->cells[0]);
@@ -336,18 +347,24 @@ TEST(Executor, RefusesWhatDoesNotFit) {
     }
     return "";
   };
-  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0}, DPDE_F32)), "program star: its values and the grid's are not of the same precision");
-  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 1, 0})), "program star: needs a halo of 2 cells along y, the grid has 1");
-  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4}, {2, 2, 0})), "program star: has 2 axes, the grid has 1");
-  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: field u is not bound");
+  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0}, DPDE_F32)),
+            "program star: its values and the grid's are not of the same precision");
+  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 1, 0})),
+            "program star: needs a halo of 2 cells along y, the grid has 1");
+  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4}, {2, 2, 0})),
+            "program star: has 2 axes, the grid has 1");
+  EXPECT_EQ(message(program.table(), make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})),
+            "program star: field u is not bound");
   dpde_program old = program.table();
   old.version = 0;
-  EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: made for version 0 of the runtime's tables, this is " + std::to_string(DPDE_ABI_VERSION));
+  EXPECT_EQ(message(old, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})),
+            "program star: made for version 0 of the runtime's tables, this is " + std::to_string(DPDE_ABI_VERSION));
   dpde_program odd = program.table();
   dpde_operation unknown = odd.operations[0];
   unknown.kind = 77;
   odd.operations = &unknown;
-  EXPECT_EQ(message(odd, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})), "program star: an operation of unknown kind 77");
+  EXPECT_EQ(message(odd, make_layout(std::vector<int64_t>{4, 4}, {2, 2, 0})),
+            "program star: an operation of unknown kind 77");
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ namespace {
 using namespace test;
 
 /// Central differences of loss() in every cell of every state and in the parameter, if there is one.
-void expect_gradient_of_loss(Rollout& rollout, const dpde_layout& layout, const std::string& param, double value, double tolerance) {
+void expect_gradient_of_loss(Rollout& rollout, const dpde_layout& layout, const std::string& param, double value,
+                             double tolerance) {
   const GradientResult& result = rollout.gradient();
   const double step = 1e-5;
   EXPECT_EQ(rollout.loss(), result.loss);
@@ -33,7 +34,8 @@ void expect_gradient_of_loss(Rollout& rollout, const dpde_layout& layout, const 
       cell = before - step;
       const double below = rollout.loss();
       cell = before;
-      EXPECT_NEAR(bars[static_cast<size_t>(s)][static_cast<size_t>(i)], (above - below) / (2 * step), tolerance) << "state " << s << " cell " << i;
+      EXPECT_NEAR(bars[static_cast<size_t>(s)][static_cast<size_t>(i)], (above - below) / (2 * step), tolerance)
+          << "state " << s << " cell " << i;
       largest = std::max(largest, std::abs(bars[static_cast<size_t>(s)][static_cast<size_t>(i)]));
     }
   }
@@ -184,7 +186,8 @@ struct WaveCase {
     step.swap("v", "v_next");
     adjoint.params({"c"}, wave_uniforms, 1);
     adjoint.prepare(adjoint.fill_of("u_next_bar"));
-    adjoint.sweep(wave_adjoint_row, {{"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"v_next_bar"}, {"u_bar"}, {"v_bar"}},
+    adjoint.sweep(wave_adjoint_row,
+                  {{"u_next_bar", -1}, {"u_next_bar"}, {"u_next_bar", 1}, {"v_next_bar"}, {"u_bar"}, {"v_bar"}},
                   {adjoint.fill_of("u_bar")});
     adjoint.swap("u_next_bar", "u_bar");
     adjoint.bars({"u", "u_next"});
@@ -199,7 +202,8 @@ struct WaveCase {
     setup.layout = layout;
     setup.steps = 15;
     setup.params = {{"c", 0.4}};
-    setup.losses = {{&losses.loss.table(), &losses.loss_adjoint.table(), std::move(at_steps), 1, {{"target", {target.base()}}}}};
+    setup.losses = {
+        {&losses.loss.table(), &losses.loss_adjoint.table(), std::move(at_steps), 1, {{"target", {target.base()}}}}};
     return setup;
   }
 };
@@ -260,7 +264,8 @@ TEST(Gradient, TheTimeGoesBackwardsInTheAdjoint) {
     double at_3 = 1, at_6 = 1;
     for (int n = 0; n < 6; ++n) (n < 3 ? at_3 : at_6) *= 1.5 + 0.25 * n;
     at_6 *= at_3;
-    for (double bar : bars_of(line(), rollout.gradient())) EXPECT_NEAR(bar, 2 * 2 * (at_3 * at_3 + at_6 * at_6), 1e-10 * bar);
+    for (double bar : bars_of(line(), rollout.gradient()))
+      EXPECT_NEAR(bar, 2 * 2 * (at_3 * at_3 + at_6 * at_6), 1e-10 * bar);
   }
 }
 
@@ -282,7 +287,9 @@ void add_row(const dpde_row* row) {
 /// streams: seed at centre, west, east, south, north, then c at the same places, u_bar
 void heat_adjoint_row(const dpde_row* row) {
   const test::Doubles s{row->streams};
-  const auto inside = [&](int64_t x, int64_t y) { return x >= 0 && x < row->layout->cells[0] && y >= 0 && y < row->layout->cells[1]; };
+  const auto inside = [&](int64_t x, int64_t y) {
+    return x >= 0 && x < row->layout->cells[0] && y >= 0 && y < row->layout->cells[1];
+  };
   for (int64_t i = 0; i < row->count; ++i) {
     const int64_t x = row->first + i, y = row->y;
     double bar = inside(x, y) ? s[0][i] * (1 - 4 * s[5][i]) : 0;

@@ -167,7 +167,8 @@ TEST(Field, FindsTheFirstValueThatIsNotFinite) {
   field.fill(1e300);
   field.set(std::numeric_limits<double>::quiet_NaN(), -1, 0, 0);  // halo: not looked at
   EXPECT_TRUE(is_finite(layout, field.base()));
-  for (const double bad : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double bad : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::quiet_NaN()}) {
     for (const Cell cell : {Cell{20, 2, 1}, Cell{9, 2, 1}, Cell{0, 1, 1}, Cell{16, 0, 0}}) {
       field.set(bad, cell.x, cell.y, cell.z);
       EXPECT_EQ(find_not_finite(layout, field.base()), cell);

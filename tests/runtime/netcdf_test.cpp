@@ -28,7 +28,8 @@ NetcdfContent sample() {
 class NetcdfTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / (std::string("nc_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ = fs::path(::testing::TempDir()) /
+              (std::string("nc_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -112,7 +113,8 @@ TEST_F(NetcdfTest, FindsEveryChangedByte) {
 
 TEST_F(NetcdfTest, NamesDamagedFiles) {
   const std::string whole = compose_netcdf(sample());
-  for (const std::string& bytes : {std::string(), std::string("CDF"), std::string(100, 'x'), whole.substr(0, whole.size() / 2)}) {
+  for (const std::string& bytes :
+       {std::string(), std::string("CDF"), std::string(100, 'x'), whole.substr(0, whole.size() / 2)}) {
     try {
       const NetcdfReader reader(bytes, "bad.nc");
       for (const auto& variable : reader.variables()) reader.read(variable);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints of networks: against rates (dot products), against differences (Taylor), for any number of threads, without allocations.
+// Adjoints of networks: against rates (dot products), against differences (Taylor), for any number of threads, without
+// allocations.
 #include <gtest/gtest.h>
 
 #include "allocations.h"
@@ -19,7 +20,8 @@ void expect_transpose(const Case& c, const std::string& what) {
   Network run = c.make();
   const Values rates = c.tangent(run);
   const Case::Bars bars = c.adjoint(run);
-  const double left = test::dot(rates, c.seeds), right = test::dot(c.rates, bars.inputs) + test::dot({c.weight_rates}, {bars.weights});
+  const double left = test::dot(rates, c.seeds),
+               right = test::dot(c.rates, bars.inputs) + test::dot({c.weight_rates}, {bars.weights});
   double size = 1;
   for (size_t k = 0; k < rates.size(); ++k) {
     for (size_t i = 0; i < rates[k].size(); ++i) size += std::abs(rates[k][i] * c.seeds[k][i]);
@@ -30,13 +32,16 @@ void expect_transpose(const Case& c, const std::string& what) {
 }
 
 TEST(NetworkAdjoint, IsTheTransposeOfTheRates) {
-  test::for_each_case([&](TestNetwork& network, const Cells& cells, const std::string& what) { expect_transpose(Case(network, cells), what); });
+  test::for_each_case([&](TestNetwork& network, const Cells& cells, const std::string& what) {
+    expect_transpose(Case(network, cells), what);
+  });
 }
 
 TEST(NetworkAdjoint, OnManyCells) {
   for (const test::Named& named : test::networks()) {
     for (const Cells& cells : {Cells{3001}, Cells{53, 41}, Cells{13, 11, 17}}) {
-      TestNetwork network = named.make(static_cast<int>(cells.size()), {DPDE_PAD_REPLICATE, DPDE_PAD_PERIODIC, DPDE_PAD_REFLECT});
+      TestNetwork network =
+          named.make(static_cast<int>(cells.size()), {DPDE_PAD_REPLICATE, DPDE_PAD_PERIODIC, DPDE_PAD_REFLECT});
       expect_transpose(Case(network, cells), named.name);
     }
   }
@@ -46,7 +51,8 @@ TEST(NetworkAdjoint, OnManyCells) {
 TEST(NetworkAdjoint, OfExchangedAxes) {
   for (const Cells& cells : {Cells{1, 1}, Cells{2, 2}, Cells{19, 19}, Cells{3, 3, 3}, Cells{6, 6, 6}}) {
     const bool three = cells.size() == 3;
-    TestNetwork network(static_cast<int>(cells.size()), 3, {DPDE_PAD_REPLICATE, DPDE_PAD_REPLICATE, DPDE_PAD_REPLICATE});
+    TestNetwork network(static_cast<int>(cells.size()), 3,
+                        {DPDE_PAD_REPLICATE, DPDE_PAD_REPLICATE, DPDE_PAD_REPLICATE});
     const int a = network.conv({.channels = 3, .stride = 2}), b = network.reorient({-2, 1, 3}, {-2, 1, 3});
     network.join(DPDE_ADD, a, network.reorient(three ? std::array{2, -3, 1} : std::array{2, 1, 3}, {}, b));
     network.pool(DPDE_UPSAMPLE, 2);
@@ -163,7 +169,8 @@ TEST(NetworkAdjoint, OfEqualValuesTheFirstIsTheLargest) {
 TEST(NetworkAdjoint, NumberOfThreadsChangesNoBit) {
   for (const test::Named& named : test::networks()) {
     for (const Cells& cells : {Cells{2600}, Cells{20000}, Cells{65, 50}, Cells{17, 16, 9}}) {
-      TestNetwork network = named.make(static_cast<int>(cells.size()), {DPDE_PAD_PERIODIC, DPDE_PAD_REFLECT, DPDE_PAD_ZERO});
+      TestNetwork network =
+          named.make(static_cast<int>(cells.size()), {DPDE_PAD_PERIODIC, DPDE_PAD_REFLECT, DPDE_PAD_ZERO});
       network.set_real(DPDE_F32);
       const Case c(network, cells);
       Network one = c.make(1), three = c.make(3);
@@ -238,7 +245,8 @@ TEST(NetworkAdjoint, RunsAllocateNothing) {
       const Team team(threads);
       team.run(2, [](std::int64_t, int) {});  // its threads begin with the first work
       Network run = c.make(team);
-      const test::Fields in(c.layout, c.inputs), rates(c.layout, c.rates), seeds(c.layout, c.seeds), out(c.layout, c.seeds.size()), bars(c.layout, c.inputs.size());
+      const test::Fields in(c.layout, c.inputs), rates(c.layout, c.rates), seeds(c.layout, c.seeds),
+          out(c.layout, c.seeds.size()), bars(c.layout, c.inputs.size());
       std::vector<double> weight_bars(c.weights.size());
       const long before = test::allocations();
       run.set_weights(c.weights.data());

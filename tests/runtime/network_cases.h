@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Networks for tests, and what they are by definition: plain loops over cells in doubles, or in pairs of a value and its rate.
+// Networks for tests, and what they are by definition: plain loops over cells in doubles, or in pairs of a value and
+// its rate.
 #pragma once
 
 #include <algorithm>
@@ -146,7 +147,8 @@ struct Dense {
   std::array<int64_t, 3> cells{1, 1, 1};
   std::vector<std::vector<Dual>> channels;
 
-  Dense(std::array<int64_t, 3> of, size_t count) : cells(of), channels(count, std::vector<Dual>(static_cast<size_t>(of[0] * of[1] * of[2]))) {}
+  Dense(std::array<int64_t, 3> of, size_t count)
+      : cells(of), channels(count, std::vector<Dual>(static_cast<size_t>(of[0] * of[1] * of[2]))) {}
   size_t index(int64_t x, int64_t y, int64_t z) const { return static_cast<size_t>((z * cells[1] + y) * cells[0] + x); }
   template <class F>
   void for_each(const F& f) const {
@@ -172,14 +174,16 @@ inline int64_t place(int32_t padding, int64_t k, int64_t n) {
   return k;
 }
 
-inline Dense conv_by_definition(const dpde_network& network, const dpde_layer& layer, const Dense& in, const std::vector<Dual>& weights,
-                                std::array<int64_t, 3> cells) {
+inline Dense conv_by_definition(const dpde_network& network, const dpde_layer& layer, const Dense& in,
+                                const std::vector<Dual>& weights, std::array<int64_t, 3> cells) {
   Dense result(cells, static_cast<size_t>(layer.channels));
   const int64_t e = layer.extent, ey = network.rank > 1 ? e : 1, ez = network.rank > 2 ? e : 1;
-  const int64_t inputs = static_cast<int64_t>(in.channels.size()) / layer.groups, outputs = layer.channels / layer.groups;
+  const int64_t inputs = static_cast<int64_t>(in.channels.size()) / layer.groups,
+                outputs = layer.channels / layer.groups;
   const auto source = [&](int axis, int64_t cell, int64_t k) {
     if (axis >= network.rank) return int64_t{0};
-    return place(network.padding[axis], layer.stride * cell + layer.dilation * (k - e / 2), in.cells[static_cast<size_t>(axis)]);
+    return place(network.padding[axis], layer.stride * cell + layer.dilation * (k - e / 2),
+                 in.cells[static_cast<size_t>(axis)]);
   };
   for (int64_t o = 0; o < layer.channels; ++o) {
     result.for_each([&](const std::array<int64_t, 3>& p) {
@@ -223,7 +227,8 @@ inline Dense pool_by_definition(const dpde_layer& layer, const Dense& in, std::a
   return result;
 }
 
-inline Dense layer_by_definition(const dpde_layer& layer, const Dense& in, const Dense& other, std::array<int64_t, 3> cells) {
+inline Dense layer_by_definition(const dpde_layer& layer, const Dense& in, const Dense& other,
+                                 std::array<int64_t, 3> cells) {
   Dense result(cells, static_cast<size_t>(layer.channels));
   for (size_t c = 0; c < result.channels.size(); ++c) {
     result.for_each([&](const std::array<int64_t, 3>& p) {
@@ -243,7 +248,8 @@ inline Dense layer_by_definition(const dpde_layer& layer, const Dense& in, const
           q[along] = layer.axes[axis] > 0 ? p[axis] : in.cells[along] - 1 - p[axis];
         }
         const int from = layer.order ? layer.order[c] : static_cast<int>(c) + 1;
-        to = in.channels[static_cast<size_t>(std::abs(from)) - 1][in.index(q[0], q[1], q[2])] * Dual{from > 0 ? 1.0 : -1.0};
+        to = in.channels[static_cast<size_t>(std::abs(from)) - 1][in.index(q[0], q[1], q[2])] *
+             Dual{from > 0 ? 1.0 : -1.0};
         return;
       }
       const Dual from = in.channels[c][result.index(p)];

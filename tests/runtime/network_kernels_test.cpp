@@ -22,8 +22,10 @@ struct Set {
 
   template <class Real>
   const Kernels<Real>& of() const {
-    if constexpr (sizeof(Real) == 4) return single;
-    else return full;
+    if constexpr (sizeof(Real) == 4)
+      return single;
+    else
+      return full;
   }
 };
 
@@ -61,7 +63,8 @@ void check(const Set& set) {
   const double tolerance = sizeof(Real) == 4 ? 2e-5 : 1e-13;
   constexpr int64_t plane = Planes<Real>::plane, row = Planes<Real>::row, channels = 15, inputs = 3;
   std::vector<int64_t> offsets;
-  for (int64_t term = 0; term < inputs * 9; ++term) offsets.push_back(term / 9 * plane + (term / 3 % 3 - 1) * row + term % 3 - 1);
+  for (int64_t term = 0; term < inputs * 9; ++term)
+    offsets.push_back(term / 9 * plane + (term / 3 % 3 - 1) * row + term % 3 - 1);
   const auto terms = std::ssize(offsets);
   std::vector<Block> blocks;
   std::vector<Real> weights, bias;
@@ -71,8 +74,10 @@ void check(const Set& set) {
     blocks.push_back({first, width, 0, first * terms});
     first += width;
   }
-  for (const double value : test::random_values(static_cast<size_t>(channels * terms), 5)) weights.push_back(static_cast<Real>(value));
-  for (const double value : test::random_values(static_cast<size_t>(channels), 6)) bias.push_back(static_cast<Real>(value));
+  for (const double value : test::random_values(static_cast<size_t>(channels * terms), 5))
+    weights.push_back(static_cast<Real>(value));
+  for (const double value : test::random_values(static_cast<size_t>(channels), 6))
+    bias.push_back(static_cast<Real>(value));
   for (const int64_t cells : {3, 17, 33, 64, 100}) {
     const std::string what = set.name + ", " + std::to_string(cells) + " cells";
     Planes<Real> in(inputs, 1), out(channels, 2);
@@ -99,10 +104,12 @@ void check(const Set& set) {
     code.convolve(call, 2, 6);
     Planes<Real> seeds(channels, 3);
     for (int64_t c = 0; c < channels; ++c) {
-      for (int64_t y = 0; y < 6; ++y) std::fill_n(seeds.data() + c * plane + y * row + cells, row - 16 - cells, Real(0));
+      for (int64_t y = 0; y < 6; ++y)
+        std::fill_n(seeds.data() + c * plane + y * row + cells, row - 16 - cells, Real(0));
     }
     std::vector<double> bars(static_cast<size_t>(channels * terms), 1.0);
-    const nn::WeightGradientCall<Real> gradient{seeds.data(), in.data(), cells, 6, 6, plane, {row, plane}, {row, plane}, offsets.data(), terms, bars.data()};
+    const nn::WeightGradientCall<Real> gradient{seeds.data(), in.data(),    cells,          6,     6,          plane,
+                                                {row, plane}, {row, plane}, offsets.data(), terms, bars.data()};
     code.weight_gradient(gradient, blocks.data(), blocks.data() + 1, 0, terms);
     code.weight_gradient(gradient, blocks.data() + 1, blocks.data() + blocks.size(), 0, 7);
     code.weight_gradient(gradient, blocks.data() + 1, blocks.data() + blocks.size(), 7, terms);
@@ -114,16 +121,20 @@ void check(const Set& set) {
         for (int64_t y = 0; y < 6; ++y) {
           for (int64_t x = 0; x < cells; ++x) {
             const int64_t place = y * row + x;
-            double sum = static_cast<double>(bias[static_cast<size_t>(channel)]) + static_cast<double>(const_cast<Planes<Real>&>(before).data()[channel * plane + place]);
+            double sum = static_cast<double>(bias[static_cast<size_t>(channel)]) +
+                         static_cast<double>(const_cast<Planes<Real>&>(before).data()[channel * plane + place]);
             for (int64_t t = 0; t < terms; ++t) {
               const auto value = static_cast<double>(in.data()[place + offsets[static_cast<size_t>(t)]]);
               sum += static_cast<double>(weights[static_cast<size_t>(block.weights + t * block.width + c)]) * value;
               expected[static_cast<size_t>(t)] += static_cast<double>(seeds.data()[channel * plane + place]) * value;
             }
-            error = std::max(error, std::abs(std::tanh(sum) - static_cast<double>(out.data()[channel * plane + place])));
+            error =
+                std::max(error, std::abs(std::tanh(sum) - static_cast<double>(out.data()[channel * plane + place])));
           }
         }
-        for (int64_t t = 0; t < terms; ++t) bar_error = std::max(bar_error, std::abs(expected[static_cast<size_t>(t)] - bars[static_cast<size_t>(channel * terms + t)]));
+        for (int64_t t = 0; t < terms; ++t)
+          bar_error = std::max(
+              bar_error, std::abs(expected[static_cast<size_t>(t)] - bars[static_cast<size_t>(channel * terms + t)]));
       }
     }
     EXPECT_LE(error, tolerance) << what;
@@ -139,7 +150,8 @@ TEST(NetworkKernels, EveryInstructionSetIsRight) {
   }
 }
 
-/// Rounding aside: values of all activations and their rates, with the portable ones as the standard (network_value_test.cpp).
+/// Rounding aside: values of all activations and their rates, with the portable ones as the standard
+/// (network_value_test.cpp).
 TEST(NetworkKernels, ActivationsAgree) {
   const std::vector<Set> all = sets();
   std::vector<double> values, rates(256, 1.0);

@@ -74,7 +74,8 @@ struct Case {
       inputs.push_back(random_values(count, 10 + c));
       rates.push_back(random_values(count, 100 + c));
     }
-    for (uint32_t c = 0; c < static_cast<uint32_t>(network.outputs); ++c) seeds.push_back(random_values(count, 1000 + c));
+    for (uint32_t c = 0; c < static_cast<uint32_t>(network.outputs); ++c)
+      seeds.push_back(random_values(count, 1000 + c));
   }
 
   Dense expected() const {
@@ -215,7 +216,8 @@ inline std::vector<Named> networks() {
     n.conv(Conv{2, 1});
   });
   add("values with many readers", 3, [](TestNetwork& n) {
-    const int a = n.conv(Conv{3}), b = n.activate(DPDE_TANH), c = n.activate(DPDE_SOFTPLUS, 0, a), d = n.conv(Conv{3, 5}, b);
+    const int a = n.conv(Conv{3}), b = n.activate(DPDE_TANH), c = n.activate(DPDE_SOFTPLUS, 0, a),
+              d = n.conv(Conv{3, 5}, b);
     n.conv(Conv{8}, a);  // read by nobody
     n.join(DPDE_ADD, c, d);
     n.join(DPDE_ADD, n.last(), n.last());
@@ -236,7 +238,8 @@ inline std::vector<Named> networks() {
       if (n.rank() > 2) axes[2] = -3;
       return n.reorient(axes, {-1, 3, 2}, input);
     };
-    const int a = n.conv({.channels = 3, .stride = 2}, 0), image = mirror(a), copy = n.conv(Conv{3}, image), other = n.conv(Conv{3}, a);
+    const int a = n.conv({.channels = 3, .stride = 2}, 0), image = mirror(a), copy = n.conv(Conv{3}, image),
+              other = n.conv(Conv{3}, a);
     n.share(other, copy);
     n.activate(DPDE_TANH);
     mirror(n.last());
@@ -275,7 +278,8 @@ void for_each_case(const F& f) {
         TestNetwork network = named.make(static_cast<int>(cells.size()), padding);
         std::string what = named.name + " on";
         for (const int64_t n : cells) what += " " + std::to_string(n);
-        f(network, cells, what + ", paddings " + std::to_string(padding[0]) + std::to_string(padding[1]) + std::to_string(padding[2]));
+        f(network, cells,
+          what + ", paddings " + std::to_string(padding[0]) + std::to_string(padding[1]) + std::to_string(padding[2]));
       }
     }
   }

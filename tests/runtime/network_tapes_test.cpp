@@ -59,7 +59,8 @@ TEST(Tapes, AreFoundInAnyOrderAndWhereThereIsNoRoomTheLastOnesAre) {
   network.activate(DPDE_GELU);
   network.conv({.channels = 2});
   std::vector<Case> steps(5, Case(network, {9, 7}));
-  for (size_t k = 0; k < steps.size(); ++k) steps[k].inputs[1][62] = static_cast<double>(k);  // they differ in their last cell
+  for (size_t k = 0; k < steps.size(); ++k)
+    steps[k].inputs[1][62] = static_cast<double>(k);  // they differ in their last cell
   Both both(steps[0], 3);
   for (const Case& step : steps) step.value(both.forward);
   expect_same(steps[3], both, 1, "not the last");
@@ -121,7 +122,8 @@ TEST(Tapes, AllocateNothingInARun) {
   const long before = test::allocations();
   for (int k = 0; k < 3; ++k) {
     for (int run = 0; run < 3; ++run) both.forward.value(in.pointers(), out.pointers());
-    for (int run = 0; run < 3; ++run) both.backward.adjoint(in.pointers(), out.pointers(), bars.pointers(), weight_bars.data());
+    for (int run = 0; run < 3; ++run)
+      both.backward.adjoint(in.pointers(), out.pointers(), bars.pointers(), weight_bars.data());
     both.forward.set_weights(c.weights.data());
   }
   EXPECT_EQ(test::allocations(), before);

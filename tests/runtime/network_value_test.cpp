@@ -83,7 +83,8 @@ TEST(NetworkValue, ActivationsFarOut) {
       TestNetwork network(1, 1, {}, real);
       network.activate(kind);
       Case c(network, {4001});
-      for (size_t i = 0; i < c.inputs[0].size(); ++i) c.inputs[0][i] = real == DPDE_F32 ? static_cast<float>(1e-2 * (double(i) - 2000)) : 1e-2 * (double(i) - 2000);
+      for (size_t i = 0; i < c.inputs[0].size(); ++i)
+        c.inputs[0][i] = real == DPDE_F32 ? static_cast<float>(1e-2 * (double(i) - 2000)) : 1e-2 * (double(i) - 2000);
       c.inputs[0][0] = -1e4;
       c.inputs[0][2] = 1e-7f;
       Network run = c.make();
@@ -91,7 +92,8 @@ TEST(NetworkValue, ActivationsFarOut) {
       const Values values = c.value(run), rates = c.tangent(run);
       for (size_t i = 0; i < values[0].size(); ++i) {
         const test::Dual exact = expected.channels[0][i];
-        EXPECT_LE(std::abs(values[0][i] - exact.v), std::abs(exact.v) * (real == DPDE_F32 ? 3e-5 : 1e-13) + 1e-33) << kind << " of " << c.inputs[0][i];
+        EXPECT_LE(std::abs(values[0][i] - exact.v), std::abs(exact.v) * (real == DPDE_F32 ? 3e-5 : 1e-13) + 1e-33)
+            << kind << " of " << c.inputs[0][i];
         EXPECT_LE(std::abs(rates[0][i] - exact.d), real == DPDE_F32 ? 5e-7 : 1e-14) << kind << " of " << c.inputs[0][i];
       }
       c.inputs[0][7] = std::nan("");
@@ -164,10 +166,12 @@ TEST(NetworkValue, BrokenNetworksAreRefused) {
   coarse.pool(DPDE_MEAN_POOL, 2);
   EXPECT_EQ(refusal(coarse.table(), {8}), "the network `test` ends on a grid that is coarser by 2");
   coarse.join(DPDE_ADD, 0, 1);
-  EXPECT_EQ(refusal(coarse.table(), {8}), "the network `test` has a layer 2 that joins values of grids coarser by 1 and by 2");
+  EXPECT_EQ(refusal(coarse.table(), {8}),
+            "the network `test` has a layer 2 that joins values of grids coarser by 1 and by 2");
   TestNetwork fine(1, 2, {});
   fine.pool(DPDE_UPSAMPLE, 2);
-  EXPECT_EQ(refusal(fine.table(), {8}), "the network `test` has a layer 1 that makes a grid that is coarser by 1 finer by 2");
+  EXPECT_EQ(refusal(fine.table(), {8}),
+            "the network `test` has a layer 1 that makes a grid that is coarser by 1 finer by 2");
   dpde_network lacks = good.table();
   lacks.weight_count -= 1;
   EXPECT_EQ(refusal(lacks, {5, 5}), "the network `test` has a layer 1 that has biases that are not there");

@@ -47,7 +47,8 @@ void rosenbrock_hessian(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eige
 TEST(NewtonCg, FollowsTheValleyOfRosenbrock) {
   Eigen::VectorXd start(2);
   start << -1.2, 1.0;
-  const OptimiseResult result = minimise(NewtonCg{}, rosenbrock_with_hessian, rosenbrock_hessian, start, 100, {}, 1e-10);
+  const OptimiseResult result =
+      minimise(NewtonCg{}, rosenbrock_with_hessian, rosenbrock_hessian, start, 100, {}, 1e-10);
   EXPECT_NEAR(result.x[0], 1, 1e-9);
   EXPECT_NEAR(result.x[1], 1, 1e-9);
   EXPECT_LT(result.iterations, 40);
@@ -73,7 +74,9 @@ TEST(NewtonCg, LeavesAHillAlongNegativeCurvature) {
 }
 
 TEST(NewtonCg, StopsWhereNoStepIsFinite) {
-  const HessianProduct bad = [](const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::VectorXd& result) { result.setConstant(NAN); };
+  const HessianProduct bad = [](const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::VectorXd& result) {
+    result.setConstant(NAN);
+  };
   const OptimiseResult result = minimise(NewtonCg{}, stretched, bad, Eigen::VectorXd::Zero(3), 5);
   EXPECT_EQ(result.reason, StopReason::no_progress);
   EXPECT_EQ(result.iterations, 0);

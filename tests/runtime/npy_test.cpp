@@ -18,7 +18,8 @@ namespace {
 
 std::string file_of(const std::string& dictionary, const std::string& data, int version = 1) {
   std::string header = "\x93NUMPY";
-  header += {static_cast<char>(version), '\0', static_cast<char>(dictionary.size() & 0xff), static_cast<char>(dictionary.size() >> 8)};
+  header += {static_cast<char>(version), '\0', static_cast<char>(dictionary.size() & 0xff),
+             static_cast<char>(dictionary.size() >> 8)};
   if (version > 1) header += {'\0', '\0'};
   return header + dictionary + data;
 }
@@ -48,11 +49,14 @@ std::string message(const std::string& bytes) {
 TEST(Npy, TypesAndByteOrders) {
   const std::vector<double> expected{1, -2, 3, 4, 5, 6};
   const std::string shape = ", 'fortran_order': False, 'shape': (2, 3), }\n";
-  for (const std::string& bytes :
-       {file_of("{'descr': '<f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6})), file_of("{'descr': '>f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6}, true)),
-        file_of("{'descr': '<f4'" + shape, bytes_of<float>({1, -2, 3, 4, 5, 6})), file_of("{'descr': '<i8'" + shape, bytes_of<int64_t>({1, -2, 3, 4, 5, 6})),
-        file_of("{'descr': '<i4'" + shape, bytes_of<int32_t>({1, -2, 3, 4, 5, 6})), file_of("{'descr': '>i4'" + shape, bytes_of<int32_t>({1, -2, 3, 4, 5, 6}, true)),
-        file_of("{'descr': '<f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6}), 2), file_of("{'descr': '<f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6}), 3)}) {
+  for (const std::string& bytes : {file_of("{'descr': '<f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6})),
+                                   file_of("{'descr': '>f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6}, true)),
+                                   file_of("{'descr': '<f4'" + shape, bytes_of<float>({1, -2, 3, 4, 5, 6})),
+                                   file_of("{'descr': '<i8'" + shape, bytes_of<int64_t>({1, -2, 3, 4, 5, 6})),
+                                   file_of("{'descr': '<i4'" + shape, bytes_of<int32_t>({1, -2, 3, 4, 5, 6})),
+                                   file_of("{'descr': '>i4'" + shape, bytes_of<int32_t>({1, -2, 3, 4, 5, 6}, true)),
+                                   file_of("{'descr': '<f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6}), 2),
+                                   file_of("{'descr': '<f8'" + shape, bytes_of<double>({1, -2, 3, 4, 5, 6}), 3)}) {
     const NpyArray array = parse(bytes);
     EXPECT_EQ(array.shape, (std::vector<int64_t>{2, 3}));
     EXPECT_EQ(array.values, expected);
@@ -79,26 +83,32 @@ TEST(Npy, ShapesOfAllRanks) {
   const std::string rest = "), 'fortran_order': False, 'descr': '<f8'}";
   EXPECT_EQ(parse(file_of("{'shape': (" + rest, bytes_of<double>({7}))).values, std::vector<double>{7});
   EXPECT_TRUE(parse(file_of("{'shape': (" + rest, bytes_of<double>({7}))).shape.empty());
-  EXPECT_EQ(parse(file_of("{'shape': (2,"+ rest, bytes_of<double>({7, 8}))).shape, std::vector<int64_t>{2});
+  EXPECT_EQ(parse(file_of("{'shape': (2," + rest, bytes_of<double>({7, 8}))).shape, std::vector<int64_t>{2});
   EXPECT_TRUE(parse(file_of("{'shape': (0, 4" + rest, "")).values.empty());
 }
 
 TEST(Npy, SaysWhatIsWrong) {
-  const auto with = [](const std::string& type, const std::string& shape) { return file_of("{'descr': '" + type + "', 'fortran_order': False, 'shape': " + shape + "}", std::string(16, '\0')); };
+  const auto with = [](const std::string& type, const std::string& shape) {
+    return file_of("{'descr': '" + type + "', 'fortran_order': False, 'shape': " + shape + "}", std::string(16, '\0'));
+  };
   const std::string start = "a.npy is not a usable .npy file: ";
   EXPECT_EQ(message("hello"), start + "it does not begin with the bytes of one");
   EXPECT_EQ(message(""), start + "it does not begin with the bytes of one");
   EXPECT_EQ(message("\x93NUMPY"), start + "it ends inside its header");
-  EXPECT_EQ(message(file_of("{", "")), start + "its header has no text in quotes where one belongs (records are not supported)");
-  EXPECT_EQ(message(with("<c16", "(1,)")), start + "its numbers are of type '<c16'; float64, float32, int64 and int32 are supported");
+  EXPECT_EQ(message(file_of("{", "")),
+            start + "its header has no text in quotes where one belongs (records are not supported)");
+  EXPECT_EQ(message(with("<c16", "(1,)")),
+            start + "its numbers are of type '<c16'; float64, float32, int64 and int32 are supported");
   EXPECT_EQ(message(with("<f8", "(3,)")), start + "16 bytes of numbers are too few for its shape (3)");
   EXPECT_EQ(message(with("<f8", "(1,)")), start + "8 bytes follow the numbers of its shape (1)");
-  EXPECT_EQ(message(with("<f8", "(4294967296, 4294967296, 2)")), start + "16 bytes of numbers are too few for its shape (4294967296, 4294967296, 2)");
+  EXPECT_EQ(message(with("<f8", "(4294967296, 4294967296, 2)")),
+            start + "16 bytes of numbers are too few for its shape (4294967296, 4294967296, 2)");
   EXPECT_EQ(message(with("<f8", "(-2,)")), start + "its shape is not a list of sizes");
   EXPECT_EQ(message(with("<f8", "(99999999999999999999,)")), start + "its shape is not a list of sizes");
   EXPECT_EQ(message(file_of("{'descr': [('a', '<f8')], 'fortran_order': False, 'shape': (2,)}", "")),
             start + "its header has no text in quotes where one belongs (records are not supported)");
-  EXPECT_EQ(message(file_of("{'descr': '<f8', 'shape': (2,)}", "")), start + "its header lacks descr, fortran_order or shape");
+  EXPECT_EQ(message(file_of("{'descr': '<f8', 'shape': (2,)}", "")),
+            start + "its header lacks descr, fortran_order or shape");
   std::string oversized = file_of("{}", "");
   oversized[8] = oversized[9] = '\xff';
   EXPECT_EQ(message(oversized), start + "it ends inside its header");
@@ -138,7 +148,8 @@ TEST(Npy, WhatIsWrittenIsReadBack) {
 }
 
 TEST(Npy, DamagedFilesAreReadOrRefusedNeverMore) {
-  const std::string good = file_of("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3), }     \n", bytes_of<double>({1, 2, 3, 4, 5, 6}));
+  const std::string good = file_of("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3), }     \n",
+                                   bytes_of<double>({1, 2, 3, 4, 5, 6}));
   ASSERT_EQ(parse(good).values.size(), 6u);
   std::mt19937 random(42);
   int refused = 0;

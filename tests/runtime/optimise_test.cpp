@@ -65,8 +65,10 @@ TEST(Optimise, AdamMakesTheStepsOfThePaper) {
     return 0.5 * x[0] * x[0];
   };
   const double x1 = 1 - 0.1 / (1 + 1e-8);
-  const double mean = (0.9 * 0.1 + 0.1 * x1) / (1 - 0.81), second = (0.999 * 0.001 + 0.001 * x1 * x1) / (1 - 0.999 * 0.999);
-  EXPECT_NEAR(minimise(Adam{0.1}, square, VectorXd{{1.0}}, 2).x[0], x1 - 0.1 * mean / (std::sqrt(second) + 1e-8), 1e-14);
+  const double mean = (0.9 * 0.1 + 0.1 * x1) / (1 - 0.81),
+               second = (0.999 * 0.001 + 0.001 * x1 * x1) / (1 - 0.999 * 0.999);
+  EXPECT_NEAR(minimise(Adam{0.1}, square, VectorXd{{1.0}}, 2).x[0], x1 - 0.1 * mean / (std::sqrt(second) + 1e-8),
+              1e-14);
 }
 
 TEST(Optimise, AdamFindsTheMinimum) {
@@ -84,7 +86,8 @@ TEST(Optimise, LbfgsOnABowl) {
 TEST(Optimise, LbfgsOnRosenbrock) {
   for (int n : {2, 10, 40}) {
     const OptimiseResult result = minimise(Lbfgs{}, rosenbrock, VectorXd::Constant(n, -1.2), 2000, {}, 1e-9);
-    EXPECT_LT((result.x - VectorXd::Ones(n)).lpNorm<Eigen::Infinity>(), 1e-8) << n << " unknowns, " << describe(result.reason);
+    EXPECT_LT((result.x - VectorXd::Ones(n)).lpNorm<Eigen::Infinity>(), 1e-8)
+        << n << " unknowns, " << describe(result.reason);
     EXPECT_LT(result.evaluations, 60 + 15 * n);
     for (size_t k = 1; k < result.losses.size(); ++k) EXPECT_LE(result.losses[k], result.losses[k - 1]);
     EXPECT_EQ(result.losses.size(), static_cast<size_t>(result.iterations) + 1);
@@ -97,7 +100,8 @@ TEST(Optimise, LbfgsStopsWhereRoundingEndsProgress) {
   EXPECT_LT(result.loss, 1e-20);
 }
 
-/// A fit of two exponentials that data made by the same formula allow to be exact: what is left is the residuals' rounding.
+/// A fit of two exponentials that data made by the same formula allow to be exact: what is left is the residuals'
+/// rounding.
 double fit(const VectorXd& x, VectorXd& gradient) {
   gradient.setZero();
   double loss = 0;
@@ -119,7 +123,8 @@ TEST(Optimise, LbfgsStopsWhereTheLossIsRounding) {
       VectorXd gradient(4);
       const double level = 1.3e-29 * fit(start, gradient);
       if (offset == 0) {
-        EXPECT_LE(std::ranges::count_if(result.losses, [&](double loss) { return loss < level; }), 6) << "losses that are rounding";
+        EXPECT_LE(std::ranges::count_if(result.losses, [&](double loss) { return loss < level; }), 6)
+            << "losses that are rounding";
       }
       EXPECT_LE(result.evaluations, 3 * result.iterations / 2 + 8) << offset;
       EXPECT_LT(result.loss - offset, offset == 0 ? 1e-25 : 1e-14);
@@ -156,7 +161,8 @@ TEST(Optimise, ALossThatIsNotFiniteStopsWithTheBestPoint) {
   EXPECT_EQ(result.loss, -2);
   EXPECT_EQ(result.losses.size(), 5u);
   EXPECT_TRUE(std::isnan(result.losses.back()));
-  for (const OptimiseResult& at_start : {minimise(Adam{}, cliff, VectorXd{{-3.0}}, 10), minimise(Lbfgs{}, cliff, VectorXd{{-3.0}}, 10)}) {
+  for (const OptimiseResult& at_start :
+       {minimise(Adam{}, cliff, VectorXd{{-3.0}}, 10), minimise(Lbfgs{}, cliff, VectorXd{{-3.0}}, 10)}) {
     EXPECT_EQ(at_start.reason, StopReason::not_finite);
     EXPECT_EQ(at_start.x[0], -3);
     EXPECT_EQ(at_start.iterations, 0);
@@ -191,8 +197,8 @@ TEST(Optimise, ZeroIterationsEvaluateOnce) {
   EXPECT_EQ(result.reason, StopReason::iterations);
 }
 
-/// A beam on supports: x.Ax/2 - b.x with neighbours that pull at each other, within 0 .. 1. Convex: where the projected gradient is 0 the
-/// minimum is, and it is neither that without bounds nor the nearest point to that.
+/// A beam on supports: x.Ax/2 - b.x with neighbours that pull at each other, within 0 .. 1. Convex: where the projected
+/// gradient is 0 the minimum is, and it is neither that without bounds nor the nearest point to that.
 TEST(Bounds, EveryMethodEndsAtTheMinimumWithin) {
   constexpr int size = 7;
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
@@ -209,23 +215,29 @@ TEST(Bounds, EveryMethodEndsAtTheMinimumWithin) {
   const Bounds bounds{VectorXd::Zero(size), VectorXd::Ones(size)};
   const VectorXd start = VectorXd::Constant(size, 3.0), free = matrix.ldlt().solve(load);
   const auto clipped = [](const VectorXd& x) -> VectorXd { return x.cwiseMax(0.0).cwiseMin(1.0); };
-  const std::vector<OptimiseResult> results = {minimise(GradientDescent{0.2}, beam, start, 500, {}, 1e-12, bounds), minimise(Lbfgs{}, beam, start, 100, {}, 1e-12, bounds),
-                                               minimise(NewtonCg{}, beam, product, start, 100, {}, 1e-12, bounds), minimise(Adam{0.002}, beam, start, 20000, {}, 1e-12, bounds)};
+  const std::vector<OptimiseResult> results = {minimise(GradientDescent{0.2}, beam, start, 500, {}, 1e-12, bounds),
+                                               minimise(Lbfgs{}, beam, start, 100, {}, 1e-12, bounds),
+                                               minimise(NewtonCg{}, beam, product, start, 100, {}, 1e-12, bounds),
+                                               minimise(Adam{0.002}, beam, start, 20000, {}, 1e-12, bounds)};
   for (std::size_t m = 0; m < results.size(); ++m) {
     const VectorXd& x = results[m].x;
-    EXPECT_LT((clipped(x - (matrix * x - load)) - x).norm(), m == 3 ? 1e-3 : m == 1 ? 1e-7 : 1e-10) << "method " << m;  // L-BFGS ends where losses are rounding
+    EXPECT_LT((clipped(x - (matrix * x - load)) - x).norm(), m == 3   ? 1e-3
+                                                             : m == 1 ? 1e-7
+                                                                      : 1e-10)
+        << "method " << m;  // L-BFGS ends where losses are rounding
     EXPECT_GT((x - clipped(free)).norm(), 0.1) << "the bounds would not matter";
     if (m == 0 || m == 2) EXPECT_EQ(results[m].reason, StopReason::gradient_zero) << m;
   }
 }
 
-/// What L-BFGS finds, and after how many evaluations the loss was the minimum's but for the tolerance; -1: never. L-BFGS-B (SciPy 1.17.1,
-/// 10 pairs, the same starts) needs 4, 35 and 193 for Rosenbrock's function, 47 for the bowl.
+/// What L-BFGS finds, and after how many evaluations the loss was the minimum's but for the tolerance; -1: never.
+/// L-BFGS-B (SciPy 1.17.1, 10 pairs, the same starts) needs 4, 35 and 193 for Rosenbrock's function, 47 for the bowl.
 struct Found {
   OptimiseResult result;
   int evaluations = -1;
 };
-Found find_within(const Objective& objective, const VectorXd& start, double low, double high, double minimum, double tolerance) {
+Found find_within(const Objective& objective, const VectorXd& start, double low, double high, double minimum,
+                  double tolerance) {
   int made = 0;
   Found found;
   const Objective counted = [&](const VectorXd& x, VectorXd& gradient) {
@@ -239,14 +251,16 @@ Found find_within(const Objective& objective, const VectorXd& start, double low,
   return found;
 }
 
-/// Rosenbrock's function with x <= 0.8: in two dimensions the minimum is at (0.8, 0.64), where it is 0.04; the others are SciPy's, by two methods.
+/// Rosenbrock's function with x <= 0.8: in two dimensions the minimum is at (0.8, 0.64), where it is 0.04; the others
+/// are SciPy's, by two methods.
 TEST(Bounds, LbfgsOnRosenbrockWithinABox) {
   struct Case {
     int size;
     double minimum;
     int most;
   };
-  for (const auto& [size, minimum, most] : {Case{2, 0.04, 60}, Case{10, 6.001016394606179, 70}, Case{50, 45.596891356878785, 193}}) {
+  for (const auto& [size, minimum, most] :
+       {Case{2, 0.04, 60}, Case{10, 6.001016394606179, 70}, Case{50, 45.596891356878785, 193}}) {
     const Found found = find_within(rosenbrock, VectorXd::Constant(size, -1.2), -2, 0.8, minimum, 1e-8);
     EXPECT_NEAR(found.result.loss, minimum, 1e-9 * minimum) << size;
     EXPECT_EQ(found.result.x[0], 0.8);
@@ -284,7 +298,8 @@ TEST(Bounds, LbfgsLengthensAFirstStepThatIsTooShort) {
     gradient = 1e-6 * (x.array() - 0.25).matrix();
     return 0.5e-6 * (x.array() - 0.25).square().sum();
   };
-  const OptimiseResult one = minimise(Lbfgs{}, flat, VectorXd::Constant(40, 0.9), 1, {}, 0, {VectorXd::Zero(40), VectorXd::Ones(40)});
+  const OptimiseResult one =
+      minimise(Lbfgs{}, flat, VectorXd::Constant(40, 0.9), 1, {}, 0, {VectorXd::Zero(40), VectorXd::Ones(40)});
   EXPECT_LT(one.loss, 1e-3 * one.losses.front());
   EXPECT_LE(one.evaluations, 10);
 }

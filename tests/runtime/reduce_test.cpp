@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reductions against their definition, on grids that are smaller, and larger, than what is done at a time; for any number of
-// threads to the last bit.
+// Reductions against their definition, on grids that are smaller, and larger, than what is done at a time; for any
+// number of threads to the last bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,8 @@ namespace {
 using Cells = std::vector<int64_t>;
 
 /// `values` reduced; x is fastest.
-std::vector<double> run(int kind, const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values, int threads, int32_t real = DPDE_F64) {
+std::vector<double> run(int kind, const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values,
+                        int threads, int32_t real = DPDE_F64) {
   test::TestProgram program("reduce", static_cast<int>(cells.size()), {"u"}, {"m"});
   program.reduce(kind, "u", "m", over);
   dpde_program table = program.table();
@@ -86,14 +87,16 @@ void for_each_case(const std::vector<Cells>& grids, const F& f) {
   }
 }
 
-const std::vector<Cells> small{{1}, {2}, {7}, {8}, {9}, {300}, {2100}, {2100, 2}, {1, 1}, {5, 1}, {1, 6}, {3, 4}, {130, 3}, {1, 1, 1}, {2, 3, 4}, {9, 1, 2}, {1, 5, 3}};
+const std::vector<Cells> small{{1},    {2},    {7},    {8},      {9},       {300},     {2100},    {2100, 2}, {1, 1},
+                               {5, 1}, {1, 6}, {3, 4}, {130, 3}, {1, 1, 1}, {2, 3, 4}, {9, 1, 2}, {1, 5, 3}};
 
 TEST(Reduce, IsWhatItSays) {
   for_each_case(small, [](const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
     for (const int kind : {DPDE_MEAN, DPDE_SUM, DPDE_MAX, DPDE_MIN}) {
       const std::vector<double> found = run(kind, cells, over, values, 1), wanted = expected(kind, cells, over, values);
       const double tolerance = kind == DPDE_MAX || kind == DPDE_MIN ? 0 : 1e-13;
-      for (size_t i = 0; i < wanted.size(); ++i) ASSERT_NEAR(found[i], wanted[i], tolerance * (1 + std::abs(wanted[i]))) << i;
+      for (size_t i = 0; i < wanted.size(); ++i)
+        ASSERT_NEAR(found[i], wanted[i], tolerance * (1 + std::abs(wanted[i]))) << i;
     }
   });
 }
@@ -104,15 +107,18 @@ TEST(Reduce, AddsFloatsUpAsDoubles) {
   for (const std::array<int32_t, 3> over : {std::array<int32_t, 3>{1, 1, 0}, std::array<int32_t, 3>{0, 1, 0}}) {
     const Cells cells = over[0] ? Cells{1000, 1000} : Cells{1, 1000000};
     EXPECT_EQ(run(DPDE_MEAN, cells, over, values, 1, DPDE_F32)[0], static_cast<double>(0.1f));
-    EXPECT_EQ(run(DPDE_SUM, cells, over, values, 1, DPDE_F32)[0], static_cast<double>(static_cast<float>(1e6 * static_cast<double>(0.1f))));
+    EXPECT_EQ(run(DPDE_SUM, cells, over, values, 1, DPDE_F32)[0],
+              static_cast<double>(static_cast<float>(1e6 * static_cast<double>(0.1f))));
   }
 }
 
 TEST(Reduce, DoesNotDependOnTheNumberOfThreads) {
-  for_each_case({{70000}, {300, 200}, {1000, 40}, {5000, 12}, {3, 20000}, {40, 50, 60}}, [](const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
-    const std::vector<double> one = run(DPDE_SUM, cells, over, values, 1);
-    for (const int threads : {2, 3, 5}) EXPECT_TRUE(run(DPDE_SUM, cells, over, values, threads) == one) << threads;
-  });
+  for_each_case({{70000}, {300, 200}, {1000, 40}, {5000, 12}, {3, 20000}, {40, 50, 60}},
+                [](const Cells& cells, std::array<int32_t, 3> over, const std::vector<double>& values) {
+                  const std::vector<double> one = run(DPDE_SUM, cells, over, values, 1);
+                  for (const int threads : {2, 3, 5})
+                    EXPECT_TRUE(run(DPDE_SUM, cells, over, values, threads) == one) << threads;
+                });
 }
 
 TEST(Reduce, ANumberThatIsNoneShows) {
@@ -120,7 +126,8 @@ TEST(Reduce, ANumberThatIsNoneShows) {
     for (const size_t place : {size_t{0}, values.size() / 2, values.size() - 1}) {
       std::vector<double> broken = values;
       broken[place] = std::nan("");
-      for (const int kind : {DPDE_MEAN, DPDE_SUM, DPDE_MAX, DPDE_MIN}) EXPECT_TRUE(std::isnan(run(kind, cells, over, broken, 1)[place]));
+      for (const int kind : {DPDE_MEAN, DPDE_SUM, DPDE_MAX, DPDE_MIN})
+        EXPECT_TRUE(std::isnan(run(kind, cells, over, broken, 1)[place]));
     }
   });
 }

@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The choice among equal ways to sweep: made by the times that are reported, remembered as text.
-#include <gtest/gtest.h>
-
 #include "sweep_tuner.h"
+
+#include <gtest/gtest.h>
 
 namespace dpde {
 namespace {
 
-SweepTuner tuner() { return {{0, 1, 64}, {{&SweepChoice::variant, 1}, {&SweepChoice::variant, 2}, {&SweepChoice::prefetches, 0}, {&SweepChoice::tile, 32}, {&SweepChoice::planes, 2}}}; }
+SweepTuner tuner() {
+  return {{0, 1, 64},
+          {{&SweepChoice::variant, 1},
+           {&SweepChoice::variant, 2},
+           {&SweepChoice::prefetches, 0},
+           {&SweepChoice::tile, 32},
+           {&SweepChoice::planes, 2}}};
+}
 
 /// Runs until the choice is made; every fourth run is disturbed.
 template <class Seconds>
@@ -21,7 +28,10 @@ SweepTuner tuned(const Seconds& seconds) {
 }
 
 TEST(SweepTuner, TakesWhatIsFaster) {
-  const SweepTuner found = tuned([](const SweepChoice& c) { return (c.variant == 2 ? 0.8 : 1.0) * (c.prefetches == 0 ? 0.9 : 1.0) * (c.tile == 32 ? 1.3 : 1.0) * (c.planes == 2 ? 0.7 : 1.0); });
+  const SweepTuner found = tuned([](const SweepChoice& c) {
+    return (c.variant == 2 ? 0.8 : 1.0) * (c.prefetches == 0 ? 0.9 : 1.0) * (c.tile == 32 ? 1.3 : 1.0) *
+           (c.planes == 2 ? 0.7 : 1.0);
+  });
   EXPECT_EQ(found.choice(), (SweepChoice{2, 0, 64, 2}));
   EXPECT_EQ(found.text(), "2 0 64 2");
 }
@@ -41,7 +51,8 @@ TEST(SweepTuner, RemembersByText) {
 }
 
 TEST(SweepTuner, RefusesWhatIsNoChoice) {
-  for (const char* text : {"", "1", "1 0", "0 1 64", "3 1 64 1", "-1 1 64 1", "0 2 64 1", "0 1 65 1", "0 1 64 3", "x 1 64 1", "1e3 1 64 1"}) {
+  for (const char* text : {"", "1", "1 0", "0 1 64", "3 1 64 1", "-1 1 64 1", "0 2 64 1", "0 1 65 1", "0 1 64 3",
+                           "x 1 64 1", "1e3 1 64 1"}) {
     SweepTuner other = tuner();
     EXPECT_FALSE(other.set(text)) << text;
     EXPECT_FALSE(other.is_done());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads that share work: every part once, whatever the sizes, from within, from several callers, and with exceptions.
+// The threads that share work: every part once, whatever the sizes, from within, from several callers, and with
+// exceptions.
 #include "dpde/runtime/team.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +113,9 @@ TEST(Team, WorkWithinWorkAndCallersAtOnce) {
   const Team team(3);
   std::atomic<std::int64_t> sum{0};
   const auto nested = [&] {
-    team.run(6, [&](std::int64_t outer, int) { team.run(5, [&, outer](std::int64_t inner, int) { sum += 10 * outer + inner; }); });
+    team.run(6, [&](std::int64_t outer, int) {
+      team.run(5, [&, outer](std::int64_t inner, int) { sum += 10 * outer + inner; });
+    });
   };
   nested();
   EXPECT_EQ(sum, 5 * 150 + 6 * 10);

@@ -56,9 +56,12 @@ class TestProgram {
     for (const std::string& field : fields) link(DPDE_LINK_FIELD, field, DPDE_LINK_FIELD, field + "_bar");
   }
   void bar_of_loss() { link(DPDE_LINK_SUM, "loss", DPDE_LINK_PARAM, "loss_bar"); }
-  void swap(const std::string& state, const std::string& next) { swaps_.push_back({index(fields_, state), index(fields_, next)}); }
+  void swap(const std::string& state, const std::string& next) {
+    swaps_.push_back({index(fields_, state), index(fields_, next)});
+  }
 
-  dpde_fill fill_of(const std::string& field, std::array<dpde_boundary, 3> axes = {periodic, periodic, periodic}) const {
+  dpde_fill fill_of(const std::string& field,
+                    std::array<dpde_boundary, 3> axes = {periodic, periodic, periodic}) const {
     return {index(fields_, field), {axes[0], axes[1], axes[2]}};
   }
   void prepare(const dpde_fill& fill) { prepare_.push_back(fill); }
@@ -72,23 +75,32 @@ class TestProgram {
     operation.reduce = {kind, index(fields_, field), index(fields_, result), {over[0], over[1], over[2]}};
     operations_.push_back(operation);
   }
-  void sweep(dpde_row_fn row, const std::vector<StreamOf>& streams, std::vector<dpde_fill> then = {}, const std::vector<std::string>& sums = {},
-             std::array<int64_t, 3> grow = {}, bool serial = false, const std::vector<std::string>& grids = {}) {
+  void sweep(dpde_row_fn row, const std::vector<StreamOf>& streams, std::vector<dpde_fill> then = {},
+             const std::vector<std::string>& sums = {}, std::array<int64_t, 3> grow = {}, bool serial = false,
+             const std::vector<std::string>& grids = {}) {
     std::vector<dpde_stream>& table = streams_.emplace_back();
-    for (const StreamOf& stream : streams) table.push_back({index(fields_, stream.field), {stream.x, stream.y, stream.z}, 0});
+    for (const StreamOf& stream : streams)
+      table.push_back({index(fields_, stream.field), {stream.x, stream.y, stream.z}, 0});
     std::vector<int>& sum_table = indices_.emplace_back();
     for (const std::string& sum : sums) sum_table.push_back(index(sums_, sum));
     std::vector<int>& grid_table = indices_.emplace_back();
     for (const std::string& grid : grids) grid_table.push_back(index(fields_, grid));
-    kernels_.push_back({"kernel", row, static_cast<int>(table.size()), table.data(), static_cast<int>(grid_table.size()), grid_table.data(),
-                        static_cast<int>(sum_table.size()), sum_table.data()});
+    kernels_.push_back({"kernel", row, static_cast<int>(table.size()), table.data(),
+                        static_cast<int>(grid_table.size()), grid_table.data(), static_cast<int>(sum_table.size()),
+                        sum_table.data()});
     const std::vector<dpde_fill>& then_table = thens_.emplace_back(std::move(then));
-    operations_.push_back({DPDE_SWEEP, {}, static_cast<int>(kernels_.size()) - 1, {grow[0], grow[1], grow[2]}, serial ? 1 : 0,
-                           static_cast<int>(then_table.size()), then_table.data()});
+    operations_.push_back({DPDE_SWEEP,
+                           {},
+                           static_cast<int>(kernels_.size()) - 1,
+                           {grow[0], grow[1], grow[2]},
+                           serial ? 1 : 0,
+                           static_cast<int>(then_table.size()),
+                           then_table.data()});
   }
 
   const dpde_program& table() {
-    for (const auto& [names, pointers] : {std::pair{&fields_, &field_names_}, {&params_, &param_names_}, {&sums_, &sum_names_}}) {
+    for (const auto& [names, pointers] :
+         {std::pair{&fields_, &field_names_}, {&params_, &param_names_}, {&sums_, &sum_names_}}) {
       pointers->clear();
       for (const std::string& name : *names) pointers->push_back(name.c_str());
     }

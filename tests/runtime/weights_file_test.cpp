@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of weights: bytes as their formats prescribe them, bytes as nobody should write them, and arrays that do not fit a network.
+// Files of weights: bytes as their formats prescribe them, bytes as nobody should write them, and arrays that do not
+// fit a network.
 #include "dpde/runtime/weights_file.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +34,9 @@ std::string raw(std::initializer_list<Number> values) {
   return bytes;
 }
 
-std::string safetensors(const std::string& header, const std::string& data) { return little(header.size(), 8) + header + data; }
+std::string safetensors(const std::string& header, const std::string& data) {
+  return little(header.size(), 8) + header + data;
+}
 
 std::string message(const std::function<void()>& call) {
   try {
@@ -51,12 +54,14 @@ std::string message_of(const std::string& bytes, const std::string& name) {
 
 /// One entry of a zip archive, its list behind it. `crc` as a known program says it.
 std::string zip_of(const std::string& name, const std::string& content, uint32_t crc, int method = 0) {
-  const std::string common = little(20, 2) + little(0, 2) + little(static_cast<uint64_t>(method), 2) + little(0, 2) + little(0x21, 2) + little(crc, 4) +
-                             little(content.size(), 4) + little(content.size(), 4) + little(name.size(), 2);
+  const std::string common = little(20, 2) + little(0, 2) + little(static_cast<uint64_t>(method), 2) + little(0, 2) +
+                             little(0x21, 2) + little(crc, 4) + little(content.size(), 4) + little(content.size(), 4) +
+                             little(name.size(), 2);
   // NumPy's local headers have an extra field, the list has none.
   const std::string local = "PK\x03\x04" + common + little(4, 2) + name + std::string("\x01\x00\x00\x00", 4) + content;
   const std::string list = "PK\x01\x02" + little(20, 2) + common + little(0, 2) + little(0, 10) + little(0, 4) + name;
-  return local + list + "PK\x05\x06" + little(0, 4) + little(1, 2) + little(1, 2) + little(list.size(), 4) + little(local.size(), 4) + little(0, 2);
+  return local + list + "PK\x05\x06" + little(0, 4) + little(1, 2) + little(1, 2) + little(list.size(), 4) +
+         little(local.size(), 4) + little(0, 2);
 }
 
 struct TempFolder {
@@ -66,8 +71,10 @@ struct TempFolder {
 };
 
 TEST(WeightsFile, ReadsSafetensors) {
-  const std::string header = R"({"__metadata__": {"format": "pt"}, "a.weight":{"dtype":"F32","shape":[2,1],"data_offsets":[0,8]}, "b\"x" : {"shape" : [], "dtype":"F64","data_offsets":[8,16]}} )";
-  const std::vector<NamedArray> arrays = parse_weights(safetensors(header, raw<float>({1.5F, -2}) + raw<double>({0.1})), "w.safetensors");
+  const std::string header =
+      R"({"__metadata__": {"format": "pt"}, "a.weight":{"dtype":"F32","shape":[2,1],"data_offsets":[0,8]}, "b\"x" : {"shape" : [], "dtype":"F64","data_offsets":[8,16]}} )";
+  const std::vector<NamedArray> arrays =
+      parse_weights(safetensors(header, raw<float>({1.5F, -2}) + raw<double>({0.1})), "w.safetensors");
   ASSERT_EQ(arrays.size(), 2U);
   EXPECT_EQ(arrays[0].name, "a.weight");
   EXPECT_EQ(arrays[0].shape, (std::vector<int64_t>{2, 1}));
@@ -79,21 +86,39 @@ TEST(WeightsFile, ReadsSafetensors) {
 
 TEST(WeightsFile, SafetensorsThatAreNone) {
   const std::string file = "w.safetensors";
-  const auto entry = [](const std::string& text, const std::string& data) { return safetensors("{\"a\":{" + text + "}}", data); };
+  const auto entry = [](const std::string& text, const std::string& data) {
+    return safetensors("{\"a\":{" + text + "}}", data);
+  };
   EXPECT_EQ(message_of("abc", file), "w.safetensors is not a usable .safetensors file: it ends before its header");
-  EXPECT_EQ(message_of(little(100, 8) + "{}", file), "w.safetensors is not a usable .safetensors file: it ends inside its header");
-  EXPECT_EQ(message_of(little(~0ULL, 8), file), "w.safetensors is not a usable .safetensors file: it ends inside its header");
+  EXPECT_EQ(message_of(little(100, 8) + "{}", file),
+            "w.safetensors is not a usable .safetensors file: it ends inside its header");
+  EXPECT_EQ(message_of(little(~0ULL, 8), file),
+            "w.safetensors is not a usable .safetensors file: it ends inside its header");
   EXPECT_NE(message_of(safetensors("[]", ""), file).find("its header lacks a '{'"), std::string::npos);
   EXPECT_NE(message_of(safetensors("{\"a\":{", ""), file).find("its header lacks a '\"'"), std::string::npos);
-  EXPECT_NE(message_of(entry(R"("dtype":"BF16","shape":[1],"data_offsets":[0,2])", "ab"), file).find("of a are of type BF16; F32 and F64"), std::string::npos);
-  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[2],"data_offsets":[0,8])", raw<float>({1})), file).find("a ends at byte 8 of 4: the file was cut off"), std::string::npos);
-  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[3],"data_offsets":[0,8])", raw<float>({1, 2})), file).find("8 bytes of a do not fit its shape (3)"), std::string::npos);
-  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[4611686018427387904,4],"data_offsets":[0,0])", ""), file).find("the shape of a is too large"), std::string::npos);
-  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[-1],"data_offsets":[0,0])", ""), file).find("a list that is none of sizes"), std::string::npos);
+  EXPECT_NE(message_of(entry(R"("dtype":"BF16","shape":[1],"data_offsets":[0,2])", "ab"), file)
+                .find("of a are of type BF16; F32 and F64"),
+            std::string::npos);
+  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[2],"data_offsets":[0,8])", raw<float>({1})), file)
+                .find("a ends at byte 8 of 4: the file was cut off"),
+            std::string::npos);
+  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[3],"data_offsets":[0,8])", raw<float>({1, 2})), file)
+                .find("8 bytes of a do not fit its shape (3)"),
+            std::string::npos);
+  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[4611686018427387904,4],"data_offsets":[0,0])", ""), file)
+                .find("the shape of a is too large"),
+            std::string::npos);
+  EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[-1],"data_offsets":[0,0])", ""), file)
+                .find("a list that is none of sizes"),
+            std::string::npos);
   EXPECT_NE(message_of(entry(R"("dtype":"F32","shape":[1])", ""), file).find("no data_offsets"), std::string::npos);
   const auto two = [](int first, int second, int count) {
-    const auto one = [](const std::string& name, int begin) { return "\"" + name + R"(":{"dtype":"F32","shape":[1],"data_offsets":[)" + std::to_string(begin) + "," + std::to_string(begin + 4) + "]}"; };
-    return safetensors("{" + one("a", first) + "," + one("b", second) + "}", std::string(static_cast<std::size_t>(count), '\0'));
+    const auto one = [](const std::string& name, int begin) {
+      return "\"" + name + R"(":{"dtype":"F32","shape":[1],"data_offsets":[)" + std::to_string(begin) + "," +
+             std::to_string(begin + 4) + "]}";
+    };
+    return safetensors("{" + one("a", first) + "," + one("b", second) + "}",
+                       std::string(static_cast<std::size_t>(count), '\0'));
   };
   EXPECT_EQ(message_of(two(0, 4, 8), file), "");
   EXPECT_EQ(message_of(two(4, 0, 8), file), "");
@@ -113,18 +138,24 @@ TEST(WeightsFile, ReadsNpzAsNumpyWritesIt) {
 }
 
 TEST(WeightsFile, NpzThatAreNone) {
-  const std::string npy = compose_npy(std::vector<int64_t>{2}, std::vector<double>{1, 2}), good = zip_of("a.npy", npy, 0xbfaa5b64);
+  const std::string npy = compose_npy(std::vector<int64_t>{2}, std::vector<double>{1, 2}),
+                    good = zip_of("a.npy", npy, 0xbfaa5b64);
   EXPECT_NE(message_of("abc", "w.npz").find("does not begin with the bytes of a zip archive"), std::string::npos);
   EXPECT_NE(message_of(good.substr(0, 150), "w.npz").find("its list of arrays is not there"), std::string::npos);
-  EXPECT_NE(message_of(zip_of("a.npy", npy, 1), "w.npz").find("a.npy is damaged: its checksum is another one"), std::string::npos);
-  EXPECT_NE(message_of(zip_of("a.npy", npy, 0xbfaa5b64, 8), "w.npz").find("a.npy is compressed; write it with numpy.savez"), std::string::npos);
-  EXPECT_NE(message_of(zip_of("a.txt", npy, 0xbfaa5b64), "w.npz").find("it holds a.txt, which is no .npy"), std::string::npos);
+  EXPECT_NE(message_of(zip_of("a.npy", npy, 1), "w.npz").find("a.npy is damaged: its checksum is another one"),
+            std::string::npos);
+  EXPECT_NE(
+      message_of(zip_of("a.npy", npy, 0xbfaa5b64, 8), "w.npz").find("a.npy is compressed; write it with numpy.savez"),
+      std::string::npos);
+  EXPECT_NE(message_of(zip_of("a.txt", npy, 0xbfaa5b64), "w.npz").find("it holds a.txt, which is no .npy"),
+            std::string::npos);
   for (std::size_t at = 0; at < good.size(); ++at) {  // nothing crashes; whatever is read is what was written
     for (const char flip : {'\x01', '\xff'}) {
       std::string bad = good;
       bad[at] = static_cast<char>(bad[at] ^ flip);
       message([&] {
-        for (const NamedArray& array : parse_weights(bad, "w.npz")) EXPECT_EQ(array.values, (std::vector<double>{1, 2})) << at;
+        for (const NamedArray& array : parse_weights(bad, "w.npz"))
+          EXPECT_EQ(array.values, (std::vector<double>{1, 2})) << at;
       });
     }
   }
@@ -135,20 +166,24 @@ std::string npz_of_one_array_many_times(const std::string& good, int count) {
   const std::size_t list = good.find("PK\x01\x02"), end = good.find("PK\x05\x06");
   std::string entries;
   for (int i = 0; i < count; ++i) entries += good.substr(list, end - list);
-  return good.substr(0, list) + entries + "PK\x05\x06" + little(0, 4) + little(static_cast<uint64_t>(count), 2) + little(static_cast<uint64_t>(count), 2) +
-         little(entries.size(), 4) + little(list, 4) + little(0, 2);
+  return good.substr(0, list) + entries + "PK\x05\x06" + little(0, 4) + little(static_cast<uint64_t>(count), 2) +
+         little(static_cast<uint64_t>(count), 2) + little(entries.size(), 4) + little(list, 4) + little(0, 2);
 }
 
 TEST(WeightsFile, NpzEntriesShareNoBytes) {
-  const std::string npy = compose_npy(std::vector<int64_t>{2}, std::vector<double>{1, 2}), good = zip_of("a.npy", npy, 0xbfaa5b64);
+  const std::string npy = compose_npy(std::vector<int64_t>{2}, std::vector<double>{1, 2}),
+                    good = zip_of("a.npy", npy, 0xbfaa5b64);
   EXPECT_EQ(message_of(npz_of_one_array_many_times(good, 1), "w.npz"), "");
-  EXPECT_EQ(message_of(npz_of_one_array_many_times(good, 3), "w.npz"), "w.npz is not a usable .npz file: some of its 3 entries share their bytes");
+  EXPECT_EQ(message_of(npz_of_one_array_many_times(good, 3), "w.npz"),
+            "w.npz is not a usable .npz file: some of its 3 entries share their bytes");
 }
 
 /// The sharing is found before the arrays are made: 4000 of 64 KiB would take 256 MiB.
 TEST(WeightsFile, SafetensorsThatShareBytesTakeNoMemory) {
   std::string header = "{";
-  for (int i = 0; i < 4000; ++i) header += (i > 0 ? "," : "") + ("\"n" + std::to_string(i)) + R"(":{"dtype":"F64","shape":[8192],"data_offsets":[0,65536]})";
+  for (int i = 0; i < 4000; ++i)
+    header += (i > 0 ? "," : "") + ("\"n" + std::to_string(i)) +
+              R"(":{"dtype":"F64","shape":[8192],"data_offsets":[0,65536]})";
   const std::string bytes = safetensors(header + "}", std::string(65536, '\0'));
   const auto peak = [] {
     rusage usage{};
@@ -162,7 +197,8 @@ TEST(WeightsFile, SafetensorsThatShareBytesTakeNoMemory) {
 
 TEST(WeightsFile, WrittenAndReadAgain) {
   const TempFolder folder;
-  const std::vector<NamedArray> arrays{{"n.v1.weight", {2, 1, 3}, {1, 2, 3, 0.1, -5, 1e300}}, {"n.v1.bias", {2}, {0.5, -0.25}}, {"empty", {0, 3}, {}}};
+  const std::vector<NamedArray> arrays{
+      {"n.v1.weight", {2, 1, 3}, {1, 2, 3, 0.1, -5, 1e300}}, {"n.v1.bias", {2}, {0.5, -0.25}}, {"empty", {0, 3}, {}}};
   for (const char* name : {"w.safetensors", "w.npz"}) {
     write_weights(folder.path / name, arrays);
     const std::vector<NamedArray> read = read_weights(folder.path / name);
@@ -175,8 +211,14 @@ TEST(WeightsFile, WrittenAndReadAgain) {
     write_weights(folder.path / name, std::span(arrays).subspan(1, 1), true);
     EXPECT_EQ(read_weights(folder.path / name)[0].values, arrays[1].values);
   }
-  EXPECT_NE(message([&] { write_weights(folder.path / "w.bin", arrays); }).find("ends neither with .safetensors nor with .npz"), std::string::npos);
-  EXPECT_NE(message([&] { write_weights(folder.path / "w.npz", std::vector<NamedArray>{{"a", {3}, {1}}}); }).find("1 values of a do not have the shape (3)"), std::string::npos);
+  EXPECT_NE(message([&] {
+              write_weights(folder.path / "w.bin", arrays);
+            }).find("ends neither with .safetensors nor with .npz"),
+            std::string::npos);
+  EXPECT_NE(message([&] {
+              write_weights(folder.path / "w.npz", std::vector<NamedArray>{{"a", {3}, {1}}});
+            }).find("1 values of a do not have the shape (3)"),
+            std::string::npos);
   EXPECT_NE(message([&] { read_weights(folder.path / "none.npz"); }).find("none.npz: No such file"), std::string::npos);
 }
 
@@ -236,11 +278,19 @@ TEST(WeightsFile, ArraysOfAnotherNetwork) {
     return message([&] { weights_of(small.network, arrays, "w.npz"); });
   };
   EXPECT_EQ(wrong([](auto& arrays) { arrays.erase(arrays.begin() + 1); }),
-            "w.npz is not a usable file of weights: network net needs an array net.v1.bias; it has net.v1.weight, net.v3.weight");
-  EXPECT_EQ(wrong([](auto& arrays) { arrays[2].shape = {1, 2, 1, 2}; }),
-            "w.npz is not a usable file of weights: net.v3.weight has the shape (1, 2, 1, 2), network net needs (1, 4, 1, 1)");
-  EXPECT_EQ(wrong([](auto& arrays) { arrays[1].values[2] = NAN; }), "w.npz is not a usable file of weights: value 2 of net.v1.bias is nan");
-  EXPECT_NE(wrong([](auto& arrays) { arrays.push_back({"net.v5.bias", {1}, {0}}); }).find("they are the weights of another network"), std::string::npos);
+            "w.npz is not a usable file of weights: network net needs an array net.v1.bias; it has net.v1.weight, "
+            "net.v3.weight");
+  EXPECT_EQ(wrong([](auto& arrays) {
+              arrays[2].shape = {1, 2, 1, 2};
+            }),
+            "w.npz is not a usable file of weights: net.v3.weight has the shape (1, 2, 1, 2), network net needs (1, 4, "
+            "1, 1)");
+  EXPECT_EQ(wrong([](auto& arrays) { arrays[1].values[2] = NAN; }),
+            "w.npz is not a usable file of weights: value 2 of net.v1.bias is nan");
+  EXPECT_NE(wrong([](auto& arrays) {
+              arrays.push_back({"net.v5.bias", {1}, {0}});
+            }).find("they are the weights of another network"),
+            std::string::npos);
   EXPECT_NE(wrong([](auto& arrays) { arrays.clear(); }).find("it has none"), std::string::npos);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of diagnostic is triggered by something in the tests: a file of its name in tests/diagnostics, or a test that
-// names its code or its kind.
+// Every kind of diagnostic is triggered by something in the tests: a file of its name in tests/diagnostics, or a test
+// that names its code or its kind.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -33,7 +33,8 @@ TEST(Registry, EveryKindIsTriggeredByATest) {
   const std::string sources = test_sources();
   for (const DiagnosticKind& kind : diagnostic_kinds) {
     if (only_by_bugs.contains(kind.name)) continue;
-    const bool has_file = fs::exists(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics" / (std::string(kind.name) + ".dpde"));
+    const bool has_file =
+        fs::exists(fs::path(DPDE_SOURCE_DIR) / "tests/diagnostics" / (std::string(kind.name) + ".dpde"));
     const bool is_named = sources.find(kind.code) != std::string::npos ||
                           sources.find("\"" + std::string(kind.name) + "\"") != std::string::npos;
     EXPECT_TRUE(has_file || is_named) << kind.code << " " << kind.name;

@@ -136,9 +136,10 @@ TEST(ProgramErrors, AxesAndBoundaries) {
   EXPECT_EQ(in_program("fill u x.low = 0; run smooth; keep v"),
             one("E0366 the fill of u says nothing about x.high | u"));
   EXPECT_EQ(in_program("fill u y = 0; run flat; keep w"), one("E0366 the fill of u says nothing about x | u"));
-  EXPECT_EQ(in_program("fill u x = 2*v; run smooth; keep v"),
-            one("E0367 v is a field inside a value of a fill: that is made of params and numbers, or one field alone | v | "
-                "store the values in a field by a kernel, and let the field stand alone"));
+  EXPECT_EQ(
+      in_program("fill u x = 2*v; run smooth; keep v"),
+      one("E0367 v is a field inside a value of a fill: that is made of params and numbers, or one field alone | v | "
+          "store the values in a field by a kernel, and let the field stand alone"));
   EXPECT_EQ(in_program("fill u x = mixed(1, 2); run smooth; keep v").front(),
             "E0352 mixed takes 3 arguments, not 2 | mixed(1, 2)");
   EXPECT_EQ(in_program("fill u x.low = periodic, x.high = 0; run smooth; keep v").front(),

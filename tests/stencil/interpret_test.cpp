@@ -59,13 +59,15 @@ Side on_wall(Side side) {
   return side;
 }
 
-/// u = 1 + 2x + 3x^2 on four cells of 1/2: one-sided differences know its slopes -2 and 14 outwards, and what is set beyond a wall
-/// gives that slope about it. mixed(0, 1, g) is a gradient, and no slope at both walls makes the parabola's neighbours a level.
+/// u = 1 + 2x + 3x^2 on four cells of 1/2: one-sided differences know its slopes -2 and 14 outwards, and what is set
+/// beyond a wall gives that slope about it. mixed(0, 1, g) is a gradient, and no slope at both walls makes the
+/// parabola's neighbours a level.
 TEST(Halo, ConditionsOnWallsHoldThereForAParabola) {
   const auto parabola = [](double x) { return 1 + 2 * x + 3 * x * x; };
   const Params params{{"hx", 0.5}, {"g", -2}};
   for (const Side& low : {Side{SideKind::gradient, param("g")}, Side{SideKind::mixed, param("g"), 0.0, 1.0}}) {
-    for (const Side& high : {Side{SideKind::gradient, 14.0}, Side{SideKind::mixed, 3 * 17.0 + 4 * 14.0, 3.0, 4.0}, Side{SideKind::value, 17.0}}) {
+    for (const Side& high : {Side{SideKind::gradient, 14.0}, Side{SideKind::mixed, 3 * 17.0 + 4 * 14.0, 3.0, 4.0},
+                             Side{SideKind::value, 17.0}}) {
       State state({1, {4, 1, 1}}, 2);
       state.set("u", {parabola(0.5), parabola(1), parabola(1.5), 99});
       apply(state, Fill{"u", {{Topology::bounded, on_wall(low), on_wall(high)}}}, params);
@@ -81,7 +83,8 @@ TEST(Halo, ConditionsOnWallsHoldThereForAParabola) {
   EXPECT_EQ(along_x(level, "u"), (std::vector<double>{2, 2, 2, 2, 2, 2}));
 }
 
-/// Two cells have one value between the walls, one cell none: then the high wall is a value or stays, and low goes from it.
+/// Two cells have one value between the walls, one cell none: then the high wall is a value or stays, and low goes from
+/// it.
 TEST(Halo, ConditionsOnWallsOfOneAndTwoCells) {
   const auto filled = [](std::vector<double> u, const Side& low, const Side& high) {
     State state({1, {static_cast<int>(u.size()), 1, 1}}, 1);
@@ -89,7 +92,8 @@ TEST(Halo, ConditionsOnWallsOfOneAndTwoCells) {
     apply(state, Fill{"u", {{Topology::bounded, on_wall(low), on_wall(high)}}}, {{"hx", 0.5}});
     return along_x(state, "u");
   };
-  const Side slope{SideKind::gradient, -2.0}, rise{SideKind::gradient, 2.0}, value{SideKind::value, 5.0}, robin{SideKind::mixed, 3 * 5.0 + 4 * 2.0, 3.0, 4.0};
+  const Side slope{SideKind::gradient, -2.0}, rise{SideKind::gradient, 2.0}, value{SideKind::value, 5.0},
+      robin{SideKind::mixed, 3 * 5.0 + 4 * 2.0, 3.0, 4.0};
   for (const Side& high : {rise, value, robin}) {  // 3 + 2x
     const std::vector<double> line = filled({4, 99}, slope, high);
     EXPECT_NEAR(line[0], 3, 1e-14);
@@ -115,7 +119,8 @@ TEST(Interpret, FillsByRepeatedReflection) {
   EXPECT_EQ(along_x(state, "u"), (std::vector<double>{-1, -19, -18, 18, 19, 1, 2, 38, 39, 21, 22, 58}));
 }
 
-/// A straight line u = 3 + 2x on cells of 1/2 has u' = -2 outwards at x = 0 and value 5 at x = 1: each kind continues it.
+/// A straight line u = 3 + 2x on cells of 1/2 has u' = -2 outwards at x = 0 and value 5 at x = 1: each kind continues
+/// it.
 TEST(Interpret, GradientAndMixedContinueAStraightLine) {
   const Side slope{SideKind::gradient, param("g")}, robin{SideKind::mixed, 3 * 5.0 + 4 * 2.0, 3.0, 4.0};
   State state({1, {2, 1, 1}}, 2);

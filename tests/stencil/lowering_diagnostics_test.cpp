@@ -26,7 +26,8 @@ std::vector<std::string> complaints(const model::Problem& problem) {
   return texts;
 }
 
-std::vector<std::string> semi_lagrangian(const Expr& rate, model::Advection advect = model::Advection::semi_lagrangian) {
+std::vector<std::string> semi_lagrangian(const Expr& rate,
+                                         model::Advection advect = model::Advection::semi_lagrangian) {
   model::Problem p = problem({state("u", rate), state("v", 0.0)});
   p.scheme.advect = advect;
   p.scheme.advect_order = 1;
@@ -72,7 +73,8 @@ TEST(LoweringDiagnostics, VelocityOfMacCormackBesideAWallThatMoves) {
   p.axes[0].topology = dpde::Topology::bounded;
   EXPECT_EQ(complaints(p), std::vector<std::string>{});
   p.states[1].boundary[0].high.value = param("t");
-  EXPECT_EQ(complaints(p), std::vector<std::string>{"E0311 at 5: a velocity with differences of v, whose walls move, cannot appear in a scene with advect = maccormack"});
+  EXPECT_EQ(complaints(p), std::vector<std::string>{"E0311 at 5: a velocity with differences of v, whose walls move, "
+                                                    "cannot appear in a scene with advect = maccormack"});
 }
 
 }  // namespace

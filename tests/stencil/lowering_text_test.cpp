@@ -200,11 +200,14 @@ TEST(LoweringText, MacCormack) {
   model::Problem p = problem({state("u", -advect({u}, u) + v), state("v", 1.0)}, {4}, 4, Topology::bounded);
   p.scheme.advect = model::Advection::maccormack;
   const dpde::stencil::Module module = lower(p);
-  EXPECT_EQ(print(*module.find_kernel("s_advect")), R"(kernel s_advect(u_mid: field halo 1, u: field, out u_ahead: field, dt, hx: param) {
+  EXPECT_EQ(print(*module.find_kernel("s_advect")),
+            R"(kernel s_advect(u_mid: field halo 1, u: field, out u_ahead: field, dt, hx: param) {
   u_ahead = interp(u_mid, -dt*u/hx)
 }
 )");
-  EXPECT_EQ(print(*module.find_kernel("s_correct")), R"(kernel s_correct(u: field, u_ahead: field halo 1, u_mid: field halo 1, x: field, v_mid: field, out u_next: field, out v_next: field, dt, hx: param) {
+  EXPECT_EQ(
+      print(*module.find_kernel("s_correct")),
+      R"(kernel s_correct(u: field, u_ahead: field halo 1, u_mid: field halo 1, x: field, v_mid: field, out u_next: field, out v_next: field, dt, hx: param) {
   let back_x = -dt*u/hx
   let forth_x = dt*u_ahead/hx
   let u_mid_corner = interp_lx(u_mid, back_x)

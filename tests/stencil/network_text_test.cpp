@@ -20,7 +20,8 @@ Read read(const std::string& text) {
   DiagnosticSink sink;
   Read result{from_ast(ast::parse(source, sink), sink), ""};
   for (const Diagnostic& d : sink.all()) {
-    result.problems += std::to_string(source.locate(d.range.begin).line) + " " + std::string(d.kind->code) + " " + d.message;
+    result.problems +=
+        std::to_string(source.locate(d.range.begin).line) + " " + std::string(d.kind->code) + " " + d.message;
     result.problems += (d.hint.empty() ? "" : " | " + d.hint) + "\n";
   }
   return result;
@@ -59,7 +60,8 @@ TEST(NetworkText, ReadsBack) {
 
 /// Nothing but the network says how many axes there are.
 TEST(NetworkText, TellsTheNumberOfAxes) {
-  const Read two = read(network + "kernel k(c: field, out d: field) { d = 2*c }\nprogram p { apply n(a, b) to c; run k; keep d }\n");
+  const Read two =
+      read(network + "kernel k(c: field, out d: field) { d = 2*c }\nprogram p { apply n(a, b) to c; run k; keep d }\n");
   EXPECT_EQ(two.problems, "");
   EXPECT_EQ(two.module.programs.at(0).axes.size(), 2u);
   EXPECT_EQ(two.module.kernels.at(0).rank, 2);
@@ -68,10 +70,13 @@ TEST(NetworkText, TellsTheNumberOfAxes) {
 }
 
 TEST(NetworkText, SaysWhatDoesNotFit) {
-  const auto problems = [](const std::string& statements) { return read(network + "program p { " + statements + "; keep c }\n").problems; };
+  const auto problems = [](const std::string& statements) {
+    return read(network + "program p { " + statements + "; keep c }\n").problems;
+  };
   EXPECT_EQ(problems("apply m(a, b) to c"), "6 E0318 there is no network called m\n");
   EXPECT_EQ(problems("apply corrector(a, b) to c"), "6 E0318 there is no network called corrector\n");
-  EXPECT_EQ(problems("apply n(a) to c"), "6 E0368 program p applies n, which has 2 inputs and 1 outputs, to other numbers of fields\n");
+  EXPECT_EQ(problems("apply n(a) to c"),
+            "6 E0368 program p applies n, which has 2 inputs and 1 outputs, to other numbers of fields\n");
   EXPECT_EQ(problems("apply n(a, b) to b; apply n(a, b) to c"), "6 E0368 program p applies n to b itself\n");
   EXPECT_EQ(read(network + network).problems, "6 E0359 n is already the name of another network\n");
   EXPECT_EQ(read("network n(u: vector) { conv out, 3 }\nprogram p { apply n(a) to c; keep c }\n").problems,

@@ -23,9 +23,12 @@ struct Outcome {
 };
 
 /// One equation dt(u) = rhs on `axes` axes, of u, a coefficient c and parameters k = 1/3, one = 1.
-Outcome outcome_of(const std::string& operators, const std::string& rhs, int axes = 1, const std::string& more = "", const std::string& scheme = "") {
-  std::string text = operators + "\nmodel m { field u; coefficient c; param k, one; dt(u) = " + rhs + " + 0*c*k*one*u }\nscheme q { time = rk2; " + scheme + " }\nscene s : m with q {\n";
-  const char* const grids[] = {"grid x = 0 .. 2, cells 8, periodic", "grid y = -1 .. 2, cells 8, periodic", "grid z = 0 .. 1, cells 8, periodic"};
+Outcome outcome_of(const std::string& operators, const std::string& rhs, int axes = 1, const std::string& more = "",
+                   const std::string& scheme = "") {
+  std::string text = operators + "\nmodel m { field u; coefficient c; param k, one; dt(u) = " + rhs +
+                     " + 0*c*k*one*u }\nscheme q { time = rk2; " + scheme + " }\nscene s : m with q {\n";
+  const char* const grids[] = {"grid x = 0 .. 2, cells 8, periodic", "grid y = -1 .. 2, cells 8, periodic",
+                               "grid z = 0 .. 1, cells 8, periodic"};
   for (int axis = 0; axis < axes; ++axis) text += std::string("  ") + grids[axis] + (axis == 0 ? more : "") + "\n";
   text += "  k = 1/3\n  one = 1\n  c = 1 + x\n  initial u = x\n  time 0 .. 1, step 1/4\n}\n";
   const SourceFile source("m.dpde", text);
@@ -35,13 +38,16 @@ Outcome outcome_of(const std::string& operators, const std::string& rhs, int axe
   Outcome outcome;
   if (problem) from_model(*problem, program_names(*problem), sink);
   for (const Diagnostic& d : sink.all()) {
-    outcome.complaints += fmt::format("{} at {}: {}\n", d.kind->code, d.range.is_known() ? text.substr(d.range.begin, d.range.end - d.range.begin) : "", d.message);
+    outcome.complaints +=
+        fmt::format("{} at {}: {}\n", d.kind->code,
+                    d.range.is_known() ? text.substr(d.range.begin, d.range.end - d.range.begin) : "", d.message);
     if (d.kind->code == "E0557" || d.kind->code == "W0501") {
       EXPECT_FALSE(d.hint.empty());
     }
   }
   if (!problem) return outcome;
-  for (const model::StatedOrder& stated : problem->operators) outcome.measured.push_back(measure_order(*problem, stated));
+  for (const model::StatedOrder& stated : problem->operators)
+    outcome.measured.push_back(measure_order(*problem, stated));
   return outcome;
 }
 
@@ -59,51 +65,80 @@ TEST(OperatorOrder, OfPublishedFormulas) {
   EXPECT_EQ(found("operator f(u) order 1 = (u - u[-1])/hx", "f(u)"), 1);
   EXPECT_EQ(found("operator f(u) order 2 = (u[+1] - u[-1])/(2*hx)", "f(u)"), 2);
   EXPECT_EQ(found("operator f(u) order 4 = (u[-2] - 8*u[-1] + 8*u[+1] - u[+2])/(12*hx)", "f(u)"), 4);
-  EXPECT_EQ(found("operator f(u) order 6 = (2*u[-3] - 27*u[-2] + 270*u[-1] - 490*u + 270*u[+1] - 27*u[+2] + 2*u[+3])/(180*hx^2)", "f(u)"), 6);
-  EXPECT_EQ(found("operator f(u) order 8 = 4/5*(u[+1] - u[-1])/hx - 1/5*(u[+2] - u[-2])/hx + 4/105*(u[+3] - u[-3])/hx - 1/280*(u[+4] - u[-4])/hx", "f(u)"), 8);
+  EXPECT_EQ(found("operator f(u) order 6 = (2*u[-3] - 27*u[-2] + 270*u[-1] - 490*u + 270*u[+1] - 27*u[+2] + "
+                  "2*u[+3])/(180*hx^2)",
+                  "f(u)"),
+            6);
+  EXPECT_EQ(found("operator f(u) order 8 = 4/5*(u[+1] - u[-1])/hx - 1/5*(u[+2] - u[-2])/hx + 4/105*(u[+3] - u[-3])/hx "
+                  "- 1/280*(u[+4] - u[-4])/hx",
+                  "f(u)"),
+            8);
   EXPECT_EQ(found("operator f(u) order 2 = (u[+2] - 2*u[+1] + 2*u[-1] - u[-2])/(2*hx^3)", "f(u)"), 2);
   EXPECT_EQ(found("operator f(u) order 2 = (u[+1] + u[-1])/2", "f(u)"), 2);
   EXPECT_EQ(found("operator f(u) order 7 = u^2 + sin(u)", "f(u)"), 100);
-  EXPECT_EQ(found("operator f(u) order 2 = (u[+1, 0, 0] - 2*u + u[-1, 0, 0])/hx^2 + (u[0, +1, 0] - 2*u + u[0, -1, 0])/hy^2 + (u[0, 0, +1] - u[0, 0, -1])/(2*hz)", "f(u)", 3), 2);
+  EXPECT_EQ(found("operator f(u) order 2 = (u[+1, 0, 0] - 2*u + u[-1, 0, 0])/hx^2 + (u[0, +1, 0] - 2*u + u[0, -1, "
+                  "0])/hy^2 + (u[0, 0, +1] - u[0, 0, -1])/(2*hz)",
+                  "f(u)", 3),
+            2);
   EXPECT_EQ(found("operator f(u) order 1 = (u[+1, 0] - 2*u + u[-1, 0])/hx^2 + (u[0, +1] - u)/hy", "f(u)", 2), 1);
 }
 
 TEST(OperatorOrder, OfNonlinearOperatorsAndOfCoefficients) {
-  EXPECT_EQ(found("operator f(u, c) order 2 = ((c[+1] + c)*(u[+1] - u) - (c + c[-1])*(u - u[-1]))/(2*hx^2)", "f(u, c)"), 2);
+  EXPECT_EQ(found("operator f(u, c) order 2 = ((c[+1] + c)*(u[+1] - u) - (c + c[-1])*(u - u[-1]))/(2*hx^2)", "f(u, c)"),
+            2);
   EXPECT_EQ(found("operator f(u, c) order 1 = (c[+1]*(u[+1] - u) - c*(u - u[-1]))/hx^2", "f(u, c)"), 1);
   EXPECT_EQ(found("operator f(u) order 2 = (u[+1]^2 - u[-1]^2)/(4*hx)", "f(u)"), 2);
   EXPECT_EQ(found("operator f(v, u) order 1 = max(v, 0)*(u - u[-1])/hx + min(v, 0)*(u[+1] - u)/hx", "f(u, u)"), 1);
   EXPECT_EQ(found("operator f(u) order 1 = if(u > 0, (u - u[-1])/hx, (u[+1] - u)/hx)", "f(u)"), 1);
   // the mean of the slopes of both sides where they have one sign: of order 2 away from extrema
-  EXPECT_EQ(found("operator f(u) order 2 = if((u[+1] - u)*(u - u[-1]) > 0, 2*(u[+1] - u)*(u - u[-1])/((u[+1] - u[-1])*hx), 0)", "f(u)"), 2);
-  EXPECT_EQ(found("operator f(u) order 1 = log(exp(u[+1]) + 1) - 2*sqrt(1 + u^2) + tanh(u[-1]) + atan(u)*sinh(u)/cosh(u[+1] + u[-1] - 2*u)", "f(u)"), 1);
+  EXPECT_EQ(
+      found(
+          "operator f(u) order 2 = if((u[+1] - u)*(u - u[-1]) > 0, 2*(u[+1] - u)*(u - u[-1])/((u[+1] - u[-1])*hx), 0)",
+          "f(u)"),
+      2);
+  EXPECT_EQ(found("operator f(u) order 1 = log(exp(u[+1]) + 1) - 2*sqrt(1 + u^2) + tanh(u[-1]) + "
+                  "atan(u)*sinh(u)/cosh(u[+1] + u[-1] - 2*u)",
+                  "f(u)"),
+            1);
 }
 
 TEST(OperatorOrder, OfWhatItIsGiven) {
-  const std::string muscl = "operator f(u, k) order 3 = (u - u[-1] + (1 - k)/4*(u - 2*u[-1] + u[-2]) + (1 + k)/4*(u[+1] - 2*u + u[-1]))/hx";
+  const std::string muscl =
+      "operator f(u, k) order 3 = (u - u[-1] + (1 - k)/4*(u - 2*u[-1] + u[-2]) + (1 + k)/4*(u[+1] - 2*u + u[-1]))/hx";
   EXPECT_EQ(found(muscl, "f(u, k)"), 3);  // the third-order member, k = 1/3
   const Outcome other = outcome_of(muscl, "f(u, 0.5*one)");
   EXPECT_EQ(other.complaints, "E0557 at f: operator f is stated to be of order 3, but its error goes as h^2\n");
   EXPECT_EQ(found("operator f(u) order 2 = dx(u)*u", "f(u)"), 2);
   EXPECT_EQ(found("operator f(u) order 4 = dx(u)*u + lap(u)", "f(u)", 1, "dx = central(4); lap = central(4)"), 4);
-  EXPECT_EQ(found("operator f(v) order 2 = (v.x[+1, 0] - v.x[-1, 0])/(2*hx) + (v.y[0, +1] - v.y[0, -1])/(2*hy)", "f((u, c))", 2), 2);
+  EXPECT_EQ(found("operator f(v) order 2 = (v.x[+1, 0] - v.x[-1, 0])/(2*hx) + (v.y[0, +1] - v.y[0, -1])/(2*hy)",
+                  "f((u, c))", 2),
+            2);
 }
 
 TEST(OperatorOrder, LessThanStatedIsAnError) {
-  EXPECT_EQ(outcome_of("operator wind(u) order 2 = (u - u[-1])/hx", "wind(u)").complaints, "E0557 at wind: operator wind is stated to be of order 2, but its error goes as h\n");
-  EXPECT_EQ(outcome_of("operator slope(u) order 4 = (u[-2] - 9*u[-1] + 9*u[+1] - u[+2])/(12*hx)", "slope(u)").complaints,
-            "E0557 at slope: operator slope is stated to be of order 4, but its error goes as h^2\n");
+  EXPECT_EQ(outcome_of("operator wind(u) order 2 = (u - u[-1])/hx", "wind(u)").complaints,
+            "E0557 at wind: operator wind is stated to be of order 2, but its error goes as h\n");
+  EXPECT_EQ(
+      outcome_of("operator slope(u) order 4 = (u[-2] - 9*u[-1] + 9*u[+1] - u[+2])/(12*hx)", "slope(u)").complaints,
+      "E0557 at slope: operator slope is stated to be of order 4, but its error goes as h^2\n");
   EXPECT_EQ(outcome_of("operator bend(u) order 4 = (u[-2] - 9*u[-1] + 8*u[+1] - u[+2])/(12*hx)", "bend(u)").complaints,
-            "E0557 at bend: operator bend is stated to be of order 4, but what it gives grows as 1/h when the cells get smaller\n");
+            "E0557 at bend: operator bend is stated to be of order 4, but what it gives grows as 1/h when the cells "
+            "get smaller\n");
   EXPECT_EQ(outcome_of("operator twice(u) order 2 = (u[+1] - 2*u[-1] + u)/hx^2", "twice(u)").complaints,
-            "E0557 at twice: operator twice is stated to be of order 2, but what it gives grows as 1/h when the cells get smaller\n");
-  EXPECT_EQ(outcome_of("operator third(u) order 3 = 0.333*(u[+1] - u[-1])/hx + 0.167*(u[+1] - u[-1])/hx", "third(u)").complaints,
+            "E0557 at twice: operator twice is stated to be of order 2, but what it gives grows as 1/h when the cells "
+            "get smaller\n");
+  EXPECT_EQ(outcome_of("operator third(u) order 3 = 0.333*(u[+1] - u[-1])/hx + 0.167*(u[+1] - u[-1])/hx", "third(u)")
+                .complaints,
             "E0557 at third: operator third is stated to be of order 3, but its error goes as h^2\n");
 }
 
 TEST(OperatorOrder, MoreThanStatedIsAWarning) {
-  EXPECT_EQ(outcome_of("operator slope(u) order 1 = (u[+1] - u[-1])/(2*hx)", "slope(u)").complaints, "W0501 at slope: operator slope is stated to be of order 1, but has order 2\n");
-  EXPECT_EQ(outcome_of("operator theta(u, k) order 1 = (k*(u[+1] - u) + (1 - k)*(u - u[-1]))/hx", "theta(u, 3/2*k) + theta(u, k)").complaints, "");
+  EXPECT_EQ(outcome_of("operator slope(u) order 1 = (u[+1] - u[-1])/(2*hx)", "slope(u)").complaints,
+            "W0501 at slope: operator slope is stated to be of order 1, but has order 2\n");
+  EXPECT_EQ(outcome_of("operator theta(u, k) order 1 = (k*(u[+1] - u) + (1 - k)*(u - u[-1]))/hx",
+                       "theta(u, 3/2*k) + theta(u, k)")
+                .complaints,
+            "");
   EXPECT_EQ(outcome_of("operator any(u) order 0 = (u[+1] - 2*u[-1] + u)/hx^2", "any(u)").complaints, "");
 }
 
@@ -114,13 +149,16 @@ TEST(OperatorOrder, WhatIsNotMeasuredSaysWhy) {
     return outcome.measured.empty() ? "" : outcome.measured[0].why;
   };
   EXPECT_EQ(why("operator f(u) order 2 = (u[+1] - mean(u))/hx", "f(u)"), "it holds a reduction");
-  EXPECT_EQ(why("operator f(u) order 2 = log(-u^2 - 1)*(u[+1] - u)", "f(u)"), "it has no smooth value for the fields that were tried");
-  EXPECT_EQ(why("operator f(u) order 2 = sqrt(u[+1] - u)", "f(u)"), "it has no smooth value for the fields that were tried");
+  EXPECT_EQ(why("operator f(u) order 2 = log(-u^2 - 1)*(u[+1] - u)", "f(u)"),
+            "it has no smooth value for the fields that were tried");
+  EXPECT_EQ(why("operator f(u) order 2 = sqrt(u[+1] - u)", "f(u)"),
+            "it has no smooth value for the fields that were tried");
 }
 
 /// On a stretched axis neighbours are those of the uniform coordinate.
 TEST(OperatorOrder, OnAStretchedAxis) {
-  const Outcome outcome = outcome_of("operator f(u) order 2 = u[+1] - 2*u + u[-1] + dx(u)", "f(u)", 1, ", stretched x + 0.1*sin(pi*x)");
+  const Outcome outcome =
+      outcome_of("operator f(u) order 2 = u[+1] - 2*u + u[-1] + dx(u)", "f(u)", 1, ", stretched x + 0.1*sin(pi*x)");
   EXPECT_EQ(outcome.complaints, "");
   ASSERT_EQ(outcome.measured.size(), 1u);
   EXPECT_EQ(outcome.measured[0].order, 2);
@@ -128,7 +166,9 @@ TEST(OperatorOrder, OnAStretchedAxis) {
 
 // ---- series --------------------------------------------------------------------------------------------------------
 
-double coefficient(const Laurent& s, int power) { return power < s.low ? 0 : s.terms.at(static_cast<std::size_t>(power - s.low)).value; }
+double coefficient(const Laurent& s, int power) {
+  return power < s.low ? 0 : s.terms.at(static_cast<std::size_t>(power - s.low)).value;
+}
 
 TEST(Laurent, FunctionsHaveTheirTaylorCoefficients) {
   const Laurent h = monomial(1, 1), one = monomial(1);

@@ -9,10 +9,12 @@
 namespace dpde::stencil {
 namespace {
 
-const std::string jacobi = "kernel jacobi(u: field halo 1, b: field, out v: field, c: param) { v = (c*(u[-1] + u[+1]) + b)/(1 + 2*c) }\n";
+const std::string jacobi =
+    "kernel jacobi(u: field halo 1, b: field, out v: field, c: param) { v = (c*(u[-1] + u[+1]) + b)/(1 + 2*c) }\n";
 
 TEST(Repeat, IsWrittenOutPassByPass) {
-  const Module module = module_of(jacobi + "program p {\n  repeat 3 {\n    fill u periodic\n    run jacobi\n    swap u, v\n  }\n}\n");
+  const Module module =
+      module_of(jacobi + "program p {\n  repeat 3 {\n    fill u periodic\n    run jacobi\n    swap u, v\n  }\n}\n");
   const std::string text = R"(kernel jacobi(u: field halo 1, b: field, out v: field, c: param) {
   v = (c*(u[-1] + u[+1]) + b)/(1 + 2*c)
 }
@@ -40,7 +42,8 @@ program p {
 }
 
 /// The interpreter's results of two texts, for random states on small grids.
-void expect_same_meaning(const std::string& repeated, const std::string& by_hand, const std::vector<std::string>& fields) {
+void expect_same_meaning(const std::string& repeated, const std::string& by_hand,
+                         const std::vector<std::string>& fields) {
   const Module a = module_of(repeated), b = module_of(by_hand);
   for (int n = 1; n <= 5; ++n) {
     const Grid grid{1, {n, 1, 1}};
@@ -59,23 +62,29 @@ void expect_same_meaning(const std::string& repeated, const std::string& by_hand
 
 TEST(Repeat, MeansWhatAPersonWouldHaveWritten) {
   const std::string sweeps =
-      "kernel one(u: field, w: field halo 1, out v: field, sum e: param, c: param) { v = u + c*(w[-1] + w[+1]); e += w^2 }\n"
+      "kernel one(u: field, w: field halo 1, out v: field, sum e: param, c: param) { v = u + c*(w[-1] + w[+1]); e += "
+      "w^2 }\n"
       "kernel start(u: field, out w: field) { w = 2*u }\n";
   expect_same_meaning(sweeps + "program p { run start; repeat 2 { fill w x = c; run one; swap w, v }; swap u, w }",
                       sweeps +
-                          "kernel two(u: field, v: field halo 1, out r: field, sum e: param, c: param) { r = u + c*(v[-1] + v[+1]); e += v^2 }\n"
+                          "kernel two(u: field, v: field halo 1, out r: field, sum e: param, c: param) { r = u + "
+                          "c*(v[-1] + v[+1]); e += v^2 }\n"
                           "program p { run start; fill w x = c; run one; fill v x = c; run two; swap u, r }",
                       {"u"});
 }
 
 /// The next but one value from the last two: both are swapped at once.
 TEST(Repeat, SwapsOfOneRepeatHappenAtOnce) {
-  const std::string leap = "kernel leap(old: field, u: field halo 1, out v: field, c: param) { v = 2*u - old + c*(u[-1] - 2*u + u[+1]) }\n";
+  const std::string leap =
+      "kernel leap(old: field, u: field halo 1, out v: field, c: param) { v = 2*u - old + c*(u[-1] - 2*u + u[+1]) }\n";
   expect_same_meaning(leap + "program p { repeat 3 { fill u periodic; run leap; swap old, u; swap u, v } }",
                       leap +
-                          "kernel leap_2(u: field, v: field halo 1, out v2: field, c: param) { v2 = 2*v - u + c*(v[-1] - 2*v + v[+1]) }\n"
-                          "kernel leap_3(v: field, v2: field halo 1, out v3: field, c: param) { v3 = 2*v2 - v + c*(v2[-1] - 2*v2 + v2[+1]) }\n"
-                          "program p { fill u periodic; run leap; fill v periodic; run leap_2; fill v2 periodic; run leap_3; swap old, v2; swap u, v3 }",
+                          "kernel leap_2(u: field, v: field halo 1, out v2: field, c: param) { v2 = 2*v - u + c*(v[-1] "
+                          "- 2*v + v[+1]) }\n"
+                          "kernel leap_3(v: field, v2: field halo 1, out v3: field, c: param) { v3 = 2*v2 - v + "
+                          "c*(v2[-1] - 2*v2 + v2[+1]) }\n"
+                          "program p { fill u periodic; run leap; fill v periodic; run leap_2; fill v2 periodic; run "
+                          "leap_3; swap old, v2; swap u, v3 }",
                       {"old", "u"});
 }
 
@@ -83,9 +92,11 @@ TEST(Repeat, FieldsOfAPassAreItsOwnAndSumsGoOn) {
   const std::string kernels =
       "kernel rate(u: field halo 1, out r: field) { r = u[-1] - 2*u + u[+1] }\n"
       "kernel step(u: field, r: field, out v: field, sum e: param, dt: param) { v = u + dt*r; e += r }\n";
-  const Module module = module_of(kernels + "program p { repeat 2 { repeat 2 { fill u periodic; run rate; run step; swap u, v } } }");
+  const Module module =
+      module_of(kernels + "program p { repeat 2 { repeat 2 { fill u periodic; run rate; run step; swap u, v } } }");
   EXPECT_EQ(print(module.programs[0]),
-            "program p {\n  fill u periodic\n  run rate\n  run step\n  fill v periodic\n  run rate_2\n  run step_2\n  fill v_2 periodic\n"
+            "program p {\n  fill u periodic\n  run rate\n  run step\n  fill v periodic\n  run rate_2\n  run step_2\n  "
+            "fill v_2 periodic\n"
             "  run rate_3\n  run step_3\n  fill v_3 periodic\n  run rate_4\n  run step_4\n  swap u, v_4\n}\n");
   State state(Grid{1, {3, 1, 1}}, 1);
   state.set("u", {1, 2, 4});
@@ -99,7 +110,8 @@ TEST(Repeat, AccumulatesOntoWhatWasWrittenBefore) {
   const std::string kernels =
       "kernel zero(out a: field) on 1 axis { a = 0 }\nkernel add(u: field, inout a: field) { a += u^2 }\n"
       "kernel halve(u: field, out v: field) { v = u/2 }\n";
-  const Module module = module_of(kernels + "program p { axes x periodic; run zero; repeat 3 { run add; run halve; swap u, v }; keep a }");
+  const Module module = module_of(
+      kernels + "program p { axes x periodic; run zero; repeat 3 { run add; run halve; swap u, v }; keep a }");
   State state(Grid{1, {1, 1, 1}}, 1);
   state.set("u", {8});
   interpret(module, module.programs[0], state, {});
@@ -108,9 +120,12 @@ TEST(Repeat, AccumulatesOntoWhatWasWrittenBefore) {
 }
 
 TEST(Repeat, OnlyInputsBecomeTheNextState) {
-  const std::string begin = "kernel begin(u: field, out w: field) { w = u }\nkernel next(u: field, w: field, out v: field) { v = u*w }\n";
-  const Module module = module_of(begin + "program p { axes x periodic; run begin; repeat 2 { run next; swap w, v }; swap u, w }");
-  EXPECT_EQ(print(module.programs[0]), "program p {\n  axes x periodic\n  run begin\n  run next\n  run next_2\n  swap u, v_2\n}\n");
+  const std::string begin =
+      "kernel begin(u: field, out w: field) { w = u }\nkernel next(u: field, w: field, out v: field) { v = u*w }\n";
+  const Module module =
+      module_of(begin + "program p { axes x periodic; run begin; repeat 2 { run next; swap w, v }; swap u, w }");
+  EXPECT_EQ(print(module.programs[0]),
+            "program p {\n  axes x periodic\n  run begin\n  run next\n  run next_2\n  swap u, v_2\n}\n");
 }
 
 TEST(Repeat, NamesThatAreTakenAreLeftAlone) {
@@ -118,13 +133,15 @@ TEST(Repeat, NamesThatAreTakenAreLeftAlone) {
       "kernel k(u: field, v_2: field, out v: field) { let v_3 = u*v_2; v = v_3 }\n"
       "kernel k_2(u: field, out w: field) { w = u }\n"
       "program p { axes x periodic; repeat 2 { run k; swap u, v }; run k_2; keep w }");
-  EXPECT_EQ(print(module.programs[0]), "program p {\n  axes x periodic\n  run k\n  run k_3\n  run k_2_2\n  swap u, v_4\n  keep w\n}\n");
+  EXPECT_EQ(print(module.programs[0]),
+            "program p {\n  axes x periodic\n  run k\n  run k_3\n  run k_2_2\n  swap u, v_4\n  keep w\n}\n");
   EXPECT_EQ(verify(module), std::vector<std::string>{});
 }
 
 TEST(Repeat, GivenAdjointsGoAlong) {
   const Module module = module_of(
-      "kernel half(u: field halo 1, out v: field, a: param) { v = a*u\n adjoint u_bar = a*v_bar\n adjoint a_bar += u*v_bar }\n"
+      "kernel half(u: field halo 1, out v: field, a: param) { v = a*u\n adjoint u_bar = a*v_bar\n adjoint a_bar += "
+      "u*v_bar }\n"
       "program p { axes x periodic; repeat 2 { run half; swap u, v } }");
   const std::string text = print(module.kernels.at(1));
   EXPECT_NE(text.find("kernel half_2(v: field, out v_2: field, a: param)"), std::string::npos) << text;
@@ -133,23 +150,24 @@ TEST(Repeat, GivenAdjointsGoAlong) {
   EXPECT_NE(text.find("v_2_bar"), std::string::npos) << text;
 }
 
-/// k sweeps of Jacobi's iteration for (1 + 2c) v - c (v[-1] + v[+1]) = b, begun with b, on a sine of wave number m: the iteration
-/// matrix takes the mode q_0 = 1 to q_(i+1) = (1 + 2c cos(2 pi m/n) q_i)/(1 + 2c).
+/// k sweeps of Jacobi's iteration for (1 + 2c) v - c (v[-1] + v[+1]) = b, begun with b, on a sine of wave number m: the
+/// iteration matrix takes the mode q_0 = 1 to q_(i+1) = (1 + 2c cos(2 pi m/n) q_i)/(1 + 2c).
 TEST(Repeat, OfJacobiSweepsIsThePowerOfTheIterationMatrix) {
   const int n = 16, m = 3, sweeps = 7;
-  const double c = 0.8, pi = std::acos(-1.0), mu = 2*c*std::cos(2*pi*m/n)/(1 + 2*c);
+  const double c = 0.8, pi = std::acos(-1.0), mu = 2 * c * std::cos(2 * pi * m / n) / (1 + 2 * c);
   const Module module = module_of(
       "kernel begin(u: field, out w: field) { w = u }\n"
       "kernel jacobi(u: field, w: field halo 1, out v: field, c: param) { v = (u + c*(w[-1] + w[+1]))/(1 + 2*c) }\n"
       "program implicit { run begin; repeat 7 { fill w periodic; run jacobi; swap w, v }; swap u, w }\n");
   State state(Grid{1, {n, 1, 1}}, 1);
   std::vector<double> mode;
-  for (int i = 0; i < n; ++i) mode.push_back(std::sin(2*pi*m*i/n));
+  for (int i = 0; i < n; ++i) mode.push_back(std::sin(2 * pi * m * i / n));
   state.set("u", mode);
   interpret(module, module.programs[0], state, {{"c", c}});
   // (I - M)^-1 (I - M^k) b/(1 + 2c) + M^k b, as a number for this mode
-  const double factor = (1 - std::pow(mu, sweeps))/(1 - mu)/(1 + 2*c) + std::pow(mu, sweeps);
-  for (int i = 0; i < n; ++i) EXPECT_NEAR(state.get("u")[static_cast<std::size_t>(i)], factor*mode[static_cast<std::size_t>(i)], 1e-14);
+  const double factor = (1 - std::pow(mu, sweeps)) / (1 - mu) / (1 + 2 * c) + std::pow(mu, sweeps);
+  for (int i = 0; i < n; ++i)
+    EXPECT_NEAR(state.get("u")[static_cast<std::size_t>(i)], factor * mode[static_cast<std::size_t>(i)], 1e-14);
 }
 
 // ---- mistakes ------------------------------------------------------------------------------------------------------
@@ -161,55 +179,73 @@ std::vector<std::string> complaints(const std::string& text) {
   std::vector<std::string> result;
   for (const Diagnostic& d : sink.all()) {
     const std::string place(source.text().substr(d.range.begin, d.range.end - d.range.begin));
-    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place + (d.hint.empty() ? "" : " | " + d.hint));
+    result.push_back(std::string(d.kind->code) + " " + d.message + " | " + place +
+                     (d.hint.empty() ? "" : " | " + d.hint));
   }
   return result;
 }
-std::vector<std::string> in_program(const std::string& body) { return complaints(jacobi + "program p {\n" + body + "\n}\n"); }
+std::vector<std::string> in_program(const std::string& body) {
+  return complaints(jacobi + "program p {\n" + body + "\n}\n");
+}
 using Texts = std::vector<std::string>;
 
 TEST(RepeatErrors, Counts) {
-  EXPECT_EQ(in_program("repeat 0 { fill u periodic; run jacobi; swap u, v }"), Texts{"E0372 a repeat makes 1 to 1024 passes, not 0 | 0"});
-  EXPECT_EQ(in_program("repeat -3 { fill u periodic; run jacobi; swap u, v }"), Texts{"E0372 a repeat makes 1 to 1024 passes, not -3 | -3"});
+  EXPECT_EQ(in_program("repeat 0 { fill u periodic; run jacobi; swap u, v }"),
+            Texts{"E0372 a repeat makes 1 to 1024 passes, not 0 | 0"});
+  EXPECT_EQ(in_program("repeat -3 { fill u periodic; run jacobi; swap u, v }"),
+            Texts{"E0372 a repeat makes 1 to 1024 passes, not -3 | -3"});
   EXPECT_EQ(in_program("repeat 1000 { repeat 1000 { fill u periodic; run jacobi; swap u, v } }"),
-            Texts{"E0373 the repeats of program p make 3000000 statements, more than 1024 | 1000 | make fewer passes, or smaller steps of the scene"});
-  EXPECT_EQ(in_program("repeat 2000000000 { repeat 2000000000 { fill u periodic; run jacobi; swap u, v } }").size(), 1u);
+            Texts{"E0373 the repeats of program p make 3000000 statements, more than 1024 | 1000 | make fewer passes, "
+                  "or smaller steps of the scene"});
+  EXPECT_EQ(in_program("repeat 2000000000 { repeat 2000000000 { fill u periodic; run jacobi; swap u, v } }").size(),
+            1u);
 }
 
 TEST(RepeatErrors, WhatAPassWritesIsNotCarriedByItself) {
   EXPECT_EQ(in_program("repeat 4 { fill u periodic; run jacobi }\nswap u, v"),
-            Texts{"E0374 v is written anew in each pass of the repeat, and nothing carries it out of it | v | write swap u, v in the repeat and use u "
+            Texts{"E0374 v is written anew in each pass of the repeat, and nothing carries it out of it | v | write "
+                  "swap u, v in the repeat and use u "
                   "behind it: u is then the v of the last pass"});
   EXPECT_EQ(complaints("kernel a(v: field, out w: field) { w = v }\nkernel b(w: field, out v: field) { v = w }\n"
                        "program p { axes x periodic; repeat 4 { run a; run b }; keep w }")
                 .at(0),
-            "E0374 v is written anew in each pass of the repeat, and nothing carries it to the next | a | write to a second field, out v_next: "
+            "E0374 v is written anew in each pass of the repeat, and nothing carries it to the next | a | write to a "
+            "second field, out v_next: "
             "field, and swap v, v_next in the repeat");
 }
 
 TEST(RepeatErrors, ResultsHaveTheirNames) {
   EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v }\nkeep u"),
-            Texts{"E0375 behind the repeat u is another field, which cannot be kept under this name | u | let a kernel behind the repeat write it to "
+            Texts{"E0375 behind the repeat u is another field, which cannot be kept under this name | u | let a kernel "
+                  "behind the repeat write it to "
                   "another field, and keep that"});
-  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, w }"), Texts{"E0364 program p does not write w | w"});
-  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v; swap u, v }"), Texts{"E0368 the repeat swaps u twice | u"});
+  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, w }"),
+            Texts{"E0364 program p does not write w | w"});
+  EXPECT_EQ(in_program("repeat 2 { fill u periodic; run jacobi; swap u, v; swap u, v }"),
+            Texts{"E0368 the repeat swaps u twice | u"});
 }
 
 /// Behind swap u, w both are what w was.
 TEST(RepeatErrors, OfNamesThatBecomeOneField) {
   EXPECT_EQ(complaints("kernel a(u: field, out w: field) { w = u }\nkernel add(w: field, inout u: field) { u += 2*w }\n"
                        "program p { axes x periodic; run a; repeat 3 { run add; swap u, w }; keep w }"),
-            Texts{"E0368 here w and u are one field, which add would read and add to | add | behind a swap both its names mean the second field: let a "
+            Texts{"E0368 here w and u are one field, which add would read and add to | add | behind a swap both its "
+                  "names mean the second field: let a "
                   "kernel write the sum to a field of its own, out, and swap that"});
 }
 
 TEST(RepeatErrors, AreSaidOnce) {
   EXPECT_EQ(in_program("fill u periodic\nrepeat 9 { run jacobi; swap u, v }"),
-            Texts{"E0368 program p runs jacobi_2, which reads neighbours of v, without a fill | run jacobi | so it is in pass 2 of the repeat; names "
+            Texts{"E0368 program p runs jacobi_2, which reads neighbours of v, without a fill | run jacobi | so it is "
+                  "in pass 2 of the repeat; names "
                   "with a number are the fields of that pass"});
   EXPECT_EQ(in_program("repeat 9 { fill u x.low = 1; run jacobi; swap u, v }").size(), 1u);
   EXPECT_EQ(in_program("repeat 9 { fill u periodic; run jakobi; swap u, v }").size(), 2u);  // and v is not written
-  EXPECT_EQ(complaints("kernel k(u: field, out v: field) { v = w }\nprogram p { axes x periodic; repeat 9 { run k; swap u, v } }").size(), 1u);
+  EXPECT_EQ(
+      complaints(
+          "kernel k(u: field, out v: field) { v = w }\nprogram p { axes x periodic; repeat 9 { run k; swap u, v } }")
+          .size(),
+      1u);
 }
 
 TEST(RepeatErrors, WhatStandsInARepeat) {

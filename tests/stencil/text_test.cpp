@@ -246,7 +246,9 @@ class RandomTree {
       case 2: return call(pick(2) == 0 ? Fn::min : Fn::max, {below(), below()});
       case 3: return select(below(), below(), below());
       case 4:
-        return interp({"w", {pick(3) - 1, pick(3) - 1, 0}, {below(), below()},
+        return interp({"w",
+                       {pick(3) - 1, pick(3) - 1, 0},
+                       {below(), below()},
                        {static_cast<Along>(pick(along_count)), static_cast<Along>(pick(along_count)), Along::linear}});
       case 5: return inside({pick(3) - 1, pick(3) - 1, 0}, pick(2));
       default: return binary(static_cast<BinaryOp>(pick(13)), below(), below());

@@ -177,7 +177,8 @@ program p { axes x bounded; reduce m = mean u; run k; keep v }
   };
   EXPECT_EQ(changed([](auto&, Reduce&) {}), std::vector<std::string>{});
   EXPECT_EQ(changed([](auto&, Reduce& r) { r.over = {}; }), one("program p reduces u along no axis"));
-  EXPECT_EQ(changed([](auto&, Reduce& r) { r.over[1] = true; }), one("program p reduces u along an axis it does not have"));
+  EXPECT_EQ(changed([](auto&, Reduce& r) { r.over[1] = true; }),
+            one("program p reduces u along an axis it does not have"));
   EXPECT_EQ(changed([](auto&, Reduce& r) { r.field = "m"; }), one("program p reduces m to itself"));
   EXPECT_EQ(changed([](auto& body, Reduce& r) { body.insert(body.begin(), r); }), one("program p writes m twice"));
 }

@@ -33,9 +33,7 @@ struct Results {
   std::map<std::string, Weights> weights;
 };
 
-size_t size_of(const Grid& grid) {
-  return static_cast<size_t>(grid.cells[0]) * grid.cells[1] * grid.cells[2];
-}
+size_t size_of(const Grid& grid) { return static_cast<size_t>(grid.cells[0]) * grid.cells[1] * grid.cells[2]; }
 
 int halo_of(const Module& module, const Program& program) {
   int widest = 1;
@@ -54,7 +52,8 @@ Results run_program(const Module& module, const std::string& name, const Grid& g
   Results results;
   results.sums = interpret(module, program, state, run.params);
   results.weights = state.weights;
-  for (const Swap& swap : program.swaps) results.fields[swap.next] = state.get(swap.state);  // swapped by the interpreter
+  for (const Swap& swap : program.swaps)
+    results.fields[swap.next] = state.get(swap.state);  // swapped by the interpreter
   for (const std::string& keep : program.keeps) results.fields[keep] = state.get(keep);
   return results;
 }
@@ -63,7 +62,11 @@ class Checker {
  public:
   Checker(const Module& module, const std::string& program, const Derivatives& derived, const adjoint::Activity& wrt,
           const Grid& grid, std::uint64_t seed)
-      : module_(module), program_(*module.find_program(program)), grid_(grid), random_(seed), tangent_(derived.tangent),
+      : module_(module),
+        program_(*module.find_program(program)),
+        grid_(grid),
+        random_(seed),
+        tangent_(derived.tangent),
         adjoint_(derived.adjoint) {
     active_fields_ = wrt.fields;
     for (const Swap& swap : program_.swaps) {
@@ -145,7 +148,7 @@ class Checker {
     for (const double h : {1e-6, 1e-5, 1e-4, 1e-7}) {
       const Results up = displaced(h), down = displaced(-h);
       double worst = 0, bend = 0, largest = 0.1;  // inputs and directions are of order 1
-      double spread = 0;  // at least what rounding of the values makes
+      double spread = 0;                          // at least what rounding of the values makes
       std::vector<double> differences;
       const auto add = [&](double value, double above, double here, double below) {
         const double difference = (above - below) / (2 * h), error = std::abs(value - difference);
@@ -171,8 +174,9 @@ class Checker {
     }
   }
 
-  /// The largest change of J d between here and some places within half a step. A wave far shorter than the step has differences of
-  /// its bounded height alone, while its slope changes by all of itself; few places may by chance have the same.
+  /// The largest change of J d between here and some places within half a step. A wave far shorter than the step has
+  /// differences of its bounded height alone, while its slope changes by all of itself; few places may by chance have
+  /// the same.
   double change_over(double h, const Results& dots) {
     double change = 0;
     const auto add = [&](double there, double here) { change = std::max(change, std::abs(there - here)); };
@@ -216,7 +220,8 @@ class Checker {
       if (sum != raw.sums.end()) add(sum->second * d);
     }
     for (const auto& [name, weights] : raw.weights) {
-      for (size_t i = 0; i < weights.rates.size() && !weights.bars.empty(); ++i) add(weights.rates[i] * weights.bars[i]);
+      for (size_t i = 0; i < weights.rates.size() && !weights.bars.empty(); ++i)
+        add(weights.rates[i] * weights.bars[i]);
     }
     return reverse;
   }
@@ -241,8 +246,8 @@ Module parse_module(const std::string& text) {
   return module;
 }
 
-Check check_derivatives(const Module& module, const std::string& program, const adjoint::Activity& wrt, const Grid& grid,
-                        std::uint64_t seed) {
+Check check_derivatives(const Module& module, const std::string& program, const adjoint::Activity& wrt,
+                        const Grid& grid, std::uint64_t seed) {
   DiagnosticSink sink;
   const Derivatives derived{adjoint::tangent(module, program, wrt, sink), adjoint::adjoint(module, program, wrt, sink)};
   EXPECT_FALSE(sink.has_errors());

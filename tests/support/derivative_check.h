@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of derived programs by the reference interpreter: tangent against central differences, adjoint against tangent.
+// Checks of derived programs by the reference interpreter: tangent against central differences, adjoint against
+// tangent.
 #pragma once
 
 #include <cmath>
@@ -16,13 +17,14 @@ namespace dpde::testing {
 stencil::Module parse_module(const std::string& text);
 
 struct Check {
-  double dot_product = 0;      // | <w, J d> - <J^T w, d> | / (sum of the magnitudes of all products)
+  double dot_product = 0;        // | <w, J d> - <J^T w, d> | / (sum of the magnitudes of all products)
   double finite_difference = 0;  // largest |J d - central difference| relative to the largest |J d| (or 0.1)
-  double bend = 0;             // the difference of the one-sided differences, likewise: large where a kink is crossed
-  double spread = INFINITY;    // the least difference of central differences by two steps, likewise: large where none is exact
-  double change = 0;           // of J d over the smallest step, likewise: large where no step resolves the function
+  double bend = 0;               // the difference of the one-sided differences, likewise: large where a kink is crossed
+  double spread =
+      INFINITY;       // the least difference of central differences by two steps, likewise: large where none is exact
+  double change = 0;  // of J d over the smallest step, likewise: large where no step resolves the function
   double forward = 0, reverse = 0;  // <w, J d> and <J^T w, d>
-  double magnitude = 0;        // |<w, J d>|: a check of zeros checks nothing
+  double magnitude = 0;             // |<w, J d>|: a check of zeros checks nothing
 };
 struct Derivatives {
   adjoint::Derivative tangent, adjoint;

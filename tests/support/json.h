@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON in tests. The library's templates are compiled once, in json.cpp: in each file that reads JSON they take seconds.
+// JSON in tests. The library's templates are compiled once, in json.cpp: in each file that reads JSON they take
+// seconds.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -14,7 +14,8 @@ using namespace stencil;
 
 Outcome run_interpreted(const Module& module, const Program& program, const RunInputs& inputs) {
   int halo = 1;
-  for (const auto& [field, widths] : required_halo(module, program)) halo = std::max(halo, *std::ranges::max_element(widths));
+  for (const auto& [field, widths] : required_halo(module, program))
+    halo = std::max(halo, *std::ranges::max_element(widths));
   State state(inputs.grid, halo, inputs.real);
   for (const auto& [field, values] : inputs.fields) state.set(field, values);
   for (int axis = 0; axis < inputs.grid.rank; ++axis) state.set_coordinate(axis, program.axes[axis], 0, 0.3);
@@ -35,7 +36,8 @@ Outcome run_executed(const dpde_program& compiled, const Program& program, const
     const std::string name = compiled.fields[i];
     if (inputs.fields.contains(name)) memory.back().copy_in(inputs.fields.at(name));
     const std::size_t axis = name.size() == 1 ? std::string("xyz").find(name) : std::string::npos;
-    if (axis < cells.size()) fill_coordinate(memory.back(), static_cast<int>(axis), 0, 0.3, program.axes[axis] == Topology::periodic);
+    if (axis < cells.size())
+      fill_coordinate(memory.back(), static_cast<int>(axis), 0, 0.3, program.axes[axis] == Topology::periodic);
   }
   for (int i = 0; i < compiled.field_count; ++i) executor.bind(i, memory[i].base());
   for (const auto& [name, value] : inputs.params) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One stencil program run by the reference interpreter, and by the runtime's executor on compiled code: the same inputs, the
-// same results under the same names. All memory starts as NaN, so that what nobody wrote shows.
+// One stencil program run by the reference interpreter, and by the runtime's executor on compiled code: the same
+// inputs, the same results under the same names. All memory starts as NaN, so that what nobody wrote shows.
 #pragma once
 
 #include <map>
@@ -30,6 +30,7 @@ struct RunInputs {
 
 Outcome run_interpreted(const stencil::Module& module, const stencil::Program& program, const RunInputs& inputs);
 /// `compiled` is `program` in machine code.
-Outcome run_executed(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs, int threads);
+Outcome run_executed(const dpde_program& compiled, const stencil::Program& program, const RunInputs& inputs,
+                     int threads);
 
 }  // namespace dpde::testing

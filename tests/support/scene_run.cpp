@@ -45,7 +45,8 @@ driver::CompileOptions options_for(const std::string& name, const Overrides& ove
 
 }  // namespace
 
-SceneResult run_scene(const std::string& text, const std::string& scene, const Overrides& overrides, driver::Backend backend) {
+SceneResult run_scene(const std::string& text, const std::string& scene, const Overrides& overrides,
+                      driver::Backend backend) {
   Opened opened(text, "test.dpde", options_for(scene, overrides, backend));
   SceneResult result;
   if (!opened.session) return result;
@@ -65,7 +66,8 @@ SceneResult run_scene(const std::string& text, const std::string& scene, const O
   return result;
 }
 
-TaskResult task_gradient(const std::string& text, const std::string& task, const Overrides& overrides, const std::string& path) {
+TaskResult task_gradient(const std::string& text, const std::string& task, const Overrides& overrides,
+                         const std::string& path) {
   driver::CompileOptions options = options_for(task, overrides, driver::Backend::jit);
   options.adjoint = true;
   Opened opened(text, path, options);

@@ -13,8 +13,8 @@ namespace dpde::testing {
 using Overrides = std::map<std::string, std::string>;
 
 struct SceneResult {
-  std::map<std::string, double> l2;                    // against the scene's exact solution
-  std::map<std::string, std::vector<double>> state;    // at the end, x fastest
+  std::map<std::string, double> l2;                  // against the scene's exact solution
+  std::map<std::string, std::vector<double>> state;  // at the end, x fastest
 };
 
 /// Runs a scene to its end; any diagnostic of error severity fails the running test.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014). The same numbers on every machine,
-// which std's distributions do not promise.
+// SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014). The same numbers on every
+// machine, which std's distributions do not promise.
 #pragma once
 
 #include <cstdint>

@@ -10,9 +10,12 @@ namespace {
 
 const std::string model_words = "understood here: field, vector, coefficient, param, control, let, dt";
 const std::string scene_words =
-    "understood here: grid, initial, exact, boundary, time, step, after, every, at, subcycle, observe, output, parameter = value";
-const std::string task_words = "understood here: data, unknown, learn, minimise, using, test, statistic, spectrum, correlation, growth";
-const std::string file_words = "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, network, dataset, import";
+    "understood here: grid, initial, exact, boundary, time, step, after, every, at, subcycle, observe, output, "
+    "parameter = value";
+const std::string task_words =
+    "understood here: data, unknown, learn, minimise, using, test, statistic, spectrum, correlation, growth";
+const std::string file_words =
+    "understood here: model, scene, scheme, task, kernel, program, loop, function, operator, network, dataset, import";
 
 TEST(Errors, NameWordsThatAreNotUnderstood) {
   EXPECT_EQ(
@@ -48,8 +51,9 @@ TEST(Errors, SuggestTheWordThatWasMeant) {
   EXPECT_EQ(problems_of("scene s : m {\n  inital u = 0\n  grd x = 0 .. 1\n}"),
             "2:3 E0203 'inital' is not understood in a scene | did you mean initial? " + scene_words + "\n" +
                 "3:3 E0203 'grd' is not understood in a scene | did you mean grid? " + scene_words + "\n");
-  EXPECT_EQ(problems_of("scene s : m { grid x = 0 .. 1, cels 3 }"),
-            "1:32 E0207 'cels' is not an option of grid | did you mean cells? understood here: cells, periodic, stretched\n");
+  EXPECT_EQ(
+      problems_of("scene s : m { grid x = 0 .. 1, cels 3 }"),
+      "1:32 E0207 'cels' is not an option of grid | did you mean cells? understood here: cells, periodic, stretched\n");
   EXPECT_EQ(problems_of("scene s : m { time 0 .. 1, every 3 }"),
             "1:28 E0207 'every' is not an option of time | understood here: step, courant, speed\n");
   EXPECT_EQ(problems_of("model m { initial u = 0 }"),

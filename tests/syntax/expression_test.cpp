@@ -62,7 +62,8 @@ TEST(Expression, ReadsComponentsOfCallsAndGroups) {
   EXPECT_EQ(tree_of("f(a, n = g(b).z)"), "f<:a><n:(z of g<:b>)>");
   EXPECT_EQ(formatted_expression("( u+v ).y - (a, b).x*grad( w ).z"), "(u + v).y - (a, b).x*grad(w).z");
   EXPECT_EQ(tree_of("grad(u).2").substr(0, 9), "1:8 E0201");
-  EXPECT_EQ(tree_of("grad(u)."), "1:9 E0201 expected the name of a component, as in grad(u).x but found the end of the file\n");
+  EXPECT_EQ(tree_of("grad(u)."),
+            "1:9 E0201 expected the name of a component, as in grad(u).x but found the end of the file\n");
 }
 
 TEST(Expression, ReadsCallsTuplesAndOffsets) {
@@ -161,8 +162,7 @@ TEST(Expression, ReportsMistakes) {
   EXPECT_EQ(formatted_expression("a + and"), "1:5 E0201 expected an expression but found 'and'\n");
   EXPECT_EQ(formatted_expression("v . x + 1"), "v.x + 1");
   EXPECT_EQ(formatted_expression("v.x.y"), "1:4 E0201 expected the end of the expression but found '.'\n");
-  EXPECT_EQ(formatted_expression("v.+1"),
-            "1:3 E0201 expected the name of a component, as in u.x but found '+'\n");
+  EXPECT_EQ(formatted_expression("v.+1"), "1:3 E0201 expected the name of a component, as in u.x but found '+'\n");
   EXPECT_EQ(formatted_expression("| u - |v| |^2"), "|u - |v||^2");
   EXPECT_EQ(formatted_expression("|u"), "1:3 E0201 expected the closing '|' but found the end of the file\n");
   EXPECT_EQ(formatted_expression("a || b"), "1:3 E0201 expected the end of the expression but found '|'\n");

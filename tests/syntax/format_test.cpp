@@ -140,8 +140,11 @@ TEST(Format, KeepsCommentsInOddPlaces) {
 }
 
 TEST(Format, OfControls) {
-  expect_formatted("model m {\ncontrol   F,G\n control field F2 ,G2 on  faces.y\n control vector V\n}\nscene s:m {\nF2=x*t  every 1/4\n}",
-                   "model m {\n  control F, G\n  control field F2, G2 on faces.y\n  control vector V\n}\nscene s : m {\n  F2 = x*t every 1/4\n}\n");
+  expect_formatted(
+      "model m {\ncontrol   F,G\n control field F2 ,G2 on  faces.y\n control vector V\n}\nscene s:m {\nF2=x*t  every "
+      "1/4\n}",
+      "model m {\n  control F, G\n  control field F2, G2 on faces.y\n  control vector V\n}\nscene s : m {\n  F2 = x*t "
+      "every 1/4\n}\n");
 }
 
 TEST(Format, LeavesOneBlankLineWhereSomeWere) {

@@ -69,7 +69,8 @@ TEST(Items, RepeatsThatAreNot) {
 }
 
 TEST(Items, OfControls) {
-  const Model model = only_block<Model>("model m { control F, G; control field H on faces.x; control vector V, W; control field }");
+  const Model model =
+      only_block<Model>("model m { control F, G; control field H on faces.x; control vector V, W; control field }");
   ASSERT_EQ(model.items.size(), 4u);
   EXPECT_EQ(std::get<ControlItem>(model.items[0].kind).names.size(), 2u);
   const CoefficientItem& field = std::get<CoefficientItem>(model.items[1].kind);

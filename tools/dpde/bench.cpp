@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process; of a task that learns, where
-// the time of its updates goes.
-#include <CLI/CLI.hpp>
+// dpde bench: speed of the compiled step and of its adjoint beside that of a plain copy, in one process; of a task that
+// learns, where the time of its updates goes.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <limits>
@@ -146,7 +146,8 @@ std::function<void()> resetter(driver::Session& session) {
 }
 
 /// How an update of a task that learns spends its time.
-void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<const driver::Compiled>& compiled, Json& result) {
+void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<const driver::Compiled>& compiled,
+                   Json& result) {
   const auto scene = driver::TrainingScene::open(job.source(), compiled, job.sink());
   driver::BatchOptions batch{thread_count(options), 0, std::numeric_limits<std::int64_t>::max(), &interrupt_flag()};
   batch.is_timed = true;
@@ -156,26 +157,38 @@ void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<
   if (interrupt_flag().load()) return;
   const GradientSeconds& of = found.batch.gradients;
   const auto share = [&](double seconds) { return 100 * seconds / found.all; };
-  result["update"] = {{"windows", found.windows}, {"steps", scene->steps()}, {"thread_seconds", found.all},
-                      {"solver_forward", of.steps.rest()}, {"solver_backward", of.adjoints.rest()},
-                      {"networks_forward", of.steps.networks}, {"networks_backward", of.adjoints.networks},
-                      {"losses", of.losses.all}, {"waiting", found.batch.waiting}, {"overhead", found.overhead()}, {"overhead_fraction", found.overhead() / found.all}};
-  job.say(fmt::format("an update of {} windows, {} steps each, takes {} of the time of {} threads: solver {:.1f} % (forward {:.1f}, back {:.1f}), networks {:.1f} % (forward {:.1f}, back {:.1f}), "
-                      "overhead {:.1f} % (losses {:.1f}, threads that wait {:.1f}, all else {:.1f})\n",
-                      found.windows, scene->steps(), human_seconds(found.all), thread_count(options), share(found.solver()), share(of.steps.rest()), share(of.adjoints.rest()),
-                      share(found.networks()), share(of.steps.networks), share(of.adjoints.networks), share(found.overhead()), share(of.losses.all), share(found.batch.waiting),
-                      share(found.overhead() - of.losses.all - found.batch.waiting)));
+  result["update"] = {{"windows", found.windows},
+                      {"steps", scene->steps()},
+                      {"thread_seconds", found.all},
+                      {"solver_forward", of.steps.rest()},
+                      {"solver_backward", of.adjoints.rest()},
+                      {"networks_forward", of.steps.networks},
+                      {"networks_backward", of.adjoints.networks},
+                      {"losses", of.losses.all},
+                      {"waiting", found.batch.waiting},
+                      {"overhead", found.overhead()},
+                      {"overhead_fraction", found.overhead() / found.all}};
+  job.say(
+      fmt::format("an update of {} windows, {} steps each, takes {} of the time of {} threads: solver {:.1f} % "
+                  "(forward {:.1f}, back {:.1f}), networks {:.1f} % (forward {:.1f}, back {:.1f}), "
+                  "overhead {:.1f} % (losses {:.1f}, threads that wait {:.1f}, all else {:.1f})\n",
+                  found.windows, scene->steps(), human_seconds(found.all), thread_count(options), share(found.solver()),
+                  share(of.steps.rest()), share(of.adjoints.rest()), share(found.networks()), share(of.steps.networks),
+                  share(of.adjoints.networks), share(found.overhead()), share(of.losses.all),
+                  share(found.batch.waiting), share(found.overhead() - of.losses.all - found.batch.waiting)));
 }
 
 /// Speed of the step and of its adjoint.
-void bench_step(Job& job, const BenchOptions& options, driver::Session& session, const driver::Compiled& compiled, Json& result) {
+void bench_step(Job& job, const BenchOptions& options, driver::Session& session, const driver::Compiled& compiled,
+                Json& result) {
   const std::string step = compiled.step_name();
   const driver::Cost cost = driver::cost_of(compiled.loop, step);
   const double cells = double(session.workspace().cell_count());
   const std::function<void()> reset = resetter(session);
   const double step_s = seconds_per_step(session, *compiled.program(step), options, reset);
   const dpde_program* adjoint = compiled.adjoint_of(step);
-  const double adjoint_bytes = adjoint == nullptr ? 0 : driver::cost_of(compiled.loop, compiled.derived.at(step).adjoint->program).bytes;
+  const double adjoint_bytes =
+      adjoint == nullptr ? 0 : driver::cost_of(compiled.loop, compiled.derived.at(step).adjoint->program).bytes;
   const double adjoint_s = adjoint == nullptr ? 0 : seconds_per_step(session, *adjoint, options, reset);
   const driver::CopyRate copy = driver::measure_copy(cost.bytes * cells, thread_count(options));
   const double copy_rate = copy.best;
@@ -202,7 +215,8 @@ void bench_step(Job& job, const BenchOptions& options, driver::Session& session,
                       100 * bandwidth / copy_rate, human_bytes(copy_rate)));
   if (copy.is_busy) job.say("the machine is busy: steps are slower than they could be\n");
   if (adjoint != nullptr) {
-    job.say(fmt::format("its adjoint takes {}, {:.2f} times as long ({:.2f} times the bytes)\n", human_seconds(adjoint_s), adjoint_s / step_s, adjoint_bytes / cost.bytes));
+    job.say(fmt::format("its adjoint takes {}, {:.2f} times as long ({:.2f} times the bytes)\n",
+                        human_seconds(adjoint_s), adjoint_s / step_s, adjoint_bytes / cost.bytes));
   }
   job.say(fmt::format("compiled in {}\n", human_seconds(compiled.seconds)));
 }
@@ -214,7 +228,7 @@ Json bench(Job& job, const BenchOptions& options) {
   if (!compile_options) return result;
   compile_options->adjoint = true;
   compile_options->selection.keeps_params = learns_from_trajectories(job);  // as its training does
-  compile_options->cache.reset();  // compile_s is measured
+  compile_options->cache.reset();                                           // compile_s is measured
   std::optional<Preparing> preparing(std::in_place, job);
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return result;
@@ -232,7 +246,8 @@ Json bench(Job& job, const BenchOptions& options) {
   if (!session) return result;
   bench_step(job, options, *session, *shared, result);
   const model::Problem& problem = *shared->problem;
-  if (!job.failed() && problem.task && problem.task->training && !driver::seeks_controls(problem)) time_training(job, options, shared, result);
+  if (!job.failed() && problem.task && problem.task->training && !driver::seeks_controls(problem))
+    time_training(job, options, shared, result);
   return result;
 }
 
@@ -242,7 +257,9 @@ void add_bench(CLI::App& app, int& status) {
   const auto options = std::make_shared<BenchOptions>();
   CLI::App* verb = app.add_subcommand("bench", "speed of the compiled step and of its adjoint");
   add_common_options(*verb, *options, {.out = false, .seed = false});
-  verb->add_option("--repeats", options->repeats, "samples; the median counts")->check(CLI::Range(1, 1000))->capture_default_str();
+  verb->add_option("--repeats", options->repeats, "samples; the median counts")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   verb->footer("Example:  dpde bench heat.dpde cube --threads 1 --json");
   on_call(*verb, status, [options] {
     Job job(*options);

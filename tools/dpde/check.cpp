@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde check: parses, types, and says what a scene will cost before it runs.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <set>
 
 #include "command.h"
 #include "driver/beside.h"
-#include "driver/data.h"
 #include "driver/cost.h"
+#include "driver/data.h"
 #include "driver/memory_plan.h"
 #include "driver/savings.h"
 #include "driver/storage.h"
@@ -33,8 +33,8 @@ bool is_transport_alone(const model::Expr& rate) {
   return neg && std::holds_alternative<model::Advect>(neg->operand->kind);
 }
 
-/// What is left of the order in time by equations with steps of their own: 1 where a slow one reads a faster one, which it sees where the
-/// step begins, else 2: the faster ones see the slow on straight lines.
+/// What is left of the order in time by equations with steps of their own: 1 where a slow one reads a faster one, which
+/// it sees where the step begins, else 2: the faster ones see the slow on straight lines.
 int order_with_parts(const model::Problem& problem, int order) {
   const auto parts_of = [&](const std::string& name) {
     const model::State* read = problem.find_state(name);
@@ -43,15 +43,16 @@ int order_with_parts(const model::Problem& problem, int order) {
   const bool has_parts = std::ranges::any_of(problem.states, [](const model::State& state) { return state.parts > 1; });
   for (const model::State& state : problem.states) {
     const bool reads_faster = state.rhs && model::any_part(*state.rhs, [&](const model::Expr& e) {
-      const model::Field* field = std::get_if<model::Field>(&e->kind);
-      return field != nullptr && parts_of(field->name) > state.parts;
-    });
+                                const model::Field* field = std::get_if<model::Field>(&e->kind);
+                                return field != nullptr && parts_of(field->name) > state.parts;
+                              });
     if (reads_faster) return 1;
   }
   return has_parts ? std::min(order, 2) : order;
 }
 
-/// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is stated.
+/// The formal order of the scheme: the lowest of what the equations use; of operators of the file the one that is
+/// stated.
 Order order_of(const model::Problem& problem) {
   const model::Scheme& scheme = problem.scheme;
   std::vector<int> space;
@@ -122,9 +123,11 @@ std::string report_networks(const model::Problem& problem, Json& result) {
   for (const network::Network& network : problem.networks) {
     const std::int64_t weights = weight_count(network);
     const double products = multiplications_a_cell(network);
-    result["networks"][network.name] = {{"weights", weights}, {"multiplications_per_point", products}, {"real", name_of(network.real)}};
+    result["networks"][network.name] = {
+        {"weights", weights}, {"multiplications_per_point", products}, {"real", name_of(network.real)}};
     text += fmt::format("network {}: {} weights, ", network.name, weights);
-    text += network.is_host() ? std::string("computed by the host\n") : fmt::format("{:.6g} multiplications a cell in {}\n", products, name_of(network.real));
+    text += network.is_host() ? std::string("computed by the host\n")
+                              : fmt::format("{:.6g} multiplications a cell in {}\n", products, name_of(network.real));
   }
   return text;
 }
@@ -132,8 +135,10 @@ std::string report_networks(const model::Problem& problem, Json& result) {
 Json types_of(const model::Problem& problem) {
   Json types = Json::object();
   for (const model::State& state : problem.states) types[state.name] = "state";
-  for (const model::Coefficient& coefficient : problem.coefficients) types[coefficient.name] = coefficient.is_control() ? "control field" : "coefficient";
-  for (const model::Parameter& param : problem.params) types[param.name] = param.unknown ? "unknown parameter" : "parameter";
+  for (const model::Coefficient& coefficient : problem.coefficients)
+    types[coefficient.name] = coefficient.is_control() ? "control field" : "coefficient";
+  for (const model::Parameter& param : problem.params)
+    types[param.name] = param.unknown ? "unknown parameter" : "parameter";
   return types;
 }
 
@@ -152,12 +157,15 @@ std::string report_savings(const Job& job, const driver::Compiled& compiled, Jso
   const auto add = [&](const char* key, const char* what, std::optional<double> without, std::optional<double> with) {
     const bool is_known = without && with;
     saved[key] = is_known ? Json(*without - *with) : Json(nullptr);
-    if (is_known && *without > *with) text += fmt::format("{} {} of {} bytes {}", text.empty() ? "saved a cell:" : ",", *without - *with, *without, what);
+    if (is_known && *without > *with)
+      text +=
+          fmt::format("{} {} of {} bytes {}", text.empty() ? "saved a cell:" : ",", *without - *with, *without, what);
   };
   add("step_bytes_per_point", "of a step", full ? std::optional(full->step) : std::nullopt, used.step);
   if (compiled.problem->task) {
     add("adjoint_bytes_per_point", "of an adjoint step", full ? full->adjoint : std::nullopt, used.adjoint);
-    add("stored_bytes_per_point", "of each state that a gradient stores", full ? full->stored : std::nullopt, used.stored);
+    add("stored_bytes_per_point", "of each state that a gradient stores", full ? full->stored : std::nullopt,
+        used.stored);
   }
   result["saved"] = std::move(saved);
   return text.empty() ? "" : text + "\n";
@@ -168,7 +176,8 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   const driver::Memory memory = driver::memory_of(compiled);
   const auto bytes = checkpoint_bytes(job, options);
   if (!bytes) return "";
-  const std::optional<GradientPlan> plan = driver::plan_of_gradient(compiled, {thread_count(options), *bytes, options.checkpoint_folder});
+  const std::optional<GradientPlan> plan =
+      driver::plan_of_gradient(compiled, {thread_count(options), *bytes, options.checkpoint_folder});
   result["gradient_memory_bytes_per_part"] = memory.part;
   const double stored = plan ? memory.gradient + static_cast<double>(plan->checkpoint_bytes + plan->tape_bytes) : 0;
   result["gradient_memory_bytes"] = plan ? Json(stored) : Json(nullptr);
@@ -177,15 +186,25 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   if (!plan) return "";
   const double peak = driver::peak_of_gradient(compiled, *plan, job.source());
   result["gradient_peak_bytes"] = peak;
-  result["checkpoints"] = {{"stored", plan->stored_states}, {"recomputed_steps", plan->recomputed_steps}, {"bytes", plan->checkpoint_bytes}, {"block_steps", plan->block_steps}, {"tape_bytes", plan->tape_bytes}};
+  result["checkpoints"] = {{"stored", plan->stored_states},
+                           {"recomputed_steps", plan->recomputed_steps},
+                           {"bytes", plan->checkpoint_bytes},
+                           {"block_steps", plan->block_steps},
+                           {"tape_bytes", plan->tape_bytes}};
   std::string stores = "stores none";
-  if (plan->stores_states) stores = plan->recomputed_steps == 0 ? "stores every step" : fmt::format("stores {} state{} and makes {} steps again", plan->stored_states, plan->stored_states == 1 ? "" : "s", plan->recomputed_steps);
+  if (plan->stores_states)
+    stores = plan->recomputed_steps == 0
+                 ? "stores every step"
+                 : fmt::format("stores {} state{} and makes {} steps again", plan->stored_states,
+                               plan->stored_states == 1 ? "" : "s", plan->recomputed_steps);
   if (plan->block_steps > 1) stores += fmt::format(" ({} steps at once)", plan->block_steps);
   std::string text = fmt::format(", and {} for a gradient that {}", human_bytes(peak), stores);
   if (plan->stores_states) text += fmt::format(": {}", human_bytes(stored));
-  if (plan->tape_bytes > 0) text += fmt::format(" and keeps {} of what networks compute", human_bytes(static_cast<double>(plan->tape_bytes)));
+  if (plan->tape_bytes > 0)
+    text += fmt::format(" and keeps {} of what networks compute", human_bytes(static_cast<double>(plan->tape_bytes)));
   if (!options.checkpoint_folder.empty()) text += " in a file";
-  if (memory.part > 0) text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
+  if (memory.part > 0)
+    text += fmt::format(", with {} more for each part of the step that is split into most", human_bytes(memory.part));
   return text;
 }
 
@@ -203,7 +222,8 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
     cells *= axis.cells;
   }
   text += fmt::format(" {} steps of {}\n", problem.steps, problem.step);
-  for (const auto& [name, type] : result["types"].items()) text += fmt::format("  {}: {}\n", name, type.get<std::string>());
+  for (const auto& [name, type] : result["types"].items())
+    text += fmt::format("  {}: {}\n", name, type.get<std::string>());
   if (problem.program.empty()) {
     const Order order = order_of(problem);
     result["order"] = {{"space", order.space}, {"time", order.time}};
@@ -227,7 +247,8 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
       copy.is_busy ? ", on a busy machine" : "");
   result["memory_bytes"] = memory.run;
   result["output_memory_bytes"] = driver::bytes_of_outputs(compiled);
-  text += fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run), human_bytes(driver::bytes_of_outputs(compiled)));
+  text += fmt::format("memory for fields: {} for a run ({} more with --out)", human_bytes(memory.run),
+                      human_bytes(driver::bytes_of_outputs(compiled)));
   if (problem.task) {
     const auto adjoint = compiled.derived.find(compiled.step_name());
     if (adjoint != compiled.derived.end() && adjoint->second.adjoint) {
@@ -286,7 +307,9 @@ void add_check(CLI::App& app, int& status) {
   CLI::App* verb = app.add_subcommand("check", "find mistakes; say what a scene costs before it runs");
   add_common_options(*verb, *options, {.out = false, .seed = false});
   add_storage_options(*verb, *options);
-  verb->footer("Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde plate --set cells=1024 --json");
+  verb->footer(
+      "Examples:\n  dpde check burgers.dpde\n  dpde check burgers.dpde recover --memory 64M\n  dpde check heat.dpde "
+      "plate --set cells=1024 --json");
   on_call(*verb, status, [options] { return check(*options); });
 }
 

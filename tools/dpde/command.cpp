@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -81,7 +81,8 @@ std::optional<driver::CompileOptions> Job::compile_options() {
 std::shared_ptr<codegen::CodeCache> Job::open_cache() {
   if (options_.no_cache) return nullptr;
   if (!options_.cache.empty() && !driver::make_folder(options_.cache, sink_)) return nullptr;
-  const std::filesystem::path folder = options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
+  const std::filesystem::path folder =
+      options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
   return folder.empty() ? nullptr : driver::open_cache(folder);
 }
 
@@ -125,7 +126,9 @@ std::string number_fits(const std::string& text) {
 
 void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes) {
   verb.add_option("file", options.file, "the .dpde file")->required()->type_name("FILE");
-  if (takes.name) verb.add_option("name", options.name, "scene, task or program; not needed where the file has one")->type_name("NAME");
+  if (takes.name)
+    verb.add_option("name", options.name, "scene, task or program; not needed where the file has one")
+        ->type_name("NAME");
   if (takes.compile) {
     verb.add_option("--set", options.set, "override a parameter, cells, cells.x, step, end, or a key of the scheme")
         ->type_name("NAME=VALUE")
@@ -134,7 +137,8 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_option("--backend", options.backend, "what makes the machine code")
         ->check(CLI::IsMember({"jit", "cpp", "interpreter"}))
         ->capture_default_str();
-    verb.add_option("--cache", options.cache, "folder of compiled code ($DPDE_CACHE, else ~/.cache/dpde)")->type_name("DIR");
+    verb.add_option("--cache", options.cache, "folder of compiled code ($DPDE_CACHE, else ~/.cache/dpde)")
+        ->type_name("DIR");
     verb.add_flag("--no-cache", options.no_cache, "compile everything anew");
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
@@ -174,7 +178,11 @@ std::optional<std::uint64_t> parse_bytes(const std::string& text) {
     return std::nullopt;
   }
   const std::string suffix = text.substr(used);
-  const double unit = suffix.empty() || suffix == "B" ? 1 : suffix == "K" ? 1024.0 : suffix == "M" ? 1048576.0 : suffix == "G" ? 1073741824.0 : 0;
+  const double unit = suffix.empty() || suffix == "B" ? 1
+                      : suffix == "K"                 ? 1024.0
+                      : suffix == "M"                 ? 1048576.0
+                      : suffix == "G"                 ? 1073741824.0
+                                                      : 0;
   const double bytes = value * unit;
   if (!(bytes >= 1) || bytes > 9e18) return std::nullopt;
   return static_cast<std::uint64_t>(bytes);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every verb shares: the options common to all, exit codes, and the one way results and messages leave the process.
+// What every verb shares: the options common to all, exit codes, and the one way results and messages leave the
+// process.
 #pragma once
 
 #include <cstdint>

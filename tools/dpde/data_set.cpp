@@ -30,7 +30,8 @@ namespace {
 class Part {
  public:
   Part(const Job& job, const driver::DataSetMaker& maker, int run)
-      : path_(std::filesystem::path(job.options().out) / fmt::format("{}.{}", maker.set().file, run)), key_(static_cast<std::int64_t>(maker.key())) {}
+      : path_(std::filesystem::path(job.options().out) / fmt::format("{}.{}", maker.set().file, run)),
+        key_(static_cast<std::int64_t>(maker.key())) {}
 
   bool save(const driver::DataRun& data, DiagnosticSink& sink) const {
     driver::ByteWriter out;
@@ -105,10 +106,18 @@ std::string text_of(const Job& job, const std::string& name) {
 }
 
 /// The integral of a state at each frame, and how far it drifts in each run.
-void add_integrals(NetcdfContent& content, const std::string& state, std::size_t s, const std::string& time, const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
-  NetcdfVariable integral{names.free(state + "_integral"), {"run", time}, described("integral of " + state + " over the domain"), {}};
-  NetcdfVariable drift{names.free(state + "_drift"), {"run"}, described("largest distance of the integral of " + state + " from that of the first frame"), {}};
-  NetcdfVariable relative{names.free(state + "_relative_drift"), {"run"}, described("the same in parts of the integral of its magnitude, a mean over the frames"), {}};
+void add_integrals(NetcdfContent& content, const std::string& state, std::size_t s, const std::string& time,
+                   const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
+  NetcdfVariable integral{
+      names.free(state + "_integral"), {"run", time}, described("integral of " + state + " over the domain"), {}};
+  NetcdfVariable drift{names.free(state + "_drift"),
+                       {"run"},
+                       described("largest distance of the integral of " + state + " from that of the first frame"),
+                       {}};
+  NetcdfVariable relative{names.free(state + "_relative_drift"),
+                          {"run"},
+                          described("the same in parts of the integral of its magnitude, a mean over the frames"),
+                          {}};
   for (const driver::DataRun& run : runs) {
     const driver::Integrals& own = run.integrals[s];
     integral.values.insert(integral.values.end(), own.values.begin(), own.values.end());
@@ -119,10 +128,18 @@ void add_integrals(NetcdfContent& content, const std::string& state, std::size_t
 }
 
 /// How well the frames satisfy the scene, in each run; nothing where that is not known.
-void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s, const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
+void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s,
+                   const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
   if (std::ranges::any_of(runs, [s](const driver::DataRun& run) { return std::isnan(run.residuals[s].rate); })) return;
-  NetcdfVariable rate{names.free(state + "_residual"), {"run"}, described("root of the mean square of what the scene's steps from a frame, on the grid of the frames, miss the next one by, in a unit of time"), {}};
-  NetcdfVariable relative{names.free(state + "_relative_residual"), {"run"}, described("the same in parts of the change from frame to frame"), {}};
+  NetcdfVariable rate{names.free(state + "_residual"),
+                      {"run"},
+                      described("root of the mean square of what the scene's steps from a frame, on the grid of the "
+                                "frames, miss the next one by, in a unit of time"),
+                      {}};
+  NetcdfVariable relative{names.free(state + "_relative_residual"),
+                          {"run"},
+                          described("the same in parts of the change from frame to frame"),
+                          {}};
   for (const driver::DataRun& run : runs) {
     rate.values.push_back(run.residuals[s].rate);
     relative.values.push_back(run.residuals[s].relative);
@@ -130,28 +147,36 @@ void add_residuals(NetcdfContent& content, const std::string& state, std::size_t
   content.variables.insert(content.variables.end(), {std::move(rate), std::move(relative)});
 }
 
-NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
+NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs,
+                         const std::vector<driver::OrderEstimate>& estimates) {
   NetcdfContent content;
   driver::Session& session = maker.session();
   const model::DataSet& set = maker.set();
   NetcdfNames names(session);
   add_origin(content, job, session);
-  content.attributes.insert(content.attributes.end(), {{"dpde_dataset", text_of(job, set.name)}, {"dpde_dataset_seed", static_cast<double>(set.seed)}});
+  content.attributes.insert(content.attributes.end(), {{"dpde_dataset", text_of(job, set.name)},
+                                                       {"dpde_dataset_seed", static_cast<double>(set.seed)}});
   const AxisNames axes = add_axes(content, session, axes_of(maker), names);
   const std::string time = names.free("time");
-  content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())}, {time, static_cast<std::int64_t>(maker.times().size())}});
+  content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
+                                                       {time, static_cast<std::int64_t>(maker.times().size())}});
   NetcdfVariable times{time, {time}, described("time"), maker.times()};
   times.attributes.push_back({"axis", "T"});
   content.variables.push_back(std::move(times));
   for (int s = 0; s < session.rollout().state_count(); ++s) {
     const std::string& name = session.rollout().state_name(s);
     const model::Placement placement = placement_of(session, name);
-    NetcdfVariable variable{name, {"run", time}, described("field " + name), {}, session.problem().scheme.real == Precision::f32};
+    NetcdfVariable variable{
+        name, {"run", time}, described("field " + name), {}, session.problem().scheme.real == Precision::f32};
     for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    for (const driver::DataRun& run : runs) variable.values.insert(variable.values.end(), run.states[static_cast<std::size_t>(s)].begin(), run.states[static_cast<std::size_t>(s)].end());
+    for (const driver::DataRun& run : runs)
+      variable.values.insert(variable.values.end(), run.states[static_cast<std::size_t>(s)].begin(),
+                             run.states[static_cast<std::size_t>(s)].end());
     const auto estimate = std::ranges::find(estimates, name, &driver::OrderEstimate::state);
     if (estimate != estimates.end()) {
-      variable.attributes.insert(variable.attributes.end(), {{"order_estimate", estimate->order}, {"difference_to_twice_the_spacing", estimate->difference}, {"error_estimate", estimate->error()}});
+      variable.attributes.insert(variable.attributes.end(), {{"order_estimate", estimate->order},
+                                                             {"difference_to_twice_the_spacing", estimate->difference},
+                                                             {"error_estimate", estimate->error()}});
     }
     content.variables.push_back(std::move(variable));
     add_integrals(content, name, static_cast<std::size_t>(s), time, runs, names);
@@ -164,7 +189,8 @@ NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std:
   }
   for (const model::Parameter& param : session.problem().params) {
     const bool varies = std::ranges::find(set.vary, param.name, &model::DataSet::Vary::param) != set.vary.end();
-    if (!varies && session.problem().find_control(param.name) == nullptr) content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
+    if (!varies && session.problem().find_control(param.name) == nullptr)
+      content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
   }
   return content;
 }
@@ -175,7 +201,8 @@ std::unique_ptr<driver::DataSetMaker> open(Job& job) {
   std::optional<model::DataSet> set = model::data_set_from_ast(file, job.options().name, job.sink());
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!set || !compile_options) return nullptr;
-  const driver::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache, thread_count(job.options()), &interrupt_flag()};
+  const driver::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache,
+                                       thread_count(job.options()), &interrupt_flag()};
   const Preparing preparing(job);
   return driver::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }
@@ -183,8 +210,13 @@ std::unique_ptr<driver::DataSetMaker> open(Job& job) {
 void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estimates, Told& told) {
   Json all = Json::object();
   for (const driver::OrderEstimate& each : estimates) {
-    all[each.state] = {{"order", json_number(each.order)}, {"difference", json_number(each.difference)}, {"error", json_number(each.error())}};
-    told.say(job, fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n", each.state, each.order, each.error()));
+    all[each.state] = {{"order", json_number(each.order)},
+                       {"difference", json_number(each.difference)},
+                       {"error", json_number(each.error())}};
+    told.say(
+        job,
+        fmt::format("{}: order {:.2f}, error about {:.2g} (from runs with twice and four times the spacing and step)\n",
+                    each.state, each.order, each.error()));
   }
   told.json["estimates"] = std::move(all);
 }
@@ -196,8 +228,10 @@ void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driv
     const auto drift = [s](const driver::DataRun& run) { return run.integrals[static_cast<std::size_t>(s)].drift(); };
     const auto most = std::ranges::max_element(runs, {}, drift);
     const double relative = most->integrals[static_cast<std::size_t>(s)].relative_drift();
-    all[name] = {{"drift", json_number(drift(*most))}, {"relative_drift", json_number(relative)}, {"run", most - runs.begin()}};
-    told.say(job, fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n", name, drift(*most), relative, most - runs.begin()));
+    all[name] = {
+        {"drift", json_number(drift(*most))}, {"relative_drift", json_number(relative)}, {"run", most - runs.begin()}};
+    told.say(job, fmt::format("{}: its integral drifts by at most {:.2g}, {:.2g} of that of its magnitude (run {})\n",
+                              name, drift(*most), relative, most - runs.begin()));
   }
   told.json["conservation"] = std::move(all);
 }
@@ -209,13 +243,18 @@ void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<d
     const auto residual = [s](const driver::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
     if (std::ranges::any_of(runs, [&](const driver::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
-      told.say(job, fmt::format("{}: how well the frames satisfy the scene is not known: it does not run on their grid\n", name));
+      told.say(
+          job,
+          fmt::format("{}: how well the frames satisfy the scene is not known: it does not run on their grid\n", name));
       continue;
     }
-    const auto most = std::ranges::max_element(runs, {}, [&](const driver::DataRun& run) { return residual(run).relative; });
+    const auto most =
+        std::ranges::max_element(runs, {}, [&](const driver::DataRun& run) { return residual(run).relative; });
     const auto [rate, relative] = residual(*most);
     all[name] = {{"rate", json_number(rate)}, {"relative", json_number(relative)}, {"run", most - runs.begin()}};
-    told.say(job, fmt::format("{}: the scene's steps from a frame miss the next one by at most {:.2g} of the change between them, {:.2g} in a unit of time (run {})\n", name, shown(relative), shown(rate), most - runs.begin()));
+    told.say(job, fmt::format("{}: the scene's steps from a frame miss the next one by at most {:.2g} of the change "
+                              "between them, {:.2g} in a unit of time (run {})\n",
+                              name, shown(relative), shown(rate), most - runs.begin()));
   }
   told.json["residuals"] = std::move(all);
 }
@@ -231,16 +270,19 @@ bool can_write(Job& job, const driver::DataSetMaker& maker) {
   for (const std::string& file : {maker.set().file, driver::cost_file_of(maker.set().file)}) {
     const std::filesystem::path path = std::filesystem::path(job.options().out) / file;
     std::error_code error;
-    if (std::filesystem::is_directory(path, error)) job.sink().report("cannot-write", {}, {path.string(), "it is a folder"});
+    if (std::filesystem::is_directory(path, error))
+      job.sink().report("cannot-write", {}, {path.string(), "it is a folder"});
   }
   return !job.failed();
 }
 
-Told report(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates) {
+Told report(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs,
+            const std::vector<driver::OrderEstimate>& estimates) {
   const model::DataSet& set = maker.set();
   Told told;
-  told.say(job, fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells\n", set.name, set.runs, set.scene, maker.times().size(), maker.times().front(),
-                            maker.times().back(), fmt::join(maker.cells(), " x ")));
+  told.say(job, fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells\n", set.name,
+                            set.runs, set.scene, maker.times().size(), maker.times().front(), maker.times().back(),
+                            fmt::join(maker.cells(), " x ")));
   told.json = {{"runs", set.runs}, {"frames", maker.times().size()}, {"cells", maker.cells()}};
   report_estimates(job, estimates, told);
   report_drifts(job, maker, runs, told);
@@ -259,7 +301,8 @@ Json again(Job& job, const model::DataSet& set, const Told& told) {
 }
 
 /// The data set, and beside it what it cost: the seconds that are returned.
-double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, const std::vector<driver::OrderEstimate>& estimates, const Told& told) {
+double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs,
+                   const std::vector<driver::OrderEstimate>& estimates, const Told& told) {
   double cpu_seconds = 0;
   for (const driver::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
   const std::string& file = maker.set().file;
@@ -268,7 +311,8 @@ double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driv
     add_told(content, key_of_all(maker), told);
     const std::string bytes = compose_netcdf(std::move(content));
     save_text(job, file, bytes);
-    save_text(job, driver::cost_file_of(file), driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+    save_text(job, driver::cost_file_of(file),
+              driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
   });
   return cpu_seconds;
 }
@@ -311,7 +355,9 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
   };
   const bool complete = maker->make(is_done, take, job.sink());
   if (interrupt_flag().load()) {
-    job.sink().report("optimiser-interrupted", {}, {fmt::format("{} (runs)", done + there), fmt::format("{}", set.runs)}, "the same command with --resume makes the others");
+    job.sink().report("optimiser-interrupted", {},
+                      {fmt::format("{} (runs)", done + there), fmt::format("{}", set.runs)},
+                      "the same command with --resume makes the others");
   }
   if (!complete || job.failed()) return result;
   std::vector<driver::DataRun> runs;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde emit: one stage of the compiler as text.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 
@@ -78,7 +78,8 @@ std::string stencil_text(const driver::Compiled& compiled) {
 std::string stage_text(Job& job, const EmitOptions& options) {
   if (options.stage == "ast") {
     ast::File file = parse(job.source(), job.sink());
-    std::erase_if(file.declarations, [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
+    std::erase_if(file.declarations,
+                  [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
     return job.failed() ? "" : print(file);
   }
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
@@ -126,11 +127,13 @@ void add_emit(CLI::App& app, int& status) {
   add_common_options(*verb, *options, {.out = false, .seed = false, .json = false});
   verb->add_option("--stage", options->stage, "which one")
       ->required()
-      ->check(CLI::IsMember({"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop", "cpp", "adjoint-cpp", "llvm",
-                             "adjoint-llvm", "asm", "adjoint-asm"}));
+      ->check(CLI::IsMember({"ast", "model", "stencil", "tangent", "adjoint", "loop", "adjoint-loop", "cpp",
+                             "adjoint-cpp", "llvm", "adjoint-llvm", "asm", "adjoint-asm"}));
   verb->add_option("-o,--output", options->output, "file to write instead of standard output")->type_name("PATH");
   verb->add_flag("--optimised", options->optimised, "of llvm: after the passes, for this processor");
-  verb->footer("Examples:\n  dpde emit burgers.dpde --stage adjoint\n  dpde emit burgers.dpde --stage stencil -o step.dpde && dpde run step.dpde");
+  verb->footer(
+      "Examples:\n  dpde emit burgers.dpde --stage adjoint\n  dpde emit burgers.dpde --stage stencil -o step.dpde && "
+      "dpde run step.dpde");
   on_call(*verb, status, [options] { return emit(*options); });
 }
 

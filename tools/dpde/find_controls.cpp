@@ -25,11 +25,13 @@ namespace {
 using Found = std::vector<driver::FoundControls>;
 
 /// Of runs of which every window was found.
-NetcdfContent content_of(const Job& job, driver::Session& session, const driver::TrainingScene& scene, const std::vector<std::string>& states, const Found& all) {
+NetcdfContent content_of(const Job& job, driver::Session& session, const driver::TrainingScene& scene,
+                         const std::vector<std::string>& states, const Found& all) {
   NetcdfContent content;
   NetcdfNames names(session);
   add_origin(content, job, session);
-  content.attributes.insert(content.attributes.end(), {{"dpde_task", scene.task().name}, {"dpde_trajectories", scene.trajectories.path}});
+  content.attributes.insert(content.attributes.end(),
+                            {{"dpde_task", scene.task().name}, {"dpde_trajectories", scene.trajectories.path}});
   const AxisNames axes = add_axes(content, session, session.workspace().axes(), names);
   const std::string time = names.free("time");
   const std::vector<double>& frame_times = scene.trajectories.times;
@@ -38,26 +40,35 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
   for (const driver::FoundControls& found : all) {
     if (runs.empty() || runs.back() != found.window.run) runs.push_back(found.window.run);
   }
-  const std::size_t frames = all.size() / runs.size() * static_cast<std::size_t>(scene.steps() / scene.trajectories.every);
-  content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())}, {time, static_cast<std::int64_t>(frames)}});
-  NetcdfVariable times{time, {time}, described("time"), {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}};
+  const std::size_t frames =
+      all.size() / runs.size() * static_cast<std::size_t>(scene.steps() / scene.trajectories.every);
+  content.dimensions.insert(content.dimensions.end(), {{"run", static_cast<std::int64_t>(runs.size())},
+                                                       {time, static_cast<std::int64_t>(frames)}});
+  NetcdfVariable times{time,
+                       {time},
+                       described("time"),
+                       {frame_times.begin() + 1, frame_times.begin() + 1 + static_cast<std::ptrdiff_t>(frames)}};
   times.attributes.push_back({"axis", "T"});
   content.variables.push_back(std::move(times));
   for (std::size_t s = 0; s < states.size(); ++s) {
     const model::Placement placement = placement_of(session, states[s]);
-    NetcdfVariable variable{states[s], {"run", time}, described("field " + states[s]), {}, session.problem().scheme.real == Precision::f32};
+    NetcdfVariable variable{
+        states[s], {"run", time}, described("field " + states[s]), {}, session.problem().scheme.real == Precision::f32};
     for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    for (const driver::FoundControls& found : all) variable.values.insert(variable.values.end(), found.states[s].begin(), found.states[s].end());
+    for (const driver::FoundControls& found : all)
+      variable.values.insert(variable.values.end(), found.states[s].begin(), found.states[s].end());
     content.variables.push_back(std::move(variable));
   }
   for (std::size_t p = 0; p < params.size(); ++p) {
     NetcdfVariable variable{params[p], {"run"}, described("parameter " + params[p]), {}};
-    for (const int run : runs) variable.values.push_back(scene.trajectories.runs[static_cast<std::size_t>(run)].params[p]);
+    for (const int run : runs)
+      variable.values.push_back(scene.trajectories.runs[static_cast<std::size_t>(run)].params[p]);
     content.variables.push_back(std::move(variable));
   }
   for (const model::Parameter& param : session.problem().params) {
     const bool differs = std::ranges::find(params, param.name) != params.end();
-    if (!differs && session.problem().find_control(param.name) == nullptr) content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
+    if (!differs && session.problem().find_control(param.name) == nullptr)
+      content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
   }
   return content;
 }
@@ -68,7 +79,8 @@ std::vector<double> mean_losses(const Found& all) {
   for (const driver::FoundControls& found : all) most = std::max(most, found.losses.size());
   std::vector<double> mean(most);
   for (const driver::FoundControls& found : all) {
-    for (std::size_t k = 0; k < most; ++k) mean[k] += found.losses[std::min(k, found.losses.size() - 1)] / static_cast<double>(all.size());
+    for (std::size_t k = 0; k < most; ++k)
+      mean[k] += found.losses[std::min(k, found.losses.size() - 1)] / static_cast<double>(all.size());
   }
   return mean;
 }
@@ -82,7 +94,11 @@ Json leave_out(const driver::TrainingScene& scene, Found& all) {
     const auto& [run, frame] = found.window;
     runs.insert(run);
     left_out.push_back({{"run", run}, {"frame", frame}, {"why", found.why}});
-    std::fputs(fmt::format("dpde: no controls for the window from frame {} of run {}: {}; run {} is left out of {}.nc\n", frame, run, found.why, run, scene.task().name).c_str(), stderr);
+    std::fputs(
+        fmt::format("dpde: no controls for the window from frame {} of run {}: {}; run {} is left out of {}.nc\n",
+                    frame, run, found.why, run, scene.task().name)
+            .c_str(),
+        stderr);
   }
   std::erase_if(all, [&](const driver::FoundControls& found) { return runs.contains(found.window.run); });
   return left_out;
@@ -94,7 +110,8 @@ void report(Job& job, const std::string& task, const Found& all, Told& told) {
   const std::vector<double> losses = mean_losses(all);
   double norm = 0;
   for (const driver::FoundControls& found : all) norm = std::hypot(norm, found.norm);
-  told.say(job, fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(), shown(losses.back()), shown(losses.front())));
+  told.say(job, fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(),
+                            shown(losses.back()), shown(losses.front())));
   told.json["iterations"] = losses.size() - 1;
   told.json["loss"] = json_numbers(losses);
   told.json["windows"] = all.size();
@@ -112,11 +129,14 @@ Json again(Job& job, const std::string& task, const Told& told) {
 }
 
 /// With the windows that were found before. False when stopped or not saved.
-bool search(Job& job, driver::WindowControls& controls, const std::function<WindowPart(const driver::Window&)>& part, bool quiet, Found& all) {
+bool search(Job& job, driver::WindowControls& controls, const std::function<WindowPart(const driver::Window&)>& part,
+            bool quiet, Found& all) {
   const std::vector<driver::Window> windows = controls.windows();
   std::vector<driver::Window> rest;
   for (const driver::Window& window : windows) {
-    const bool is_there = std::ranges::any_of(all, [&](const driver::FoundControls& found) { return found.window.run == window.run && found.window.frame == window.frame; });
+    const bool is_there = std::ranges::any_of(all, [&](const driver::FoundControls& found) {
+      return found.window.run == window.run && found.window.frame == window.frame;
+    });
     if (!is_there) rest.push_back(window);
   }
   const std::size_t before = all.size();
@@ -124,23 +144,30 @@ bool search(Job& job, driver::WindowControls& controls, const std::function<Wind
   const bool complete = controls.find(rest, [&](driver::FoundControls found) {
     if (!part(found.window).save(found, job.sink())) return false;
     all.push_back(std::move(found));
-    progress.show(fmt::format("window {} of {}  loss {:.6g}", all.size(), windows.size(), all.back().losses.empty() ? std::nan("") : all.back().losses.back()), static_cast<int>(all.size() - before),
-                  static_cast<int>(rest.size()));
+    progress.show(fmt::format("window {} of {}  loss {:.6g}", all.size(), windows.size(),
+                              all.back().losses.empty() ? std::nan("") : all.back().losses.back()),
+                  static_cast<int>(all.size() - before), static_cast<int>(rest.size()));
     return true;
   });
   if (complete || job.failed()) return complete;
-  job.sink().report("optimiser-interrupted", {}, {fmt::format("{} (windows)", all.size()), fmt::format("{}", windows.size())}, "the same command with --resume searches the others");
+  job.sink().report("optimiser-interrupted", {},
+                    {fmt::format("{} (windows)", all.size()), fmt::format("{}", windows.size())},
+                    "the same command with --resume searches the others");
   return false;
 }
 
 }  // namespace
 
-Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene, const driver::BatchOptions& batch) {
+Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene,
+                   const driver::BatchOptions& batch) {
   Json json = Json::object();
   const std::string& task = scene.task().name;
   if (options.epochs > 0 || options.out.empty()) {
-    job.sink().report("bad-option", {}, {options.out.empty() ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
-                                                             : fmt::format("--epochs is not for task {}, which seeks controls for each window: --iterations", task)});
+    job.sink().report(
+        "bad-option", {},
+        {options.out.empty()
+             ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
+             : fmt::format("--epochs is not for task {}, which seeks controls for each window: --iterations", task)});
     return json;
   }
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
@@ -148,7 +175,9 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   driver::WindowControls controls(scene, options.iterations, batch);
   const std::uint64_t key = controls.key();
   const std::string result_file = task + ".nc";
-  const auto part = [file = std::filesystem::path(options.out) / result_file, key](const driver::Window& window) { return WindowPart(file, key, window); };
+  const auto part = [file = std::filesystem::path(options.out) / result_file, key](const driver::Window& window) {
+    return WindowPart(file, key, window);
+  };
   if (const std::optional<Told> told = options.resume ? told_of_finished(job, result_file, key) : std::nullopt) {
     json = again(job, task, *told);
     json["resumed_windows"] = controls.windows().size();
@@ -160,20 +189,26 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
     if (found) all.push_back(std::move(*found));
   }
   json["resumed_windows"] = all.size();
-  if (options.resume) job.say(fmt::format("{} of {} windows were there already\n", all.size(), controls.windows().size()));
+  if (options.resume)
+    job.say(fmt::format("{} of {} windows were there already\n", all.size(), controls.windows().size()));
   const auto start = std::chrono::steady_clock::now();
   if (!search(job, controls, part, options.quiet || options.json, all)) return json;
-  std::ranges::sort(all, {}, [](const driver::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
+  std::ranges::sort(all, {},
+                    [](const driver::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
   Told told;
   told.json["left_out"] = leave_out(scene, all);
   told.json["frames_left_over"] = controls.frames_left_over();
   if (controls.frames_left_over() > 0) {
-    told.say(job, fmt::format("the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n", controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
+    told.say(job, fmt::format(
+                      "the last {} of {} frames of each run fill no window of {} steps: nothing is sought for them\n",
+                      controls.frames_left_over(), scene.trajectories.frame_count(), scene.steps()));
   }
   if (!told.json["left_out"].empty()) std::fputs(fmt::format("dpde: {}\n", what_may_help).c_str(), stderr);
   json.update(told.json);
   if (all.empty()) {
-    job.sink().report("run-failed", {}, {fmt::format("every run has a window without controls: nothing is written to {}.nc", task)}, what_may_help);
+    job.sink().report("run-failed", {},
+                      {fmt::format("every run has a window without controls: nothing is written to {}.nc", task)},
+                      what_may_help);
     return json;
   }
   report(job, task, all, told);

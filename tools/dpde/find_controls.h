@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dpde optimize of a task that seeks controls for each window of trajectories: what the scene does with them becomes trajectories
-// again, for a task that learns without the solver.
+// dpde optimize of a task that seeks controls for each window of trajectories: what the scene does with them becomes
+// trajectories again, for a task that learns without the solver.
 #pragma once
 
 #include "driver/window_controls.h"
@@ -9,6 +9,7 @@
 namespace dpde::tools {
 
 /// TASK.nc in the folder of --out: the states behind the first frame of each window.
-Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene, const driver::BatchOptions& batch);
+Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene,
+                   const driver::BatchOptions& batch);
 
 }  // namespace dpde::tools

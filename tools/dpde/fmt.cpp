@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde fmt: formats a model file in place.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
-
 #include <memory>
 
 #include "command.h"

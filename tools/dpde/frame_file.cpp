@@ -19,7 +19,9 @@ namespace {
 
 constexpr int most_files = 100;
 
-[[noreturn]] void fail(const fs::path& path) { throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), std::strerror(errno))); }
+[[noreturn]] void fail(const fs::path& path) {
+  throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), std::strerror(errno)));
+}
 
 std::uint64_t empty_checksum() { return driver::hash_bytes("", 0); }
 
@@ -37,7 +39,8 @@ FrameFile::FrameFile(const fs::path& checkpoint) : checkpoint_(checkpoint) {
 }
 
 fs::path FrameFile::path_of(int number) const {
-  return checkpoint_.parent_path() / fmt::format("{}.frames{}", checkpoint_.stem().string(), number == 0 ? "" : fmt::format("-{}", number));
+  return checkpoint_.parent_path() /
+         fmt::format("{}.frames{}", checkpoint_.stem().string(), number == 0 ? "" : fmt::format("-{}", number));
 }
 
 void FrameFile::open_file() {
@@ -51,7 +54,8 @@ void FrameFile::append(std::span<const double> frame) {
   open_file();
   const char* const bytes = reinterpret_cast<const char*>(frame.data());
   for (std::size_t done = 0; done < frame.size_bytes();) {
-    const ssize_t written = pwrite(file_.number, bytes + done, frame.size_bytes() - done, static_cast<off_t>(mark_.bytes) + static_cast<off_t>(done));
+    const ssize_t written = pwrite(file_.number, bytes + done, frame.size_bytes() - done,
+                                   static_cast<off_t>(mark_.bytes) + static_cast<off_t>(done));
     if (written < 0 && errno == EINTR) continue;
     if (written == 0) errno = EIO;
     if (written <= 0) fail(mark_.file);
@@ -68,10 +72,14 @@ FrameMark FrameFile::sync() {
 
 std::vector<double> FrameFile::reopen(const FrameMark& mark) {
   const fs::path path = checkpoint_.parent_path() / fs::path(mark.file).filename();
-  const auto damaged = [&] { throw Error(ErrorKind::input, fmt::format("{} is not the file its checkpoint means, or damaged", path.string())); };
+  const auto damaged = [&] {
+    throw Error(ErrorKind::input, fmt::format("{} is not the file its checkpoint means, or damaged", path.string()));
+  };
   std::error_code error;
   const auto size = mark.bytes == 0 ? 0 : fs::file_size(path, error);
-  if (error || mark.bytes < 0 || mark.bytes % std::int64_t{sizeof(double)} != 0 || size < static_cast<std::uintmax_t>(mark.bytes)) damaged();
+  if (error || mark.bytes < 0 || mark.bytes % std::int64_t{sizeof(double)} != 0 ||
+      size < static_cast<std::uintmax_t>(mark.bytes))
+    damaged();
   std::vector<double> values(static_cast<std::size_t>(mark.bytes) / sizeof(double));
   std::ifstream in(path, std::ios::binary);
   if (mark.bytes > 0 && !in.read(reinterpret_cast<char*>(values.data()), mark.bytes)) damaged();

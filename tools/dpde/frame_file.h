@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The states that a run with checkpoints has recorded, one after the other, in a file that only grows: a checkpoint appends what is new
-// and keeps the length. What stands behind that length belongs to a checkpoint that a kill cut off, and is written over.
+// The states that a run with checkpoints has recorded, one after the other, in a file that only grows: a checkpoint
+// appends what is new and keeps the length. What stands behind that length belongs to a checkpoint that a kill cut off,
+// and is written over.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,8 @@ struct FrameMark {
 
 class FrameFile {
  public:
-  /// For a run that begins: a name no checkpoint has yet, so that the one of the run before stays whole until this run has its own.
-  /// The file itself is made by the first append.
+  /// For a run that begins: a name no checkpoint has yet, so that the one of the run before stays whole until this run
+  /// has its own. The file itself is made by the first append.
   explicit FrameFile(const std::filesystem::path& checkpoint);
 
   /// @throws Error(machine). A part that failed is written over by the next one.

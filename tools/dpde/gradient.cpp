@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde gradient: one loss and its gradient.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -31,7 +31,8 @@ double median_seconds(const std::function<void()>& body) {
   return samples[samples.size() / 2];
 }
 
-void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& part, const Eigen::VectorXd& gradient, Json& json) {
+void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& part, const Eigen::VectorXd& gradient,
+                    Json& json) {
   const std::string name = part.is_initial() ? "initial " + part.name : part.name;
   const double norm = norm_of(gradient, part);
   Json entry = {{"norm", json_number(norm)}};
@@ -41,7 +42,9 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     for (const double value : values) largest = std::max(largest, std::abs(value));
     entry["max"] = json_number(largest);
     save_state(job, run.session->workspace(), "gradient_" + part.name, values);
-    if (!job.options().out.empty()) save_picture(job, "gradient_" + part.name, panels_of_field(*run.session, part.name, "d loss / d " + name, {{part.name, values}}));
+    if (!job.options().out.empty())
+      save_picture(job, "gradient_" + part.name,
+                   panels_of_field(*run.session, part.name, "d loss / d " + name, {{part.name, values}}));
     job.say(fmt::format("d loss / d {}: norm {:.12g}, largest {:.12g}\n", name, shown(norm), shown(largest)));
   } else if (part.is_control()) {
     entry["values"] = json_numbers(part_of(gradient, part));
@@ -82,17 +85,20 @@ Json gradient(Job& job, const TaskOptions& options) {
   job.say(fmt::format("{}: loss = {:.12g}\n", run.task().name, shown(loss)));
   Json parts = Json::object();
   for (const driver::Inverse::Part& part : inverse.parts()) report_unknown(job, run, part, gradient, parts);
-  job.say(fmt::format("loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
-                      human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
-                      last.recomputed_steps));
+  job.say(fmt::format(
+      "loss and gradient in {}, {:.2f} times the loss alone; {} states stored ({}), {} steps computed again\n",
+      human_seconds(wall), wall / primal, last.stored_states, human_bytes(double(last.checkpoint_bytes)),
+      last.recomputed_steps));
   result["loss"] = json_number(loss);
   result["gradient"] = std::move(parts);
   result["wall_s"] = wall;
   result["primal_wall_s"] = primal;
   result["ratio"] = json_number(wall / primal);
-  result["checkpoints"] = {
-      {"stored", last.stored_states}, {"recomputed_steps", last.recomputed_steps}, {"bytes", last.checkpoint_bytes},
-      {"block_steps", run.session->rollout().gradient_block_steps()}, {"tape_bytes", last.tape_bytes}};
+  result["checkpoints"] = {{"stored", last.stored_states},
+                           {"recomputed_steps", last.recomputed_steps},
+                           {"bytes", last.checkpoint_bytes},
+                           {"block_steps", run.session->rollout().gradient_block_steps()},
+                           {"tape_bytes", last.tape_bytes}};
   result["compile_s"] = run.compiled->seconds;
   result["certificate"] = certificate_json(run);
   result["files"] = job.files();
@@ -105,7 +111,8 @@ void add_gradient(CLI::App& app, int& status) {
   const auto options = std::make_shared<TaskOptions>();
   CLI::App* verb = app.add_subcommand("gradient", "the loss of a task and its gradient");
   add_task_options(*verb, *options);
-  verb->footer("Examples:\n  dpde gradient burgers.dpde recover\n  dpde gradient heat.dpde find_kappa --memory 64M --json");
+  verb->footer(
+      "Examples:\n  dpde gradient burgers.dpde recover\n  dpde gradient heat.dpde find_kappa --memory 64M --json");
   on_call(*verb, status, [options] {
     Job job(*options);
     Json result = Json::object();

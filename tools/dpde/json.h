@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON whose keys keep their order. The library's templates are compiled once, in json.cpp: in each file that uses them they
-// take seconds.
+// JSON whose keys keep their order. The library's templates are compiled once, in json.cpp: in each file that uses them
+// they take seconds.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde: the command. Each verb has a file of its own; this one parses the command line and hands over.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -21,9 +21,9 @@ namespace {
 int report_usage(const std::string& message, bool json) {
   std::fputs(fmt::format("dpde: error[E0904]: {}\n  help: dpde --help, dpde VERB --help\n", message).c_str(), stderr);
   if (json) {
-    const dpde::tools::Json diagnostic = {{"code", "E0904"}, {"severity", "error"}, {"message", message},
-                                          {"file", ""},      {"line", 0},           {"column", 0},
-                                          {"hint", "dpde VERB --help"}};
+    const dpde::tools::Json diagnostic = {
+        {"code", "E0904"}, {"severity", "error"}, {"message", message},        {"file", ""},
+        {"line", 0},       {"column", 0},         {"hint", "dpde VERB --help"}};
     fmt::print("{}\n", dpde::tools::json_text({{"diagnostics", dpde::tools::Json::array({diagnostic})}}));
   }
   return static_cast<int>(dpde::tools::Exit::wrong_input);
@@ -55,8 +55,9 @@ int main(int argc, char** argv) {
   CLI::App app("dpde: from equations to fast simulations and certified gradients", "dpde");
   app.set_version_flag("--version", version);
   app.require_subcommand(1);
-  app.footer("First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
-             "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed");
+  app.footer(
+      "First steps:  dpde check FILE.dpde    dpde run FILE.dpde    dpde verify FILE.dpde\n"
+      "Exit status:  0 done, 1 the run failed, 2 the input is wrong, 3 the machine failed");
   int status = 0;
   add_run(app, status);
   add_check(app, status);

@@ -18,7 +18,8 @@ namespace dpde::tools {
 
 namespace {
 
-void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& what, const std::string& corner, NetcdfNames& names) {
+void add_axis(NetcdfContent& content, const model::Axis& axis, const std::string& name, const std::string& what,
+              const std::string& corner, NetcdfNames& names) {
   content.dimensions.push_back({name, axis.cells});
   NetcdfVariable places{name, {name}, described(axis.name + what), {}};
   NetcdfVariable bounds{names.free(name + "_bounds"), {name, corner}, {}, {}};
@@ -75,7 +76,8 @@ std::string NetcdfNames::free(std::string name) {
 
 NetcdfAttributes described(const std::string& what) { return {{"long_name", what}, {"units", "1"}}; }
 
-AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes, NetcdfNames& names) {
+AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes,
+                   NetcdfNames& names) {
   const std::string corner = names.free("bounds");
   content.dimensions.push_back({corner, 2});
   AxisNames result;
@@ -88,7 +90,8 @@ AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const
     result.back()[1] = names.free(axis.name + "_faces");
     model::Placement faces{};
     faces[a] = true;
-    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1], " of the upper faces of the cells", corner, names);
+    add_axis(content, model::axes_at(axes, faces)[a], result.back()[1], " of the upper faces of the cells", corner,
+             names);
   }
   return result;
 }
@@ -115,7 +118,9 @@ void add_origin(NetcdfContent& content, const Job& job, const driver::Session& s
 }
 
 void add_told(NetcdfContent& content, std::uint64_t key, const Told& told) {
-  content.attributes.insert(content.attributes.end(), {{"dpde_key", fmt::format("{:016x}", key)}, {"dpde_told", told.text}, {"dpde_result", json_text(told.json)}});
+  content.attributes.insert(
+      content.attributes.end(),
+      {{"dpde_key", fmt::format("{:016x}", key)}, {"dpde_told", told.text}, {"dpde_result", json_text(told.json)}});
 }
 
 std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key) {
@@ -150,7 +155,8 @@ void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all) {
     is_first = false;
   }
   for (const model::Parameter& param : session.problem().params) {
-    if (session.problem().find_control(param.name) != nullptr) continue;  // no number of the whole run: dpde_problem has its formula
+    if (session.problem().find_control(param.name) != nullptr)
+      continue;  // no number of the whole run: dpde_problem has its formula
     content.variables.push_back({param.name, {}, described("parameter " + param.name), {param.value}});
   }
   guarded(job, [&] { save_text(job, session.problem().scene + ".nc", compose_netcdf(std::move(content))); });

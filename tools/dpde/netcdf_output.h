@@ -30,11 +30,13 @@ NetcdfAttributes described(const std::string& what);
 /// Names of the dimensions of values at centres, and at faces, of each axis.
 using AxisNames = std::vector<std::array<std::string, 2>>;
 /// The axes, and for those along which states are staggered the places of the faces.
-AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes, NetcdfNames& names);
+AxisNames add_axes(NetcdfContent& content, const driver::Session& session, const std::vector<model::Axis>& axes,
+                   NetcdfNames& names);
 /// Text, settings and numbers that make the scene again.
 void add_origin(NetcdfContent& content, const Job& job, const driver::Session& session);
 
-/// What is told of a job that has its result in one file: in words, and as JSON. Nothing that is another number the next time.
+/// What is told of a job that has its result in one file: in words, and as JSON. Nothing that is another number the
+/// next time.
 struct Told {
   std::string text;
   Json json = Json::object();
@@ -43,7 +45,8 @@ struct Told {
     job.say(words);
   }
 };
-/// Marks the content as the result of the job with this key; and what was told of it, where the file in the folder of --out has such a mark.
+/// Marks the content as the result of the job with this key; and what was told of it, where the file in the folder of
+/// --out has such a mark.
 void add_told(NetcdfContent& content, std::uint64_t key, const Told& told);
 std::optional<Told> told_of_finished(const Job& job, const std::string& file, std::uint64_t key);
 

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde optimize: runs the task's optimiser.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 
-#include "driver/evaluation_log.h"
-#include "driver/second_order.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/optimise.h"
+#include "driver/evaluation_log.h"
+#include "driver/second_order.h"
 #include "interrupt.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
 #include "progress.h"
-#include "stencil/print_stencil.h"
 #include "scene_output.h"
+#include "stencil/print_stencil.h"
 #include "support/evaluate.h"
 #include "train.h"
 #include "verbs.h"
@@ -49,7 +49,8 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
     key = driver::hash_bytes(values.data(), sizeof(double) * values.size(), key);
   };
   for (int s = 0; s < run.session->rollout().state_count(); ++s) add_values(run.session->initial(s));
-  for (const model::Coefficient& c : run.session->problem().coefficients) add_values(run.session->workspace().dense(c.name));
+  for (const model::Coefficient& c : run.session->problem().coefficients)
+    add_values(run.session->workspace().dense(c.name));
   for (const auto& [network, weights] : run.session->workspace().weights()) add_values(weights.values);
   for (const driver::DataStates& datum : run.session->data()) {
     for (const std::string& field : datum.fields) {
@@ -81,7 +82,8 @@ OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& optimiser, co
   const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
     second->product(x, v, result);
   };
-  return minimise(method, objective, product, run.inverse->start(), optimiser.iterations, observer, run.inverse->bounds());
+  return minimise(method, objective, product, run.inverse->start(), optimiser.iterations, observer,
+                  run.inverse->bounds());
 }
 
 /// Iterations worth a line: the first ones, then about forty.
@@ -96,7 +98,8 @@ struct Outcome {
   double seconds = 0;
 };
 
-Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method, driver::EvaluationLog* log) {
+Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
+                 driver::EvaluationLog* log) {
   Progress progress(false, options.quiet || options.json);
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     double loss = 0;
@@ -109,13 +112,15 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
   const auto start = std::chrono::steady_clock::now();
   const IterationObserver observer = [&](const Iteration& iteration) {
     if (is_shown(iteration.iteration, method.iterations)) {
-      lines += fmt::format("iteration {:>5}  loss {:<14.8g} gradient {:.4g}\n", iteration.iteration, shown(iteration.loss), shown(iteration.gradient_norm));
+      lines += fmt::format("iteration {:>5}  loss {:<14.8g} gradient {:.4g}\n", iteration.iteration,
+                           shown(iteration.loss), shown(iteration.gradient_norm));
     }
     if (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > 0.2) {
       job.say(lines);
       lines.clear();
-      progress.show(fmt::format("iteration {} of {}  loss {:.6g}", iteration.iteration, method.iterations, iteration.loss),
-                    iteration.iteration, method.iterations);
+      progress.show(
+          fmt::format("iteration {} of {}  loss {:.6g}", iteration.iteration, method.iterations, iteration.loss),
+          iteration.iteration, method.iterations);
     }
     return !interrupt_flag().load();
   };
@@ -129,11 +134,14 @@ Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const m
 void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int iterations) {
   const model::Task& task = run.task();
   if (interrupt_flag().load()) {
-    job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", result.iterations), fmt::format("{}", iterations)},
+    job.sink().report("optimiser-interrupted", {},
+                      {fmt::format("{}", result.iterations), fmt::format("{}", iterations)},
                       "with --out, the same command with --resume goes on from here");
   } else if (result.reason == StopReason::not_finite && run.inverse->misfit()) {
     const model::WallMisfit& misfit = *run.inverse->misfit();
-    job.sink().report("condition-too-coarse", task.losses.front().origin.range, {fmt::format("{} after {} iterations", misfit.condition, result.iterations), misfit.reason}, "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint);
+    job.sink().report("condition-too-coarse", task.losses.front().origin.range,
+                      {fmt::format("{} after {} iterations", misfit.condition, result.iterations), misfit.reason},
+                      "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint);
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
     job.sink().report("loss-not-finite", task.losses.front().origin.range,
@@ -150,7 +158,8 @@ Json unknowns_json(Job& job, const TaskRun& run, const OptimiseResult& result) {
     if (part.is_field() || part.is_network()) {
       unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}};
     } else if (part.is_control()) {
-      unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))}, {"values", json_numbers(part_of(result.x, part))}};
+      unknowns[part.name] = {{"norm", json_number(norm_of(result.x, part))},
+                             {"values", json_numbers(part_of(result.x, part))}};
     } else {
       unknowns[part.name] = {{"value", json_number(result.x[part.offset])}};
       job.say(fmt::format("{} = {:.12g}\n", part.name, shown(result.x[part.offset])));
@@ -179,7 +188,8 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   std::unique_ptr<driver::EvaluationLog> log;
   if (!options.out.empty()) {
     const std::filesystem::path path = std::filesystem::path(options.out) / "optimiser.log";
-    log = std::make_unique<driver::EvaluationLog>(path, key_of(run, method), run.inverse->size(), options.resume, job.sink());
+    log = std::make_unique<driver::EvaluationLog>(path, key_of(run, method), run.inverse->size(), options.resume,
+                                                  job.sink());
     if (!log->is_open()) return json;
   }
   const std::int64_t recorded = log ? log->recorded() : 0;
@@ -187,8 +197,9 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   const Outcome outcome = optimise(job, options, run, method, log.get());
   const OptimiseResult& result = outcome.result;
   report_stop(job, run, result, method.iterations);
-  job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name, shown(result.loss),
-                      result.iterations, human_seconds(outcome.seconds), describe(result.reason), human_seconds(run.compiled->seconds)));
+  job.say(fmt::format("{}: loss {:.8g} after {} iterations in {} ({}); compiled in {}\n", run.task().name,
+                      shown(result.loss), result.iterations, human_seconds(outcome.seconds), describe(result.reason),
+                      human_seconds(run.compiled->seconds)));
   json["iterations"] = result.iterations;
   json["loss"] = json_numbers(result.losses);
   json["wall_s"] = outcome.seconds;
@@ -220,11 +231,15 @@ void add_optimize(CLI::App& app, int& status) {
   CLI::App* verb = app.add_subcommand("optimize", "run the optimiser of a task: find its unknowns");
   add_task_options(*verb, *options);
   verb->add_option("--iterations", options->iterations, "in place of the task's")->check(CLI::PositiveNumber);
-  verb->add_option("--epochs", options->epochs, "in place of the task's, where it learns from trajectories")->check(CLI::PositiveNumber);
-  verb->add_option("--checkpoint-every", options->checkpoint_every, "of such a task: updates, or time as in 30s, 10min (else every 10 minutes)")->type_name("INTERVAL");
+  verb->add_option("--epochs", options->epochs, "in place of the task's, where it learns from trajectories")
+      ->check(CLI::PositiveNumber);
+  verb->add_option("--checkpoint-every", options->checkpoint_every,
+                   "of such a task: updates, or time as in 30s, 10min (else every 10 minutes)")
+      ->type_name("INTERVAL");
   verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
-  verb->footer("Examples:\n  dpde optimize burgers.dpde recover --out results\n"
-               "  dpde optimize burgers.dpde recover --out results --iterations 500 --resume");
+  verb->footer(
+      "Examples:\n  dpde optimize burgers.dpde recover --out results\n"
+      "  dpde optimize burgers.dpde recover --out results --iterations 500 --resume");
   on_call(*verb, status, [options] {
     Job job(*options);
     Json result = Json::object();

@@ -138,9 +138,11 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
       if (part.is_network() && network.name == part.name) save_weights(job, network, part_of(result.x, part));
     }
     if (!part.is_field()) continue;
-    save_state(job, run.session->workspace(), part.is_initial() ? part.name + "_initial" : part.name, part_of(result.x, part));
+    save_state(job, run.session->workspace(), part.is_initial() ? part.name + "_initial" : part.name,
+               part_of(result.x, part));
   }
-  const bool has_curve = std::ranges::any_of(result.losses, [](double loss) { return std::isfinite(loss) && loss > 0; });
+  const bool has_curve =
+      std::ranges::any_of(result.losses, [](double loss) { return std::isfinite(loss) && loss > 0; });
   if (has_curve) save_picture(job, "loss", {loss_panel(result)});
   if (interrupt_flag().load()) return;  // the pictures need another run
   std::vector<Panel> panels;

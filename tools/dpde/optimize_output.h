@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an optimisation leaves behind: losses as a table and a curve, unknowns as arrays, and a picture of target, result
-// and recovered initial state.
+// What an optimisation leaves behind: losses as a table and a curve, unknowns as arrays, and a picture of target,
+// result and recovered initial state.
 #pragma once
 
 #include "dpde/runtime/optimise.h"

@@ -45,7 +45,9 @@ struct Span {
 
 /// Of equal pixels, at most `most`: those whose centres they cover, else the one below their middle.
 std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces, int most) {
-  const auto face = [&](int i) { return faces.empty() ? double(i) / cells : (faces[std::size_t(i)] - faces.front()) / (faces.back() - faces.front()); };
+  const auto face = [&](int i) {
+    return faces.empty() ? double(i) / cells : (faces[std::size_t(i)] - faces.front()) / (faces.back() - faces.front());
+  };
   double narrowest = 1;
   for (int i = 0; i < cells; ++i) narrowest = std::min(narrowest, face(i + 1) - face(i));
   const double wanted = faces.empty() ? cells : std::max<double>(cells, 2 * std::ceil(1 / narrowest));
@@ -61,10 +63,11 @@ std::vector<Span> cells_below_pixels(int cells, const std::vector<double>& faces
   return below;
 }
 
-/// The panel with equal pixels in the place of cells, no more of them than the picture has: each the mean of its cells, so that one
-/// that is not finite shows. The colours are those of the values themselves.
+/// The panel with equal pixels in the place of cells, no more of them than the picture has: each the mean of its cells,
+/// so that one that is not finite shows. The colours are those of the values themselves.
 MapPanel with_pixels(MapPanel panel) {
-  if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= panel_width && panel.ny <= panel_height) return panel;
+  if (panel.x_faces.empty() && panel.y_faces.empty() && panel.nx <= panel_width && panel.ny <= panel_height)
+    return panel;
   if (!panel.range) panel.range = range_of(panel.values);
   const std::vector<Span> columns = cells_below_pixels(panel.nx, panel.x_faces, panel_width);
   const std::vector<Span> rows = cells_below_pixels(panel.ny, panel.y_faces, panel_height);
@@ -73,7 +76,8 @@ MapPanel with_pixels(MapPanel panel) {
     for (const Span column : columns) {
       double sum = 0;
       for (int y = row.begin; y < row.end; ++y) {
-        for (int x = column.begin; x < column.end; ++x) sum += panel.values[std::size_t(y) * std::size_t(panel.nx) + std::size_t(x)];
+        for (int x = column.begin; x < column.end; ++x)
+          sum += panel.values[std::size_t(y) * std::size_t(panel.nx) + std::size_t(x)];
       }
       values.push_back(sum / (double(row.end - row.begin) * (column.end - column.begin)));
     }
@@ -151,7 +155,8 @@ std::string plot_of(const MapPanel& panel, int index) {
 std::string script_for(const std::vector<Panel>& given, const std::string& terminal, const fs::path& output) {
   std::vector<Panel> panels;
   for (const Panel& panel : given) panels.push_back(match(panel, [](const auto& p) { return Panel(with_pixels(p)); }));
-  std::string text = fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
+  std::string text =
+      fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
   text +=
       "set linetype 1 lc rgb '#1f77b4'\nset linetype 2 lc rgb '#d62728'\nset linetype 3 lc rgb '#2ca02c'\n"
       "set linetype 4 lc rgb '#9467bd'\nset border 3\nset tics nomirror\n";
@@ -183,7 +188,8 @@ bool have_gnuplot() {
   return found;
 }
 
-std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink, Formats formats) {
+std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& panels, DiagnosticSink& sink,
+                              Formats formats) {
   std::vector<std::string> files;
   if (panels.empty() || !have_gnuplot()) return files;
   const TemporaryFolder folder;
@@ -192,8 +198,10 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
     return files;
   }
   const int width = panel_width * static_cast<int>(panels.size());
-  const std::string svg = fmt::format("svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'", width, panel_height);
-  const std::string png = fmt::format("pngcairo size {},{} font 'Helvetica,10' background rgb 'white'", width, panel_height);
+  const std::string svg =
+      fmt::format("svg size {},{} dynamic font 'Helvetica,13' background rgb 'white'", width, panel_height);
+  const std::string png =
+      fmt::format("pngcairo size {},{} font 'Helvetica,10' background rgb 'white'", width, panel_height);
   for (const auto& [extension, terminal] : {std::pair{".svg", svg}, std::pair{".png", png}}) {
     if (formats == Formats::png && extension != std::string_view(".png")) continue;
     const fs::path drawn = folder.path() / (std::string("picture") + extension);

@@ -32,7 +32,8 @@ struct MapPanel {
   std::string title, x_label, y_label;
   int nx = 0, ny = 0;
   double x_low = 0, x_high = 1, y_low = 0, y_high = 1;
-  std::vector<double> x_faces, y_faces;  // of cells of different widths, one more than cells; empty where they are uniform
+  std::vector<double> x_faces,
+      y_faces;  // of cells of different widths, one more than cells; empty where they are uniform
   std::vector<double> values;
   std::optional<ValueRange> range;
 };

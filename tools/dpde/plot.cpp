@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde plot: pictures of an array file, or a picture a stored state.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -73,10 +73,12 @@ bool tell_of_values_left_out(Job& job, const StoredField& field) {
   std::size_t all = 0, bad = 0;
   for (const std::vector<double>& state : field.states) {
     all += state.size();
-    bad += static_cast<std::size_t>(std::count_if(state.begin(), state.end(), [](double v) { return !std::isfinite(v); }));
+    bad +=
+        static_cast<std::size_t>(std::count_if(state.begin(), state.end(), [](double v) { return !std::isfinite(v); }));
   }
   if (bad == all) {
-    job.sink().report("bad-array-file", {}, {job.options().file, fmt::format("none of the {} values of {} is finite", all, field.name)});
+    job.sink().report("bad-array-file", {},
+                      {job.options().file, fmt::format("none of the {} values of {} is finite", all, field.name)});
   } else if (bad > 0) {
     job.sink().report("not-finite-in-plot", {}, {fmt::format("{}", bad), fmt::format("{}", all), field.name});
   }
@@ -140,8 +142,9 @@ void add_plot(CLI::App& app, int& status) {
   verb->get_option("file")->description("the .nc or .npy file");
   verb->add_option("--field", options->field, "of a .nc file: this field only")->type_name("NAME");
   verb->add_flag("--video", options->video, "of a .nc file: a PNG for each stored state");
-  verb->footer("Examples:\n  dpde plot results/wave.nc --field u --out pictures\n  dpde plot results/wave.nc --video\n"
-               "  dpde plot results/u.npy");
+  verb->footer(
+      "Examples:\n  dpde plot results/wave.nc --field u --out pictures\n  dpde plot results/wave.nc --video\n"
+      "  dpde plot results/u.npy");
   on_call(*verb, status, [options] {
     Job job(*options);
     guarded(job, [&] { plot(job, *options); });

@@ -10,11 +10,13 @@
 
 namespace dpde::tools {
 
-Record::Record(driver::Session& session, int every, bool keeps_states) : session_(session), keeps_states_(keeps_states) {
+Record::Record(driver::Session& session, int every, bool keeps_states)
+    : session_(session), keeps_states_(keeps_states) {
   std::vector<std::string> all;
   for (int s = 0; s < session.rollout().state_count(); ++s) all.push_back(session.rollout().state_name(s));
   if (every == 0) {
-    for (const model::Output& output : session.problem().outputs) series_.push_back({output.fields, output.every, {}, {}, {}, {}});
+    for (const model::Output& output : session.problem().outputs)
+      series_.push_back({output.fields, output.every, {}, {}, {}, {}});
   }
   if (series_.empty()) series_.push_back({all, every, {}, {}, {}, {}});
 }
@@ -40,7 +42,8 @@ std::string Record::save(FrameFile& frames) {
     const Series& series = series_[static_cast<std::size_t>(entry.series)];
     std::vector<double> frame;
     for (const std::string& field : series.fields) {
-      const auto begin = series.values.at(field).begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(entry.instant) * cells);
+      const auto begin = series.values.at(field).begin() +
+                         static_cast<std::ptrdiff_t>(static_cast<std::size_t>(entry.instant) * cells);
       frame.insert(frame.end(), begin, begin + static_cast<std::ptrdiff_t>(cells));
     }
     frames.append(frame);
@@ -74,7 +77,8 @@ void Record::drop_former_end(int index) {
   series.steps.pop_back();
   series.times.pop_back();
   series.observables.pop_back();
-  for (auto& [field, values] : series.values) values.resize(series.steps.size() * (keeps_states_ ? session_.workspace().cell_count() : 0));
+  for (auto& [field, values] : series.values)
+    values.resize(series.steps.size() * (keeps_states_ ? session_.workspace().cell_count() : 0));
   for (Entry& entry : entries_) {
     if (entry.series == index && entry.instant == static_cast<int>(series.steps.size())) entry.instant = -1;
   }
@@ -124,7 +128,8 @@ bool Record::restore_states(std::span<const double> states) {
     for (const std::string& field : series.fields) {
       if (states.size() < cells) return false;
       std::vector<double>& all = series.values[field];
-      if (entry.instant >= 0) all.insert(all.end(), states.begin(), states.begin() + static_cast<std::ptrdiff_t>(cells));
+      if (entry.instant >= 0)
+        all.insert(all.end(), states.begin(), states.begin() + static_cast<std::ptrdiff_t>(cells));
       states = states.subspan(cells);
     }
   }

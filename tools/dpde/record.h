@@ -20,8 +20,8 @@ struct Series {
   int every = 0;  // 0: only the first and the last
   std::vector<int> steps;
   std::vector<double> times;
-  std::map<std::string, std::vector<double>> values;                        // one state after the other
-  std::vector<std::vector<std::pair<std::string, double>>> observables;     // at these times
+  std::map<std::string, std::vector<double>> values;                     // one state after the other
+  std::vector<std::vector<std::pair<std::string, double>>> observables;  // at these times
 };
 
 class Record {
@@ -35,7 +35,8 @@ class Record {
   /// The state where a run was stopped belongs to the record too.
   void look_at_end(int step, const std::vector<void*>& states);
 
-  /// What is recorded, for a checkpoint: states that are new go behind the others in `frames`, the rest is what comes back.
+  /// What is recorded, for a checkpoint: states that are new go behind the others in `frames`, the rest is what comes
+  /// back.
   /// @throws Error(machine)
   std::string save(FrameFile& frames);
   /// The same taken over, false when it does not fit.

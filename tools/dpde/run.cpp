@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde run: steps a scene through time.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <numeric>
 
@@ -77,7 +77,8 @@ bool Run::check_options() {
   if (wanted && options_.out.empty()) {
     job_.sink().report("bad-option", {}, {"--resume and --checkpoint-every need the --out DIR of the run"});
   } else if (!options_.checkpoint_every.empty() && !interval) {
-    job_.sink().report("bad-option", {}, {fmt::format("--checkpoint-every {} is no interval", options_.checkpoint_every)},
+    job_.sink().report("bad-option", {},
+                       {fmt::format("--checkpoint-every {} is no interval", options_.checkpoint_every)},
                        "a number of steps such as 500, or a time such as 30s, 10min or 2h");
   }
   interval_ = interval.value_or(CheckpointInterval{});
@@ -118,7 +119,8 @@ Observer Run::observer(Progress& progress) {
   Observer observer;
   observer.every = std::gcd(record_->interval(), interval_.steps);
   if (interval_.seconds > 0) observer.every = 1;  // to look at the clock
-  if (observer.every == 0) observer.every = progress.active() ? std::max(1, session_->steps() / 100) : std::max(1, session_->steps());
+  if (observer.every == 0)
+    observer.every = progress.active() ? std::max(1, session_->steps() / 100) : std::max(1, session_->steps());
   observer.call = [this, &progress](const Snapshot& snapshot) {
     progress.show(fmt::format("step {} of {}  t = {:.6g}", snapshot.step, session_->steps(), snapshot.t), snapshot.step,
                   session_->steps());
@@ -160,9 +162,9 @@ void Run::report(Json& result) {
   result["compile_s"] = compiled_->seconds;
   result["code_from_cache"] = compiled_->code_from_cache;
   result["points_per_s"] = rate;
-  job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n", session_->problem().scene,
-                       cells_text(workspace), outcome_.steps_done, time, human_seconds(outcome_.seconds), human_count(rate),
-                       human_seconds(compiled_->seconds)));
+  job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n",
+                       session_->problem().scene, cells_text(workspace), outcome_.steps_done, time,
+                       human_seconds(outcome_.seconds), human_count(rate), human_seconds(compiled_->seconds)));
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
     observables[name] = json_number(value);
@@ -187,8 +189,8 @@ void Run::report_errors(Json& result) {
   const double time = session_->time_of(outcome_.steps_done);
   for (const driver::ErrorNorms& norm : session_->errors(time, session_->rollout().final_states())) {
     errors[norm.field] = {{"l1", json_number(norm.l1)}, {"l2", json_number(norm.l2)}, {"linf", json_number(norm.linf)}};
-    job_.say(fmt::format("error of {} against the exact solution: l1 {:.4g}, l2 {:.4g}, linf {:.4g}\n", norm.field, norm.l1,
-                         norm.l2, norm.linf));
+    job_.say(fmt::format("error of {} against the exact solution: l1 {:.4g}, l2 {:.4g}, linf {:.4g}\n", norm.field,
+                         norm.l1, norm.l2, norm.linf));
   }
   result["error"] = std::move(errors);
 }
@@ -248,18 +250,24 @@ void add_run(CLI::App& app, int& status) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* verb = app.add_subcommand("run", "step a scene through time, or make a data set");
   add_common_options(*verb, *options);
-  verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")->check(CLI::PositiveNumber);
+  verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")
+      ->check(CLI::PositiveNumber);
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
-  verb->add_option("--checkpoint-every", options->checkpoint_every, "with --out: a checkpoint every N steps, or 30s, 10min, 2h")->type_name("N");
+  verb->add_option("--checkpoint-every", options->checkpoint_every,
+                   "with --out: a checkpoint every N steps, or 30s, 10min, 2h")
+      ->type_name("N");
   verb->add_flag("--resume", options->resume, "go on with a run that was stopped (needs its --out)");
-  verb->footer("Examples:\n  dpde run burgers.dpde\n  dpde run heat.dpde plate --set cells=256 --out results\n"
-               "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json\n  dpde run burgers.dpde train --out data --resume");
+  verb->footer(
+      "Examples:\n  dpde run burgers.dpde\n  dpde run heat.dpde plate --set cells=256 --out results\n"
+      "  dpde run burgers.dpde wave --set time=rk4 --set step=1e-3 --json\n  dpde run burgers.dpde train --out data "
+      "--resume");
   on_call(*verb, status, [options] {
     Job job(*options);
     Json result;
     guarded(job, [&] {
       if (!job.load_source()) return;
-      result = is_data_set(job) ? make_data_set(job, options->resume, options->quiet || options->json) : Run(job, *options)();
+      result = is_data_set(job) ? make_data_set(job, options->resume, options->quiet || options->json)
+                                : Run(job, *options)();
     });
     if (result.is_null()) result = Json::object();
     return job.finish(std::move(result));

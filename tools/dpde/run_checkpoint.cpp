@@ -21,8 +21,12 @@ std::optional<CheckpointInterval> parse_interval(const std::string& text) {
 }
 
 RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval)
-    : job_(job), session_(session), record_(record), interval_(interval),
-      path_(std::filesystem::path(job.options().out) / (session.problem().scene + ".restart")), identity_(driver::identity_of(session)),
+    : job_(job),
+      session_(session),
+      record_(record),
+      interval_(interval),
+      path_(std::filesystem::path(job.options().out) / (session.problem().scene + ".restart")),
+      identity_(driver::identity_of(session)),
       frames_(path_) {
   identity_.emplace_back("output", record.plan());
 }
@@ -30,13 +34,15 @@ RunCheckpoint::RunCheckpoint(Job& job, driver::Session& session, Record& record,
 std::optional<int> RunCheckpoint::resume() {
   std::error_code error;
   if (!std::filesystem::exists(path_, error)) {
-    std::fputs(fmt::format("dpde: there is no {} yet: the run starts at its beginning\n", path_.string()).c_str(), stderr);
+    std::fputs(fmt::format("dpde: there is no {} yet: the run starts at its beginning\n", path_.string()).c_str(),
+               stderr);
     return 0;
   }
   const std::optional<driver::Restart> restart = driver::load_restart(path_, identity_, job_.sink());
   if (!restart) return std::nullopt;
   const std::size_t cells = session_.workspace().cell_count();
-  bool fits = restart->states.size() == static_cast<std::size_t>(session_.rollout().state_count()) && restart->step >= 0;
+  bool fits =
+      restart->states.size() == static_cast<std::size_t>(session_.rollout().state_count()) && restart->step >= 0;
   for (const std::vector<double>& state : restart->states) fits = fits && state.size() == cells;
   std::string reason = "it is damaged";
   try {
@@ -50,11 +56,13 @@ std::optional<int> RunCheckpoint::resume() {
     return std::nullopt;
   }
   if (restart->step > session_.steps()) {
-    job_.sink().report("restart-differs", {}, {path_.string(), "end"},
-                       fmt::format("it has reached step {}, this run ends at step {}", restart->step, session_.steps()));
+    job_.sink().report(
+        "restart-differs", {}, {path_.string(), "end"},
+        fmt::format("it has reached step {}, this run ends at step {}", restart->step, session_.steps()));
     return std::nullopt;
   }
-  for (std::size_t s = 0; s < restart->states.size(); ++s) session_.rollout().initial(static_cast<int>(s)).copy_in(restart->states[s]);
+  for (std::size_t s = 0; s < restart->states.size(); ++s)
+    session_.rollout().initial(static_cast<int>(s)).copy_in(restart->states[s]);
   last_step_ = restart->step;
   job_.say(fmt::format("goes on from step {} of {}\n", restart->step, session_.steps()));
   return restart->step;
@@ -64,7 +72,8 @@ void RunCheckpoint::look(const Snapshot& snapshot) {
   if (snapshot.step == last_step_) return;
   const bool step_is_due = interval_.steps > 0 && snapshot.step % interval_.steps == 0;
   const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_time_;
-  if (step_is_due || (interval_.seconds > 0 && since.count() >= interval_.seconds)) save(snapshot.step, snapshot.states);
+  if (step_is_due || (interval_.seconds > 0 && since.count() >= interval_.seconds))
+    save(snapshot.step, snapshot.states);
 }
 
 void RunCheckpoint::save(int step, const std::vector<void*>& states) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checkpoints of a run: SCENE.restart in the folder of --out, every so many steps or seconds and when the run is stopped;
-// beside it SCENE.frames, the states of its output so far.
+// Checkpoints of a run: SCENE.restart in the folder of --out, every so many steps or seconds and when the run is
+// stopped; beside it SCENE.frames, the states of its output so far.
 #pragma once
 
 #include <chrono>
@@ -24,7 +24,8 @@ class RunCheckpoint {
  public:
   RunCheckpoint(Job& job, driver::Session& session, Record& record, CheckpointInterval interval);
 
-  /// Puts the run where the checkpoint was made; the number of that state. 0 when there is none; nullopt after a diagnostic.
+  /// Puts the run where the checkpoint was made; the number of that state. 0 when there is none; nullopt after a
+  /// diagnostic.
   std::optional<int> resume();
   /// Writes a checkpoint when it is time for one.
   void look(const Snapshot& snapshot);

@@ -8,9 +8,9 @@
 
 #include "codegen/network_table.h"
 #include "curve.h"
-#include "driver/files.h"
 #include "dpde/runtime/npy.h"
 #include "dpde/runtime/weights_file.h"
+#include "driver/files.h"
 #include "model/placement.h"
 
 namespace dpde::tools {
@@ -103,7 +103,9 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
       const auto begin = values.begin() + std::ptrdiff_t(interval * size);
       named.push_back({name, {begin, begin + std::ptrdiff_t(size)}, placement_of(session, field)});
     }
-    const std::string when = last == 0 || control == nullptr ? "" : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
+    const std::string when = last == 0 || control == nullptr
+                                 ? ""
+                                 : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
     const std::vector<Panel> more = panels_of(workspace, title + when, std::move(named));
     panels.insert(panels.end(), more.begin(), more.end());
   }
@@ -112,7 +114,8 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
 
 bool prepare_out(Job& job) { return job.options().out.empty() || driver::make_folder(job.options().out, job.sink()); }
 
-void save_state(Job& job, const driver::Workspace& workspace, const std::string& name, const std::vector<double>& values) {
+void save_state(Job& job, const driver::Workspace& workspace, const std::string& name,
+                const std::vector<double>& values) {
   if (job.options().out.empty()) return;
   const fs::path path = out_path(job, name + ".npy");
   std::vector<std::int64_t> shape = workspace.shape();
@@ -126,7 +129,8 @@ void save_weights(Job& job, const network::Network& network, const std::vector<d
   if (job.options().out.empty()) return;
   const fs::path path = out_path(job, network.name + ".safetensors");
   const codegen::NetworkTable table(network);
-  if (guarded(job, [&] { write_weights(path, arrays_of(*table.get(), values), network.real == Precision::f32); })) job.wrote(path.string());
+  if (guarded(job, [&] { write_weights(path, arrays_of(*table.get(), values), network.real == Precision::f32); }))
+    job.wrote(path.string());
 }
 
 void save_text(Job& job, const std::string& name, const std::string& text) {

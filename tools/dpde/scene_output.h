@@ -38,7 +38,8 @@ model::Placement placement_of(const driver::Session& session, const std::string&
 /// Makes options().out; false and a diagnostic when it cannot. Without --out there are no files: true.
 bool prepare_out(Job& job);
 /// NAME.npy in the folder of --out.
-void save_state(Job& job, const driver::Workspace& workspace, const std::string& name, const std::vector<double>& values);
+void save_state(Job& job, const driver::Workspace& workspace, const std::string& name,
+                const std::vector<double>& values);
 /// A text file in the folder of --out.
 void save_text(Job& job, const std::string& name, const std::string& text);
 /// NAME.svg and NAME.png in the folder of --out; says so when there is no gnuplot.

@@ -16,7 +16,9 @@ using driver::mean_and_spread;
 using driver::MeanAndSpread;
 using driver::TrajectoryTest;
 
-std::string text_of(const MeanAndSpread& value) { return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread)); }
+std::string text_of(const MeanAndSpread& value) {
+  return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread));
+}
 
 Json json_of(const std::vector<double>& values) {
   const MeanAndSpread all = mean_and_spread(values);
@@ -24,7 +26,9 @@ Json json_of(const std::vector<double>& values) {
 }
 
 void save_if_drawn(Job& job, const std::string& name, const LinePanel& panel) {
-  const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); }); };
+  const auto is_drawn = [](const Curve& curve) {
+    return std::ranges::any_of(curve.y, [](double value) { return std::isfinite(value); });
+  };
   if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, name, {panel});
 }
 
@@ -64,11 +68,13 @@ Json report_all(Job& job, const OneTest& test, const Figures& figures, const Rep
   return json;
 }
 
-// ---- spectra ---------------------------------------------------------------------------------------------------------
+// ---- spectra
+// ---------------------------------------------------------------------------------------------------------
 
 std::vector<double> distances(const TrajectoryTest& test, std::size_t last) {
   std::vector<double> all;
-  for (std::size_t run = 0; run < test.runs.size(); ++run) all.push_back(driver::distance(test.runs[run], test.data[run], 1, last, test.noise));
+  for (std::size_t run = 0; run < test.runs.size(); ++run)
+    all.push_back(driver::distance(test.runs[run], test.data[run], 1, last, test.noise));
   return all;
 }
 
@@ -93,13 +99,16 @@ std::vector<Energies> energies_of(const OneTest& test) {
   std::vector<Energies> all{{found.name + "_of_data", "data", TrajectoryTest::course_of(found.data), last}};
   if (!test.has_trials()) all.push_back({found.name, found.scene, found.course(), last});
   for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) {
-    all.push_back({fmt::format("{}_of_trial_{}", found.name, k + 1), fmt::format("{}, trial {}", found.scene, k + 1), test.trials[k]->course(), last});
+    all.push_back({fmt::format("{}_of_trial_{}", found.name, k + 1), fmt::format("{}, trial {}", found.scene, k + 1),
+                   test.trials[k]->course(), last});
   }
   all.push_back({found.name + "_at_start", "at the start", test.start->course(), last});
   for (const TrajectoryTest& beside : *test.beside) {
-    all.push_back({fmt::format("{}_of_{}", found.name, beside.scene), beside.scene, beside.course(), beside.last_resolved});
+    all.push_back(
+        {fmt::format("{}_of_{}", found.name, beside.scene), beside.scene, beside.course(), beside.last_resolved});
     if (beside.file == found.file) continue;
-    all.push_back({fmt::format("{}_of_data_of_{}", found.name, beside.scene), "data of " + beside.file, TrajectoryTest::course_of(beside.data), beside.last_resolved});
+    all.push_back({fmt::format("{}_of_data_of_{}", found.name, beside.scene), "data of " + beside.file,
+                   TrajectoryTest::course_of(beside.data), beside.last_resolved});
   }
   return all;
 }
@@ -151,12 +160,18 @@ void write_spectrum(Job& job, const OneTest& test) {
 Json report_spectrum(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
   const std::size_t last = last_shell(test);
-  job.say(fmt::format("spectrum {} over {} runs to t = {:.4g}: mean of |log10| of the ratio to the data's, over shells 1 to {}\n", found.name, found.runs.size(), found.times.back(), last));
+  job.say(fmt::format(
+      "spectrum {} over {} runs to t = {:.4g}: mean of |log10| of the ratio to the data's, over shells 1 to {}\n",
+      found.name, found.runs.size(), found.times.back(), last));
   const Figures figures = [last](const TrajectoryTest& each) { return distances(each, last); };
   Json json = report_all(job, test, figures, [&](const std::string& title, const TrajectoryTest& each) {
     job.say(fmt::format("  {}: {} on {}\n", title, text_of(mean_and_spread(figures(each))), each.file));
-    if (std::ranges::any_of(figures(each), [](double figure) { return std::isnan(figure); })) job.say("    the data have nothing in these shells: there is nothing to compare\n");
-    return Json{{"file", each.file}, {"distance", json_of(figures(each))}, {"energy", json_numbers(each.course())}, {"data", json_numbers(TrajectoryTest::course_of(each.data))}};
+    if (std::ranges::any_of(figures(each), [](double figure) { return std::isnan(figure); }))
+      job.say("    the data have nothing in these shells: there is nothing to compare\n");
+    return Json{{"file", each.file},
+                {"distance", json_of(figures(each))},
+                {"energy", json_numbers(each.course())},
+                {"data", json_numbers(TrajectoryTest::course_of(each.data))}};
   });
   json["last_shell"] = last;
   json["unit"] = json_number(found.unit);
@@ -164,7 +179,8 @@ Json report_spectrum(Job& job, const OneTest& test) {
   return json;
 }
 
-// ---- correlation -----------------------------------------------------------------------------------------------------
+// ---- correlation
+// -----------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -184,14 +200,23 @@ std::vector<double> times_of(const TrajectoryTest& test) {
 
 Json report_correlation(Job& job, const OneTest& test) {
   const TrajectoryTest& found = test.found();
-  job.say(fmt::format("correlation {} over {} runs: time until it falls below {:.3g}\n", found.name, found.runs.size(), found.threshold));
+  job.say(fmt::format("correlation {} over {} runs: time until it falls below {:.3g}\n", found.name, found.runs.size(),
+                      found.threshold));
   Json json = report_all(job, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
     const auto all = crossings(each);
     const auto staying = std::ranges::count(all, false, &driver::Crossing::reached);
-    const std::string rest = staying == 0 ? "" : fmt::format("; {} of {} runs stay above it to the end, t = {:.4g}, which is taken for their time", staying, all.size(), each.times.back());
+    const std::string rest =
+        staying == 0
+            ? ""
+            : fmt::format("; {} of {} runs stay above it to the end, t = {:.4g}, which is taken for their time",
+                          staying, all.size(), each.times.back());
     job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file, rest));
-    if (std::ranges::any_of(all, [](const driver::Crossing& one) { return std::isnan(one.time); })) job.say("    the data do not vary at some frames: nothing correlates with them\n");
-    return Json{{"file", each.file}, {"time", json_of(times_of(each))}, {"staying", staying}, {"course", json_numbers(each.course())}};
+    if (std::ranges::any_of(all, [](const driver::Crossing& one) { return std::isnan(one.time); }))
+      job.say("    the data do not vary at some frames: nothing correlates with them\n");
+    return Json{{"file", each.file},
+                {"time", json_of(times_of(each))},
+                {"staying", staying},
+                {"course", json_numbers(each.course())}};
   });
   json["threshold"] = found.threshold;
   json["t"] = json_numbers(found.times);

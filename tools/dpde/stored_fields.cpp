@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driver/files.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/netcdf.h"
 #include "dpde/runtime/npy.h"
+#include "driver/files.h"
 
 namespace dpde::tools {
 
@@ -51,7 +51,9 @@ class NetcdfFields {
   }
 
  private:
-  bool is_time(const std::string& dimension) const { return dimension.starts_with("time") || file_.text(dimension, "axis") == "T"; }
+  bool is_time(const std::string& dimension) const {
+    return dimension.starts_with("time") || file_.text(dimension, "axis") == "T";
+  }
   bool has_time(const NetcdfReader::Variable& variable) const { return is_time(variable.dimensions.front()); }
   bool is_field(const NetcdfReader::Variable& variable) const {
     if (variable.dimensions.empty() || file_.find(variable.dimensions.back()) == &variable) return false;
@@ -79,7 +81,8 @@ class NetcdfFields {
     return {dimension, faces.front(), faces.back(), length, faces};
   }
   static bool are_uniform(const std::vector<double>& centres) {
-    const double step = centres.size() > 1 ? (centres.back() - centres.front()) / static_cast<double>(centres.size() - 1) : 1;
+    const double step =
+        centres.size() > 1 ? (centres.back() - centres.front()) / static_cast<double>(centres.size() - 1) : 1;
     for (std::size_t i = 0; i < centres.size(); ++i) {
       if (std::abs(centres[i] - centres[0] - static_cast<double>(i) * step) > 1e-3 * std::abs(step)) return false;
     }
@@ -89,7 +92,9 @@ class NetcdfFields {
   std::vector<double> faces_between(const std::string& dimension, const std::vector<double>& centres) const {
     const auto count = static_cast<std::int64_t>(centres.size());
     const NetcdfReader::Variable* bounds = file_.find(file_.text(dimension, "bounds").value_or(""));
-    const std::vector<double> both = bounds != nullptr && bounds->shape == std::vector<std::int64_t>{count, 2} ? file_.read(*bounds) : std::vector<double>{};
+    const std::vector<double> both = bounds != nullptr && bounds->shape == std::vector<std::int64_t>{count, 2}
+                                         ? file_.read(*bounds)
+                                         : std::vector<double>{};
     std::vector<double> faces{both.empty() ? centres[0] - (centres[1] - centres[0]) / 2 : both[0]};
     for (std::size_t i = 0; i < centres.size(); ++i) {
       const double midway = i + 1 < centres.size() ? (centres[i] + centres[i + 1]) / 2 : 2 * centres[i] - faces.back();
@@ -102,13 +107,16 @@ class NetcdfFields {
   bool all_states_;
 };
 
-std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std::string& path, const std::string& field, bool all_states) {
+std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std::string& path, const std::string& field,
+                                  bool all_states) {
   const NetcdfFields reader(file, all_states);
   const std::vector<std::string> names = reader.names();
   const bool is_there = std::find(names.begin(), names.end(), field) != names.end();
   if (names.empty() || (!field.empty() && !is_there)) {
-    const std::string held = names.empty() ? "it holds no field" : fmt::format("it holds the fields {}", fmt::join(names, ", "));
-    job.sink().report("bad-array-file", {}, {path, field.empty() ? held : fmt::format("it has no field {}; {}", field, held)});
+    const std::string held =
+        names.empty() ? "it holds no field" : fmt::format("it holds the fields {}", fmt::join(names, ", "));
+    job.sink().report("bad-array-file", {},
+                      {path, field.empty() ? held : fmt::format("it has no field {}; {}", field, held)});
     return std::nullopt;
   }
   Fields fields;
@@ -123,8 +131,9 @@ std::optional<Fields> from_netcdf(Job& job, const NetcdfReader& file, const std:
 std::optional<Fields> from_npy(Job& job, const std::string& bytes, const std::string& path, const std::string& name) {
   NpyArray array = parse_npy(bytes, path);
   if (array.shape.empty() || array.shape.size() > 3 || array.values.empty()) {
-    job.sink().report("bad-array-file", {}, {path, fmt::format("it has {} axes and {} values; 1 to 3 axes can be drawn",
-                                                                array.shape.size(), array.values.size())});
+    job.sink().report("bad-array-file", {},
+                      {path, fmt::format("it has {} axes and {} values; 1 to 3 axes can be drawn", array.shape.size(),
+                                         array.values.size())});
     return std::nullopt;
   }
   StoredField field{name, {}, {}, {std::move(array.values)}};

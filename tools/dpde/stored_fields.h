@@ -18,13 +18,14 @@ struct StoredAxis {
 };
 struct StoredField {
   std::string name;
-  std::vector<StoredAxis> axes;      // x first; 1 to 3
-  std::vector<double> times;         // empty: one state without a time
+  std::vector<StoredAxis> axes;  // x first; 1 to 3
+  std::vector<double> times;     // empty: one state without a time
   std::vector<std::vector<double>> states;
 };
 
 /// One field of a .npy file, or those of a .nc file: `field`, or ("") all on the axes of the first. Only the last state
 /// unless `all_states`. nullopt after a diagnostic.
-std::optional<std::vector<StoredField>> load_fields(Job& job, const std::string& path, const std::string& field, bool all_states);
+std::optional<std::vector<StoredField>> load_fields(Job& job, const std::string& path, const std::string& field,
+                                                    bool all_states);
 
 }  // namespace dpde::tools

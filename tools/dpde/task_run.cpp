@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "task_run.h"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
 
 #include "driver/instability.h"
 #include "interrupt.h"
@@ -13,9 +14,11 @@
 namespace dpde::tools {
 
 void add_storage_options(CLI::App& verb, TaskOptions& options) {
-  verb.add_option("--memory", options.memory, "bytes for stored states, with K, M or G; the steps between are computed again")
+  verb.add_option("--memory", options.memory,
+                  "bytes for stored states, with K, M or G; the steps between are computed again")
       ->type_name("BYTES");
-  verb.add_option("--checkpoints-in", options.checkpoint_folder, "keep the stored states in a file in this folder, as many as fit --memory")
+  verb.add_option("--checkpoints-in", options.checkpoint_folder,
+                  "keep the stored states in a file in this folder, as many as fit --memory")
       ->type_name("DIR");
 }
 
@@ -23,10 +26,14 @@ void add_task_options(CLI::App& verb, TaskOptions& options) {
   add_common_options(verb, options);
   add_storage_options(verb, options);
   const auto flag = [&](const char* name, driver::Certifying how, const char* what) {
-    return verb.add_flag_callback(name, [&options, how] { options.certifying = how; }, what);
+    return verb.add_flag_callback(
+        name, [&options, how] { options.certifying = how; }, what);
   };
-  CLI::Option* always = flag("--certify", driver::Certifying::always, "check tangent against adjoint on a few cells, whatever it costs");
-  flag("--no-certify", driver::Certifying::never, "no such check (else where it takes less than a tenth of the compilation)")->excludes(always);
+  CLI::Option* always =
+      flag("--certify", driver::Certifying::always, "check tangent against adjoint on a few cells, whatever it costs");
+  flag("--no-certify", driver::Certifying::never,
+       "no such check (else where it takes less than a tenth of the compilation)")
+      ->excludes(always);
 }
 
 bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run) {
@@ -35,7 +42,8 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
   if (!compiled) return false;
   if (!compiled->problem || !compiled->problem->task) {
-    job.sink().report("nothing-to-do", {}, {"there is no task to work on"}, "name a task of the file: task NAME : SCENE { ... }");
+    job.sink().report("nothing-to-do", {}, {"there is no task to work on"},
+                      "name a task of the file: task NAME : SCENE { ... }");
     return false;
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
@@ -64,7 +72,9 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   const Preparing preparing(job, "stopped before the task was prepared");  // its certificate is told meanwhile
   if (!compile_options || !compile_task(job, options, *compile_options, run)) return false;
   if (run.compiled->problem->task->training) {
-    job.sink().report("nothing-to-do", {}, {fmt::format("task {} learns from trajectories: each of their windows has a gradient of its own", run.compiled->problem->task->name)},
+    job.sink().report("nothing-to-do", {},
+                      {fmt::format("task {} learns from trajectories: each of their windows has a gradient of its own",
+                                   run.compiled->problem->task->name)},
                       "dpde optimize learns from them, dpde verify proves the derivative");
     return false;
   }
@@ -78,9 +88,12 @@ Json certificate_json(const TaskRun& run) {
   const driver::RunCheck& whole = run.certificate->run;
   Json checked = nullptr;
   if (whole.directions > 0) {
-    checked = {{"cells", whole.grid},           {"steps", whole.steps},
-               {"directions", whole.directions}, {"unknown", whole.unknown},
-               {"quotient_error", json_number(whole.error)}, {"rounding", json_number(whole.rounding)}};
+    checked = {{"cells", whole.grid},
+               {"steps", whole.steps},
+               {"directions", whole.directions},
+               {"unknown", whole.unknown},
+               {"quotient_error", json_number(whole.error)},
+               {"rounding", json_number(whole.rounding)}};
   }
   const bool is_compared = !run.certificate->program.empty();
   return {{"dot_product", is_compared ? json_number(run.certificate->dot_product) : Json(nullptr)},
@@ -94,9 +107,11 @@ std::string certificate_text(const TaskRun& run) {
   if (!run.certificate) return "";
   const driver::RunCheck& whole = run.certificate->run;
   std::vector<std::string> parts;
-  if (!run.certificate->program.empty()) parts.push_back(fmt::format("adjoints to {:.1e}", run.certificate->dot_product));
+  if (!run.certificate->program.empty())
+    parts.push_back(fmt::format("adjoints to {:.1e}", run.certificate->dot_product));
   if (whole.directions > 0) {
-    parts.push_back(fmt::format("the gradient of {} steps on {} cells to {:.1e} (rounding {:.1e})", whole.steps, whole.grid, whole.error, whole.rounding));
+    parts.push_back(fmt::format("the gradient of {} steps on {} cells to {:.1e} (rounding {:.1e})", whole.steps,
+                                whole.grid, whole.error, whole.rounding));
   }
   std::string text = parts.empty() ? "not certified" : fmt::format("certified: {}", fmt::join(parts, "; "));
   for (const std::string& one : run.certificate->left_out) text += "\n  not checked: " + one;

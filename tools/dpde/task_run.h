@@ -12,9 +12,9 @@
 namespace dpde::tools {
 
 struct TaskOptions : CommonOptions {
-  std::string memory;  // --memory
+  std::string memory;                                              // --memory
   driver::Certifying certifying = driver::Certifying::when_cheap;  // --certify, --no-certify
-  std::string checkpoint_folder;  // --checkpoints-in
+  std::string checkpoint_folder;                                   // --checkpoints-in
 };
 
 struct TaskRun {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the tests of a training say: in words, as tables, curves and JSON.
+#include "test_output.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include "driver/comparison.h"
 #include "support/assert.h"
 #include "support/evaluate.h"
-#include "test_output.h"
 
 namespace dpde::tools {
 
@@ -21,7 +22,10 @@ using Kind = model::Test::Kind;
 
 Json numbers_of(const TrajectoryTest& test) {
   const MeanAndSpread whole = mean_and_spread(test.means());
-  return {{"mean", json_number(whole.mean)}, {"spread", json_number(whole.spread)}, {"runs", json_numbers(test.means())}, {"course", json_numbers(test.course())}};
+  return {{"mean", json_number(whole.mean)},
+          {"spread", json_number(whole.spread)},
+          {"runs", json_numbers(test.means())},
+          {"course", json_numbers(test.course())}};
 }
 
 /// Mean and spread over the runs at each time.
@@ -73,12 +77,14 @@ std::string table_of(const OneTest& test) {
   Table table(found.times);
   table.add(found.name, spreads_of(found.runs));
   table.add(found.name + "_at_start", spreads_of(test.start->runs));
-  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) table.add(fmt::format("{}_of_trial_{}", found.name, k + 1), test.trials[k]->course());
+  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k)
+    table.add(fmt::format("{}_of_trial_{}", found.name, k + 1), test.trials[k]->course());
   std::vector<MeanAndSpread> over;
   for (std::size_t k = 0; k < found.times.size(); ++k) over.push_back(test.at(k));
   if (test.has_trials()) table.add(found.name + "_of_trials", over);
   if (found.kind == Kind::statistic) table.add(found.name + "_of_data", spreads_of(found.data));
-  for (const TrajectoryTest& beside : *test.beside) table.add(fmt::format("{}_of_{}", found.name, beside.scene), spreads_of(beside.runs));
+  for (const TrajectoryTest& beside : *test.beside)
+    table.add(fmt::format("{}_of_{}", found.name, beside.scene), spreads_of(beside.runs));
   return table.text();
 }
 
@@ -90,12 +96,17 @@ void write_test(Job& job, const OneTest& test) {
   panel.title = fmt::format("{} on {}", found.name, found.file);
   panel.x_label = "t";
   panel.y_label = found.name;
-  if (found.kind == Kind::statistic) panel.curves.push_back({"data", found.times, TrajectoryTest::course_of(found.data)});
+  if (found.kind == Kind::statistic)
+    panel.curves.push_back({"data", found.times, TrajectoryTest::course_of(found.data)});
   for (std::size_t k = 0; k < test.trials.size(); ++k) {
-    panel.curves.push_back({test.has_trials() ? fmt::format("{}, trial {}", found.scene, k + 1) : test.beside->empty() ? "learnt" : found.scene, found.times, test.trials[k]->course()});
+    panel.curves.push_back({test.has_trials()      ? fmt::format("{}, trial {}", found.scene, k + 1)
+                            : test.beside->empty() ? "learnt"
+                                                   : found.scene,
+                            found.times, test.trials[k]->course()});
   }
   panel.curves.push_back({"at the start", test.start->times, test.start->course()});
-  for (const TrajectoryTest& beside : *test.beside) panel.curves.push_back({beside.scene, beside.times, beside.course()});
+  for (const TrajectoryTest& beside : *test.beside)
+    panel.curves.push_back({beside.scene, beside.times, beside.course()});
   save_if_drawn(job, found.name, panel);
 }
 
@@ -110,13 +121,19 @@ void report_trials(Job& job, const OneTest& test, Json& json) {
   for (const TrajectoryTest* trial : test.trials) json["trials"]["each"].push_back(numbers_of(*trial));
 }
 
-// ---- plain schemes beside --------------------------------------------------------------------------------------------
+// ---- plain schemes beside
+// --------------------------------------------------------------------------------------------
 
-std::string between_text(const driver::Equal& equal) { return equal.from == equal.to ? "as " + equal.from : fmt::format("between {} and {}", equal.from, equal.to); }
+std::string between_text(const driver::Equal& equal) {
+  return equal.from == equal.to ? "as " + equal.from : fmt::format("between {} and {}", equal.from, equal.to);
+}
 
 Json json_of(const driver::Equal& equal, const char* key, double own) {
   if (equal.kind == driver::Equal::Kind::beyond_all) return nullptr;
-  return {{key, json_number(equal.value)}, {"ratio", json_number(equal.value / own)}, {"between", {equal.from, equal.to}}, {"beyond", equal.kind == driver::Equal::Kind::within_all}};
+  return {{key, json_number(equal.value)},
+          {"ratio", json_number(equal.value / own)},
+          {"between", {equal.from, equal.to}},
+          {"beyond", equal.kind == driver::Equal::Kind::within_all}};
 }
 
 /// Where the first of the runs is no longer finite.
@@ -125,13 +142,18 @@ void say_blow_up(Job& job, const TrajectoryTest& test) {
     const auto first = std::ranges::find_if_not(test.runs[run], [](double value) { return std::isfinite(value); });
     if (first == test.runs[run].end()) continue;
     const double t = test.times[static_cast<std::size_t>(first - test.runs[run].begin())];
-    job.say(fmt::format("  warning: {} of scene {} is no longer finite in run {} of {} after t = {:.6g} from its first frame\n", test.name, test.scene, run, test.file, t));
+    job.say(fmt::format(
+        "  warning: {} of scene {} is no longer finite in run {} of {} after t = {:.6g} from its first frame\n",
+        test.name, test.scene, run, test.file, t));
     return;
   }
 }
 
 std::string cost_text(const Investment& spent) {
-  const auto one = [](const char* what, double seconds) { return std::isnan(seconds) ? fmt::format("the cost of the {} is not known and left out", what) : fmt::format("{} of a processor's time for the {}", human_seconds(seconds), what); };
+  const auto one = [](const char* what, double seconds) {
+    return std::isnan(seconds) ? fmt::format("the cost of the {} is not known and left out", what)
+                               : fmt::format("{} of a processor's time for the {}", human_seconds(seconds), what);
+  };
   return one("data", spent.data_s) + ", " + one("training", spent.training_s);
 }
 
@@ -139,20 +161,29 @@ std::string cost_text(const Investment& spent) {
 void say_break_even(Job& job, const OneTest& test, const driver::Equal& at_error, Json& json) {
   const Investment& spent = *test.spent;
   const bool is_known = !std::isnan(spent.data_s) || !std::isnan(spent.training_s);
-  const double length = test.found().times.back(), sum = (std::isnan(spent.data_s) ? 0 : spent.data_s) + (std::isnan(spent.training_s) ? 0 : spent.training_s);
+  const double length = test.found().times.back(), sum = (std::isnan(spent.data_s) ? 0 : spent.data_s) +
+                                                         (std::isnan(spent.training_s) ? 0 : spent.training_s);
   using When = driver::BreakEven::Kind;
   const driver::BreakEven even = break_even(at_error, test.costs[0], length, sum);
-  const bool is_whole = !std::isnan(spent.data_s) && !std::isnan(spent.training_s), has_number = is_whole && even.kind == When::after;
-  json["break_even"] = {{"runs", has_number ? json_number(std::ceil(even.runs)) : Json(nullptr)}, {"never", even.kind == When::never}, {"length", length},
-                        {"data_s", std::isnan(spent.data_s) ? Json(nullptr) : Json(spent.data_s)}, {"training_s", std::isnan(spent.training_s) ? Json(nullptr) : Json(spent.training_s)}};
+  const bool is_whole = !std::isnan(spent.data_s) && !std::isnan(spent.training_s),
+             has_number = is_whole && even.kind == When::after;
+  json["break_even"] = {{"runs", has_number ? json_number(std::ceil(even.runs)) : Json(nullptr)},
+                        {"never", even.kind == When::never},
+                        {"length", length},
+                        {"data_s", std::isnan(spent.data_s) ? Json(nullptr) : Json(spent.data_s)},
+                        {"training_s", std::isnan(spent.training_s) ? Json(nullptr) : Json(spent.training_s)}};
   if (even.kind == When::never) {
     job.say("  data and training never pay for themselves: plain schemes have this error in no more time\n");
   } else if (even.kind == When::unknown) {
-    job.say("  whether data and training pay for themselves is not known: none of the plain schemes named has this error\n");
+    job.say(
+        "  whether data and training pay for themselves is not known: none of the plain schemes named has this "
+        "error\n");
   } else if (!is_known) {
-    job.say("  after how many runs data and training pay for themselves is not known: neither file tells what they cost\n");
+    job.say(
+        "  after how many runs data and training pay for themselves is not known: neither file tells what they cost\n");
   } else {
-    job.say(fmt::format("  data and training pay for themselves after {:.4g} runs of {:.4g} units of time ({})\n", std::ceil(even.runs), length, cost_text(spent)));
+    job.say(fmt::format("  data and training pay for themselves after {:.4g} runs of {:.4g} units of time ({})\n",
+                        std::ceil(even.runs), length, cost_text(spent)));
   }
 }
 
@@ -171,14 +202,28 @@ void compare(Job& job, const OneTest& test, double error, Json& json) {
   json["equal_cost"] = json_of(at_cost, "error", error);
   const std::string own = fmt::format("its {} of {:.4g}", test.found().name, shown(error));
   switch (at_error.kind) {
-    case Found::found: job.say(fmt::format("  for {} plain schemes take {} a unit of time, {:.3g} times as long ({})\n", own, human_seconds(at_error.value), at_error.value / cost, between_text(at_error))); break;
+    case Found::found:
+      job.say(fmt::format("  for {} plain schemes take {} a unit of time, {:.3g} times as long ({})\n", own,
+                          human_seconds(at_error.value), at_error.value / cost, between_text(at_error)));
+      break;
     case Found::beyond_all: job.say(fmt::format("  for {}: none of the plain schemes named reaches it\n", own)); break;
-    case Found::within_all: job.say(fmt::format("  for {}: the cheapest plain scheme named is better, and takes {} a unit of time, {:.3g} times as long\n", own, human_seconds(at_error.value), at_error.value / cost)); break;
+    case Found::within_all:
+      job.say(fmt::format(
+          "  for {}: the cheapest plain scheme named is better, and takes {} a unit of time, {:.3g} times as long\n",
+          own, human_seconds(at_error.value), at_error.value / cost));
+      break;
   }
   switch (at_cost.kind) {
-    case Found::found: job.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {:.3g} times as much ({})\n", test.found().name, at_cost.value, at_cost.value / error, between_text(at_cost))); break;
+    case Found::found:
+      job.say(fmt::format("  for its time plain schemes have {} = {:.4g}, {:.3g} times as much ({})\n",
+                          test.found().name, at_cost.value, at_cost.value / error, between_text(at_cost)));
+      break;
     case Found::beyond_all: job.say("  for its time: none of the plain schemes named is as cheap\n"); break;
-    case Found::within_all: job.say(fmt::format("  for its time: the dearest plain scheme named takes less, with {} = {:.4g}, {:.3g} times as much\n", test.found().name, at_cost.value, at_cost.value / error)); break;
+    case Found::within_all:
+      job.say(fmt::format(
+          "  for its time: the dearest plain scheme named takes less, with {} = {:.4g}, {:.3g} times as much\n",
+          test.found().name, at_cost.value, at_cost.value / error));
+      break;
   }
   say_break_even(job, test, at_error, json);
 }
@@ -190,7 +235,8 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
   std::string table = "scene,file,network,mean,spread,cost_s\n";
   const auto row = [&](const TrajectoryTest& each, double cost) {
     const MeanAndSpread whole = mean_and_spread(each.means());
-    table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean, whole.spread, cost);
+    table += fmt::format("{},{},{},{},{},{}\n", each.scene, each.file, each.has_network ? 1 : 0, whole.mean,
+                         whole.spread, cost);
     const std::string time = std::isfinite(cost) ? human_seconds(cost) + " a unit of time" : "blows up";
     job.say(fmt::format("  {}: {} on {}, {}\n", each.scene, text_of(whole), each.file, time));
     if (&each != &found) say_blow_up(job, each);
@@ -211,7 +257,8 @@ void report_beside(Job& job, const OneTest& test, Json& json) {
 
 Json report_test(Job& job, const OneTest& test) {
   const MeanAndSpread learnt = mean_and_spread(test.found().means()), before = mean_and_spread(test.start->means());
-  job.say(fmt::format("test {} = {} over {} runs of {} ({} at the start)\n", test.found().name, text_of(learnt), test.found().runs.size(), test.found().file, text_of(before)));
+  job.say(fmt::format("test {} = {} over {} runs of {} ({} at the start)\n", test.found().name, text_of(learnt),
+                      test.found().runs.size(), test.found().file, text_of(before)));
   say_blow_up(job, test.found());
   Json json = numbers_of(test.found());
   json["t"] = json_numbers(test.found().times);
@@ -221,36 +268,51 @@ Json report_test(Job& job, const OneTest& test) {
   return json;
 }
 
-// ---- statistics ------------------------------------------------------------------------------------------------------
+// ---- statistics
+// ------------------------------------------------------------------------------------------------------
 
 /// Mean and standard deviation over the times, in the mean over the runs.
 struct OverTime {
   MeanAndSpread mean, deviation;
 };
-OverTime over_time(const std::vector<std::vector<double>>& runs) { return {mean_and_spread(TrajectoryTest::means_of(runs)), mean_and_spread(TrajectoryTest::deviations_of(runs))}; }
+OverTime over_time(const std::vector<std::vector<double>>& runs) {
+  return {mean_and_spread(TrajectoryTest::means_of(runs)), mean_and_spread(TrajectoryTest::deviations_of(runs))};
+}
 
 Json json_of(const std::vector<std::vector<double>>& runs) {
   const OverTime all = over_time(runs);
-  return {{"mean", json_number(all.mean.mean)}, {"mean_spread", json_number(all.mean.spread)}, {"deviation", json_number(all.deviation.mean)}, {"deviation_spread", json_number(all.deviation.spread)},
+  return {{"mean", json_number(all.mean.mean)},
+          {"mean_spread", json_number(all.mean.spread)},
+          {"deviation", json_number(all.deviation.mean)},
+          {"deviation_spread", json_number(all.deviation.spread)},
           {"course", json_numbers(TrajectoryTest::course_of(runs))}};
 }
 
 /// In parts of the data's; where that is 0 there are none.
-double difference(double value, double of_data) { return of_data == 0 ? std::nan("") : (value - of_data) / std::abs(of_data); }
-
-std::string difference_text(double value, double of_data) {
-  return of_data == 0 ? fmt::format("{:+.2g} more", shown(value)) : fmt::format("{:+.2g} %", shown(100 * difference(value, of_data)));
+double difference(double value, double of_data) {
+  return of_data == 0 ? std::nan("") : (value - of_data) / std::abs(of_data);
 }
 
-Json difference_json(double value, double of_data) { return of_data == 0 ? Json(nullptr) : json_number(difference(value, of_data)); }
+std::string difference_text(double value, double of_data) {
+  return of_data == 0 ? fmt::format("{:+.2g} more", shown(value))
+                      : fmt::format("{:+.2g} %", shown(100 * difference(value, of_data)));
+}
+
+Json difference_json(double value, double of_data) {
+  return of_data == 0 ? Json(nullptr) : json_number(difference(value, of_data));
+}
 
 /// Of a scene, beside what the data of its own file say.
 Json report_statistic_of(Job& job, const std::string& title, const TrajectoryTest& test) {
   const OverTime own = over_time(test.runs), data = over_time(test.data);
-  job.say(fmt::format("  {}: mean {:.5g} ({}), deviation {:.4g} ({}); the data of {}: {:.5g}, {:.4g}\n", title, shown(own.mean.mean), difference_text(own.mean.mean, data.mean.mean), shown(own.deviation.mean),
-                      difference_text(own.deviation.mean, data.deviation.mean), test.file, shown(data.mean.mean), shown(data.deviation.mean)));
+  job.say(fmt::format("  {}: mean {:.5g} ({}), deviation {:.4g} ({}); the data of {}: {:.5g}, {:.4g}\n", title,
+                      shown(own.mean.mean), difference_text(own.mean.mean, data.mean.mean), shown(own.deviation.mean),
+                      difference_text(own.deviation.mean, data.deviation.mean), test.file, shown(data.mean.mean),
+                      shown(data.deviation.mean)));
   Json json = json_of(test.runs);
-  json.update({{"file", test.file}, {"data", json_of(test.data)}, {"mean_difference", difference_json(own.mean.mean, data.mean.mean)},
+  json.update({{"file", test.file},
+               {"data", json_of(test.data)},
+               {"mean_difference", difference_json(own.mean.mean, data.mean.mean)},
                {"deviation_difference", difference_json(own.deviation.mean, data.deviation.mean)}});
   return json;
 }
@@ -261,17 +323,20 @@ Json report_statistic(Job& job, const OneTest& test) {
   Json json = report_statistic_of(job, found.scene, found);
   json["t"] = json_numbers(found.times);
   json["start"] = report_statistic_of(job, "at the start", *test.start);
-  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k) json["trials"].push_back(json_of(test.trials[k]->runs));
+  for (std::size_t k = 0; test.has_trials() && k < test.trials.size(); ++k)
+    json["trials"].push_back(json_of(test.trials[k]->runs));
   if (test.has_trials()) {
     const MeanAndSpread over = mean_and_spread(test.means());
     job.say(fmt::format("  over the trials: mean {}\n", text_of(over)));
   }
   json["beside"] = Json::object();
-  for (const TrajectoryTest& beside : *test.beside) json["beside"][beside.scene] = report_statistic_of(job, beside.scene, beside);
+  for (const TrajectoryTest& beside : *test.beside)
+    json["beside"][beside.scene] = report_statistic_of(job, beside.scene, beside);
   return json;
 }
 
-// ---- rates of growth -------------------------------------------------------------------------------------------------
+// ---- rates of growth
+// -------------------------------------------------------------------------------------------------
 
 Json json_of(const driver::GrowthTest& growth) {
   const MeanAndSpread all = mean_and_spread(growth.rates);
@@ -319,15 +384,18 @@ void report_growths(Job& job, const GrowthResults& results, Json& json) {
   for (std::size_t i = 0; i < results.start.size(); ++i) {
     const driver::GrowthTest& found = results.trials[results.best][i];
     Json growth = json_of(found);
-    job.say(fmt::format("growth {} of {} = {} a unit of time over {} runs of {} ({} at the start)\n", found.name, found.scene, text_of(mean_and_spread(found.rates)), found.rates.size(), found.file,
+    job.say(fmt::format("growth {} of {} = {} a unit of time over {} runs of {} ({} at the start)\n", found.name,
+                        found.scene, text_of(mean_and_spread(found.rates)), found.rates.size(), found.file,
                         text_of(mean_and_spread(results.start[i].rates))));
     growth["start"] = json_of(results.start[i]);
     std::vector<double> means;
-    for (const std::vector<driver::GrowthTest>& trial : results.trials) means.push_back(mean_and_spread(trial[i].rates).mean);
+    for (const std::vector<driver::GrowthTest>& trial : results.trials)
+      means.push_back(mean_and_spread(trial[i].rates).mean);
     if (means.size() > 1) {
       const MeanAndSpread over = mean_and_spread(means);
       job.say(fmt::format("  over the trials: {}\n", text_of(over)));
-      growth["trials"] = {{"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", json_numbers(means)}};
+      growth["trials"] = {
+          {"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", json_numbers(means)}};
     }
     growth["beside"] = Json::object();
     for (const driver::GrowthTest& beside : results.beside[i]) {

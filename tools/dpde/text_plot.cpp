@@ -29,13 +29,18 @@ struct Bounds {
 class Canvas {
  public:
   Canvas(int width, int height, bool unicode)
-      : unicode_(unicode), across_(unicode ? 2 : 1), down_(unicode ? 4 : 1), width_(width), height_(height),
+      : unicode_(unicode),
+        across_(unicode ? 2 : 1),
+        down_(unicode ? 4 : 1),
+        width_(width),
+        height_(height),
         dots_(std::size_t(width * across_) * std::size_t(height * down_), ' ') {}
 
   int columns() const { return width_ * across_; }
   int rows() const { return height_ * down_; }
   void set(int column, int row, char mark) {
-    if (column >= 0 && column < columns() && row >= 0 && row < rows()) dots_[std::size_t(row) * columns() + column] = mark;
+    if (column >= 0 && column < columns() && row >= 0 && row < rows())
+      dots_[std::size_t(row) * columns() + column] = mark;
   }
   void line(int c0, int r0, int c1, int r1, char mark) {
     const int steps = std::max({std::abs(c1 - c0), std::abs(r1 - r0), 1});
@@ -46,7 +51,8 @@ class Canvas {
   }
   std::string text_line(int line) const {
     std::string text;
-    for (int c = 0; c < width_; ++c) text += unicode_ ? braille(c, line) : std::string(1, dots_[std::size_t(line) * width_ + c]);
+    for (int c = 0; c < width_; ++c)
+      text += unicode_ ? braille(c, line) : std::string(1, dots_[std::size_t(line) * width_ + c]);
     return text;
   }
 
@@ -90,7 +96,8 @@ std::string text_plot(const LinePanel& panel, bool unicode, int width, int heigh
         last_column = -1;
         continue;
       }
-      const int column = static_cast<int>(std::lround((curve.x[i] - xs.low) / (xs.high - xs.low) * (canvas.columns() - 1)));
+      const int column =
+          static_cast<int>(std::lround((curve.x[i] - xs.low) / (xs.high - xs.low) * (canvas.columns() - 1)));
       const int row = static_cast<int>(std::lround((ys.high - y) / (ys.high - ys.low) * (canvas.rows() - 1)));
       const char mark = c == 0 ? '*' : 'o';
       if (last_column >= 0 && !curve.points) canvas.line(last_column, last_row, column, row, mark);

@@ -2,14 +2,14 @@
 #include "train.h"
 
 #include <fmt/format.h>
-#include <utility>
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "driver/files.h"
-#include "interrupt.h"
 #include "find_controls.h"
+#include "interrupt.h"
 #include "preparing.h"
 #include "progress.h"
 #include "run_checkpoint.h"
@@ -32,21 +32,28 @@ std::string trial_text(const driver::Trials& trials, std::size_t trial) {
 class TrainingCheckpoint {
  public:
   TrainingCheckpoint(Job& job, const driver::Trials& trials, CheckpointInterval interval)
-      : job_(job), interval_(interval), path_(std::filesystem::path(job.options().out) / (trials.present().scene().task().name + ".training")) {}
+      : job_(job),
+        interval_(interval),
+        path_(std::filesystem::path(job.options().out) / (trials.present().scene().task().name + ".training")) {}
 
   /// False after a diagnostic.
   bool resume(driver::Trials& trials) {
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) {
-      std::fputs(fmt::format("dpde: there is no {} yet: the training starts at its beginning\n", path_.string()).c_str(), stderr);
+      std::fputs(
+          fmt::format("dpde: there is no {} yet: the training starts at its beginning\n", path_.string()).c_str(),
+          stderr);
       return true;
     }
     const std::optional<std::string> bytes = driver::read_file(path_, {}, job_.sink());
     if (!bytes || !trials.restore(*bytes, path_.string(), job_.sink())) return false;
     const driver::TrainingState& state = trials.present().state();
     const int epochs = trials.present().epochs();
-    const std::string where = state.epoch < epochs ? fmt::format("in {}epoch {} of {}", trial_text(trials, trials.running()), state.epoch + 1, epochs)
-                                                   : fmt::format("with all {} epochs {}made", epochs, trials.count() == 1 ? "" : fmt::format("of trial {} ", trials.running() + 1));
+    const std::string where =
+        state.epoch < epochs
+            ? fmt::format("in {}epoch {} of {}", trial_text(trials, trials.running()), state.epoch + 1, epochs)
+            : fmt::format("with all {} epochs {}made", epochs,
+                          trials.count() == 1 ? "" : fmt::format("of trial {} ", trials.running() + 1));
     job_.say(fmt::format("goes on after {} updates, {}\n", trials.made(), where));
     saved_ = trials.made();
     return true;
@@ -90,7 +97,8 @@ std::string line_of(int number, const driver::Epoch& epoch) {
 void tell_epochs(Job& job, const driver::Trainer& trainer, std::size_t& told) {
   const driver::TrainingState& state = trainer.state();
   for (; told < state.epochs.size(); ++told) {
-    if (is_shown(static_cast<int>(told) + 1, trainer.epochs())) job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
+    if (is_shown(static_cast<int>(told) + 1, trainer.epochs()))
+      job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
   }
 }
 
@@ -100,7 +108,9 @@ double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkp
   std::size_t told = trials.present().state().epochs.size(), running = trials.running();
   const auto first = trials.made();
   const auto say_trial = [&] {
-    if (trials.count() > 1) job.say(fmt::format("trial {} of {}, seed {}\n", trials.running() + 1, trials.count(), trials.seed_of(trials.running())));
+    if (trials.count() > 1)
+      job.say(fmt::format("trial {} of {}, seed {}\n", trials.running() + 1, trials.count(),
+                          trials.seed_of(trials.running())));
   };
   say_trial();
   const auto start = Clock::now();
@@ -113,8 +123,10 @@ double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkp
     tell_epochs(job, now.present(), told);
     if (progress.active()) {
       const int epochs = now.present().epochs();
-      progress.show(fmt::format("{}epoch {} of {}  update {} of {}  loss {:.6g}", trial_text(now, now.running()), std::min(state.epoch + 1, epochs), epochs, now.made(), now.updates(), state.losses.back()),
-                    static_cast<int>(now.made() - first), static_cast<int>(now.updates() - first));
+      progress.show(
+          fmt::format("{}epoch {} of {}  update {} of {}  loss {:.6g}", trial_text(now, now.running()),
+                      std::min(state.epoch + 1, epochs), epochs, now.made(), now.updates(), state.losses.back()),
+          static_cast<int>(now.made() - first), static_cast<int>(now.updates() - first));
     }
     checkpoint.look(now);
     return !interrupt_flag().load();
@@ -126,7 +138,8 @@ double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkp
 }
 
 void report_stop(Job& job, const driver::Trials& trials) {
-  job.sink().report("optimiser-interrupted", {}, {fmt::format("{}", trials.made()), fmt::format("{}", trials.updates())},
+  job.sink().report("optimiser-interrupted", {},
+                    {fmt::format("{}", trials.made()), fmt::format("{}", trials.updates())},
                     "with --out, the same command with --resume goes on from here");
 }
 
@@ -134,10 +147,15 @@ void report_divergence(Job& job, const driver::Trials& trials, std::size_t trial
   const driver::Trainer& trainer = *trials.all()[trial].trainer;
   const driver::Divergence& where = *trainer.divergence();
   const double last = trainer.state().losses.empty() ? std::nan("") : trainer.state().losses.back();
-  std::string hint = fmt::format("in {}epoch {}, from frame {} of run {}{}; ", trial_text(trials, trial), where.epoch + 1, where.window.frame, where.window.run, where.why.empty() ? "" : ": " + where.why);
+  std::string hint =
+      fmt::format("in {}epoch {}, from frame {} of run {}{}; ", trial_text(trials, trial), where.epoch + 1,
+                  where.window.frame, where.window.run, where.why.empty() ? "" : ": " + where.why);
   if (!std::isnan(last)) hint += fmt::format("the loss before was {:.6g}; ", last);
-  hint += trainer.state().best_epoch < 0 ? "no epoch was complete; " : fmt::format("the values of epoch {} are kept; ", trainer.state().best_epoch + 1);
-  job.sink().report("loss-not-finite", {}, {"not finite", fmt::format("{}", where.update)}, hint + "a smaller rate, clip 1, or shorter windows at first, as in unroll (1, 2, 4), may help");
+  hint += trainer.state().best_epoch < 0
+              ? "no epoch was complete; "
+              : fmt::format("the values of epoch {} are kept; ", trainer.state().best_epoch + 1);
+  job.sink().report("loss-not-finite", {}, {"not finite", fmt::format("{}", where.update)},
+                    hint + "a smaller rate, clip 1, or shorter windows at first, as in unroll (1, 2, 4), may help");
 }
 
 void report_ends(Job& job, const driver::Trials& trials) {
@@ -167,7 +185,11 @@ Json unknowns_json(Job& job, const driver::Trainer& trainer) {
 Json epochs_json(const driver::Trainer& trainer) {
   Json epochs = Json::array();
   for (const driver::Epoch& epoch : trainer.state().epochs) {
-    epochs.push_back({{"unroll", epoch.unroll}, {"loss", json_number(epoch.loss)}, {"validation", trainer.validation().empty() ? Json(nullptr) : json_number(epoch.validation)}, {"rate", json_number(epoch.rate)}, {"iterations", epoch.updates}});
+    epochs.push_back({{"unroll", epoch.unroll},
+                      {"loss", json_number(epoch.loss)},
+                      {"validation", trainer.validation().empty() ? Json(nullptr) : json_number(epoch.validation)},
+                      {"rate", json_number(epoch.rate)},
+                      {"iterations", epoch.updates}});
   }
   return epochs;
 }
@@ -175,8 +197,11 @@ Json epochs_json(const driver::Trainer& trainer) {
 /// What is known of any trial.
 Json trial_json(const driver::Trial& trial) {
   const driver::TrainingState& state = trial.trainer->state();
-  Json json = {{"iterations", state.updates.made}, {"loss", json_numbers(state.losses)}, {"epochs", epochs_json(*trial.trainer)}};
-  json["best"] = state.best_epoch < 0 ? Json(nullptr) : Json{{"epoch", state.best_epoch + 1}, {"loss", json_number(state.best_loss)}};
+  Json json = {{"iterations", state.updates.made},
+               {"loss", json_numbers(state.losses)},
+               {"epochs", epochs_json(*trial.trainer)}};
+  json["best"] = state.best_epoch < 0 ? Json(nullptr)
+                                      : Json{{"epoch", state.best_epoch + 1}, {"loss", json_number(state.best_loss)}};
   json["wall_s"] = trial.seconds;
   json["reason"] = driver::describe(trial.end);
   return json;
@@ -185,15 +210,18 @@ Json trial_json(const driver::Trial& trial) {
 void say_end(Job& job, const driver::Trial& trial, const std::string& name) {
   const driver::TrainingState& state = trial.trainer->state();
   if (state.best_epoch < 0) return;
-  job.say(fmt::format("{}: {} {:.8g} after epoch {} of {}, {} updates in {} ({})\n", name, trial.trainer->validation().empty() ? "loss" : "validation loss", shown(state.best_loss),
-                      state.best_epoch + 1, trial.trainer->epochs(), state.updates.made, human_seconds(trial.seconds), driver::describe(trial.end)));
+  job.say(fmt::format("{}: {} {:.8g} after epoch {} of {}, {} updates in {} ({})\n", name,
+                      trial.trainer->validation().empty() ? "loss" : "validation loss", shown(state.best_loss),
+                      state.best_epoch + 1, trial.trainer->epochs(), state.updates.made, human_seconds(trial.seconds),
+                      driver::describe(trial.end)));
 }
 
 /// The best trial as if it were the only one, then all of them.
 void report_training(Job& job, const driver::Trials& trials, const TaskRun& run, double seconds, Json& json) {
   const driver::Trial& best = trials.all()[trials.best()];
   const std::string& name = best.trainer->scene().task().name;
-  for (std::size_t k = 0; k < trials.all().size(); ++k) say_end(job, trials.all()[k], trials.count() == 1 ? name : fmt::format("{}, trial {}", name, k + 1));
+  for (std::size_t k = 0; k < trials.all().size(); ++k)
+    say_end(job, trials.all()[k], trials.count() == 1 ? name : fmt::format("{}, trial {}", name, k + 1));
   if (trials.count() > 1) job.say(fmt::format("trial {} is the best and the one that is written\n", trials.best() + 1));
   json.update(trial_json(best));
   json["windows"] = best.trainer->windows(0);
@@ -214,8 +242,13 @@ void report_training(Job& job, const driver::Trials& trials, const TaskRun& run,
 std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& options) {
   if (options.checkpoint_every.empty()) return CheckpointInterval{0, default_interval};
   const std::optional<CheckpointInterval> interval = parse_interval(options.checkpoint_every);
-  if (!interval) job.sink().report("bad-option", {}, {fmt::format("--checkpoint-every {} is neither a number of updates nor a time, as in 30s or 10min", options.checkpoint_every)});
-  if (interval && options.out.empty()) job.sink().report("bad-option", {}, {"--checkpoint-every needs the --out DIR of the run"});
+  if (!interval)
+    job.sink().report(
+        "bad-option", {},
+        {fmt::format("--checkpoint-every {} is neither a number of updates nor a time, as in 30s or 10min",
+                     options.checkpoint_every)});
+  if (interval && options.out.empty())
+    job.sink().report("bad-option", {}, {"--checkpoint-every needs the --out DIR of the run"});
   return job.failed() ? std::nullopt : interval;
 }
 
@@ -227,7 +260,8 @@ double mean_cost(const driver::Trials& trials) {
 }
 
 /// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
-void test(Job& job, const driver::Trials& trials, const driver::TestScenes& scenes, const driver::BatchOptions& options, Json& json) {
+void test(Job& job, const driver::Trials& trials, const driver::TestScenes& scenes, const driver::BatchOptions& options,
+          Json& json) {
   const auto values = [&](std::size_t trial, bool at_start) {
     const driver::Trainer& trainer = *trials.all()[trial].trainer;
     return driver::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
@@ -277,8 +311,10 @@ Json train(Job& job, const OptimizeOptions& options) {
     job.sink().report("bad-option", {}, {"--iterations is for tasks that do not learn from trajectories: --epochs"});
     return json;
   }
-  const std::unique_ptr<driver::TrainingScene> scene = driver::TrainingScene::open(job.source(), run.compiled, job.sink());
-  const std::unique_ptr<driver::TestScenes> tests = scene ? driver::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
+  const std::unique_ptr<driver::TrainingScene> scene =
+      driver::TrainingScene::open(job.source(), run.compiled, job.sink());
+  const std::unique_ptr<driver::TestScenes> tests =
+      scene ? driver::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
   if (!tests) return json;
   driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;

@@ -60,14 +60,16 @@ LinePanel loss_panel(const driver::Trials& trials) {
 /// Losses of all trials; of one alone without its number.
 void write_losses(Job& job, const driver::Trials& trials) {
   const bool numbered = trials.count() > 1;
-  std::string table = numbered ? "trial,iteration,loss\n" : "iteration,loss\n", epochs = std::string(numbered ? "trial," : "") + "epoch,iterations,steps,rate,loss,validation\n";
+  std::string table = numbered ? "trial,iteration,loss\n" : "iteration,loss\n",
+              epochs = std::string(numbered ? "trial," : "") + "epoch,iterations,steps,rate,loss,validation\n";
   for (std::size_t t = 0; t < trials.all().size(); ++t) {
     const driver::TrainingState& state = trials.all()[t].trainer->state();
     const std::string trial = numbered ? fmt::format("{},", t + 1) : "";
     for (std::size_t k = 0; k < state.losses.size(); ++k) table += fmt::format("{}{},{}\n", trial, k, state.losses[k]);
     for (std::size_t e = 0; e < state.epochs.size(); ++e) {
       const driver::Epoch& epoch = state.epochs[e];
-      epochs += fmt::format("{}{},{},{},{},{},{}\n", trial, e + 1, epoch.updates, epoch.unroll, epoch.rate, epoch.loss, std::isnan(epoch.validation) ? "" : fmt::format("{}", epoch.validation));
+      epochs += fmt::format("{}{},{},{},{},{},{}\n", trial, e + 1, epoch.updates, epoch.unroll, epoch.rate, epoch.loss,
+                            std::isnan(epoch.validation) ? "" : fmt::format("{}", epoch.validation));
     }
   }
   save_text(job, "loss.csv", table);
@@ -95,7 +97,9 @@ void write_trained(Job& job, const driver::Trials& trials) {
   if (job.options().out.empty()) return;
   write_losses(job, trials);
   write_unknowns(job, *trials.all()[trials.best()].trainer);
-  const auto is_drawn = [](const Curve& curve) { return std::ranges::any_of(curve.y, [](double loss) { return std::isfinite(loss) && loss > 0; }); };
+  const auto is_drawn = [](const Curve& curve) {
+    return std::ranges::any_of(curve.y, [](double loss) { return std::isfinite(loss) && loss > 0; });
+  };
   if (std::ranges::any_of(panel.curves, is_drawn)) save_picture(job, "loss", {panel});
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde verify: certifies derivatives on the compiled kernels.
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
 
@@ -25,8 +25,9 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
 /// A number that is below rounding is not printed as if it had been measured.
 std::string quotients_text(const driver::QuotientEvidence& quotients) {
   if (!quotients.is_resolved(driver::largest_quotient_error)) return "no difference quotient rises above rounding";
-  const std::string where = quotients.is_elsewhere ? "difference quotients agree on another number, the gradient is off by"
-                                                   : "difference quotients from both sides come to the gradient within";
+  const std::string where = quotients.is_elsewhere
+                                ? "difference quotients agree on another number, the gradient is off by"
+                                : "difference quotients from both sides come to the gradient within";
   return fmt::format("{} {:.1e} (rounding {:.1e})", where, *quotients.error, quotients.rounding);
 }
 
@@ -39,20 +40,28 @@ std::string error_text(const driver::DotCase& one) {
 Json details_of(const std::vector<driver::DotCase>& cases) {
   Json details = Json::array();
   for (const driver::DotCase& one : cases) {
-    details.push_back({{"cells", one.grid}, {"what", one.what}, {"relative_error", one.is_rounding ? Json(nullptr) : json_number(one.relative_error)},
-                       {"difference", json_number(one.difference)}, {"rounding", json_number(one.rounding)}, {"below_rounding", one.is_rounding}});
+    details.push_back({{"cells", one.grid},
+                       {"what", one.what},
+                       {"relative_error", one.is_rounding ? Json(nullptr) : json_number(one.relative_error)},
+                       {"difference", json_number(one.difference)},
+                       {"rounding", json_number(one.rounding)},
+                       {"below_rounding", one.is_rounding}});
   }
   return details;
 }
 
 std::string reason_of(const driver::Certificate& certificate) {
-  std::string reason = certificate.is_all_rounding() ? "all derivatives are 0 but for rounding" : fmt::format("largest dot-product error {:.2e}", certificate.worst());
+  std::string reason = certificate.is_all_rounding()
+                           ? "all derivatives are 0 but for rounding"
+                           : fmt::format("largest dot-product error {:.2e}", certificate.worst());
   if (!certificate.start_is_finite) reason = "at the start itself the loss or its gradient is not finite; " + reason;
   if (certificate.second && !certificate.second->passed()) {
     const std::optional<double>& slope = certificate.second->slope;
-    reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(), slope ? fmt::format("{:.3f}", *slope) : "missing");
+    reason += fmt::format(", Hessian unsymmetric by {:.2e}, its slope {}", certificate.second->worst(),
+                          slope ? fmt::format("{:.3f}", *slope) : "missing");
   }
-  if (certificate.single && !certificate.single->passed()) reason += fmt::format(", in single precision {:.2e}", certificate.single->worst());
+  if (certificate.single && !certificate.single->passed())
+    reason += fmt::format(", in single precision {:.2e}", certificate.single->worst());
   if (certificate.quotients) return reason + ", " + quotients_text(*certificate.quotients);
   if (certificate.slope) return reason + fmt::format(", Taylor slope {:.3f}", *certificate.slope);
   return reason + (certificate.note.empty() ? "" : ", " + certificate.note);
@@ -61,16 +70,20 @@ std::string reason_of(const driver::Certificate& certificate) {
 std::string second_order_text(const driver::Certificate& certificate) {
   if (!certificate.second) return "no second derivatives\n";
   const driver::SecondOrderCheck& second = *certificate.second;
-  std::string text = fmt::format("Hessian: v.Hw against w.Hv on {} grids, at most {:.2e}; ", second.cases.size(), second.worst());
-  text += second.slope ? fmt::format("slope of the remainder {:.4f}", *second.slope)
-                       : "no slope of the remainder: " + std::string(second.only_rounding ? "it is rounding" : "it shows none");
+  std::string text =
+      fmt::format("Hessian: v.Hw against w.Hv on {} grids, at most {:.2e}; ", second.cases.size(), second.worst());
+  text += second.slope
+              ? fmt::format("slope of the remainder {:.4f}", *second.slope)
+              : "no slope of the remainder: " + std::string(second.only_rounding ? "it is rounding" : "it shows none");
   return text + (second.has_kinks ? " (the programs have kinks, so it is not judged)\n" : "\n");
 }
 
 /// The certificate is of a point beside the start.
 std::string kink_text(const driver::KinkAtStart& kink) {
-  return fmt::format("the start lies on a kink of the loss: by {0} it has the slopes {1:.6g} behind and {2:.6g} ahead, the gradient says {3:.6g}\n",
-                     kink.unknown, kink.behind, kink.ahead, kink.gradient);
+  return fmt::format(
+      "the start lies on a kink of the loss: by {0} it has the slopes {1:.6g} behind and {2:.6g} ahead, the gradient "
+      "says {3:.6g}\n",
+      kink.unknown, kink.behind, kink.ahead, kink.gradient);
 }
 
 void show(Job& job, const std::string& target, const driver::Certificate& certificate) {
@@ -81,7 +94,8 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   for (const std::string& skipped : certificate.skipped) text += fmt::format("  {}\n", skipped);
   text += "Taylor remainder of the gradient\n";
   for (std::size_t k = 0; k < certificate.remainders.size(); k += 3) {
-    text += fmt::format("  step {:<10.3e} remainder {:.3e}\n", certificate.remainders[k].step, certificate.remainders[k].value);
+    text += fmt::format("  step {:<10.3e} remainder {:.3e}\n", certificate.remainders[k].step,
+                        certificate.remainders[k].value);
   }
   text += certificate.slope ? fmt::format("  slope {:.4f} ({})\n", *certificate.slope, certificate.note)
                             : fmt::format("  no slope: {}\n", certificate.note);
@@ -89,8 +103,10 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   text += second_order_text(certificate);
   for (const driver::KinkAtStart& kink : certificate.kinks) text += kink_text(kink);
   if (certificate.single) {
-    text += fmt::format("single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at most {:.2e}\n",
-                        certificate.single->cases.size(), certificate.single->worst());
+    text += fmt::format(
+        "single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at "
+        "most {:.2e}\n",
+        certificate.single->cases.size(), certificate.single->worst());
   }
   text += fmt::format("{}: {}\n", certificate.passed() ? "certified" : "NOT certified", reason_of(certificate));
   job.say(text);
@@ -98,18 +114,27 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
 
 Json to_json(const driver::Certificate& certificate) {
   Json remainders = Json::array();
-  for (const driver::Remainder& r : certificate.remainders) remainders.push_back({json_number(r.step), json_number(r.value)});
+  for (const driver::Remainder& r : certificate.remainders)
+    remainders.push_back({json_number(r.step), json_number(r.value)});
   const driver::SecondOrderCheck* second = certificate.second ? &*certificate.second : nullptr;
   Json hessian = nullptr;
   if (second != nullptr) {
-    hessian = {{"max_relative_error", json_number(second->worst())}, {"cases", second->cases.size()}, {"details", details_of(second->cases)}, {"has_kinks", second->has_kinks}};
+    hessian = {{"max_relative_error", json_number(second->worst())},
+               {"cases", second->cases.size()},
+               {"details", details_of(second->cases)},
+               {"has_kinks", second->has_kinks}};
   }
   const driver::QuotientEvidence* quotients = certificate.quotients ? &*certificate.quotients : nullptr;
   Json single = nullptr;
-  if (certificate.single) single = {{"max_relative_error", json_number(certificate.single->worst())}, {"cases", certificate.single->cases.size()}};
+  if (certificate.single)
+    single = {{"max_relative_error", json_number(certificate.single->worst())},
+              {"cases", certificate.single->cases.size()}};
   Json kinks = Json::array();
   for (const driver::KinkAtStart& kink : certificate.kinks) {
-    kinks.push_back({{"unknown", kink.unknown}, {"behind", json_number(kink.behind)}, {"ahead", json_number(kink.ahead)}, {"gradient", json_number(kink.gradient)}});
+    kinks.push_back({{"unknown", kink.unknown},
+                     {"behind", json_number(kink.behind)},
+                     {"ahead", json_number(kink.ahead)},
+                     {"gradient", json_number(kink.gradient)}});
   }
   return {{"hessian", hessian},
           {"single_precision", single},
@@ -149,10 +174,12 @@ Json verify(Job& job) {
     if (!compiled) return result;
   }
   const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
-  std::optional<driver::Certificate> certificate =
-      shared->problem ? driver::certify(job.source(), shared, certify, job.sink()) : driver::certify_programs(*shared, certify);
+  std::optional<driver::Certificate> certificate = shared->problem
+                                                       ? driver::certify(job.source(), shared, certify, job.sink())
+                                                       : driver::certify_programs(*shared, certify);
   if (!certificate) return result;
-  if (single && !driver::certify_single_precision(job.source(), single, certify, *certificate, job.sink())) return result;
+  if (single && !driver::certify_single_precision(job.source(), single, certify, *certificate, job.sink()))
+    return result;
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the certificate was complete"});
     return result;

@@ -9,7 +9,9 @@
 namespace dpde::tools {
 
 WindowPart::WindowPart(const std::filesystem::path& file, std::uint64_t key, const driver::Window& window)
-    : path_(fmt::format("{}.{}.{}", file.string(), window.run, window.frame)), key_(static_cast<std::int64_t>(key)), window_(window) {}
+    : path_(fmt::format("{}.{}.{}", file.string(), window.run, window.frame)),
+      key_(static_cast<std::int64_t>(key)),
+      window_(window) {}
 
 bool WindowPart::save(const driver::FoundControls& found, DiagnosticSink& sink) const {
   driver::ByteWriter out;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The compiler in a host program: a .dpde file or text becomes a Simulation (dpde/runtime/simulation.h), in machine code.
+// The compiler in a host program: a .dpde file or text becomes a Simulation (dpde/runtime/simulation.h), in machine
+// code.
 //
 //   dpde::Simulation sim = dpde::compile_file("heat.dpde", {.name = "rod", .set = {{"cells", "256"}}});
 //   sim.run();
@@ -31,15 +32,17 @@ struct HostOptions {
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();  // see SimulationOptions
   int slots = 0;
   const std::atomic<bool>* stop = nullptr;
-  std::optional<bool> certify{};             // a task's derivatives on a few cells; unset: where that is cheap
-  bool second_order = false;                 // of a task: hessian_vector(); newton_cg has it anyway. Compiling takes up to twice as long
+  std::optional<bool> certify{};  // a task's derivatives on a few cells; unset: where that is cheap
+  bool second_order =
+      false;  // of a task: hessian_vector(); newton_cg has it anyway. Compiling takes up to twice as long
 };
 
-/// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins with
-/// the `from` of its unknowns.
+/// Files the text loads (initial states, coefficients, data) are read, scenes that make data are run. A task begins
+/// with the `from` of its unknowns.
 /// @throws Error(input) for what is wrong with the text, Error(machine) and Error(run) as the kinds say.
 Simulation compile_file(const std::string& path, const HostOptions& options = {});
 /// `path` names the text in messages; the files it loads are looked for beside it.
-Simulation compile_text(const std::string& text, const HostOptions& options = {}, const std::string& path = "text.dpde");
+Simulation compile_text(const std::string& text, const HostOptions& options = {},
+                        const std::string& path = "text.dpde");
 
 }  // namespace dpde

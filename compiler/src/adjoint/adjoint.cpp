@@ -26,7 +26,11 @@ namespace {
 class Reversal {
  public:
   Reversal(const Module& module, const Program& program, const Varied& varied, DerivedNames& names, Module& kernels)
-      : module_(module), program_(program), varied_(varied), names_(names), kernels_(kernels),
+      : module_(module),
+        program_(program),
+        varied_(varied),
+        names_(names),
+        kernels_(kernels),
         reach_(reach(module, program, varied)) {
     for (const Swap& swap : program.swaps) add_seed(swap.next);
     for (const std::string& keep : program.keeps) add_seed(keep);
@@ -37,8 +41,9 @@ class Reversal {
 
   void reverse(int index) {
     match(
-        program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); }, [&](const Fold& fold) { reverse_fold(fold); },
-        [&](const Reduce& reduce) { reverse_reduce(reduce, index); }, [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); });
+        program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); },
+        [&](const Fold& fold) { reverse_fold(fold); }, [&](const Reduce& reduce) { reverse_reduce(reduce, index); },
+        [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); });
   }
 
   /// Gives seeds their names back: those of the interface.
@@ -48,7 +53,8 @@ class Reversal {
 
   /// Kernel that sets to 0 the bars of active inputs nothing contributed to.
   void finish(const std::set<std::string>& inputs) {
-    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_zero"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel zero{
+        names_.fresh_kernel(program_.name + "_adjoint_zero"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
     for (const std::string& field : inputs) {
       if (!bars_.contains(field)) zero.stores.push_back({names_.of(field), false, 0.0, {}});
     }
@@ -77,7 +83,8 @@ class Reversal {
   /// A result that the program itself reads gets contributions beside its seed. They are added to a copy: an input is
   /// never changed, and holds values on the interior only. So does the transpose of a scatter to a result need a copy.
   void copy_seeds_read_inside() {
-    Kernel copy{names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel copy{
+        names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
     const std::set<std::string> read = fields_read_inside();
     for (auto& [field, bar] : bars_) {
       if (!read.contains(field)) continue;
@@ -122,21 +129,29 @@ class Reversal {
     const int grow = bar->second.grow;
     const int extent = bars_[fill.field].extent;
     Fold fold{names_.of(fill.field), grow, derived_sides(fill.axes, bar_of_wall(grow))};
-    const std::vector<std::string> values = extent > 0 || is_on_walls(fill.axes) ? separate_values(fill, fold) : std::vector<std::string>{};
+    const std::vector<std::string> values =
+        extent > 0 || is_on_walls(fill.axes) ? separate_values(fill, fold) : std::vector<std::string>{};
     body.push_back(std::move(fold));
     if (!values.empty()) reverse_weights(fill, values, grow, extent, index);
     for (const std::string& wall : wall_fields(fill.axes)) {
       const auto of_wall = bars_.find(wall);
       if (of_wall == bars_.end()) continue;
-      if (of_wall->second.grow < grow) refused.emplace(program_.name, wall + " at the walls of " + fill.field + " before it is folded or filled");
+      if (of_wall->second.grow < grow)
+        refused.emplace(program_.name, wall + " at the walls of " + fill.field + " before it is folded or filled");
       of_wall->second = {of_wall->second.grow, false, std::max(of_wall->second.extent, extent)};
     }
     bars_[fill.field] = {grow, false, 0};
   }
 
-  /// Lets the fold give what belongs to c of mixed(a, b, c), where a or b varies, to fields of their own: the weights need it.
+  /// Lets the fold give what belongs to c of mixed(a, b, c), where a or b varies, to fields of their own: the weights
+  /// need it.
   std::vector<std::string> separate_values(const Fill& fill, Fold& fold) {
-    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_walls_begin"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_walls_begin"),
+                static_cast<int>(program_.axes.size()),
+                {},
+                {},
+                {},
+                {}};
     std::vector<std::string> values;
     for (const WallSide& at : sides_with_varied_weights(fill.axes, varied_)) {
       values.push_back(names_.fresh(fill.field + "_wall_value_bar"));
@@ -157,7 +172,8 @@ class Reversal {
 
   /// Bars of varied fields that nothing contributed to yet: 0, so that a fold can add to them or a fill continue them.
   void begin_bars(const std::set<std::string>& fields) {
-    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_begin"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel zero{
+        names_.fresh_kernel(program_.name + "_adjoint_begin"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
     for (const std::string& field : fields) {
       if (!varied_.fields.contains(field) || !bars_.emplace(field, Bar{reach_, false}).second) continue;
       zero.stores.push_back({names_.of(field), false, 0.0, {}});
@@ -186,7 +202,8 @@ class Reversal {
 
   /// Under another name, as a field is filled on walls before anything reads it.
   void copy_bar(const std::string& field) {
-    Kernel copy{names_.fresh_kernel(program_.name + "_adjoint_copy"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel copy{
+        names_.fresh_kernel(program_.name + "_adjoint_copy"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
     const std::string bar = names_.of(field), copied = names_.fresh(bar);
     copy.stores.push_back({copied, false, access(bar), {}});
     run(std::move(copy), bars_.at(field).grow);
@@ -205,7 +222,8 @@ class Reversal {
     }
     const auto bar = bars_.find(fold.field);
     if (bar == bars_.end()) return;
-    if (bar->second.extent > fold.grow) refused.emplace(program_.name, "reading " + fold.field + " past the reach of its fold");
+    if (bar->second.extent > fold.grow)
+      refused.emplace(program_.name, "reading " + fold.field + " past the reach of its fold");
     if (is_on_walls(fold.axes) && was_read(names_.of(fold.field))) copy_bar(fold.field);
     body.push_back(Fill{names_.of(fold.field), derived_sides(fold.axes, bar_of_wall(fold.grow))});
     bar->second = {fold.grow, true, fold.grow};
@@ -231,7 +249,8 @@ class Reversal {
     Expr value = access(total.result);
     if (is_extreme) {
       needed[reduce.field] = needed[reduce.result] = index;
-      value = at_extreme(reduce, value / access(add_count_of_ties(reduce, {program_, "_adjoint", names_, kernels_, body})));
+      value =
+          at_extreme(reduce, value / access(add_count_of_ties(reduce, {program_, "_adjoint", names_, kernels_, body})));
     }
     add_inside(reduce.field, value);
   }
@@ -264,18 +283,19 @@ class Reversal {
   /// Adds a value, known in the interior, to a bar.
   void add_inside(const std::string& field, const Expr& value) {
     const bool is_new = !bars_.contains(field);
-    Kernel kernel{names_.fresh_kernel(program_.name + "_adjoint_reduce"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
-    kernel.stores.push_back({names_.of(field), !is_new, is_new && reach_ > 0 ? select(inside({}, 0), value, 0.0) : value, {}});
+    Kernel kernel{
+        names_.fresh_kernel(program_.name + "_adjoint_reduce"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    kernel.stores.push_back(
+        {names_.of(field), !is_new, is_new && reach_ > 0 ? select(inside({}, 0), value, 0.0) : value, {}});
     run(std::move(kernel), is_new ? reach_ : 0);
     bars_.try_emplace(field, Bar{reach_}).first->second.is_around = false;
   }
 
   void reverse_run(const Run& primal, int index) {
     const Kernel& kernel = *module_.find_kernel(primal.kernel);
-    const RunContext context{
-        program_.axes, primal.grow, std::max(reach_, primal.grow),
-        [&](const std::string& field) { return seed(field, primal.grow); },
-        [&](const std::string& field) { return bars_.contains(field); }};
+    const RunContext context{program_.axes, primal.grow, std::max(reach_, primal.grow),
+                             [&](const std::string& field) { return seed(field, primal.grow); },
+                             [&](const std::string& field) { return bars_.contains(field); }};
     KernelAdjoint derived = adjoint_of(kernel, varied_, context, names_);
     note_needs(derived.shared, index);
     note_needs(derived.gather, index, derived.stored);
@@ -289,7 +309,8 @@ class Reversal {
     for (const std::string& field : derived.stored) {
       if (gathered_around.contains(field)) body.push_back(Fill{field, seed_boundary()});
     }
-    if (!derived.gather.stores.empty() || !derived.gather.sums.empty()) run(std::move(derived.gather), context.target_grow);
+    if (!derived.gather.stores.empty() || !derived.gather.sums.empty())
+      run(std::move(derived.gather), context.target_grow);
     if (!derived.scatter.scatters.empty()) run(std::move(derived.scatter), primal.grow);
     const std::map<std::string, int> extents = extents_of(kernel, primal.grow, program_.axes);
     for (const std::string& field : derived.contributed) contribute(kernel, field, extents, context.target_grow);
@@ -303,7 +324,8 @@ class Reversal {
     Bar& bar = bars_.try_emplace(field, Bar{target_grow}).first->second;
     const auto extent = extents.find(field);
     bar = {std::min(bar.grow, target_grow), false, std::max(bar.extent, extent == extents.end() ? 0 : extent->second)};
-    if (bar.extent > bar.grow) refused.emplace(kernel.name, "reading " + field + " beyond walls before it is added to or folded");
+    if (bar.extent > bar.grow)
+      refused.emplace(kernel.name, "reading " + field + " beyond walls before it is added to or folded");
   }
 
   /// A fill around periodic axes leaves nothing of what a bar holds beyond bounded ones, and there the transpose of a
@@ -317,7 +339,8 @@ class Reversal {
       const bool is_target = std::any_of(primal.scatters.begin(), primal.scatters.end(),
                                          [&](const Scatter& scatter) { return scatter.target.field == field; });
       if (grow == 0 && (bar.extent == 0 || (is_consumed && !is_target))) continue;
-      refused.emplace(primal.name, "reading neighbours around a periodic axis for " + field + ", which is read beyond walls");
+      refused.emplace(primal.name,
+                      "reading neighbours around a periodic axis for " + field + ", which is read beyond walls");
     }
     for (const Scatter& scatter : primal.scatters) {
       const auto bar = bars_.find(scatter.target.field);
@@ -327,7 +350,8 @@ class Reversal {
     for (const Signature::Read& read : signature(gather).reads) {
       const bool is_grown = grown_.contains(read.field) && !filled_.contains(read.field);
       if (!is_grown || !around.contains(read.field)) continue;
-      refused.emplace(primal.name, "reading " + read.field + ", computed beyond walls and not filled, beside a periodic axis");
+      refused.emplace(primal.name,
+                      "reading " + read.field + ", computed beyond walls and not filled, beside a periodic axis");
     }
   }
 
@@ -339,8 +363,8 @@ class Reversal {
     return reaches ? value : select(inside({}, bar->second.grow), value, 0.0);
   }
 
-  /// Appends a run, after the periodic fills of what it reads at offsets: bars, and primal fields that the primal itself
-  /// reads at the centre only.
+  /// Appends a run, after the periodic fills of what it reads at offsets: bars, and primal fields that the primal
+  /// itself reads at the centre only.
   void run(Kernel kernel, int grow) {
     const std::set<std::string> around = read_around(kernel, program_.axes);
     for (const auto& read : signature(kernel).reads) {
@@ -356,11 +380,13 @@ class Reversal {
     kernels_.kernels.push_back(std::move(kernel));
   }
 
-  /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as other programs do it, the
-  /// halo of a coefficient stays right for them and is not made anew in each run. Not so on walls, where that fill would undo what this program has
-  /// added to the value there since.
+  /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as
+  /// other programs do it, the halo of a coefficient stays right for them and is not made anew in each run. Not so on
+  /// walls, where that fill would undo what this program has added to the value there since.
   std::vector<AxisBoundary> primal_boundary(const std::string& field) const {
-    const auto changes_it = [&](const Program& other) { return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; }); };
+    const auto changes_it = [&](const Program& other) {
+      return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; });
+    };
     if (std::ranges::any_of(module_.programs, changes_it)) return seed_boundary();
     const std::vector<std::string> written = interface_of(module_, program_).written;
     const bool is_changed_here = std::ranges::find(written, field) != written.end();
@@ -398,14 +424,15 @@ class Reversal {
   DerivedNames& names_;
   Module& kernels_;
   const int reach_;
-  std::map<std::string, Bar> bars_;  // primal field -> its bar, where it holds values
-  std::set<std::string> filled_;     // primal fields whose halo is filled
-  std::set<std::string> grown_;      // primal fields computed beyond the interior
+  std::map<std::string, Bar> bars_;                // primal field -> its bar, where it holds values
+  std::set<std::string> filled_;                   // primal fields whose halo is filled
+  std::set<std::string> grown_;                    // primal fields computed beyond the interior
   std::map<std::string, std::string> seed_names_;  // of the fields that copy_seeds_read_inside renamed
   std::vector<std::string> consumed_;
 };
 
-void add_results(const Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names, Program& derived) {
+void add_results(const Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names,
+                 Program& derived) {
   std::set<std::string> swapped;
   for (const Swap& swap : program.swaps) {
     if (!varied.fields.contains(swap.state)) continue;
@@ -448,7 +475,8 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   derived.body.insert(derived.body.end(), reversal.body.begin(), reversal.body.end());
   for (Kernel& kernel : reverse_kernels.kernels) result.module.kernels.push_back(std::move(kernel));
   add_results(*program, varied, wrt, names, derived);
-  for (const std::string& network : parts_of({derived}).networks) add_networks(result.module, {*module.find_network(network)});
+  for (const std::string& network : parts_of({derived}).networks)
+    add_networks(result.module, {*module.find_network(network)});
   result.module.programs.push_back(std::move(derived));
   for (const std::string& p : wrt.params) names.of(p);
   result.links = names.links(module, *program, wrt);
@@ -458,7 +486,8 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
 
 }  // namespace
 
-Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink, const Surroundings& surroundings) {
+Derivative adjoint(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink,
+                   const Surroundings& surroundings) {
   const Program* program = module.find_program(name);
   require(program != nullptr, "adjoint of a program that is not in the module");
   if (!check_given(module, *program, find_varied(module, *program, wrt), reverse, surroundings, sink)) return {};

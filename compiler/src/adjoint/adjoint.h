@@ -31,8 +31,8 @@ struct Surroundings {
   std::map<std::string, double> params;
 };
 
-/// What a value of the primal became. In a tangent the kind stays; in an adjoint fields stay fields, a parameter becomes a sum
-/// and a sum a parameter. The weights of a network are a parameter.
+/// What a value of the primal became. In a tangent the kind stays; in an adjoint fields stay fields, a parameter
+/// becomes a sum and a sum a parameter. The weights of a network are a parameter.
 struct Link {
   enum class Kind { field, param, sum };
   Kind kind = Kind::field;  // of the primal
@@ -56,23 +56,25 @@ struct Derivative {
 ///
 /// New inputs: x_dot of each active field, p_dot (a parameter) of each active parameter. New results: y_dot of each
 /// result field (in `swaps` and `keeps` beside y), s_dot of each sum.
-Derivative tangent(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink);
+Derivative tangent(const stencil::Module& module, const std::string& program, const Activity& wrt,
+                   DiagnosticSink& sink);
 
 /// NAME_adjoint: for inputs x and seeds y_bar computes x_bar = (dy/dx)^T y_bar.
 ///
 /// Inputs: what NAME reads, y_bar of each result field, s_bar (a parameter) of each sum. Results: x_bar of each active
 /// field (through swap y_bar, x_bar where NAME swaps x, y; else through keep), the sum p_bar of each active parameter.
 /// Intermediate fields are recomputed from the inputs; what the derivative does not read is not computed.
-/// Kernels with formulas of their own (Kernel::given) are reversed by these, after they have been checked against the tangent.
-/// Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the kernel runs on
-/// the region grown by the stencil, terms of points outside are masked, and `fold` transposes the halo fill.
+/// Kernels with formulas of their own (Kernel::given) are reversed by these, after they have been checked against the
+/// tangent. Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the
+/// kernel runs on the region grown by the stencil, terms of points outside are masked, and `fold` transposes the halo
+/// fill.
 Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink,
                    const Surroundings& surroundings = {});
 
-/// NAME_squares, for a program whose sums are sums of squares c*r^2 (c of what does not vary): the tangent of NAME, but with
-/// s_dot = the sum of c*r_dot^2. The gradient of s_dot by the directions is the Gauss-Newton Hessian of s times them.
-/// nullopt where a sum is anything else.
-std::optional<Derivative> squares_of_tangent(const stencil::Module& module, const std::string& program, const Activity& wrt,
-                                             DiagnosticSink& sink);
+/// NAME_squares, for a program whose sums are sums of squares c*r^2 (c of what does not vary): the tangent of NAME, but
+/// with s_dot = the sum of c*r_dot^2. The gradient of s_dot by the directions is the Gauss-Newton Hessian of s times
+/// them. nullopt where a sum is anything else.
+std::optional<Derivative> squares_of_tangent(const stencil::Module& module, const std::string& program,
+                                             const Activity& wrt, DiagnosticSink& sink);
 
 }  // namespace dpde::adjoint

@@ -20,8 +20,9 @@ using namespace stencil;
 
 namespace {
 
-/// Of one more field that passes through memory, in loads and instructions that cost as much. Measured: what saves 17 of them for each
-/// such field is faster on all grids (waves of order 4 in 3-D), what saves 10 in the caches only (order 2 there, order 4 in 2-D).
+/// Of one more field that passes through memory, in loads and instructions that cost as much. Measured: what saves 17
+/// of them for each such field is faster on all grids (waves of order 4 in 3-D), what saves 10 in the caches only
+/// (order 2 there, order 4 in 2-D).
 constexpr int stream_cost = 12;
 
 /// Operations at each point; what saves so many with one field more is faster without counting.
@@ -54,8 +55,8 @@ Interp guarded(Interp i, const Guards& guards) {
 int point_values(const Expr& e) {
   int count = 0;
   visit(e, [&](const Expr& part) {
-    const Kind& kind = part->kind;
-    if (std::holds_alternative<Access>(kind) || std::holds_alternative<Local>(kind) || std::holds_alternative<Interp>(kind)) ++count;
+    const Kind& k = part->kind;
+    count += std::holds_alternative<Access>(k) || std::holds_alternative<Local>(k) || std::holds_alternative<Interp>(k);
   });
   return count;
 }
@@ -88,7 +89,7 @@ class Walk {
     for (auto let = kernel.lets.rbegin(); let != kernel.lets.rend(); ++let) push_let(*let);
   }
 
-  PointTerms terms;  // their lets are those of the kernel, then the bars
+  PointTerms terms;               // their lets are those of the kernel, then the bars
   std::vector<Scatter> scatters;  // target.field is the primal field
 
  private:
@@ -138,8 +139,7 @@ class Walk {
     if (is_literal(x, 0) || !is_varied(e, varied_)) return;
     match(
         e->kind,  //
-        [&](const Literal&) {}, [&](const Inside&) {},
-        [&](const Param& p) { add_param(p.name, guarded(x, guards)); },
+        [&](const Literal&) {}, [&](const Inside&) {}, [&](const Param& p) { add_param(p.name, guarded(x, guards)); },
         [&](const Local& l) { push_local(l, x, guards); },
         [&](const Access& a) { add_read(a.field, a.offset, guarded(x, guards)); },
         [&](const Interp& i) {
@@ -260,10 +260,13 @@ Expr masked(const Expr& e, const Offset& k, const RunContext& run) {
   return needs_mask(k, run) ? select(inside(minus(k), run.grow), e, 0.0) : e;
 }
 
-/// A formula of a person, with the seeds of this run: where points may be missing around a point, the terms of each of them
-/// are selected by themselves, like those that are derived.
-Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied, const RunContext& run, DerivedNames& names) {
-  const auto is_sum = [&](const std::string& name) { return std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == name; }); };
+/// A formula of a person, with the seeds of this run: where points may be missing around a point, the terms of each of
+/// them are selected by themselves, like those that are derived.
+Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied, const RunContext& run,
+                 DerivedNames& names) {
+  const auto is_sum = [&](const std::string& name) {
+    return std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == name; });
+  };
   const std::function<Expr(const Expr&)> with_seeds = [&](const Expr& e) -> Expr {
     const Access* a = std::get_if<Access>(&e->kind);
     const std::string* stored = a ? seeded_by(kernel, a->field) : nullptr;
@@ -273,7 +276,8 @@ Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied
     return seed ? shift(*seed, a->offset, [](const std::string& name) { return name; }) : Expr(0.0);
   };
   const std::map<Offset, Expr> terms = terms_by_seed(kernel, formula);
-  if (std::none_of(terms.begin(), terms.end(), [&](const auto& term) { return needs_mask(term.first, run); })) return with_seeds(formula);
+  if (std::none_of(terms.begin(), terms.end(), [&](const auto& term) { return needs_mask(term.first, run); }))
+    return with_seeds(formula);
   Expr total = 0.0;
   for (const auto& [k, term] : terms) {
     const Expr value = with_seeds(term);
@@ -282,7 +286,8 @@ Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied
   return total;
 }
 
-void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names, KernelAdjoint& result) {
+void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names,
+               KernelAdjoint& result) {
   for (const Given& given : kernel.given) {
     const bool is_field = varied.fields.contains(given.input);
     if (!is_field && !varied.params.contains(given.input)) continue;
@@ -298,7 +303,8 @@ void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run
 }
 
 /// x_bar[i] = sum over k of (contribution of read k) at i - k.
-void add_gathers(const PointTerms& terms, const RunContext& run, DerivedNames& names, ShiftedLets& lets, KernelAdjoint& result) {
+void add_gathers(const PointTerms& terms, const RunContext& run, DerivedNames& names, ShiftedLets& lets,
+                 KernelAdjoint& result) {
   for (const ReadBars& read : terms.reads) {
     Expr total = 0.0;
     for (auto term = read.by_offset.rbegin(); term != read.by_offset.rend(); ++term) {
@@ -312,7 +318,8 @@ void add_gathers(const PointTerms& terms, const RunContext& run, DerivedNames& n
   }
 }
 
-void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run, DerivedNames& names, KernelAdjoint& result) {
+void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run, DerivedNames& names,
+                  KernelAdjoint& result) {
   for (const Scatter& scatter : walk.scatters) {
     const std::string field = scatter.target.field;
     if (find_given(kernel, field)) continue;
@@ -330,18 +337,21 @@ void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run,
 /// The adjoint of one kernel but for its scatters.
 class Gathering {
  public:
-  Gathering(const Kernel& kernel, PointTerms terms, const Varied& varied, const RunContext& run) : kernel_(kernel), terms_(std::move(terms)), varied_(varied), run_(run) {
+  Gathering(const Kernel& kernel, PointTerms terms, const Varied& varied, const RunContext& run)
+      : kernel_(kernel), terms_(std::move(terms)), varied_(varied), run_(run) {
     std::erase_if(terms_.reads, [&](const ReadBars& read) { return find_given(kernel, read.field); });
     std::erase_if(terms_.params, [&](const auto& term) { return find_given(kernel, term.first); });
   }
 
-  /// One kernel, or two where it pays that the first one stores what many terms of the other need. Kernels are written and counted
-  /// only where that is in doubt: repeated for all points of a wide stencil, a value makes millions of nodes.
+  /// One kernel, or two where it pays that the first one stores what many terms of the other need. Kernels are written
+  /// and counted only where that is in doubt: repeated for all points of a wide stencil, a value makes millions of
+  /// nodes.
   KernelAdjoint cheapest(DerivedNames& names) const {
     Split split{terms_, {}, names};
     if (!fills_keep_what_is_stored()) return written(split, names);
     auto further = split_further(split);
-    for (; further && further->operations_saved >= plain_gain; further = split_further(split)) split = std::move(*further);
+    for (; further && further->operations_saved >= plain_gain; further = split_further(split))
+      split = std::move(*further);
     KernelAdjoint best = written(split, names = split.names);
     for (; further; further = split_further(split)) {
       split = std::move(*further);
@@ -408,8 +418,8 @@ class Gathering {
     return result;
   }
 
-  /// The first kernel stores the values of `stored`. Where it runs as far out as the other, it takes over whatever reads none of them;
-  /// what is filled is not known farther out than where the primal ran.
+  /// The first kernel stores the values of `stored`. Where it runs as far out as the other, it takes over whatever
+  /// reads none of them; what is filled is not known farther out than where the primal ran.
   KernelAdjoint in_two_kernels(const PointTerms& terms, const std::vector<Let>& stored, DerivedNames& names) const {
     KernelAdjoint result = gathered(terms, names);
     Kernel& first = result.shared;
@@ -417,7 +427,8 @@ class Gathering {
     first.lets = terms_.lets;
     result.shared_grow = std::ranges::count(run_.axes, Topology::periodic) > 0 ? run_.grow : run_.target_grow;
     for (const Let& let : stored) {
-      first.stores.push_back({let.name, false, result.shared_grow == run_.grow ? let.value : masked(let.value, {}, run_), {}});
+      first.stores.push_back(
+          {let.name, false, result.shared_grow == run_.grow ? let.value : masked(let.value, {}, run_), {}});
       result.stored.push_back(let.name);
     }
     if (result.shared_grow == run_.target_grow) move_what_reads_none(names_of(stored), result.gather, first);
@@ -458,7 +469,8 @@ class Gathering {
 
   static int cost(const KernelAdjoint& adjoint) {
     int total = 0;
-    for (const Kernel& kernel : eliminate_common_subexpressions(simplify({{adjoint.shared, adjoint.gather}, {}, {}})).kernels) {
+    for (const Kernel& kernel :
+         eliminate_common_subexpressions(simplify({{adjoint.shared, adjoint.gather}, {}, {}})).kernels) {
       total += loads(kernel) + instructions(kernel) + stream_cost * streams(kernel);
     }
     return total;

@@ -24,15 +24,16 @@ struct RunContext {
 };
 
 struct KernelAdjoint {
-  stencil::Kernel shared;                  // runs before `gather`, where it has stores: see shared_values.h
-  int shared_grow = 0;                     // how far beyond the interior
-  std::vector<std::string> stored;         // fields that `gather` reads of it
-  stencil::Kernel gather;                  // may have neither stores nor sums
-  stencil::Kernel scatter;                 // may have no scatters
-  std::vector<std::string> contributed;    // primal fields whose bars these write
+  stencil::Kernel shared;                // runs before `gather`, where it has stores: see shared_values.h
+  int shared_grow = 0;                   // how far beyond the interior
+  std::vector<std::string> stored;       // fields that `gather` reads of it
+  stencil::Kernel gather;                // may have neither stores nor sums
+  stencil::Kernel scatter;               // may have no scatters
+  std::vector<std::string> contributed;  // primal fields whose bars these write
 };
 
 /// The adjoint of `kernel`; `varied` is the program's, locals not included.
-KernelAdjoint adjoint_of(const stencil::Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names);
+KernelAdjoint adjoint_of(const stencil::Kernel& kernel, const Varied& varied, const RunContext& run,
+                         DerivedNames& names);
 
 }  // namespace dpde::adjoint

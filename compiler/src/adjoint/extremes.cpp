@@ -13,7 +13,8 @@ namespace {
 void add_store(const std::string& field, const Expr& value, const std::string& what, const Writing& into) {
   const std::string name = into.names.fresh_kernel(into.primal.name + into.suffix + "_" + what);
   into.body.push_back(Run{name});
-  into.kernels.kernels.push_back({name, static_cast<int>(into.primal.axes.size()), {}, {{field, false, value, {}}}, {}, {}});
+  into.kernels.kernels.push_back(
+      {name, static_cast<int>(into.primal.axes.size()), {}, {{field, false, value, {}}}, {}, {}});
 }
 
 /// Appends the sum of `value` over the axes of `reduce`; returns the field that holds it.

@@ -31,7 +31,8 @@ constexpr std::size_t longest_hint = 200;
 /// Where inputs are drawn from: functions may have no value for some, and other branches for others.
 constexpr std::array<std::array<double, 2>, 4> input_ranges{{{0.5, 1.5}, {-1.5, 1.5}, {5, 15}, {-15, -5}}};
 
-/// Walls that leave nothing to chance: what lies beyond is neither the cell's value nor minus that, but a third or a fifth of it.
+/// Walls that leave nothing to chance: what lies beyond is neither the cell's value nor minus that, but a third or a
+/// fifth of it.
 AxisBoundary walls(int axis, Topology topology) {
   const Expr spacing = param(std::string("h") + "xyz"[axis]);
   return {topology, {SideKind::mixed, 0.4, 1.0 / spacing, 1.0}, {SideKind::mixed, 0.7, 3.0 / spacing, 1.0}};
@@ -43,7 +44,8 @@ Module lone_program(const Kernel& kernel, const std::vector<Topology>& axes) {
   const Signature s = signature(kernel);
   for (const Signature::Read& read : s.reads) {
     std::vector<AxisBoundary> boundary;
-    for (std::size_t axis = 0; axis < axes.size(); ++axis) boundary.push_back(walls(static_cast<int>(axis), axes[axis]));
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+      boundary.push_back(walls(static_cast<int>(axis), axes[axis]));
     if (!is_coordinate(read.field)) program.body.push_back(Fill{read.field, boundary});
   }
   Module module{{kernel}, {}, {}};
@@ -92,7 +94,10 @@ constexpr double spacing = 0.3;  // of the cells, where nobody says more
 class Comparison {
  public:
   Comparison(const Module& module, const Derivative& tangent, const Derivative& adjoint, std::string input)
-      : program_(module.programs.front()), interface_(interface_of(module, program_)), tangent_(tangent), adjoint_(adjoint),
+      : program_(module.programs.front()),
+        interface_(interface_of(module, program_)),
+        tangent_(tangent),
+        adjoint_(adjoint),
         input_(std::move(input)) {}
 
   /// On the cells of a box, with values drawn from `range`; parameters that are `known` have their values.
@@ -106,7 +111,8 @@ class Comparison {
     direction_ = draw({-1, 1}, random);
     draw_seeds(random);
     Products result = products(tangent_, adjoint_);
-    if (std::isfinite(result.forward - result.reverse) && result.error() > largest_error) result.rounding = rounding(random);
+    if (std::isfinite(result.forward - result.reverse) && result.error() > largest_error)
+      result.rounding = rounding(random);
     return result;
   }
 
@@ -125,7 +131,8 @@ class Comparison {
     State forward = start(tangent);
     if (is_field) forward.set(*tangent.field(input_), direction);
     if (!is_field) params_[*tangent.param(input_)] = direction.front();
-    const std::map<std::string, double> rates = interpret(tangent.module, *tangent.module.find_program(tangent.program), forward, params_);
+    const std::map<std::string, double> rates =
+        interpret(tangent.module, *tangent.module.find_program(tangent.program), forward, params_);
     State back = start(adjoint);
     for (const std::string& result_field : program_.keeps) {
       const std::string *const rate = tangent.field(result_field), *const bar = adjoint.field(result_field);
@@ -152,8 +159,8 @@ class Comparison {
     return result;
   }
 
-  /// From inputs, parameters, direction, seeds and the results of all operations moved by roundings: (-1 + 1e-13)*d + d keeps
-  /// three digits, and rounds in the same way for all d close by.
+  /// From inputs, parameters, direction, seeds and the results of all operations moved by roundings: (-1 + 1e-13)*d + d
+  /// keeps three digits, and rounds in the same way for all d close by.
   double rounding(std::mt19937_64& random) {
     constexpr double epsilon = 0x1p-52, most_roundings = 1e7;  // as terms of differences of high order have
     const Comparison as_drawn = *this;
@@ -181,7 +188,8 @@ class Comparison {
   double draw_one(const std::array<double, 2>& range, std::mt19937_64& random) {
     return std::uniform_real_distribution<double>(range[0], range[1])(random);
   }
-  /// Of the program and of what is given, which may know spacing and time where the program does not; those of the grid are true.
+  /// Of the program and of what is given, which may know spacing and time where the program does not; those of the grid
+  /// are true.
   void draw_params(const std::array<double, 2>& range, const Params& known, std::mt19937_64& random) {
     params_ = known;
     std::vector<std::string> names = interface_.params;
@@ -204,10 +212,12 @@ class Comparison {
   State start(const Derivative& derivative) const {
     const Program& program = *derivative.module.find_program(derivative.program);
     int halo = 1;
-    for (const auto& [field, widths] : required_halo(derivative.module, program)) halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
+    for (const auto& [field, widths] : required_halo(derivative.module, program))
+      halo = std::max(halo, *std::max_element(widths.begin(), widths.end()));
     State state(box_.grid, halo);
     for (const auto& [field, values] : inputs_) state.set(field, values);
-    for (int axis = 0; axis < box_.grid.rank; ++axis) state.set_coordinate(axis, program.axes[axis], box_.low[axis], box_.spacing[axis]);
+    for (int axis = 0; axis < box_.grid.rank; ++axis)
+      state.set_coordinate(axis, program.axes[axis], box_.low[axis], box_.spacing[axis]);
     return state;
   }
 
@@ -245,8 +255,10 @@ struct Found {
   }
 };
 
-/// Compares the kernel with its derivatives along such axes; false if it has none, which is reported where the program is differentiated.
-bool compare(const Kernel& kernel, const std::string& input, Reverse reverse, const std::vector<Topology>& axes, const std::function<void(Comparison&)>& on) {
+/// Compares the kernel with its derivatives along such axes; false if it has none, which is reported where the program
+/// is differentiated.
+bool compare(const Kernel& kernel, const std::string& input, Reverse reverse, const std::vector<Topology>& axes,
+             const std::function<void(Comparison&)>& on) {
   const Module module = lone_program(kernel, axes);
   DiagnosticSink silent;
   const Derivative tangent = adjoint::tangent(module, "p", by_input(kernel, input), silent);
@@ -263,16 +275,20 @@ Found found_anywhere(const Kernel& kernel, const std::string& input, Reverse rev
   std::mt19937_64 random(20240229);
   const Box box{grid_for(kernel), {}, {spacing, spacing, spacing}};
   for (const Topology topology : {Topology::periodic, Topology::bounded}) {
-    const bool has_derivatives = compare(kernel, input, reverse, std::vector(static_cast<std::size_t>(kernel.rank), topology), [&](Comparison& comparison) {
-      for (const std::array<double, 2>& range : input_ranges) found.note(comparison.products(box, range, {}, random), box);
-    });
+    const bool has_derivatives =
+        compare(kernel, input, reverse, std::vector(static_cast<std::size_t>(kernel.rank), topology),
+                [&](Comparison& comparison) {
+                  for (const std::array<double, 2>& range : input_ranges)
+                    found.note(comparison.products(box, range, {}, random), box);
+                });
     if (!has_derivatives) return {0, {}};
   }
   return found;
 }
 
 /// At the places of the scene. Half of the draws have its parameters.
-Found found_at_places(const Kernel& kernel, const std::string& input, Reverse reverse, const std::vector<Topology>& axes, const Surroundings& surroundings) {
+Found found_at_places(const Kernel& kernel, const std::string& input, Reverse reverse,
+                      const std::vector<Topology>& axes, const Surroundings& surroundings) {
   Found found;
   std::mt19937_64 random(20240229);
   const std::vector<Box> boxes = boxes_of(kernel, surroundings, grid_for(kernel).cells, random);
@@ -297,11 +313,15 @@ Found found_at_places(const Kernel& kernel, const std::string& input, Reverse re
 std::string derived_formula(Kernel kernel, const std::string& input, Reverse reverse) {
   kernel.given.clear();
   DiagnosticSink silent;
-  const Derivative derived = reverse(lone_program(kernel, std::vector(static_cast<std::size_t>(kernel.rank), Topology::periodic)), "p", by_input(kernel, input), silent);
+  const Derivative derived =
+      reverse(lone_program(kernel, std::vector(static_cast<std::size_t>(kernel.rank), Topology::periodic)), "p",
+              by_input(kernel, input), silent);
   for (const Kernel& found : derived.module.kernels) {
     if (!found.lets.empty() || derived.module.kernels.size() != 1) break;
-    if (!found.stores.empty()) return fmt::format("adjoint {} = {}", bar_of(input), print(found.stores[0].value, kernel.rank));
-    if (!found.sums.empty()) return fmt::format("adjoint {} += {}", bar_of(input), print(found.sums[0].value, kernel.rank));
+    if (!found.stores.empty())
+      return fmt::format("adjoint {} = {}", bar_of(input), print(found.stores[0].value, kernel.rank));
+    if (!found.sums.empty())
+      return fmt::format("adjoint {} += {}", bar_of(input), print(found.sums[0].value, kernel.rank));
   }
   return "";
 }
@@ -310,13 +330,15 @@ std::string derived_formula(Kernel kernel, const std::string& input, Reverse rev
 std::string place_of(const Box& box) {
   std::string place;
   for (int axis = 0; axis < box.grid.rank; ++axis) {
-    const double first = box.low[axis] + 0.5 * box.spacing[axis], last = first + (box.grid.cells[axis] - 1) * box.spacing[axis];
+    const double first = box.low[axis] + 0.5 * box.spacing[axis],
+                 last = first + (box.grid.cells[axis] - 1) * box.spacing[axis];
     place += fmt::format("{}{} = {:.4g} .. {:.4g}", axis == 0 ? "" : ", ", "xyz"[axis], first, last);
   }
   return place;
 }
 
-void report(const Kernel& kernel, const Given& given, const Found& found, bool at_places, Reverse reverse, DiagnosticSink& sink) {
+void report(const Kernel& kernel, const Given& given, const Found& found, bool at_places, Reverse reverse,
+            DiagnosticSink& sink) {
   // Of a sum's seed the derived text does not say at which point it stands.
   const std::string formula = kernel.sums.empty() ? derived_formula(kernel, given.input, reverse) : "";
   const bool is_short = !formula.empty() && formula.size() <= longest_hint;
@@ -327,7 +349,8 @@ void report(const Kernel& kernel, const Given& given, const Found& found, bool a
 
 }  // namespace
 
-bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse, const Surroundings& surroundings, DiagnosticSink& sink) {
+bool check_given(const Module& module, const Program& program, const Varied& varied, Reverse reverse,
+                 const Surroundings& surroundings, DiagnosticSink& sink) {
   bool good = true;
   std::set<int> told;  // where formulas begin: stages and passes have copies of them
   for (const Kernel* run : kernels_run(module, program)) {
@@ -336,7 +359,8 @@ bool check_given(const Module& module, const Program& program, const Varied& var
     for (const Given& given : kernel.given) {
       if (!varied.fields.contains(given.input) && !varied.params.contains(given.input)) continue;
       if (told.contains(given.origin.range.begin)) continue;
-      const Found found = at_places ? found_at_places(kernel, given.input, reverse, program.axes, surroundings) : found_anywhere(kernel, given.input, reverse);
+      const Found found = at_places ? found_at_places(kernel, given.input, reverse, program.axes, surroundings)
+                                    : found_anywhere(kernel, given.input, reverse);
       if (found.error <= largest_error) continue;
       report(kernel, given, found, at_places, reverse, sink);
       told.insert(given.origin.range.begin);

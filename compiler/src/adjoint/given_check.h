@@ -9,10 +9,12 @@
 namespace dpde::adjoint {
 
 /// An adjoint() that believes what is given.
-using Reverse = Derivative (*)(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink);
+using Reverse = Derivative (*)(const stencil::Module& module, const std::string& program, const Activity& wrt,
+                               DiagnosticSink& sink);
 
-/// False, and an error, where a formula that the adjoint of `program` takes is not that of the transpose: dot products of one
-/// run of the kernel, interpreted, with periodic axes and with walls; what names coordinates, as the program has them in `surroundings`.
+/// False, and an error, where a formula that the adjoint of `program` takes is not that of the transpose: dot products
+/// of one run of the kernel, interpreted, with periodic axes and with walls; what names coordinates, as the program has
+/// them in `surroundings`.
 bool check_given(const stencil::Module& module, const stencil::Program& program, const Varied& varied, Reverse reverse,
                  const Surroundings& surroundings, DiagnosticSink& sink);
 

@@ -16,17 +16,19 @@ using namespace stencil;
 
 namespace {
 
-constexpr std::array<int, max_rank> longest{64, 64, 16};  // cells of a box along an axis, by rank: what is wrong in one of them still shows in a sum over all
+constexpr std::array<int, max_rank> longest{
+    64, 64, 16};  // cells of a box along an axis, by rank: what is wrong in one of them still shows in a sum over all
 constexpr std::size_t most_boxes = 128;  // along each axis
 constexpr std::size_t most_changes = 32;
-constexpr int small_grid = 4096;         // cells: up to here a box is the whole grid
-constexpr int more_places = 2;           // beside ends and changes
+constexpr int small_grid = 4096;  // cells: up to here a box is the whole grid
+constexpr int more_places = 2;    // beside ends and changes
 
 constexpr const char* coordinate_names[] = {"x", "y", "z"};
 
 bool is_coordinate(const Expr& e) {
   const Access* access = std::get_if<Access>(&e->kind);
-  return access && std::find(std::begin(coordinate_names), std::end(coordinate_names), access->field) != std::end(coordinate_names);
+  return access && std::find(std::begin(coordinate_names), std::end(coordinate_names), access->field) !=
+                       std::end(coordinate_names);
 }
 
 void for_each_expression(const Kernel& kernel, const std::function<void(const Expr&)>& f) {
@@ -39,7 +41,8 @@ void for_each_expression(const Kernel& kernel, const std::function<void(const Ex
 
 Expr without_locals(const Kernel& kernel, const Expr& e) {
   if (const Local* local = std::get_if<Local>(&e->kind)) {
-    const auto let = std::find_if(kernel.lets.begin(), kernel.lets.end(), [&](const Let& x) { return x.name == local->name; });
+    const auto let =
+        std::find_if(kernel.lets.begin(), kernel.lets.end(), [&](const Let& x) { return x.name == local->name; });
     return let == kernel.lets.end() ? e : without_locals(kernel, let->value);
   }
   return map_children(e, [&](const Expr& child) { return without_locals(kernel, child); });
@@ -53,8 +56,8 @@ bool is_of_place(const Expr& e) {
     if (is_coordinate(part)) {
       has_coordinate = true;
     } else {
-      has_other = has_other || std::holds_alternative<Access>(kind) || std::holds_alternative<Interp>(kind) || std::holds_alternative<Inside>(kind) ||
-                  std::holds_alternative<Local>(kind);
+      has_other = has_other || std::holds_alternative<Access>(kind) || std::holds_alternative<Interp>(kind) ||
+                  std::holds_alternative<Inside>(kind) || std::holds_alternative<Local>(kind);
     }
   });
   return has_coordinate && !has_other;
@@ -84,30 +87,39 @@ std::vector<Expr> branches_of(const Kernel& kernel) {
   for_each_expression(kernel, [&](const Expr& whole) {
     visit(without_locals(kernel, whole), [&](const Expr& e) {
       const std::optional<Expr> branch = branch_of(e);
-      if (branch && is_of_place(*branch) && std::find(branches.begin(), branches.end(), *branch) == branches.end()) branches.push_back(*branch);
+      if (branch && is_of_place(*branch) && std::find(branches.begin(), branches.end(), *branch) == branches.end())
+        branches.push_back(*branch);
     });
   });
   return branches;
 }
 
-/// The cells along `axis` that differ from the one before in a branch; along other axes that is looked at in the middle.
+/// The cells along `axis` that differ from the one before in a branch; along other axes that is looked at in the
+/// middle.
 std::vector<int> changes_along(int axis, const std::vector<Expr>& branches, const Surroundings& surroundings) {
   const int rank = static_cast<int>(surroundings.axes.size());
   Kernel kernel{"branches", rank, {}, {}, {}, {}};
-  for (const Expr& branch : branches) kernel.stores.push_back({fmt::format("branch_{}", kernel.stores.size()), false, branch, {}});
+  for (const Expr& branch : branches)
+    kernel.stores.push_back({fmt::format("branch_{}", kernel.stores.size()), false, branch, {}});
   if (kernel.stores.empty()) return {};
-  Module module{{kernel}, {Program{"p", std::vector<Topology>(static_cast<std::size_t>(rank), Topology::bounded), {Run{kernel.name}}, {}, {}}}, {}};
+  Module module{
+      {kernel},
+      {Program{
+          "p", std::vector<Topology>(static_cast<std::size_t>(rank), Topology::bounded), {Run{kernel.name}}, {}, {}}},
+      {}};
   Params params = surroundings.params;
   for (const std::string& name : signature(kernel).params) params.emplace(name, 1.0);
   int halo = 1;
-  for (const Signature::Read& read : signature(kernel).reads) halo = std::max(halo, *std::max_element(read.halo.begin(), read.halo.end()));
+  for (const Signature::Read& read : signature(kernel).reads)
+    halo = std::max(halo, *std::max_element(read.halo.begin(), read.halo.end()));
   const int cells = surroundings.axes[axis].cells;
   Grid grid{rank, {1, 1, 1}};
   grid.cells[axis] = cells;
   State state(grid, halo);
   for (int a = 0; a < rank; ++a) {
     const Surroundings::Axis& along = surroundings.axes[a];
-    state.set_coordinate(a, Topology::bounded, along.low + (a == axis ? 0 : along.cells / 2) * along.spacing, along.spacing);
+    state.set_coordinate(a, Topology::bounded, along.low + (a == axis ? 0 : along.cells / 2) * along.spacing,
+                         along.spacing);
   }
   interpret(module, module.programs.front(), state, params);
   std::set<int> changes;
@@ -129,7 +141,8 @@ struct Intervals {
   std::vector<Interval> covering, special;
 };
 
-Intervals intervals_of(int axis, int least, const std::vector<Expr>& branches, const Surroundings& surroundings, std::mt19937_64& random) {
+Intervals intervals_of(int axis, int least, const std::vector<Expr>& branches, const Surroundings& surroundings,
+                       std::mt19937_64& random) {
   const int cells = surroundings.axes[axis].cells;
   Intervals result;
   const int most = longest[surroundings.axes.size() - 1];
@@ -149,7 +162,8 @@ Intervals intervals_of(int axis, int least, const std::vector<Expr>& branches, c
 /// Goes round a list in ever another order, its first `foremost` entries always before the others.
 class Round {
  public:
-  Round(std::vector<Interval> list, std::size_t foremost) : list_(std::move(list)), foremost_(static_cast<std::ptrdiff_t>(foremost)) {}
+  Round(std::vector<Interval> list, std::size_t foremost)
+      : list_(std::move(list)), foremost_(static_cast<std::ptrdiff_t>(foremost)) {}
   const Interval& next(std::mt19937_64& random) {
     if (at_ == 0) {
       std::shuffle(list_.begin(), list_.begin() + foremost_, random);
@@ -170,15 +184,18 @@ class Round {
 
 bool names_coordinates(const Kernel& kernel) {
   bool found = false;
-  for_each_expression(kernel, [&](const Expr& whole) { visit(whole, [&](const Expr& e) { found = found || is_coordinate(e); }); });
+  for_each_expression(
+      kernel, [&](const Expr& whole) { visit(whole, [&](const Expr& e) { found = found || is_coordinate(e); }); });
   return found;
 }
 
-std::vector<Box> boxes_of(const Kernel& kernel, const Surroundings& surroundings, const std::array<int, max_rank>& least, std::mt19937_64& random) {
+std::vector<Box> boxes_of(const Kernel& kernel, const Surroundings& surroundings,
+                          const std::array<int, max_rank>& least, std::mt19937_64& random) {
   const int rank = static_cast<int>(surroundings.axes.size());
   const std::vector<Expr> branches = branches_of(kernel);
   std::vector<Intervals> axes;
-  for (int axis = 0; axis < rank; ++axis) axes.push_back(intervals_of(axis, least[axis], branches, surroundings, random));
+  for (int axis = 0; axis < rank; ++axis)
+    axes.push_back(intervals_of(axis, least[axis], branches, surroundings, random));
   std::vector<Box> boxes;
   std::int64_t cells = 1;
   Box whole{{rank, {1, 1, 1}}};

@@ -27,7 +27,8 @@ std::set<std::string> values_of(const Module& module) {
   for (const network::Network& network : module.networks) values.insert(network.name);
   for (const Program& program : module.programs) {
     const Interface known = interface_of(module, program);
-    for (const auto* names : {&known.inputs, &known.written, &known.params}) values.insert(names->begin(), names->end());
+    for (const auto* names : {&known.inputs, &known.written, &known.params})
+      values.insert(names->begin(), names->end());
     for (const Swap& swap : program.swaps) values.insert({swap.state, swap.next});
   }
   return values;
@@ -35,7 +36,8 @@ std::set<std::string> values_of(const Module& module) {
 
 bool varies(const Infer& infer, const Varied& varied) {
   const std::vector<std::string> read = fields_read(infer);
-  return varied.params.contains(infer.network) || std::any_of(read.begin(), read.end(), [&](const std::string& field) { return varied.fields.contains(field); });
+  return varied.params.contains(infer.network) ||
+         std::any_of(read.begin(), read.end(), [&](const std::string& field) { return varied.fields.contains(field); });
 }
 
 void grow_varied(const Kernel& kernel, Varied& varied) {
@@ -115,7 +117,8 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
       if (!call || has_useful_derivative(call->fn) || !is_varied(call->arguments[0], varied)) return;
       if (!reported.insert(std::string(name_of(call->fn))).second) return;
       // a kernel that the compiler made has a name that nobody knows
-      sink.report("no-useful-derivative", range, {std::string(name_of(call->fn)), range.is_known() ? "here" : "in kernel " + kernel.name},
+      sink.report("no-useful-derivative", range,
+                  {std::string(name_of(call->fn)), range.is_known() ? "here" : "in kernel " + kernel.name},
                   "its derivative is 0 almost everywhere; write the smooth function you mean, or take its argument "
                   "from what is not an unknown");
       good = false;
@@ -131,20 +134,22 @@ bool check_kernel(const Kernel& kernel, const Varied& outside, DiagnosticSink& s
   return good;
 }
 
-/// Values that vary are fields. Weights of a fill may be params that vary, those of a fold not: its derivative would have to
-/// know what was in the halo.
+/// Values that vary are fields. Weights of a fill may be params that vary, those of a fold not: its derivative would
+/// have to know what was in the halo.
 template <class FillOrFold>
 bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSink& sink) {
   constexpr bool is_fold = std::is_same_v<FillOrFold, Fold>;
   const Written& written = statement.written;
   bool good = true;
   for_each_side(statement.axes, [&](const Side& side) {
-    const bool value_varies = side.kind != SideKind::zero_gradient && !wall_field(side) && is_varied(side.value, varied);
+    const bool value_varies =
+        side.kind != SideKind::zero_gradient && !wall_field(side) && is_varied(side.value, varied);
     const bool weights_vary = is_fold && has_varied_weights(side, varied);
     if (!value_varies && !weights_vary) return;
     sink.report("varied-boundary-value", written.range, {written.field.empty() ? statement.field : written.field},
-                value_varies ? "let a kernel that runs on the grown region store the value in a field, and fill from that"
-                             : "take the derivative of the tangent: a fold with weights of mixed(a, b, c) that vary has none");
+                value_varies
+                    ? "let a kernel that runs on the grown region store the value in a field, and fill from that"
+                    : "take the derivative of the tangent: a fold with weights of mixed(a, b, c) that vary has none");
     good = false;
   });
   return good;
@@ -179,7 +184,8 @@ const std::string& DerivedNames::of(const std::string& name) {
 
 std::vector<Link> DerivedNames::links(const Module& module, const Program& program, const Activity& wrt) const {
   const Interface known = interface_of(module, program);
-  std::set<std::string> fields(known.inputs.begin(), known.inputs.end()), params(known.params.begin(), known.params.end());
+  std::set<std::string> fields(known.inputs.begin(), known.inputs.end()),
+      params(known.params.begin(), known.params.end());
   fields.insert(known.written.begin(), known.written.end());
   fields.insert(wrt.fields.begin(), wrt.fields.end());
   for (const Swap& swap : program.swaps) fields.insert({swap.state, swap.next});
@@ -197,12 +203,14 @@ std::vector<Link> DerivedNames::links(const Module& module, const Program& progr
   add(Link::Kind::sum, known.sums);
   // A derivative that knows nothing of an input reads as "does not depend on it": a gradient that is silently 0.
   const auto is_linked = [&](const std::string& input) { return derived_.contains(input); };
-  require(std::ranges::all_of(wrt.fields, is_linked) && std::ranges::all_of(wrt.params, is_linked), "each active input has a link");
+  require(std::ranges::all_of(wrt.fields, is_linked) && std::ranges::all_of(wrt.params, is_linked),
+          "each active input has a link");
   return links;
 }
 
 const std::string* Derivative::derived(Link::Kind kind, const std::string& primal) const {
-  const auto found = std::ranges::find_if(links, [&](const Link& link) { return link.kind == kind && link.primal == primal; });
+  const auto found =
+      std::ranges::find_if(links, [&](const Link& link) { return link.kind == kind && link.primal == primal; });
   return found == links.end() ? nullptr : &found->derived;
 }
 
@@ -227,8 +235,8 @@ bool check_differentiable(const Module& module, const Program& program, const Va
     good &= match(
         statement,  //
         [&](const Fill& fill) { return check_sides(fill, varied, sink); },
-        [&](const Fold& fold) { return check_sides(fold, varied, sink); },
-        [](const Reduce&) { return true; }, [&](const Infer& infer) { return check_network(infer, varied, sink); },
+        [&](const Fold& fold) { return check_sides(fold, varied, sink); }, [](const Reduce&) { return true; },
+        [&](const Infer& infer) { return check_network(infer, varied, sink); },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
   }
   return good;

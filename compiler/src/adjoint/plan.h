@@ -17,8 +17,8 @@
 
 namespace dpde::adjoint {
 
-/// Makes x_dot or x_bar for each x, once, avoiding every name of the module. They are kept free from the beginning: a local
-/// that is called t1 takes nothing from a parameter of that name.
+/// Makes x_dot or x_bar for each x, once, avoiding every name of the module. They are kept free from the beginning: a
+/// local that is called t1 takes nothing from a parameter of that name.
 class DerivedNames {
  public:
   DerivedNames(const stencil::Module& module, std::string suffix);
@@ -29,14 +29,16 @@ class DerivedNames {
   std::string fresh_kernel(const std::string& wish) { return kernels_.fresh(without_dots(wish)); }
   std::string fresh_program(const std::string& wish) { return programs_.fresh(wish); }
   /// From now on `name` stands for `derived`; returns what it stood for.
-  std::string rebind(const std::string& name, std::string derived) { return std::exchange(derived_.at(name), std::move(derived)); }
+  std::string rebind(const std::string& name, std::string derived) {
+    return std::exchange(derived_.at(name), std::move(derived));
+  }
   const std::map<std::string, std::string>& all() const { return derived_; }
   /// Those asked for, with what they belong to.
   std::vector<Link> links(const stencil::Module& module, const stencil::Program& program, const Activity& wrt) const;
 
  private:
   std::string suffix_;
-  NameSupply supply_, kernels_, programs_;  // kernels and programs are name spaces of their own
+  NameSupply supply_, kernels_, programs_;             // kernels and programs are name spaces of their own
   std::map<std::string, std::string> kept_, derived_;  // for each field, parameter, sum and network; those asked for
 };
 
@@ -45,12 +47,12 @@ class DerivedNames {
 /// The two fields of a swap vary together, so that the derivative of a step can be looped over like the step.
 Varied find_varied(const stencil::Module& module, const stencil::Program& program, const Activity& wrt);
 
-/// Reports what has no derivative: floor of something varied, a boundary that varies by a param, `+=` to a field read in the same
-/// kernel. True when nothing was found.
+/// Reports what has no derivative: floor of something varied, a boundary that varies by a param, `+=` to a field read
+/// in the same kernel. True when nothing was found.
 bool check_differentiable(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
                           DiagnosticSink& sink);
-/// False, and an error, for the adjoint of a scatter whose target is folded onto walls that vary: not worked out (halo cells
-/// that a departure point reaches beyond a varying wall would have to be sought there).
+/// False, and an error, for the adjoint of a scatter whose target is folded onto walls that vary: not worked out (halo
+/// cells that a departure point reaches beyond a varying wall would have to be sought there).
 bool check_folds(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
                  DiagnosticSink& sink);
 

@@ -16,7 +16,11 @@ namespace {
 
 /// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
 bool refills(const Program& program, size_t index, const Fill& fill) {
-  const Program before{program.name, program.axes, {program.body.begin(), program.body.begin() + static_cast<std::ptrdiff_t>(index)}, {}, {}};
+  const Program before{program.name,
+                       program.axes,
+                       {program.body.begin(), program.body.begin() + static_cast<std::ptrdiff_t>(index)},
+                       {},
+                       {}};
   bool result = false;
   for_each_fill(before, [&](const Fill& other) {
     if (other.field == fill.field) result = other != fill || !wall_fields(fill.axes).empty();
@@ -72,7 +76,9 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
         },
         [&](const Infer& infer) {
           const std::vector<std::string> written = fields_written(infer);
-          if (std::none_of(written.begin(), written.end(), [&](const std::string& field) { return needed.contains(field); })) return false;
+          if (std::none_of(written.begin(), written.end(),
+                           [&](const std::string& field) { return needed.contains(field); }))
+            return false;
           for (const std::string& field : fields_read(infer)) needed.insert(field);
           return true;
         },

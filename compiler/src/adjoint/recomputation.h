@@ -13,12 +13,12 @@
 namespace dpde::adjoint {
 
 /// The statements of `program` that compute the fields `needed`; their kernels are added to `kernels`.
-std::vector<stencil::Statement> recomputation(const stencil::Module& module, const stencil::Program& program, std::set<std::string> needed,
-                                              stencil::Module& kernels);
+std::vector<stencil::Statement> recomputation(const stencil::Module& module, const stencil::Program& program,
+                                              std::set<std::string> needed, stencil::Module& kernels);
 
-/// Values are recomputed to their final state: a field that is read and changed later would be read wrongly. Reports it;
-/// `needed` has for each field the earliest statement whose adjoint reads it.
-bool check_overwritten(const stencil::Module& module, const stencil::Program& program, const std::map<std::string, int>& needed,
-                       DiagnosticSink& sink);
+/// Values are recomputed to their final state: a field that is read and changed later would be read wrongly. Reports
+/// it; `needed` has for each field the earliest statement whose adjoint reads it.
+bool check_overwritten(const stencil::Module& module, const stencil::Program& program,
+                       const std::map<std::string, int>& needed, DiagnosticSink& sink);
 
 }  // namespace dpde::adjoint

@@ -37,7 +37,8 @@ int reach(const Module& module, const Program& program, const Varied& varied) {
   for_each_run(program, [&](const Run& run) {
     const Kernel& kernel = *module.find_kernel(run.kernel);
     for (const Scatter& scatter : kernel.scatters) {
-      if (varied.fields.contains(scatter.target.field)) result = std::max(result, reach_of(scatter.target, program.axes));
+      if (varied.fields.contains(scatter.target.field))
+        result = std::max(result, reach_of(scatter.target, program.axes));
     }
     for (const auto& read : signature(kernel).reads) {
       if (!varied.fields.contains(read.field)) continue;

@@ -14,8 +14,8 @@ namespace dpde::adjoint {
 
 bool has_bounded_axis(const std::vector<Topology>& axes);
 
-/// How far beyond the interior the adjoint kernels must reach along bounded axes: as far as varied reads do, and scatters
-/// to varied fields (their transposes read the first halo cell).
+/// How far beyond the interior the adjoint kernels must reach along bounded axes: as far as varied reads do, and
+/// scatters to varied fields (their transposes read the first halo cell).
 int reach(const stencil::Module& module, const stencil::Program& program, const Varied& varied);
 
 /// The fields that `kernel` reads at an offset along a periodic axis. Interpolation wraps by itself.

@@ -83,8 +83,7 @@ bool has_useful_derivative(Fn fn) { return fn != Fn::floor; }
 bool is_varied(const Expr& e, const Varied& varied) {
   return match(
       e->kind,  //
-      [&](const Literal&) { return false; },
-      [&](const Param& p) { return varied.params.contains(p.name); },
+      [&](const Literal&) { return false; }, [&](const Param& p) { return varied.params.contains(p.name); },
       [&](const Local& l) { return varied.locals.contains(l.name); },
       [&](const Access& a) { return varied.fields.contains(a.field); },
       [&](const Interp& i) {

@@ -13,8 +13,8 @@ namespace dpde::adjoint {
 /// x * d(e)/d(child `index` of e) for Neg, Binary and Call nodes.
 ///
 /// Children are numbered as they are written. Conventions at kinks: at a tie max(a,b) takes the derivative of a and
-/// min(a,b) that of b, so that max(a,b) + min(a,b) has that of a + b; abs has derivative sign(a), which is 0 at 0; sign, comparisons and conditions have derivative 0. floor has none
-/// that is of use: see has_useful_derivative.
+/// min(a,b) that of b, so that max(a,b) + min(a,b) has that of a + b; abs has derivative sign(a), which is 0 at 0;
+/// sign, comparisons and conditions have derivative 0. floor has none that is of use: see has_useful_derivative.
 stencil::Expr times_partial(const stencil::Expr& e, int index, const stencil::Expr& x);
 
 /// False for functions whose derivative is 0 almost everywhere although users mean something else by it (floor).

@@ -27,8 +27,8 @@ std::set<std::string> decisive_lets(const PointTerms& terms) {
   return stencil::decisive_lets(kernel);
 }
 
-/// The distinct values of some terms, and at how many displacements each is needed. What a decision hangs on stays as it is
-/// written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
+/// The distinct values of some terms, and at how many displacements each is needed. What a decision hangs on stays as
+/// it is written (stencil/decisions.h): a field is rounded otherwise than what it is compared with.
 class Uses {
  public:
   Uses(const PointTerms& terms, const std::vector<Let>& stored) : stored_(stored), decisive_(decisive_lets(terms)) {
@@ -84,9 +84,9 @@ class Uses {
     int displacements = 0;
     int last_displacement = 0;
     bool may_be_stored = true;
-    bool is_truth = false;     // no number
+    bool is_truth = false;  // no number
     bool is_decision = false;
-    bool is_kept = false;      // part of a decisive let
+    bool is_kept = false;  // part of a decisive let
     bool is_noted = false;
   };
 
@@ -142,7 +142,8 @@ class Uses {
 
 }  // namespace
 
-std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vector<Let>& stored, const std::string& field, int least) {
+std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vector<Let>& stored,
+                                       const std::string& field, int least) {
   Uses uses(terms, stored);
   if (uses.empty()) return std::nullopt;
   const auto [number, value] = uses.best();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that many terms of a gather need, each at another displacement: stored in a field once, they are read there and
-// not made again from all they consist of (Devito: cross-iteration redundancy elimination). The adjoint of
-// u_t + dt*c2*lap(u) reads c2*u_t_bar at every point of lap.
+// Values that many terms of a gather need, each at another displacement: stored in a field once, they are read there
+// and not made again from all they consist of (Devito: cross-iteration redundancy elimination). The adjoint of u_t +
+// dt*c2*lap(u) reads c2*u_t_bar at every point of lap.
 #pragma once
 
 #include <map>
@@ -20,7 +20,8 @@ struct ReadBars {
   std::map<stencil::Offset, stencil::Expr> by_offset;
 };
 
-/// What the backward walk of a kernel leaves, all at the same point: the term of offset k is used at the point displaced by -k.
+/// What the backward walk of a kernel leaves, all at the same point: the term of offset k is used at the point
+/// displaced by -k.
 struct PointTerms {
   std::vector<stencil::Let> lets;  // each before its use
   std::vector<ReadBars> reads;
@@ -29,12 +30,13 @@ struct PointTerms {
 
 struct SharedValue {
   stencil::Expr value;
-  PointTerms terms;  // with the field in its place
+  PointTerms terms;      // with the field in its place
   int operations_saved;  // at each point, for one load at each displacement
 };
 
-/// The value that saves most when `field` holds it, as far as loads and operations tell; nullopt when that is less than `least`.
-/// It reads none of the fields in `stored` and interpolates nothing.
-std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vector<stencil::Let>& stored, const std::string& field, int least);
+/// The value that saves most when `field` holds it, as far as loads and operations tell; nullopt when that is less than
+/// `least`. It reads none of the fields in `stored` and interpolates nothing.
+std::optional<SharedValue> most_shared(const PointTerms& terms, const std::vector<stencil::Let>& stored,
+                                       const std::string& field, int least);
 
 }  // namespace dpde::adjoint

@@ -37,7 +37,10 @@ void collect_factors(const Expr& e, std::vector<Expr>& factors) {
 class KernelTangent {
  public:
   KernelTangent(const Kernel& kernel, const Varied& varied, DerivedNames& names, SumForm form)
-      : form_(form), kernel_(kernel), varied_{varied.fields, varied.params, varied_locals(kernel, varied)}, names_(names) {}
+      : form_(form),
+        kernel_(kernel),
+        varied_{varied.fields, varied.params, varied_locals(kernel, varied)},
+        names_(names) {}
 
   Kernel build() {
     Kernel result{names_.fresh_kernel(kernel_.name + "_tangent"), kernel_.rank, {}, {}, {}, {}};
@@ -112,7 +115,8 @@ class KernelTangent {
     return match(
         e->kind,  //
         [&](const Literal&) { return Expr(0.0); }, [&](const Inside&) { return Expr(0.0); },
-        [&](const Param& p) { return param(names_.of(p.name)); }, [&](const Local& l) { return local(dots_.at(l.name)); },
+        [&](const Param& p) { return param(names_.of(p.name)); },
+        [&](const Local& l) { return local(dots_.at(l.name)); },
         [&](const Access& a) { return access(names_.of(a.field), a.offset); },
         [&](const Interp& i) { return dot_of_interp(i); }, [&](const Neg&) { return dot_of_parts(e); },
         [&](const Binary&) { return dot_of_parts(e); }, [&](const Call&) { return dot_of_parts(e); },
@@ -123,13 +127,15 @@ class KernelTangent {
   Expr squares(const Expr& e) {
     if (!is_varied(e, varied_)) return 0.0;
     if (const Local* l = std::get_if<Local>(&e->kind)) {
-      const auto let = std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
+      const auto let =
+          std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
       return squares(let->value);
     }
     if (const Select* s = std::get_if<Select>(&e->kind)) return select(s->condition, squares(s->yes), squares(s->no));
     const Binary* b = std::get_if<Binary>(&e->kind);
     const bool right_is_fixed = b && !is_varied(b->right, varied_);
-    if (b && (b->op == BinaryOp::add || (b->op == BinaryOp::subtract && right_is_fixed))) return squares(b->left) + squares(b->right);
+    if (b && (b->op == BinaryOp::add || (b->op == BinaryOp::subtract && right_is_fixed)))
+      return squares(b->left) + squares(b->right);
     if (b && b->op == BinaryOp::divide && right_is_fixed) return squares(b->left) / b->right;
     if (b && b->op == BinaryOp::power && is_literal(b->right, 2)) return power(dot(b->left), 2.0);
     if (b && b->op == BinaryOp::multiply) return squares_of_product(e);
@@ -181,10 +187,11 @@ bool writes_varied(const Kernel& kernel, const Varied& varied) {
 /// Dots of inputs that are not active themselves but vary by the values at their walls: 0 in the interior.
 void add_still_inputs(const Module& module, const Program& program, const Varied& varied, const Activity& wrt,
                       DerivedNames& names, Program& derived, Module& kernels) {
-  Kernel still{names.fresh_kernel(program.name + "_tangent_still"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
+  Kernel still{
+      names.fresh_kernel(program.name + "_tangent_still"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
   for (const std::string& input : interface_of(module, program).inputs) {
-    const bool state = std::any_of(program.swaps.begin(), program.swaps.end(),
-                                   [&](const Swap& swap) { return swap.state == input; });
+    const bool state =
+        std::any_of(program.swaps.begin(), program.swaps.end(), [&](const Swap& swap) { return swap.state == input; });
     if (state || wrt.fields.contains(input) || !varied.fields.contains(input)) continue;
     still.stores.push_back({names.of(input), false, 0.0, {}});
   }
@@ -199,16 +206,23 @@ void add_rates(Infer infer, const Varied& varied, DerivedNames& names, Program& 
   if (std::ranges::none_of(written, [&](const std::string& field) { return varied.fields.contains(field); })) return;
   infer.mode = Infer::Mode::tangent;
   infer.weights = varied.params.contains(infer.network);
-  for (const std::string& input : infer.inputs) infer.rates.push_back(varied.fields.contains(input) ? names.of(input) : "");
+  for (const std::string& input : infer.inputs)
+    infer.rates.push_back(varied.fields.contains(input) ? names.of(input) : "");
   for (std::string& result : infer.results) result = result.empty() ? "" : names.of(result);
   derived.body.push_back(infer);
 }
 
 /// The rate of a reduction, behind it.
-void add_reduction(const Reduce& reduce, const Program& program, const Varied& varied, DerivedNames& names, Program& derived, Module& kernels) {
+void add_reduction(const Reduce& reduce, const Program& program, const Varied& varied, DerivedNames& names,
+                   Program& derived, Module& kernels) {
   if (!varied.fields.contains(reduce.result)) return;
   if (!varied.fields.contains(reduce.field)) {  // it varies by what is added to it later
-    Kernel still{names.fresh_kernel(program.name + "_tangent_still"), static_cast<int>(program.axes.size()), {}, {{names.of(reduce.result), false, 0.0, {}}}, {}, {}};
+    Kernel still{names.fresh_kernel(program.name + "_tangent_still"),
+                 static_cast<int>(program.axes.size()),
+                 {},
+                 {{names.of(reduce.result), false, 0.0, {}}},
+                 {},
+                 {}};
     derived.body.push_back(Run{still.name});
     kernels.kernels.push_back(std::move(still));
   } else if (is_extreme(reduce)) {
@@ -219,7 +233,8 @@ void add_reduction(const Reduce& reduce, const Program& program, const Varied& v
 }
 
 /// The fill of the dots. Where weights of mixed(a, b, c) vary, c has a rate that a kernel before it stores in a field.
-void add_fill(const Module& module, const Fill& fill, const Program& program, const Varied& varied, DerivedNames& names, Program& derived, Module& kernels) {
+void add_fill(const Module& module, const Fill& fill, const Program& program, const Varied& varied, DerivedNames& names,
+              Program& derived, Module& kernels) {
   if (!varied.fields.contains(fill.field)) return;
   const DerivedField dot_of_wall = [&](const std::string& wall) {
     return varied.fields.contains(wall) ? std::optional(names.of(wall)) : std::nullopt;
@@ -229,7 +244,8 @@ void add_fill(const Module& module, const Fill& fill, const Program& program, co
   const auto halo = required_halo(module, program).at(fill.field);
   const int layers = *std::max_element(halo.begin(), halo.end());
   if ((layers > 0 || is_on_walls(fill.axes)) && !sides.empty()) {
-    Kernel walls{names.fresh_kernel(program.name + "_tangent_walls"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
+    Kernel walls{
+        names.fresh_kernel(program.name + "_tangent_walls"), static_cast<int>(program.axes.size()), {}, {}, {}, {}};
     for (const WallSide& at : sides) {
       Side& side = side_at(result.axes, at);
       Expr rate = side.value;
@@ -247,7 +263,8 @@ void add_fill(const Module& module, const Fill& fill, const Program& program, co
 }
 
 /// nullopt when sums of squares were asked for and there are others.
-std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form, DiagnosticSink& sink) {
+std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form,
+                                 DiagnosticSink& sink) {
   const Program* program = module.find_program(name);
   require(program != nullptr, "tangent of a program that is not in the module");
   const Varied varied = find_varied(module, *program, wrt);
@@ -265,8 +282,7 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
   for (const Statement& statement : program->body) {
     derived.body.push_back(statement);
     match(
-        statement,
-        [&](const Fill& fill) { add_fill(module, fill, *program, varied, names, derived, result.module); },
+        statement, [&](const Fill& fill) { add_fill(module, fill, *program, varied, names, derived, result.module); },
         [&](const Fold& fold) {
           if (!varied.fields.contains(fold.field)) return;
           derived.body.push_back(Fold{names.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});

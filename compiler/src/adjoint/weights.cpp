@@ -56,7 +56,9 @@ Offset along(int axis, int cells) {
 }
 
 /// True in the grown region where the point is at most `layer` cells beyond that side.
-Expr is_within(const WallSide& at, int layer, int grow) { return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow); }
+Expr is_within(const WallSide& at, int layer, int grow) {
+  return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow);
+}
 
 /// What the params contribute to the change of mean*a + rise*b.
 Slopes combined(const Slopes& by_a, const Slopes& by_b, const Expr& mean, const Expr& rise) {
@@ -67,7 +69,8 @@ Slopes combined(const Slopes& by_a, const Slopes& by_b, const Expr& mean, const 
 }
 
 /// That at one place of the halo, with its image `way` cells inwards.
-Slopes at_place(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int way, int layers) {
+Slopes at_place(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int way,
+                int layers) {
   const Offset image = along(at.axis, at.is_low ? way : -way);
   const Expr u = access(field, image), v = access(field), spacing = param(std::string("h") + "xyz"[at.axis]);
   Slopes here = combined(by_a, by_b, (u + v) / 2.0, (v - u) / (way * spacing));
@@ -76,18 +79,21 @@ Slopes at_place(const Slopes& by_a, const Slopes& by_b, const std::string& field
   return here;
 }
 
-/// That at a point on the wall, where the derivative is one-sided; with fewer than three cells it is of order 1, and a high
-/// wall of a single cell does not follow from anything.
+/// That at a point on the wall, where the derivative is one-sided; with fewer than three cells it is of order 1, and a
+/// high wall of a single cell does not follow from anything.
 Slopes on_the_wall(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int layers) {
   const int inwards = at.is_low ? 1 : -1;
   const Offset near = along(at.axis, inwards), far = along(at.axis, 2 * inwards);
   const Expr w = access(field), u = access(field, near), spacing = param(std::string("h") + "xyz"[at.axis]);
   const Slopes three = combined(by_a, by_b, w, (3.0 * w - 4.0 * u + access(field, far)) / (2.0 * spacing));
   const Slopes two = combined(by_a, by_b, w, (w - u) / spacing);
-  const auto has = [&](int cells) { return inside(along(at.axis, (cells - (at.is_low ? 0 : 1) + layers) * inwards), layers); };
+  const auto has = [&](int cells) {
+    return inside(along(at.axis, (cells - (at.is_low ? 0 : 1) + layers) * inwards), layers);
+  };
   Slopes here;
   for (const auto& [name, value] : three) {
-    const Expr any = select(inside(near, layers), select(has(3), select(inside(far, layers), value, 0.0), *find(two, name)), 0.0);
+    const Expr any =
+        select(inside(near, layers), select(has(3), select(inside(far, layers), value, 0.0), *find(two, name)), 0.0);
     add(here, name, at.is_low ? any : select(has(2), any, 0.0));
   }
   return here;
@@ -129,7 +135,8 @@ Slopes weight_slopes(const std::string& field, const Side& side, const WallSide&
   const int within = side.on_wall && !at.is_low ? 1 : 0;  // layers that are no halo: the last cells themselves
   for (int k = layers + within - 1; k >= 0; --k) {
     const bool is_wall = side.on_wall && k == 0;
-    const Slopes here = is_wall ? on_the_wall(by_a, by_b, field, at, layers) : at_place(by_a, by_b, field, at, 2 * k + 1 - on_wall, layers);
+    const Slopes here = is_wall ? on_the_wall(by_a, by_b, field, at, layers)
+                                : at_place(by_a, by_b, field, at, 2 * k + 1 - on_wall, layers);
     for (const auto& [name, value] : here) {
       const Expr* const farther = find(slopes, name);
       const Expr beyond = farther == nullptr ? Expr(0.0) : *farther;
@@ -140,13 +147,14 @@ Slopes weight_slopes(const std::string& field, const Side& side, const WallSide&
   return slopes;
 }
 
-Kernel adjoint_of_weights(const Fill& fill, const std::vector<std::string>& values, int layers, const Varied& varied, DerivedNames& names,
-                          const DerivedField& bar_of_wall) {
+Kernel adjoint_of_weights(const Fill& fill, const std::vector<std::string>& values, int layers, const Varied& varied,
+                          DerivedNames& names, const DerivedField& bar_of_wall) {
   Slopes sums, walls;
   const std::vector<WallSide> sides = sides_with_varied_weights(fill.axes, varied);
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const Side& side = side_at(fill.axes, sides[i]);
-    for (const auto& [name, slope] : weight_slopes(fill.field, side, sides[i], layers, varied)) add(sums, names.of(name), -(slope * access(values[i])));
+    for (const auto& [name, slope] : weight_slopes(fill.field, side, sides[i], layers, varied))
+      add(sums, names.of(name), -(slope * access(values[i])));
     const std::optional<std::string> wall = wall_field(side) ? bar_of_wall(*wall_field(side)) : std::nullopt;
     if (wall) add(walls, *wall, access(values[i]));
   }

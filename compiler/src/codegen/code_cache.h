@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machine code kept between runs. The key of a piece of code is all that a back end makes it of; where and how code is kept
-// is the driver's affair.
+// Machine code kept between runs. The key of a piece of code is all that a back end makes it of; where and how code is
+// kept is the driver's affair.
 #pragma once
 
 #include <optional>

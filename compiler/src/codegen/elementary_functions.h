@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which functions the back ends take from dpde/elementary.h in cells. Uniforms, each computed once, take the C library's.
+// Which functions the back ends take from dpde/elementary.h in cells. Uniforms, each computed once, take the C
+// library's.
 #pragma once
 
 #include "support/vocabulary.h"

@@ -67,8 +67,21 @@ NetworkTable::NetworkTable(const network::Network& network) : name_(network.name
     const network::Layer& l = network.layers[i];
     const int index = static_cast<int>(i);
     orders_.emplace_back(l.order.begin(), l.order.end());
-    layers_.push_back({kind_of(l.kind), l.input, l.other, l.channels, l.extent, l.stride, l.dilation, l.groups, kind_of(l.activation), l.factor,
-                       weights_begin(network, index), bias_begin(network, index), kind_of(l.init), l.gain, {l.axes[0], l.axes[1], l.axes[2]},
+    layers_.push_back({kind_of(l.kind),
+                       l.input,
+                       l.other,
+                       l.channels,
+                       l.extent,
+                       l.stride,
+                       l.dilation,
+                       l.groups,
+                       kind_of(l.activation),
+                       l.factor,
+                       weights_begin(network, index),
+                       bias_begin(network, index),
+                       kind_of(l.init),
+                       l.gain,
+                       {l.axes[0], l.axes[1], l.axes[2]},
                        l.order.empty() ? nullptr : orders_.back().data()});
   }
   table_.name = name_.c_str();
@@ -76,7 +89,8 @@ NetworkTable::NetworkTable(const network::Network& network) : name_(network.name
   table_.real = network.real == Precision::f32 ? DPDE_F32 : DPDE_F64;
   table_.inputs = network.inputs;
   table_.outputs = network.outputs;
-  for (std::size_t axis = 0; axis < network.padding.size(); ++axis) table_.padding[axis] = kind_of(network.padding[axis]);
+  for (std::size_t axis = 0; axis < network.padding.size(); ++axis)
+    table_.padding[axis] = kind_of(network.padding[axis]);
   table_.weight_count = weight_count(network);
   table_.seed = network.seed;
   table_.layer_count = static_cast<int32_t>(layers_.size());

@@ -129,7 +129,8 @@ void ProgramTables::Table::set_grow(dpde_operation& operation, int grow, const s
 }
 
 /// Index of the kernel, a row with its binding, added at its first use.
-int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code) {
+int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Sweep& sweep,
+                                     const RowResolver& row_code) {
   const loop::Binding& binding = sweep.binding;
   const auto same = [&](const KernelStorage& known) { return known.name == sweep.row && known.binding == binding; };
   const auto found = std::find_if(kernel_storage.begin(), kernel_storage.end(), same);
@@ -141,16 +142,17 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Swe
   storage.name = sweep.row;
   storage.binding = binding;
   for (const loop::Stream& s : source->streams) {
-    storage.streams.push_back({fields.index_of(binding.field(s.field)), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
+    storage.streams.push_back(
+        {fields.index_of(binding.field(s.field)), {s.offset[0], s.offset[1], s.offset[2]}, mode_of(s.mode)});
   }
   for (const std::string& grid : source->grids) storage.grids.push_back(fields.index_of(binding.field(grid)));
   for (const loop::Sum& sum : source->sums) storage.sums.push_back(sums.index_of(binding.sum(sum.name)));
   if (row_code) storage.code = row_code(sweep.row);
-  kernels.push_back({storage.name.c_str(), storage.code.row,
-                     static_cast<int32_t>(storage.streams.size()), storage.streams.data(),
-                     static_cast<int32_t>(storage.grids.size()), storage.grids.data(),
+  kernels.push_back({storage.name.c_str(), storage.code.row, static_cast<int32_t>(storage.streams.size()),
+                     storage.streams.data(), static_cast<int32_t>(storage.grids.size()), storage.grids.data(),
                      static_cast<int32_t>(storage.sums.size()), storage.sums.data(),
-                     static_cast<int32_t>(storage.code.variants.size()), storage.code.variants.data(), source->own + binding.own});
+                     static_cast<int32_t>(storage.code.variants.size()), storage.code.variants.data(),
+                     source->own + binding.own});
   return static_cast<int32_t>(kernels.size()) - 1;
 }
 
@@ -164,14 +166,20 @@ dpde_inference ProgramTables::Table::inference(const loop::Infer& infer, const S
   const dpde_network* network = std::find_if(shared.networks.begin(), shared.networks.end(), is_it)->get();
   auto place = std::find(networks.begin(), networks.end(), network);
   if (place == networks.end()) place = networks.insert(place, network);
-  dpde_inference result{static_cast<int32_t>(place - networks.begin()), DPDE_NETWORK_VALUE, list(infer.inputs), list(infer.rates), list(infer.results), infer.weights};
+  dpde_inference result{static_cast<int32_t>(place - networks.begin()),
+                        DPDE_NETWORK_VALUE,
+                        list(infer.inputs),
+                        list(infer.rates),
+                        list(infer.results),
+                        infer.weights};
   if (infer.mode == loop::Infer::Mode::tangent) result.mode = DPDE_NETWORK_TANGENT;
   if (infer.mode == loop::Infer::Mode::adjoint) result.mode = DPDE_NETWORK_ADJOINT;
   return result;
 }
 
 dpde_operation ProgramTables::Table::operation(const loop::Module& module, const loop::Program& program,
-                                               const loop::Operation& source, const RowResolver& row_code, const Strings& shared) {
+                                               const loop::Operation& source, const RowResolver& row_code,
+                                               const Strings& shared) {
   dpde_operation result{};
   match(
       source,
@@ -186,7 +194,8 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
       },
       [&](const loop::Reduce& r) {
         result.kind = DPDE_REDUCE;
-        result.reduce = {kind_of(r.kind), fields.index_of(r.field), fields.index_of(r.result), {r.over[0], r.over[1], r.over[2]}};
+        result.reduce = {
+            kind_of(r.kind), fields.index_of(r.field), fields.index_of(r.result), {r.over[0], r.over[1], r.over[2]}};
       },
       [&](const loop::Infer& i) {
         result.kind = DPDE_NETWORK;
@@ -207,8 +216,11 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
 
 void ProgramTables::Table::set_links(const std::vector<TableLink>& given, const Names& params) {
   for (const TableLink& link : given) {
-    const Names& names = link.derived_kind == DPDE_LINK_FIELD ? fields : link.derived_kind == DPDE_LINK_PARAM ? params : sums;
-    links.push_back({link.kind, primals.emplace_back(link.primal).c_str(), link.derived_kind, names.find(link.derived)});
+    const Names& names = link.derived_kind == DPDE_LINK_FIELD   ? fields
+                         : link.derived_kind == DPDE_LINK_PARAM ? params
+                                                                : sums;
+    links.push_back(
+        {link.kind, primals.emplace_back(link.primal).c_str(), link.derived_kind, names.find(link.derived)});
   }
   program.link_count = static_cast<int32_t>(links.size());
   program.links = links.data();

@@ -80,7 +80,8 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
     if (options.by_everything || is_sought(*compiled.problem, coefficient)) wrt.fields.insert(coefficient.name);
   }
   for (const network::Network& network : compiled.problem->networks) {
-    if (options.by_everything || options.certify || is_learned(*compiled.problem, network.name)) wrt.params.insert(network.name);
+    if (options.by_everything || options.certify || is_learned(*compiled.problem, network.name))
+      wrt.params.insert(network.name);
   }
   for (const model::Parameter& param : compiled.problem->params) {
     if (!param.unknown && !options.by_everything) continue;

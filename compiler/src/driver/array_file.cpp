@@ -30,7 +30,8 @@ Shape shape_of(const std::vector<model::Axis>& axes) {
   return shape;
 }
 
-bool all_fit(const std::string& file, const std::vector<double>& values, Precision real, SourceRange where, DiagnosticSink& sink) {
+bool all_fit(const std::string& file, const std::vector<double>& values, Precision real, SourceRange where,
+             DiagnosticSink& sink) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (std::isfinite(rounded(values[i], real))) continue;
     const std::string value = fmt::format("{}", shown(values[i])), index = fmt::format("{}", i);
@@ -47,8 +48,8 @@ bool all_fit(const std::string& file, const std::vector<double>& values, Precisi
 /// The states of one variable of a NetCDF file.
 class NetcdfField {
  public:
-  NetcdfField(const NetcdfReader& file, const std::string& path, const ArrayFile& from, const std::vector<model::Axis>& axes,
-              SourceRange where, DiagnosticSink& sink)
+  NetcdfField(const NetcdfReader& file, const std::string& path, const ArrayFile& from,
+              const std::vector<model::Axis>& axes, SourceRange where, DiagnosticSink& sink)
       : file_(file), path_(path), from_(from), axes_(axes), where_(where), sink_(sink) {}
 
   Values read() {
@@ -77,7 +78,9 @@ class NetcdfField {
     return std::any_of(file_.variables().begin(), file_.variables().end(),
                        [&](const auto& other) { return file_.text(other.name, "bounds") == variable.name; });
   }
-  bool is_time(const std::string& dimension) const { return dimension.starts_with("time") || file_.text(dimension, "axis") == "T"; }
+  bool is_time(const std::string& dimension) const {
+    return dimension.starts_with("time") || file_.text(dimension, "axis") == "T";
+  }
   bool is_field(const NetcdfReader::Variable& variable) const {
     const std::size_t rank = variable.shape.size();
     if (rank != axes_.size() && rank != axes_.size() + 1) return false;
@@ -99,7 +102,8 @@ class NetcdfField {
       fail(held, fields.empty() ? "" : fmt::format("write load(\"{}\", {})", from_.file, fields[0]));
     } else {
       const std::string near = nearest_name(from_.variable, fields);
-      fail(fmt::format("it has no variable {}; {}", from_.variable, held), near.empty() ? "" : "did you mean " + near + "?");
+      fail(fmt::format("it has no variable {}; {}", from_.variable, held),
+           near.empty() ? "" : "did you mean " + near + "?");
     }
     return nullptr;
   }
@@ -108,7 +112,8 @@ class NetcdfField {
   bool fits(const NetcdfReader::Variable& variable) {
     const Shape wanted = shape_of(axes_);
     const std::size_t rank = variable.shape.size();
-    const Shape own(variable.shape.end() - static_cast<std::ptrdiff_t>(std::min(rank, wanted.size())), variable.shape.end());
+    const Shape own(variable.shape.end() - static_cast<std::ptrdiff_t>(std::min(rank, wanted.size())),
+                    variable.shape.end());
     if (own != wanted || rank > wanted.size() + 1) {
       sink_.report("wrong-shape", where_, {path_, shape_text(variable.shape), "the grid", shape_text(wanted)});
       return false;
@@ -142,7 +147,8 @@ class NetcdfField {
       if (coordinate != nullptr && coordinate->shape == Shape{count}) tell_time(file_.read(*coordinate));
       return file_.read(variable, count - 1);
     }
-    if (coordinate == nullptr || coordinate->shape != Shape{count}) return no_time(from_.times[0], "it does not say at which times");
+    if (coordinate == nullptr || coordinate->shape != Shape{count})
+      return no_time(from_.times[0], "it does not say at which times");
     const std::vector<double> times = file_.read(*coordinate);
     std::vector<double> all;
     for (const double t : from_.times) {
@@ -164,8 +170,8 @@ class NetcdfField {
   DiagnosticSink& sink_;
 };
 
-Values from_npy(const std::string& bytes, const std::string& path, const ArrayFile& from, const std::vector<model::Axis>& axes,
-                SourceRange where, DiagnosticSink& sink) {
+Values from_npy(const std::string& bytes, const std::string& path, const ArrayFile& from,
+                const std::vector<model::Axis>& axes, SourceRange where, DiagnosticSink& sink) {
   Shape wanted = shape_of(axes);
   const bool has_times = from.times.size() > 1;
   if (has_times) wanted.insert(wanted.begin(), static_cast<std::int64_t>(from.times.size()));
@@ -213,8 +219,8 @@ Values load_array(const ArrayFile& from, const SourceFile& source, const std::ve
   }
 }
 
-Values load_array(const model::Source& from, const SourceFile& source, const std::vector<model::Axis>& axes, Precision real,
-                  DiagnosticSink& sink) {
+Values load_array(const model::Source& from, const SourceFile& source, const std::vector<model::Axis>& axes,
+                  Precision real, DiagnosticSink& sink) {
   const std::vector<double> times = from.time ? std::vector<double>{*from.time} : std::vector<double>{};
   return load_array({from.file, from.variable, times}, source, axes, real, from.origin.range, sink);
 }

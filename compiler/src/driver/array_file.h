@@ -12,12 +12,13 @@
 
 namespace dpde::driver {
 
-/// What to read. Of a .nc file: `variable` ("": its only field) at `times` (none: its last state). Of a .npy file: all of
-/// it, one state after the other along a leading axis when there are several times.
+/// What to read. Of a .nc file: `variable` ("": its only field) at `times` (none: its last state). Of a .npy file: all
+/// of it, one state after the other along a leading axis when there are several times.
 struct ArrayFile {
   std::string file, variable;
   std::vector<double> times;
-  /// Of a last state: what it is called, and the times of the states that it is compared with. Another time is a warning.
+  /// Of a last state: what it is called, and the times of the states that it is compared with. Another time is a
+  /// warning.
   std::string name = {};
   std::vector<double> compared_at = {};
 };
@@ -29,9 +30,11 @@ std::optional<std::vector<double>> load_array(const ArrayFile& from, const Sourc
                                               DiagnosticSink& sink);
 /// The same for a formula's place.
 std::optional<std::vector<double>> load_array(const model::Source& from, const SourceFile& source,
-                                              const std::vector<model::Axis>& axes, Precision real, DiagnosticSink& sink);
+                                              const std::vector<model::Axis>& axes, Precision real,
+                                              DiagnosticSink& sink);
 
-/// Why the coordinates that a file has along `dimension` are not those of `axis`; "" when they are, or when it has none.
+/// Why the coordinates that a file has along `dimension` are not those of `axis`; "" when they are, or when it has
+/// none.
 std::string axis_mismatch(const NetcdfReader& file, const model::Axis& axis, const std::string& dimension);
 
 }  // namespace dpde::driver

@@ -12,11 +12,14 @@ namespace dpde::driver {
 namespace {
 
 /// Frames at the same times as those of the test's own file, as far as it goes.
-bool has_frames(const model::Test& test, const model::Test::Beside& beside, const TrainingScene& scene, const Trajectories& on, double own_step, DiagnosticSink& sink) {
+bool has_frames(const model::Test& test, const model::Test::Beside& beside, const TrainingScene& scene,
+                const Trajectories& on, double own_step, DiagnosticSink& sink) {
   const double step = scene.compiled->problem->step, interval = on.every * step, end = test.when.count * own_step;
   const double frames = std::round(end / interval);
   if (std::abs(frames * interval - end) <= 1e-6 * interval && frames < on.frame_count()) return true;
-  sink.report("bad-array-file", beside.origin.range, {on.path, fmt::format("its {} frames, {:.6g} apart, do not reach exactly {:.6g} behind the first", on.frame_count(), interval, end)},
+  sink.report("bad-array-file", beside.origin.range,
+              {on.path, fmt::format("its {} frames, {:.6g} apart, do not reach exactly {:.6g} behind the first",
+                                    on.frame_count(), interval, end)},
               fmt::format("{} steps of {:.6g} are wanted of {}", test.when.count, own_step, test.quantity.name));
   return false;
 }
@@ -41,7 +44,8 @@ CompileOptions options_beside(const Compiled& own, const std::string& scene) {
   return options;
 }
 
-std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink) {
+std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const SourceFile& source,
+                                                 DiagnosticSink& sink) {
   std::unique_ptr<BesideScenes> all(new BesideScenes(own));
   for (const std::vector<model::Test>& tests : {own.task().tests, own.task().growths}) {
     for (const model::Test& test : tests) {
@@ -53,11 +57,14 @@ std::unique_ptr<BesideScenes> BesideScenes::open(const TrainingScene& own, const
   return all;
 }
 
-std::shared_ptr<const Compiled> compile_beside(const Compiled& own, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink) {
+std::shared_ptr<const Compiled> compile_beside(const Compiled& own, const model::Test::Beside& beside,
+                                               const SourceFile& source, DiagnosticSink& sink) {
   DiagnosticSink within;  // the same lines are right in the task's own scene
   std::optional<Compiled> made = compile(source, options_beside(own, beside.scene), within);
   for (const Diagnostic& each : within.all()) {
-    if (each.kind->severity == Severity::error) sink.report("bad-option", beside.origin.range, {fmt::format("scene {}, beside a test: {}", beside.scene, each.message)}, each.hint);
+    if (each.kind->severity == Severity::error)
+      sink.report("bad-option", beside.origin.range,
+                  {fmt::format("scene {}, beside a test: {}", beside.scene, each.message)}, each.hint);
   }
   return made ? std::make_shared<const Compiled>(std::move(*made)) : nullptr;
 }
@@ -71,19 +78,22 @@ void check_beside(const Compiled& own, const SourceFile& source, DiagnosticSink&
       for (const model::Test::Beside& beside : test.beside) {
         const auto [scene, is_new] = scenes.try_emplace(beside.scene);
         if (is_new) scene->second = compile_beside(own, beside, source, sink);
-        if (scene->second && seen.emplace(beside.scene, beside.on).second) load_trajectories(*scene->second->problem, beside.on, source, beside.origin.range, sink);
+        if (scene->second && seen.emplace(beside.scene, beside.on).second)
+          load_trajectories(*scene->second->problem, beside.on, source, beside.origin.range, sink);
       }
     }
   }
 }
 
-std::shared_ptr<const Compiled> BesideScenes::compiled(const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink) {
+std::shared_ptr<const Compiled> BesideScenes::compiled(const model::Test::Beside& beside, const SourceFile& source,
+                                                       DiagnosticSink& sink) {
   std::shared_ptr<const Compiled>& there = compiled_[beside.scene];
   if (!there) there = compile_beside(*own_.compiled, beside, source, sink);
   return there;
 }
 
-bool BesideScenes::add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink) {
+bool BesideScenes::add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source,
+                       DiagnosticSink& sink) {
   std::unique_ptr<TrainingScene>& there = scenes_[{beside.scene, beside.on}];
   if (!there) {
     std::shared_ptr<const Compiled> scene = compiled(beside, source, sink);

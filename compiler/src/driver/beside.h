@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that the tests of a task name beside its own: compiled with the task's data and these tests, and with the files they begin
-// from. Plain schemes that a network is measured by; or the scene with the network on another grid.
+// Scenes that the tests of a task name beside its own: compiled with the task's data and these tests, and with the
+// files they begin from. Plain schemes that a network is measured by; or the scene with the network on another grid.
 #pragma once
 
 #include <map>
@@ -14,8 +14,8 @@ namespace dpde::driver {
 
 class BesideScenes {
  public:
-  /// null when `sink` has errors afterwards. Settings of --set that are values of parameters, or of precision, are for all scenes, others
-  /// for the task's own alone.
+  /// null when `sink` has errors afterwards. Settings of --set that are values of parameters, or of precision, are for
+  /// all scenes, others for the task's own alone.
   static std::unique_ptr<BesideScenes> open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink);
 
   const TrainingScene& scene(const model::Test::Beside& beside) const { return *scenes_.at({beside.scene, beside.on}); }
@@ -23,7 +23,8 @@ class BesideScenes {
  private:
   explicit BesideScenes(const TrainingScene& own) : own_(own) {}
   bool add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
-  std::shared_ptr<const Compiled> compiled(const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
+  std::shared_ptr<const Compiled> compiled(const model::Test::Beside& beside, const SourceFile& source,
+                                           DiagnosticSink& sink);
 
   const TrainingScene& own_;
   std::map<std::string, std::shared_ptr<const Compiled>> compiled_;
@@ -31,11 +32,13 @@ class BesideScenes {
 };
 
 /// Mistakes are reported where the test names the scene; null then.
-std::shared_ptr<const Compiled> compile_beside(const Compiled& own, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
+std::shared_ptr<const Compiled> compile_beside(const Compiled& own, const model::Test::Beside& beside,
+                                               const SourceFile& source, DiagnosticSink& sink);
 /// Of a task: whether all scenes that its tests name compile, and the files they begin from fit their grids.
 void check_beside(const Compiled& own, const SourceFile& source, DiagnosticSink& sink);
 
-/// The options to compile `scene` with in place of the task's own: without settings that it does not know or that are not its to take.
+/// The options to compile `scene` with in place of the task's own: without settings that it does not know or that are
+/// not its to take.
 CompileOptions options_beside(const Compiled& own, const std::string& scene);
 
 }  // namespace dpde::driver

@@ -47,8 +47,10 @@ struct BuildId {
 /// The linker's hash of all that is in an executable or library, from its notes in memory.
 int find_build_id(dl_phdr_info* info, std::size_t, void* data) {
   BuildId& wanted = *static_cast<BuildId*>(data);
-  const auto place_of = [&](const ElfW(Phdr)& segment) { return reinterpret_cast<const char*>(info->dlpi_addr + segment.p_vaddr); };
-  const auto holds = [&](const ElfW(Phdr)& segment) {
+  const auto place_of = [&](const ElfW(Phdr) & segment) {
+    return reinterpret_cast<const char*>(info->dlpi_addr + segment.p_vaddr);
+  };
+  const auto holds = [&](const ElfW(Phdr) & segment) {
     const char* inside = static_cast<const char*>(wanted.inside);
     return segment.p_type == PT_LOAD && inside >= place_of(segment) && inside < place_of(segment) + segment.p_memsz;
   };
@@ -124,7 +126,8 @@ class CacheFolder : public codegen::CodeCache {
     if (bytes.size() < sizeof header) return std::nullopt;
     std::memcpy(&header, bytes.data(), sizeof header);
     const std::size_t rest = bytes.size() - sizeof header;
-    const bool has_sizes = header.key_bytes == key.size() && rest >= key.size() && header.code_bytes == rest - key.size();
+    const bool has_sizes =
+        header.key_bytes == key.size() && rest >= key.size() && header.code_bytes == rest - key.size();
     if (!has_sizes || !std::equal(magic.begin(), magic.end(), header.magic.begin())) return std::nullopt;
     const std::string_view all = std::string_view(bytes).substr(sizeof header);
     const std::string_view own_key = all.substr(0, key.size()), code = all.substr(key.size());
@@ -150,7 +153,8 @@ class CacheFolder : public codegen::CodeCache {
       if (entry.path.extension() == extension) {
         entries.push_back(entry);
         total += entry.bytes;
-      } else if (entry.used < abandoned && entry.path.filename().string().find(std::string(extension) + ".tmp-") != std::string::npos) {
+      } else if (entry.used < abandoned &&
+                 entry.path.filename().string().find(std::string(extension) + ".tmp-") != std::string::npos) {
         fs::remove(entry.path, gone);  // of a process that was killed while it wrote
       }
     }

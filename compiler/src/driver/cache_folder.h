@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled code on disk. One file an entry: header with a checksum, the whole key, the code.
 //
-//  - Safe for any number of processes at once and for kills: files appear complete, under their final name, or not at all;
+//  - Safe for any number of processes at once and for kills: files appear complete, under their final name, or not at
+//  all;
 //    what is damaged, of another key, or not this user's own is not used, and thrown away where it is ours.
 //  - Code of another dpde is never found: the identity of this executable and of the processor are part of every key.
 //  - When all entries together exceed the limit, those go that were not used for the longest time.
@@ -17,8 +18,10 @@ namespace dpde::driver {
 
 inline constexpr std::uint64_t default_cache_bytes = std::uint64_t{256} << 20;
 
-/// A cache in `folder`, which is made with its parents; nullptr when that is impossible or this executable has no identity.
-std::shared_ptr<codegen::CodeCache> open_cache(const std::filesystem::path& folder, std::uint64_t most_bytes = default_cache_bytes);
+/// A cache in `folder`, which is made with its parents; nullptr when that is impossible or this executable has no
+/// identity.
+std::shared_ptr<codegen::CodeCache> open_cache(const std::filesystem::path& folder,
+                                               std::uint64_t most_bytes = default_cache_bytes);
 
 /// $DPDE_CACHE, else $XDG_CACHE_HOME/dpde, else $HOME/.cache/dpde; "" when none of them is set.
 std::filesystem::path default_cache_folder();

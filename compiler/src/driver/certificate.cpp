@@ -31,7 +31,8 @@ using Random = std::mt19937_64;
 /// Directional derivative of the loss, forward through the tangent programs.
 class Tangent {
  public:
-  Tangent(Session& session, Inverse& inverse) : session_(session), compiled_(session.compiled()), directions_(session, inverse) {}
+  Tangent(Session& session, Inverse& inverse)
+      : session_(session), compiled_(session.compiled()), directions_(session, inverse) {}
 
   double operator()(const Point& point);
 
@@ -94,7 +95,7 @@ struct Tolerance {
   double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
   double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
   double epsilon;       // the distance of 1 to the next number
-  const char* in;  // what runs, "the run", for messages
+  const char* in;       // what runs, "the run", for messages
 };
 
 /// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes, `rounding` what was measured of it.
@@ -118,11 +119,14 @@ std::string why_rounding_grows(Session& session, const char* in) {
   constexpr double suspicious = 1e3;
   if (session.rollout().run().blow_up) return fmt::format("{} is not finite", in);
   const std::vector<Growth> growths = growth_of(session, suspicious);
-  return growths.empty() ? "" : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state, growths[0].before, growths[0].after);
+  return growths.empty() ? ""
+                         : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state,
+                                       growths[0].before, growths[0].after);
 }
 
 std::optional<Comparison> compare(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
-                                  const SessionOptions& options, const Tolerance& tolerance, Random& random, DiagnosticSink& sink) {
+                                  const SessionOptions& options, const Tolerance& tolerance, Random& random,
+                                  DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
   if (!session) return std::nullopt;
   const auto inverse = Inverse::open(*session, source, sink);
@@ -153,7 +157,8 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   return result;
 }
 
-void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped) {
+void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases,
+               std::vector<std::string>& skipped) {
   std::vector<double> scales;
   for (const Comparison& one : found) {
     if (one.left_out.empty()) scales.push_back(one.scale);
@@ -175,8 +180,9 @@ void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance,
 constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, "the run"};
 
 /// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
-bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
-                       Random& random, std::vector<Comparison>& found, DiagnosticSink& sink) {
+bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                       const SessionOptions& options, Random& random, std::vector<Comparison>& found,
+                       DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
   if (!session) return false;
   const auto inverse = Inverse::open(*session, source, sink);
@@ -186,8 +192,8 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
   const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
   Eigen::VectorXd gradient(v.size());
   inverse->value_and_gradient(point.x, gradient);
-  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-13 of them, some
-  // hundred roundings, which a run of many steps on one cell has.
+  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-13 of
+  // them, some hundred roundings, which a run of many steps on one cell has.
   const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
   for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
     const auto second = SecondOrder::open(*session, *inverse, curvature);
@@ -197,8 +203,9 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
     second->product(point.x, w, hw);
     if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
-    Comparison& result = found.emplace_back(Comparison{grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()),
-                                                       w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+    Comparison& result = found.emplace_back(
+        Comparison{grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()), w.dot(hv),
+                   v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
     if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
     result.left_out = why_rounding_grows(*session, second_order_tolerance.in);
     const auto nudged = [&](double epsilon) {
@@ -209,19 +216,22 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
       return adjoint::TwoWays{near_w.dot(hv), near_v.dot(hw)};
     };
     const double size = w.lpNorm<1>() * v.lpNorm<Eigen::Infinity>();
-    result.rounding = adjoint::rounding_between(nudged, second_order_tolerance.epsilon, most_rounding(second_order_tolerance.epsilon, size));
+    result.rounding = adjoint::rounding_between(nudged, second_order_tolerance.epsilon,
+                                                most_rounding(second_order_tolerance.epsilon, size));
   }
   return true;
 }
 
 bool is_kink(const stencil::Expr& e) {
   const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
-  const bool bends = call != nullptr && (call->fn == Fn::abs || call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::sign);
+  const bool bends =
+      call != nullptr && (call->fn == Fn::abs || call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::sign);
   return bends || std::holds_alternative<stencil::Select>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
 }
 
 bool bends(const network::Layer& layer) {
-  const bool is_rectifier = layer.activation == network::Activation::relu || layer.activation == network::Activation::leaky_relu;
+  const bool is_rectifier =
+      layer.activation == network::Activation::relu || layer.activation == network::Activation::leaky_relu;
   return layer.kind == network::LayerKind::max_pool || (layer.kind == network::LayerKind::activate && is_rectifier);
 }
 
@@ -236,7 +246,9 @@ bool has_kinks(const Compiled& compiled) {
     for (const stencil::Statement& statement : module.programs.front().body) {
       match(
           statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
-          [&](const stencil::Reduce& reduce) { found = found || reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
+          [&](const stencil::Reduce& reduce) {
+            found = found || reduce.kind == Reduction::max || reduce.kind == Reduction::min;
+          },
           [](const stencil::Infer&) {}, [](const stencil::Run&) {});  // networks and kernels are looked at below
     }
     for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
@@ -263,7 +275,9 @@ std::vector<int> affordable_grid(const model::Problem& problem) {
   return reduced ? cells : std::vector<int>{};
 }
 
-bool has_slope_of_two(const std::optional<double>& slope) { return slope && std::abs(*slope - 2) <= largest_slope_error; }
+bool has_slope_of_two(const std::optional<double>& slope) {
+  return slope && std::abs(*slope - 2) <= largest_slope_error;
+}
 
 QuotientEvidence quotients_along(const Line& f, const DirectionalDerivative& derivative) {
   std::vector<double> steps;
@@ -280,15 +294,16 @@ double rounding_where_zero(const std::vector<DotCase>& cases, const std::string&
   return result;
 }
 
-bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
-                Random& random, Certificate& certificate, DiagnosticSink& sink) {
+bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                const SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto session = Session::open(source, compiled, options, sink);
   if (!session) return false;
   const auto inverse = Inverse::open(*session, source, sink);
   if (!inverse) return false;
   const Point point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
-  certificate.start_is_finite = std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
+  certificate.start_is_finite =
+      std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
   certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
@@ -310,18 +325,20 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   // Of a loss whose terms cancel it is more than its size tells. A kink between points so close adds next to nothing.
   const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
   const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(session->workspace()));
-  const double rounding = std::max({measured, of_slope, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps())});
+  const double rounding = std::max(
+      {measured, of_slope, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps())});
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
                                            : remainder_slope(certificate.remainders, 10 * rounding);
   const bool finite = std::isfinite(loss) && std::isfinite(slope);
-  // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would show
-  // in the others: its remainder is of first order.
+  // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would
+  // show in the others: its remainder is of first order.
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
                                                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
   if (hessian && certificate.second) {
     certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
     certificate.second->only_rounding =
-        finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(), [&](const Remainder& r) { return r.value <= 100 * rounding; });
+        finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(),
+                              [&](const Remainder& r) { return r.value <= 100 * rounding; });
   }
   if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
@@ -330,20 +347,22 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   if (session->rollout().run().blow_up || !growth_of(*session).empty()) {
     certificate.only_rounding = false;
     certificate.quotients.reset();
-    certificate.note = "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
+    certificate.note =
+        "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
     return true;
   }
   if (certificate.slope) certificate.note = "on " + grid_text(session->workspace()) + " cells";
   if (!certificate.slope) {
-    certificate.note = certificate.only_rounding ? "the remainder is rounding: the loss is linear in the unknowns around this point"
-                                                 : "the remainder shows no slope";
+    certificate.note = certificate.only_rounding
+                           ? "the remainder is rounding: the loss is linear in the unknowns around this point"
+                           : "the remainder shows no slope";
   }
   return true;
 }
 
 /// Symmetry on the scene's grid and on small ones; the slope comes with the gradient's.
-bool add_second_order(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const SessionOptions& options,
-                      Random& random, Certificate& certificate, DiagnosticSink& sink) {
+bool add_second_order(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                      const SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
   const auto step = compiled->derived.find(compiled->step_name());
   if (step == compiled->derived.end() || !step->second.second) return true;
   certificate.second.emplace().has_kinks = has_kinks(*compiled);
@@ -375,11 +394,15 @@ double largest_error_of(const std::vector<DotCase>& cases) {
 double Certificate::worst() const { return largest_error_of(cases); }
 double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
 
-bool Certificate::is_all_rounding() const { return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_rounding); }
+bool Certificate::is_all_rounding() const {
+  return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_rounding);
+}
 
 bool Certificate::passed() const {
-  const bool taylor = only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
-  return start_is_finite && worst() <= largest_dot_error && taylor && (!second || second->passed()) && (!single || single->passed());
+  const bool taylor =
+      only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
+  return start_is_finite && worst() <= largest_dot_error && taylor && (!second || second->passed()) &&
+         (!single || single->passed());
 }
 
 double SecondOrderCheck::worst() const { return largest_error_of(cases); }
@@ -432,8 +455,9 @@ std::vector<SessionOptions> runs_to_compare(const Compiled& compiled, const Cert
   return runs;
 }
 
-bool compare_all(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled, const CertifyOptions& options, Random& random,
-                 const Tolerance& tolerance, std::vector<DotCase>& cases, std::vector<std::string>& skipped, DiagnosticSink& sink) {
+bool compare_all(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
+                 const CertifyOptions& options, Random& random, const Tolerance& tolerance, std::vector<DotCase>& cases,
+                 std::vector<std::string>& skipped, DiagnosticSink& sink) {
   std::vector<Comparison> found;
   for (const SessionOptions& run : runs_to_compare(*compiled, options)) {
     std::optional<Comparison> one = compare(source, compiled, run, tolerance, random, sink);
@@ -451,15 +475,16 @@ std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<con
   Random random(options.seed + 20240229);
   Certificate certificate;
   const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run"};
-  if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink)) return std::nullopt;
+  if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink))
+    return std::nullopt;
   const SessionOptions own = runs_to_compare(*compiled, options).front();
   if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
   if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
   return certificate;
 }
 
-bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Compiled> compiled, const CertifyOptions& options,
-                              Certificate& certificate, DiagnosticSink& sink) {
+bool certify_single_precision(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
+                              const CertifyOptions& options, Certificate& certificate, DiagnosticSink& sink) {
   Random random(options.seed + 20240229);
   SinglePrecisionCheck& check = certificate.single.emplace();
   const Tolerance tolerance{largest_single_error, single_rounding_of_loss, 100, 0x1p-23, "the run in single precision"};

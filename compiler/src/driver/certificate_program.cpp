@@ -44,7 +44,9 @@ Certificate certify_programs(const Compiled& compiled, const CertifyOptions& opt
     Certificate taylor;
     check_on(std::vector<int>(last.size(), 7)).taylor(taylor);
     // Of several programs the one furthest from slope 2 speaks for all.
-    const auto distance = [](const Certificate& c) { return c.slope ? std::abs(*c.slope - 2) : c.only_rounding ? -1.0 : INFINITY; };
+    const auto distance = [](const Certificate& c) {
+      return c.slope ? std::abs(*c.slope - 2) : c.only_rounding ? -1.0 : INFINITY;
+    };
     if (certificate.remainders.empty() || distance(taylor) > distance(certificate)) {
       certificate.slope = taylor.slope;
       certificate.only_rounding = taylor.only_rounding;

@@ -9,7 +9,9 @@ namespace dpde::driver {
 
 namespace {
 
-bool is_usable(const CostAndError& scheme) { return std::isfinite(scheme.cost) && std::isfinite(scheme.error) && scheme.cost > 0 && scheme.error > 0; }
+bool is_usable(const CostAndError& scheme) {
+  return std::isfinite(scheme.cost) && std::isfinite(scheme.error) && scheme.cost > 0 && scheme.error > 0;
+}
 
 /// y at x on the line through two points of logarithms.
 double between(double x, double x0, double y0, double x1, double y1) {
@@ -33,7 +35,8 @@ std::vector<CostAndError> best_of(std::vector<CostAndError> schemes) {
 Equal cost_of_equal_error(const std::vector<CostAndError>& schemes, double error) {
   const std::vector<CostAndError> best = best_of(schemes);
   if (best.empty() || !(error >= best.back().error)) return {Equal::Kind::beyond_all, 0, "", ""};
-  if (error > best.front().error) return {Equal::Kind::within_all, best.front().cost, best.front().scene, best.front().scene};
+  if (error > best.front().error)
+    return {Equal::Kind::within_all, best.front().cost, best.front().scene, best.front().scene};
   std::size_t k = 0;
   while (k + 2 < best.size() && error < best[k + 1].error) ++k;
   const CostAndError &left = best[k], &right = best[std::min(k + 1, best.size() - 1)];
@@ -43,7 +46,8 @@ Equal cost_of_equal_error(const std::vector<CostAndError>& schemes, double error
 Equal error_of_equal_cost(const std::vector<CostAndError>& schemes, double cost) {
   const std::vector<CostAndError> best = best_of(schemes);
   if (best.empty() || !(cost >= best.front().cost)) return {Equal::Kind::beyond_all, 0, "", ""};
-  if (cost > best.back().cost) return {Equal::Kind::within_all, best.back().error, best.back().scene, best.back().scene};
+  if (cost > best.back().cost)
+    return {Equal::Kind::within_all, best.back().error, best.back().scene, best.back().scene};
   std::size_t k = 0;
   while (k + 2 < best.size() && cost > best[k + 1].cost) ++k;
   const CostAndError &left = best[k], &right = best[std::min(k + 1, best.size() - 1)];

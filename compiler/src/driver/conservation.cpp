@@ -10,7 +10,8 @@
 namespace dpde::driver {
 
 /// Values at faces stand for what lies between the centres on both sides of them.
-void Integrals::add(const std::vector<double>& frame, const std::vector<model::Axis>& axes, const model::Placement& placement) {
+void Integrals::add(const std::vector<double>& frame, const std::vector<model::Axis>& axes,
+                    const model::Placement& placement) {
   std::array<std::vector<double>, 3> widths{{{1}, {1}, {1}}};
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const model::Axis axis = model::axes_at(axes, placement)[a];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The integral of a field over its run, and how far it drifts: what a flow should conserve, or by how much walls and sources change it.
+// The integral of a field over its run, and how far it drifts: what a flow should conserve, or by how much walls and
+// sources change it.
 #pragma once
 
 #include <vector>

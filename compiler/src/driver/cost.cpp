@@ -34,8 +34,8 @@ double flops_of_all(const std::vector<loop::Expr>& parts) {
 double flops(const loop::Expr& e) {
   return match(
       e->kind, [](const loop::Literal&) { return 0.0; }, [](const loop::Uniform&) { return 0.0; },
-      [](const loop::Param&) { return 0.0; }, [](const loop::Load&) { return 0.0; }, [](const loop::Local&) { return 0.0; },
-      [](const loop::Inside&) { return 0.0; },
+      [](const loop::Param&) { return 0.0; }, [](const loop::Load&) { return 0.0; },
+      [](const loop::Local&) { return 0.0; }, [](const loop::Inside&) { return 0.0; },
       // Two products and a sum for each axis an interpolation folds, 2^rank - 1 of them.
       [](const loop::Interp& i) { return flops_of_all(i.displacement) + 3.0 * (std::exp2(i.displacement.size()) - 1); },
       [](const loop::Neg& n) { return flops(n.operand); }, [](const loop::Rounded& r) { return flops(r.operand); },
@@ -50,13 +50,15 @@ Cost cost_of_row(const loop::Row& row, Precision real) {
     if (stream.mode != loop::Stream::Mode::out) read.insert(stream.field);
     if (stream.mode != loop::Stream::Mode::in) written.insert(stream.field);
   }
-  for (const loop::Scatter& scatter : row.scatters) written.insert(row.grids[static_cast<std::size_t>(scatter.target.grid)]);
+  for (const loop::Scatter& scatter : row.scatters)
+    written.insert(row.grids[static_cast<std::size_t>(scatter.target.grid)]);
   Cost cost;
   cost.bytes = bytes_of(real) * static_cast<double>(read.size() + written.size());
   for (const loop::Let& let : row.lets) cost.flops += flops(let.value);
   for (const loop::Store& store : row.stores) cost.flops += flops(store.value) + (store.accumulate ? 1 : 0);
   for (const loop::Sum& sum : row.sums) cost.flops += flops(sum.value) + 1;
-  for (const loop::Scatter& scatter : row.scatters) cost.flops += flops(scatter.value) + flops_of_all(scatter.target.displacement);
+  for (const loop::Scatter& scatter : row.scatters)
+    cost.flops += flops(scatter.value) + flops_of_all(scatter.target.displacement);
   return cost;
 }
 
@@ -65,7 +67,8 @@ Cost cost_of_network(const loop::Module& module, const loop::Infer& infer) {
   const auto network = std::ranges::find(module.networks, infer.network, &network::Network::name);
   const int passes = infer.mode == loop::Infer::Mode::value ? 1 : 3;
   const std::size_t fields = network::fields_read(infer).size() + network::fields_written(infer).size();
-  return {static_cast<double>(bytes_of(module.real)) * static_cast<double>(fields), 2.0 * passes * network::multiplications_a_cell(*network)};
+  return {static_cast<double>(bytes_of(module.real)) * static_cast<double>(fields),
+          2.0 * passes * network::multiplications_a_cell(*network)};
 }
 
 double copy_once(std::vector<double>& to, const std::vector<double>& from, int threads) {

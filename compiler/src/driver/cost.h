@@ -11,9 +11,9 @@
 
 namespace dpde::driver {
 
-/// Per cell and run of a program. Bytes: those of a value for each field a sweep reads and for each it writes (offsets of one field
-/// count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each, powers 1;
-/// of networks the products of their convolutions and the sums, and the fields that go in and out.
+/// Per cell and run of a program. Bytes: those of a value for each field a sweep reads and for each it writes (offsets
+/// of one field count once, write-allocate not at all). Flops: + - * / and comparisons count 1, functions 1 each,
+/// powers 1; of networks the products of their convolutions and the sums, and the fields that go in and out.
 struct Cost {
   double bytes = 0, flops = 0;
   Cost& operator+=(const Cost& other) {
@@ -27,8 +27,9 @@ Cost cost_of(const loop::Module& module, const std::string& program);
 /// How fields of the scene lie in memory.
 dpde_layout layout_of(const Compiled& compiled);
 
-/// Bytes that `run` takes at its peak (driver/memory_plan.h), and what a gradient adds beside the states it stores (driver/storage.h): sums of
-/// control fields. `part` comes for each part of the step that a Courant number splits into most; 0 where that stores nothing.
+/// Bytes that `run` takes at its peak (driver/memory_plan.h), and what a gradient adds beside the states it stores
+/// (driver/storage.h): sums of control fields. `part` comes for each part of the step that a Courant number splits into
+/// most; 0 where that stores nothing.
 struct Memory {
   double run = 0, gradient = 0, part = 0;
 };

@@ -35,8 +35,8 @@ std::string mismatch(const std::vector<model::Axis>& from, const std::vector<mod
   if (from.size() != to.size()) return fmt::format("it has {} axes, this scene {}", from.size(), to.size());
   for (std::size_t a = 0; a < to.size(); ++a) {
     if (from[a].name != to[a].name || std::abs(from[a].low - to[a].low) + std::abs(from[a].high - to[a].high) > 1e-12) {
-      return fmt::format("its axis {} reaches from {} to {}, here axis {} reaches from {} to {}", from[a].name, from[a].low,
-                         from[a].high, to[a].name, to[a].low, to[a].high);
+      return fmt::format("its axis {} reaches from {} to {}, here axis {} reaches from {} to {}", from[a].name,
+                         from[a].low, from[a].high, to[a].name, to[a].low, to[a].high);
     }
     if (from[a].cells % to[a].cells != 0) {
       return fmt::format("its {} cells along {} are no multiple of {}", from[a].cells, from[a].name, to[a].cells);
@@ -64,8 +64,9 @@ std::vector<double> times_of(const Session& session, const model::When& when) {
   return times;
 }
 
-/// Settings for the scene that makes the data, so that the task's --set cells, step and end reach it: along an axis where
-/// it would no longer fit it keeps its ratio to the task's scene, or takes the same cells; a finer grid needs its steps too.
+/// Settings for the scene that makes the data, so that the task's --set cells, step and end reach it: along an axis
+/// where it would no longer fit it keeps its ratio to the task's scene, or takes the same cells; a finer grid needs its
+/// steps too.
 std::map<std::string, std::string> followed_settings(const Compiled& compiled, const model::Datum& datum) {
   const model::Selection& selection = compiled.options.selection;
   std::map<std::string, std::string> settings;
@@ -74,7 +75,8 @@ std::map<std::string, std::string> followed_settings(const Compiled& compiled, c
   const auto as_written = [&](const std::string& name) {
     return model::from_ast(compiled.ast, {name, {}, ""}, ignored).value_or(model::Problem{});
   };
-  const model::Problem other = as_written(datum.scene), own = as_written(compiled.problem->scene), &now = *compiled.problem;
+  const model::Problem other = as_written(datum.scene), own = as_written(compiled.problem->scene),
+                       &now = *compiled.problem;
   if (other.axes.size() != now.axes.size() || own.axes.size() != now.axes.size()) return settings;
   bool follows = false;
   for (std::size_t a = 0; a < now.axes.size(); ++a) {
@@ -98,9 +100,10 @@ double observed(Session& session, const std::string& name, const Snapshot& snaps
 /// Takes the state at the k-th of the wanted times: as they come, so that there is one copy of each.
 using TakeState = std::function<void(std::size_t k, std::span<const double> values)>;
 
-/// Runs the other scene and gives a field, or the value of an observable in all cells, at the wanted times. False where it cannot.
-bool run_other_scene(Session& session, const model::Datum& datum, const std::vector<double>& times, const TakeState& take,
-                     const SourceFile& source, DiagnosticSink& sink) {
+/// Runs the other scene and gives a field, or the value of an observable in all cells, at the wanted times. False where
+/// it cannot.
+bool run_other_scene(Session& session, const model::Datum& datum, const std::vector<double>& times,
+                     const TakeState& take, const SourceFile& source, DiagnosticSink& sink) {
   const SourceRange where = datum.origin.range;
   const auto fail = [&](const std::string& reason) {
     sink.report("data-of-other-scene", where, {datum.scene, reason});
@@ -167,7 +170,8 @@ std::vector<double> compared_at(const Session& session, const model::Datum& datu
   for (const model::Loss& loss : session.problem().task->losses) {
     if (!model::reads(loss.value, datum.name)) continue;
     if (loss.when.kind == model::When::Kind::end) result.push_back(session.end_time());
-    if (loss.when.kind == model::When::Kind::at) result.insert(result.end(), loss.when.times.begin(), loss.when.times.end());
+    if (loss.when.kind == model::When::Kind::at)
+      result.insert(result.end(), loss.when.times.begin(), loss.when.times.end());
   }
   return result;
 }
@@ -177,10 +181,9 @@ bool from_file(Session& session, const model::Datum& datum, const std::vector<do
   const bool last_state = datum.when.kind == model::When::Kind::end;
   ArrayFile from{datum.file, datum.variable, last_state ? std::vector<double>{} : times, datum.name};
   if (last_state) from.compared_at = compared_at(session, datum);
-  const std::optional<std::vector<double>> values =
-      load_array(from, source,
-                 datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
-                 session.problem().scheme.real, datum.origin.range, sink);
+  const std::optional<std::vector<double>> values = load_array(
+      from, source, datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
+      session.problem().scheme.real, datum.origin.range, sink);
   if (!values) return false;
   const std::size_t cells = session.workspace().cell_count();
   for (std::size_t k = 0; k < times.size(); ++k) {
@@ -220,23 +223,29 @@ std::vector<double> times_of(const model::Problem& problem, const model::Coeffic
   return times;
 }
 
-std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient, const model::Source& from,
-                                                    const SourceFile& source, DiagnosticSink& sink) {
+std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient,
+                                                    const model::Source& from, const SourceFile& source,
+                                                    DiagnosticSink& sink) {
   const model::Problem& problem = session.problem();
   if (session.options().made_up) {
-    const std::size_t intervals = coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1;
+    const std::size_t intervals =
+        coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1;
     return made_up_values(intervals * session.workspace().cell_count());
   }
   const std::vector<model::Axis> axes = model::axes_at(problem.axes, coefficient.placement);
   const std::optional<std::vector<double>> loaded =
-      coefficient.is_control() ? load_array({from.file, from.variable, times_of(problem, coefficient)}, source, axes, problem.scheme.real, from.origin.range, sink)
+      coefficient.is_control() ? load_array({from.file, from.variable, times_of(problem, coefficient)}, source, axes,
+                                            problem.scheme.real, from.origin.range, sink)
                                : load_array(from, source, axes, problem.scheme.real, sink);
   if (!loaded || session.options().cells.empty()) return loaded;
-  const std::size_t states = coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1, size = loaded->size() / states;
+  const std::size_t states =
+                        coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1,
+                    size = loaded->size() / states;
   std::vector<double> values;
   for (std::size_t k = 0; k < states; ++k) {
     const auto begin = loaded->begin() + static_cast<std::ptrdiff_t>(k * size);
-    const std::vector<double> one = resample({begin, begin + static_cast<std::ptrdiff_t>(size)}, problem.axes, session.workspace().axes());
+    const std::vector<double> one =
+        resample({begin, begin + static_cast<std::ptrdiff_t>(size)}, problem.axes, session.workspace().axes());
     values.insert(values.end(), one.begin(), one.end());
   }
   return values;
@@ -248,11 +257,13 @@ namespace {
 void check_trajectories(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
   std::set<std::string> seen;
   for (const model::Datum& datum : problem.task->data) {
-    if (datum.trajectories && seen.insert(datum.file).second) load_trajectories(problem, datum.file, source, datum.origin.range, sink);
+    if (datum.trajectories && seen.insert(datum.file).second)
+      load_trajectories(problem, datum.file, source, datum.origin.range, sink);
   }
   for (const std::vector<model::Test>* tests : {&problem.task->tests, &problem.task->growths}) {
     for (const model::Test& test : *tests) {
-      if (!test.on.empty() && seen.insert(test.on).second) load_trajectories(problem, test.on, source, test.on_origin.range, sink);
+      if (!test.on.empty() && seen.insert(test.on).second)
+        load_trajectories(problem, test.on, source, test.on_origin.range, sink);
     }
   }
 }
@@ -268,7 +279,8 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     if (coefficient == nullptr || !coefficient->is_control()) {
       load_array(from, source, axes, problem.scheme.real, sink);
     } else {
-      load_array({from.file, from.variable, times_of(problem, *coefficient)}, source, axes, problem.scheme.real, from.origin.range, sink);
+      load_array({from.file, from.variable, times_of(problem, *coefficient)}, source, axes, problem.scheme.real,
+                 from.origin.range, sink);
     }
   };
   for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.name, coefficient.value);
@@ -288,8 +300,8 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
       times.push_back(problem.t_begin + k * problem.step);
     }
-    load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement), problem.scheme.real,
-               datum.origin.range, sink);
+    load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement),
+               problem.scheme.real, datum.origin.range, sink);
   }
 }
 
@@ -302,7 +314,8 @@ std::vector<double> average_down(const std::vector<double>& fine, const std::vec
     ratio[a] = from[a].cells / to[a].cells;
     weights[a].assign(static_cast<std::size_t>(from[a].cells), placement[a] ? 1.0 : 1.0 / ratio[a]);
     if (!to[a].stretch || placement[a]) continue;
-    for (int i = 0; i < from[a].cells; ++i) weights[a][static_cast<std::size_t>(i)] = from[a].width(i) / to[a].width(i / ratio[a]);
+    for (int i = 0; i < from[a].cells; ++i)
+      weights[a][static_cast<std::size_t>(i)] = from[a].width(i) / to[a].width(i / ratio[a]);
   }
   const auto counts = [&](std::size_t axis, int place) { return !placement[axis] || (place + 1) % ratio[axis] == 0; };
   std::vector<double> result(static_cast<std::size_t>(n[0]) * n[1] * n[2], 0.0);
@@ -312,7 +325,8 @@ std::vector<double> average_down(const std::vector<double>& fine, const std::vec
       for (int x = 0; x < n[0] * ratio[0]; ++x, ++i) {
         if (!counts(0, x) || !counts(1, y) || !counts(2, z)) continue;
         const std::size_t row = static_cast<std::size_t>(z / ratio[2]) * n[1] + y / ratio[1];
-        const double weight = weights[0][static_cast<std::size_t>(x)] * weights[1][static_cast<std::size_t>(y)] * weights[2][static_cast<std::size_t>(z)];
+        const double weight = weights[0][static_cast<std::size_t>(x)] * weights[1][static_cast<std::size_t>(y)] *
+                              weights[2][static_cast<std::size_t>(z)];
         result[row * n[0] + x / ratio[0]] += weight * fine[i];
       }
     }
@@ -341,12 +355,17 @@ std::vector<double> resample(const std::vector<double>& values, const std::vecto
 
 std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
                                      DiagnosticSink& sink) {
-  // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is compared with.
-  const bool is_made_up = !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());
+  // Trajectories are what each window of a training has for itself; other users of a session want a run, whatever it is
+  // compared with.
+  const bool is_made_up =
+      !session.options().cells.empty() || datum.trajectories || (datum.file.empty() && datum.scene.empty());
   const std::vector<double> times = is_made_up ? std::vector<double>(1) : times_of(session, datum.when);
   DataStates result{datum.name, times.size() > 1 ? times : std::vector<double>{}, {}};
-  for (std::size_t k = 0; k < times.size(); ++k) result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
-  const TakeState take = [&](std::size_t k, std::span<const double> values) { session.workspace().field(result.fields[k]).copy_in(values); };
+  for (std::size_t k = 0; k < times.size(); ++k)
+    result.fields.push_back(k == 0 ? datum.name : fmt::format("{}@{}", datum.name, k));
+  const TakeState take = [&](std::size_t k, std::span<const double> values) {
+    session.workspace().field(result.fields[k]).copy_in(values);
+  };
   if (is_made_up) {
     take(0, made_up(session.workspace().cell_count()));
   } else if (!(datum.file.empty() ? run_other_scene(session, datum, times, take, source, sink)

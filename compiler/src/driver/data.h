@@ -30,13 +30,15 @@ std::vector<double> made_up_values(std::size_t count);
 /// Times of the states of a file that a coefficient is: of a control field where its intervals begin, else none.
 std::vector<double> times_of(const model::Problem& problem, const model::Coefficient& coefficient);
 
-/// A coefficient's values, or those it starts with, from the file of `from`, on the session's grid; of a control field one interval after
-/// the other.
-std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient, const model::Source& from,
-                                                    const SourceFile& source, DiagnosticSink& sink);
+/// A coefficient's values, or those it starts with, from the file of `from`, on the session's grid; of a control field
+/// one interval after the other.
+std::optional<std::vector<double>> load_coefficient(Session& session, const model::Coefficient& coefficient,
+                                                    const model::Source& from, const SourceFile& source,
+                                                    DiagnosticSink& sink);
 
 /// The states of a datum of the session's task, as fields of its workspace; made-up values on another grid
 /// than the scene's and for a datum without a file and scene.
-std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source, DiagnosticSink& sink);
+std::optional<DataStates> load_datum(Session& session, const model::Datum& datum, const SourceFile& source,
+                                     DiagnosticSink& sink);
 
 }  // namespace dpde::driver

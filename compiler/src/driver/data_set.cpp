@@ -22,7 +22,8 @@ namespace dpde::driver {
 namespace {
 
 constexpr int fewest_cells = 4;  // along an axis of the coarsest grid of an estimate
-constexpr int most_intervals = 16;  // of a run whose residual is looked at: that costs as much as to make them where nothing is coarsened
+constexpr int most_intervals =
+    16;  // of a run whose residual is looked at: that costs as much as to make them where nothing is coarsened
 
 double root_of_mean_square(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
@@ -44,32 +45,39 @@ bool are_same_places(const model::Axis& a, const model::Axis& b) {
   return true;
 }
 
-std::string extent_text(const model::Axis& axis) { return fmt::format("{} cells from {} to {}", axis.cells, axis.low, axis.high); }
+std::string extent_text(const model::Axis& axis) {
+  return fmt::format("{} cells from {} to {}", axis.cells, axis.low, axis.high);
+}
 
 }  // namespace
 
 double OrderEstimate::error() const { return difference / (std::exp2(order) - 1); }
 
-std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model::DataSet set, const DataSetOptions& options, DiagnosticSink& sink) {
+std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model::DataSet set,
+                                                 const DataSetOptions& options, DiagnosticSink& sink) {
   std::unique_ptr<DataSetMaker> maker(new DataSetMaker(source, std::move(set), options));
   maker->session_ = maker->open_run(0, {}, sink);
   if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
   maker->files_ = hash_of_files(maker->session_->problem(), source);
   for (const model::Axis& axis : maker->session_->workspace().axes()) {
     if (axis.cells % maker->set_.coarsen == 0) continue;
-    sink.report("bad-optimiser-option", {}, {"coarsen", "dataset " + maker->set_.name, fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
+    sink.report("bad-optimiser-option", {},
+                {"coarsen", "dataset " + maker->set_.name,
+                 fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
     return nullptr;
   }
   return maker;
 }
 
 /// The scene of a run, with its parameters set as --set would.
-std::shared_ptr<const Compiled> DataSetMaker::compile_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const {
+std::shared_ptr<const Compiled> DataSetMaker::compile_run(int run, const std::map<std::string, std::string>& more,
+                                                          DiagnosticSink& sink) const {
   CompileOptions compile_options;
   compile_options.selection = options_.selection;
   compile_options.selection.name = set_.scene;
   if (!set_.scheme.empty()) compile_options.selection.scheme = set_.scheme;
-  for (std::size_t v = 0; v < set_.vary.size(); ++v) compile_options.selection.overrides[set_.vary[v].param] = fmt::format("{}", set_.value_of(v, run));
+  for (std::size_t v = 0; v < set_.vary.size(); ++v)
+    compile_options.selection.overrides[set_.vary[v].param] = fmt::format("{}", set_.value_of(v, run));
   if (set_.to) compile_options.selection.overrides["end"] = fmt::format("{}", *set_.to);
   for (const auto& [name, value] : more) compile_options.selection.overrides[name] = value;
   compile_options.backend = options_.backend;
@@ -78,21 +86,25 @@ std::shared_ptr<const Compiled> DataSetMaker::compile_run(int run, const std::ma
   return compiled ? std::make_shared<const Compiled>(std::move(*compiled)) : nullptr;
 }
 
-std::unique_ptr<Session> DataSetMaker::session_of(std::shared_ptr<const Compiled> compiled, const std::atomic<bool>* stop, DiagnosticSink& sink) const {
+std::unique_ptr<Session> DataSetMaker::session_of(std::shared_ptr<const Compiled> compiled,
+                                                  const std::atomic<bool>* stop, DiagnosticSink& sink) const {
   SessionOptions session_options;
   session_options.stop = stop;
   return compiled ? Session::open(source_, std::move(compiled), session_options, sink) : nullptr;
 }
 
-std::unique_ptr<Session> DataSetMaker::open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const {
+std::unique_ptr<Session> DataSetMaker::open_run(int run, const std::map<std::string, std::string>& more,
+                                                DiagnosticSink& sink) const {
   return session_of(compile_run(run, more, sink), options_.stop, sink);
 }
 
 /// The scene on the grid of the frames; null where it cannot be there, as with files of its own grid.
-std::shared_ptr<const Compiled> DataSetMaker::compile_stored(int run, const std::shared_ptr<const Compiled>& own) const {
+std::shared_ptr<const Compiled> DataSetMaker::compile_stored(int run,
+                                                             const std::shared_ptr<const Compiled>& own) const {
   if (set_.coarsen == 1) return own;
   std::map<std::string, std::string> more;
-  for (const model::Axis& axis : session_->workspace().axes()) more["cells." + axis.name] = fmt::format("{}", axis.cells / set_.coarsen);
+  for (const model::Axis& axis : session_->workspace().axes())
+    more["cells." + axis.name] = fmt::format("{}", axis.cells / set_.coarsen);
   DiagnosticSink silent;
   return compile_run(run, more, silent);
 }
@@ -105,7 +117,8 @@ void DataSetMaker::add_residuals(std::shared_ptr<const Compiled> stored, DataRun
   try {
     const std::unique_ptr<Session> session = session_of(std::move(stored), &stop, silent);
     if (!session || session->rollout().state_count() != static_cast<int>(data.states.size())) return;
-    data.residuals = residuals_of(*session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
+    data.residuals =
+        residuals_of(*session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
   } catch (const Error&) {
     data.residuals.assign(data.states.size(), {});
   }
@@ -116,7 +129,8 @@ bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
   const auto steps_to = [&](double length, const char* what) -> std::optional<int> {
     const double steps = std::round(length / problem.step);
     if (std::abs(steps * problem.step - length) <= 1e-6 * problem.step && steps >= 0) return static_cast<int>(steps);
-    sink.report("bad-optimiser-option", {}, {what, "dataset " + set_.name, fmt::format("is no whole number of steps of {}", problem.step)});
+    sink.report("bad-optimiser-option", {},
+                {what, "dataset " + set_.name, fmt::format("is no whole number of steps of {}", problem.step)});
     return std::nullopt;
   };
   const std::optional<int> every = set_.every > 0 ? steps_to(set_.every, "the interval of the frames") : 1;
@@ -126,7 +140,9 @@ bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
   first_ = *first;
   for (int k = first_; k <= problem.steps; k += every_) times_.push_back(session_->time_of(k));
   if (times_.size() >= 2) return true;
-  sink.report("bad-optimiser-option", {}, {"frames", "dataset " + set_.name, fmt::format("are {}, fewer than two, up to t = {}", times_.size(), session_->end_time())});
+  sink.report("bad-optimiser-option", {},
+              {"frames", "dataset " + set_.name,
+               fmt::format("are {}, fewer than two, up to t = {}", times_.size(), session_->end_time())});
   return false;
 }
 
@@ -146,25 +162,29 @@ std::uint64_t DataSetMaker::key() const {
 /// What varies may stand where the compiler needs its number; the file has one time axis and one grid for all runs.
 bool DataSetMaker::is_like_first(Session& session, DiagnosticSink& sink) const {
   const auto differs = [&](const std::string& what) {
-    sink.report("run-failed", set_.range, {what}, "all runs of a data set have the same times and the same grid: what varies may not stand in them");
+    sink.report("run-failed", set_.range, {what},
+                "all runs of a data set have the same times and the same grid: what varies may not stand in them");
     return false;
   };
   const model::Problem &own = session.problem(), &first = session_->problem();
   if (own.step != first.step) return differs(fmt::format("its step is {}, that of run 0 is {}", own.step, first.step));
   if (own.t_begin != first.t_begin || own.steps != first.steps) {
-    return differs(fmt::format("it is from t = {} to {}, run 0 from {} to {}", own.t_begin, session.end_time(), first.t_begin, session_->end_time()));
+    return differs(fmt::format("it is from t = {} to {}, run 0 from {} to {}", own.t_begin, session.end_time(),
+                               first.t_begin, session_->end_time()));
   }
   for (std::size_t a = 0; a < first.axes.size(); ++a) {
     if (are_same_places(own.axes[a], first.axes[a])) continue;
     const std::string here = extent_text(own.axes[a]), there = extent_text(first.axes[a]);
-    if (here == there) return differs(fmt::format("its {} is stretched otherwise than that of run 0", first.axes[a].name));
+    if (here == there)
+      return differs(fmt::format("its {} is stretched otherwise than that of run 0", first.axes[a].name));
     return differs(fmt::format("its {} has {}, that of run 0 has {}", first.axes[a].name, here, there));
   }
   return true;
 }
 
 /// `count` frames of a run, down-sampled. False after a diagnostic, and when stopped.
-bool DataSetMaker::frames_of(Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const {
+bool DataSetMaker::frames_of(Session& session, int first, int every, int count, DataRun& to,
+                             DiagnosticSink& sink) const {
   const std::vector<model::Axis>& axes = session.workspace().axes();
   const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
   Rollout& rollout = session.rollout();
@@ -172,7 +192,8 @@ bool DataSetMaker::frames_of(Session& session, int first, int every, int count, 
   to.integrals.assign(to.states.size(), {});
   std::vector<double> values(session.workspace().cell_count());
   const auto keep = [&](const Snapshot& snapshot) {
-    if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count) return;
+    if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count)
+      return;
     for (std::size_t s = 0; s < to.states.size(); ++s) {
       const model::State* state = session.problem().find_state(rollout.state_name(static_cast<int>(s)));
       const model::Placement placement = state != nullptr ? state->placement : model::Placement{};
@@ -187,9 +208,12 @@ bool DataSetMaker::frames_of(Session& session, int first, int every, int count, 
   if (result.blow_up || result.stopped) return false;
   std::size_t wanted = static_cast<std::size_t>(count);
   for (const model::Axis& axis : coarse) wanted *= static_cast<std::size_t>(axis.cells);
-  for (std::size_t s = 0; s < to.states.size(); ++s) {  // runs are put one after the other into a file: a shorter one would shift the rest
+  for (std::size_t s = 0; s < to.states.size();
+       ++s) {  // runs are put one after the other into a file: a shorter one would shift the rest
     if (to.states[s].size() == wanted) continue;
-    sink.report("run-failed", set_.range, {fmt::format("its frames of {} have {} values in all, not {}", rollout.state_name(static_cast<int>(s)), to.states[s].size(), wanted)});
+    sink.report("run-failed", set_.range,
+                {fmt::format("its frames of {} have {} values in all, not {}", rollout.state_name(static_cast<int>(s)),
+                             to.states[s].size(), wanted)});
     return false;
   }
   return true;
@@ -200,7 +224,7 @@ struct DataSetMaker::Making {
   const Take* take;
   int first_failed;  // all runs before it are made, so that the message is of the same run for any number of threads
   std::vector<Diagnostic> why = {};  // of that run
-  std::mutex mutex = {};  // of all of this, and of compiling
+  std::mutex mutex = {};             // of all of this, and of compiling
 };
 
 bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
@@ -209,9 +233,13 @@ bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take&
     if (!is_done(run)) wanted.push_back(run);
   }
   Making all{&take, set_.runs};
-  Team(options_.threads).run(static_cast<std::int64_t>(wanted.size()), [&](std::int64_t i, int) { make_run(wanted[static_cast<std::size_t>(i)], all); });
+  Team(options_.threads).run(static_cast<std::int64_t>(wanted.size()), [&](std::int64_t i, int) {
+    make_run(wanted[static_cast<std::size_t>(i)], all);
+  });
   for (const Diagnostic& each : all.why) {
-    if (each.kind->severity == Severity::error) sink.report("run-failed", each.range, {fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message)}, each.hint);
+    if (each.kind->severity == Severity::error)
+      sink.report("run-failed", each.range,
+                  {fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message)}, each.hint);
   }
   return all.first_failed == set_.runs && (options_.stop == nullptr || !options_.stop->load());
 }
@@ -235,7 +263,8 @@ void DataSetMaker::make_run(int run, Making& all) const {
     }
     DataRun data;
     for (std::size_t v = 0; v < set_.vary.size(); ++v) data.params.push_back(set_.value_of(v, run));
-    if (session != nullptr && is_like_first(*session, own) && frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
+    if (session != nullptr && is_like_first(*session, own) &&
+        frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
       data.cpu_seconds = spent + thread_cpu_seconds();
       add_residuals(std::move(stored), data);
       const std::lock_guard lock(all.mutex);
@@ -265,7 +294,8 @@ std::vector<OrderEstimate> DataSetMaker::estimate_order() {
   const std::vector<model::Axis> coarsest = with_cells(axes, 4);
   DiagnosticSink silent;
   for (int level = 0; level < 3; ++level) {
-    std::map<std::string, std::string> more{{"step", fmt::format("{}", problem.step * (1 << level))}, {"end", fmt::format("{}", problem.t_begin + at * problem.step)}};
+    std::map<std::string, std::string> more{{"step", fmt::format("{}", problem.step * (1 << level))},
+                                            {"end", fmt::format("{}", problem.t_begin + at * problem.step)}};
     for (const model::Axis& axis : axes) more["cells." + axis.name] = fmt::format("{}", axis.cells >> level);
     const std::unique_ptr<Session> session = open_run(0, more, silent);
     if (!session || session->steps() != at >> level) return {};
@@ -273,13 +303,16 @@ std::vector<OrderEstimate> DataSetMaker::estimate_order() {
     if (result.blow_up || result.stopped) return {};
     for (int s = 0; s < session->rollout().state_count(); ++s) {
       const model::State* state = problem.find_state(session->rollout().state_name(s));
-      runs[static_cast<std::size_t>(level)].states.push_back(average_down(session->final_state(s), session->workspace().axes(), coarsest, state != nullptr ? state->placement : model::Placement{}));
+      runs[static_cast<std::size_t>(level)].states.push_back(
+          average_down(session->final_state(s), session->workspace().axes(), coarsest,
+                       state != nullptr ? state->placement : model::Placement{}));
     }
   }
   std::vector<OrderEstimate> estimates;
   for (int s = 0; s < session_->rollout().state_count(); ++s) {
     const auto i = static_cast<std::size_t>(s);
-    const double near = root_of_mean_square(runs[0].states[i], runs[1].states[i]), far = root_of_mean_square(runs[1].states[i], runs[2].states[i]);
+    const double near = root_of_mean_square(runs[0].states[i], runs[1].states[i]),
+                 far = root_of_mean_square(runs[1].states[i], runs[2].states[i]);
     if (near > 0 && far > near) estimates.push_back({session_->rollout().state_name(s), near, std::log2(far / near)});
   }
   return estimates;

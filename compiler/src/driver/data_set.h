@@ -26,7 +26,8 @@ struct DataRun {
 /// How far a run is from finer ones: from runs on grids of the scene's, twice and four times its spacing and step.
 struct OrderEstimate {
   std::string state;
-  double difference = 0;  // root of the mean square of the difference to the run with twice the spacing, about the first frame behind the start
+  double difference = 0;  // root of the mean square of the difference to the run with twice the spacing, about the
+                          // first frame behind the start
   double order = 0;       // log2 of how much larger the next difference is
   double error() const;   // of the run itself, were it of that order
 };
@@ -42,7 +43,8 @@ struct DataSetOptions {
 class DataSetMaker {
  public:
   /// null when `sink` has errors afterwards.
-  static std::unique_ptr<DataSetMaker> open(const SourceFile& source, model::DataSet set, const DataSetOptions& options, DiagnosticSink& sink);
+  static std::unique_ptr<DataSetMaker> open(const SourceFile& source, model::DataSet set, const DataSetOptions& options,
+                                            DiagnosticSink& sink);
 
   const model::DataSet& set() const { return set_; }
   /// The scene as it is without variation, for names, grid and text.
@@ -53,20 +55,25 @@ class DataSetMaker {
   /// Stands for everything that the runs depend on.
   std::uint64_t key() const;
 
-  /// The runs that `is_done` does not know; `take` gets them in any order, one at a time. False after a diagnostic, and when stopped.
+  /// The runs that `is_done` does not know; `take` gets them in any order, one at a time. False after a diagnostic, and
+  /// when stopped.
   using Take = std::function<void(int run, const DataRun& data)>;
   bool make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink);
   /// Of the first run; empty where the grid is too small or a coarse run fails.
   std::vector<OrderEstimate> estimate_order();
 
  private:
-  DataSetMaker(const SourceFile& source, model::DataSet set, const DataSetOptions& options) : source_(source), set_(std::move(set)), options_(options) {}
+  DataSetMaker(const SourceFile& source, model::DataSet set, const DataSetOptions& options)
+      : source_(source), set_(std::move(set)), options_(options) {}
   struct Making;
   void make_run(int run, Making& all) const;
   bool plan_frames(DiagnosticSink& sink);
-  std::shared_ptr<const Compiled> compile_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
-  std::unique_ptr<Session> session_of(std::shared_ptr<const Compiled> compiled, const std::atomic<bool>* stop, DiagnosticSink& sink) const;
-  std::unique_ptr<Session> open_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
+  std::shared_ptr<const Compiled> compile_run(int run, const std::map<std::string, std::string>& more,
+                                              DiagnosticSink& sink) const;
+  std::unique_ptr<Session> session_of(std::shared_ptr<const Compiled> compiled, const std::atomic<bool>* stop,
+                                      DiagnosticSink& sink) const;
+  std::unique_ptr<Session> open_run(int run, const std::map<std::string, std::string>& more,
+                                    DiagnosticSink& sink) const;
   std::shared_ptr<const Compiled> compile_stored(int run, const std::shared_ptr<const Compiled>& own) const;
   void add_residuals(std::shared_ptr<const Compiled> stored, DataRun& data) const;
   bool is_like_first(Session& session, DiagnosticSink& sink) const;

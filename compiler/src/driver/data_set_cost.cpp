@@ -35,7 +35,9 @@ std::optional<double> number_in(std::string_view text) {
 
 std::string cost_file_of(const std::string& data_set) { return data_set + ".cost"; }
 
-std::string cost_text(std::uint64_t hash, double seconds) { return fmt::format("data {:016x}\ncpu_s {}\n", hash, seconds); }
+std::string cost_text(std::uint64_t hash, double seconds) {
+  return fmt::format("data {:016x}\ncpu_s {}\n", hash, seconds);
+}
 
 double stored_cost(const std::string& data_set, std::uint64_t hash, SourceRange where, DiagnosticSink& sink) {
   const std::string path = cost_file_of(data_set);
@@ -48,8 +50,11 @@ double stored_cost(const std::string& data_set, std::uint64_t hash, SourceRange 
   const std::optional<double> seconds = line ? number_in(*line) : std::nullopt;
   const bool is_one = its_hash && seconds && text.empty() && *seconds >= 0 && *seconds <= most_seconds;  // a NaN is not
   if (!is_one) {
-    const std::string found = line && text.empty() ? fmt::format("cpu_s is {}, no number of seconds that a data set takes", *line) : "it is not the two lines that dpde run writes";
-    sink.report("bad-array-file", where, {path, found}, "remove it (the cost of the data is then not known), or make the data set again");
+    const std::string found = line && text.empty()
+                                  ? fmt::format("cpu_s is {}, no number of seconds that a data set takes", *line)
+                                  : "it is not the two lines that dpde run writes";
+    sink.report("bad-array-file", where, {path, found},
+                "remove it (the cost of the data is then not known), or make the data set again");
     return std::nan("");
   }
   return *its_hash == fmt::format("{:016x}", hash) ? *seconds : std::nan("");

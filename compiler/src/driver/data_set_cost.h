@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a data set has cost, in a file NAME.nc.cost beside it: a measurement, and the data themselves are the same bytes whenever they
-// are made.
+// What a data set has cost, in a file NAME.nc.cost beside it: a measurement, and the data themselves are the same bytes
+// whenever they are made.
 #pragma once
 
 #include <cstdint>

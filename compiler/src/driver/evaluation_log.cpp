@@ -66,7 +66,8 @@ EvaluationLog::EvaluationLog(const std::filesystem::path& path, std::uint64_t ke
   std::memcpy(header, "dpdelog1", 8);
   if (resume && read_exactly(file_, found, header_bytes, 0)) {
     if (std::memcmp(header, found, sizeof header) != 0) {
-      sink.report("bad-option", {}, {fmt::format("--resume: {} belongs to another task or to other options", path.string())});
+      sink.report("bad-option", {},
+                  {fmt::format("--resume: {} belongs to another task or to other options", path.string())});
       close(file_);
       file_ = -1;
       return;
@@ -75,7 +76,8 @@ EvaluationLog::EvaluationLog(const std::filesystem::path& path, std::uint64_t ke
     Eigen::VectorXd gradient(unknowns);
     while (read_record(recorded_, loss, gradient)) ++recorded_;
   }
-  const bool ready = ftruncate(file_, header_bytes + recorded_ * record_bytes()) == 0 && write_exactly(file_, header, header_bytes, 0);
+  const bool ready =
+      ftruncate(file_, header_bytes + recorded_ * record_bytes()) == 0 && write_exactly(file_, header, header_bytes, 0);
   if (ready) return;
   sink.report("cannot-write", {}, {path.string(), std::strerror(errno)});
   close(file_);
@@ -100,12 +102,14 @@ bool EvaluationLog::next(double& loss, Eigen::VectorXd& gradient) {
 
 void EvaluationLog::append(double loss, const Eigen::VectorXd& gradient) {
   const std::int64_t at = header_bytes + position_ * record_bytes();
-  const std::uint64_t checksum = hash_bytes(gradient.data(), static_cast<std::size_t>(8 * unknowns_), hash_bytes(&loss, 8));
+  const std::uint64_t checksum =
+      hash_bytes(gradient.data(), static_cast<std::size_t>(8 * unknowns_), hash_bytes(&loss, 8));
   record_.resize(static_cast<std::size_t>(record_bytes()));
   std::memcpy(record_.data(), &loss, 8);
   std::memcpy(record_.data() + 8, gradient.data(), static_cast<std::size_t>(8 * unknowns_));
   std::memcpy(record_.data() + record_bytes() - 8, &checksum, 8);
-  if (!write_exactly(file_, record_.data(), record_bytes(), at)) throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path_.string(), std::strerror(errno)));
+  if (!write_exactly(file_, record_.data(), record_bytes(), at))
+    throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path_.string(), std::strerror(errno)));
   ++position_;
   if (now() - last_sync_ < seconds_between_syncs) return;
   last_sync_ = now();

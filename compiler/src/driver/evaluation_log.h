@@ -17,10 +17,11 @@ namespace dpde::driver {
 
 class EvaluationLog {
  public:
-  /// `key` stands for everything the evaluations depend on. With `resume` records of a log with the same key and size are
-  /// kept, and a log of something else is an error; otherwise the log starts empty. Nothing is written before the first
-  /// append. Check `is_open()`.
-  EvaluationLog(const std::filesystem::path& path, std::uint64_t key, Eigen::Index unknowns, bool resume, DiagnosticSink& sink);
+  /// `key` stands for everything the evaluations depend on. With `resume` records of a log with the same key and size
+  /// are kept, and a log of something else is an error; otherwise the log starts empty. Nothing is written before the
+  /// first append. Check `is_open()`.
+  EvaluationLog(const std::filesystem::path& path, std::uint64_t key, Eigen::Index unknowns, bool resume,
+                DiagnosticSink& sink);
   ~EvaluationLog();
   EvaluationLog(const EvaluationLog&) = delete;
   EvaluationLog& operator=(const EvaluationLog&) = delete;

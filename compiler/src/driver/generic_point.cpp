@@ -18,7 +18,8 @@ Point generic_point(Session& session, const Inverse& inverse, std::mt19937_64& r
     auto x = point.x.segment(part.offset, part.size);
     auto d = point.direction.segment(part.offset, part.size);
     if (part.is_field()) {
-      const std::vector<double> own = part.is_initial() ? session.initial(part.index) : session.workspace().dense(part.name);
+      const std::vector<double> own =
+          part.is_initial() ? session.initial(part.index) : session.workspace().dense(part.name);
       x = Eigen::Map<const Eigen::VectorXd>(own.data(), part.size);
     }
     const double magnitude = largest(x);
@@ -29,9 +30,10 @@ Point generic_point(Session& session, const Inverse& inverse, std::mt19937_64& r
       x[i] += 0.02 * scale * normal(random);
       d[i] = scale * normal(random);
     }
-    // Of the parameters of a scene without a task, those without a derivative (of boundary values) stay as they are. What a task
-    // seeks moves, whatever is known of its derivative.
-    const bool is_sought = !session.compiled().options.certify || session.compiled().activity.params.contains(part.name);
+    // Of the parameters of a scene without a task, those without a derivative (of boundary values) stay as they are.
+    // What a task seeks moves, whatever is known of its derivative.
+    const bool is_sought =
+        !session.compiled().options.certify || session.compiled().activity.params.contains(part.name);
     if (!part.is_field() && !is_sought) d.setZero();
   }
   return point;

@@ -13,7 +13,8 @@ struct Point {
   Eigen::VectorXd x, direction;
 };
 
-/// The scene's own values and the task's start, each with some noise, and a direction of the size of x in every unknown.
+/// The scene's own values and the task's start, each with some noise, and a direction of the size of x in every
+/// unknown.
 Point generic_point(Session& session, const Inverse& inverse, std::mt19937_64& random);
 
 }  // namespace dpde::driver

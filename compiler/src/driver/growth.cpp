@@ -15,12 +15,14 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // of the first tangent; of each run another one, so that the spread over runs shows whether the rate has settled
+constexpr std::uint64_t seed = 1, stream = 0x67726f777468;  // of the first tangent; of each run another one, so that
+                                                            // the spread over runs shows whether the rate has settled
 
 /// One thread's states and their tangent.
 class Tangent {
  public:
-  Tangent(const SourceFile& source, std::shared_ptr<const Compiled> compiled, const Trajectories& on, int steps, const UnknownValues& values, const BatchOptions& options)
+  Tangent(const SourceFile& source, std::shared_ptr<const Compiled> compiled, const Trajectories& on, int steps,
+          const UnknownValues& values, const BatchOptions& options)
       : on_(on), steps_(steps), values_(values) {
     SessionOptions alone;
     alone.stop = options.stop;
@@ -66,12 +68,14 @@ class Tangent {
       const auto value = values_.find(param.name);
       if (value != values_.end() && value->second.size() == 1) workspace.set_param(param.name, value->second[0]);
     }
-    for (std::size_t p = 0; p < on_.params.size(); ++p) workspace.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
+    for (std::size_t p = 0; p < on_.params.size(); ++p)
+      workspace.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
     for (auto& [network, weights] : workspace.weights()) {
       const auto value = values_.find(network);
       if (value != values_.end()) weights.values = value->second;
     }
-    if (const dpde_program* formulas = session_->compiled().program(session_->compiled().names.coefficients)) workspace.run(*formulas, on_.times.front());
+    if (const dpde_program* formulas = session_->compiled().program(session_->compiled().names.coefficients))
+      workspace.run(*formulas, on_.times.front());
     for (const model::Coefficient& coefficient : session_->problem().coefficients) {
       const auto value = values_.find(coefficient.name);
       if (value != values_.end()) workspace.set_dense(coefficient.name, value->second);
@@ -88,7 +92,9 @@ class Tangent {
       }
     }
     for (const int s : rates_) {
-      for (std::size_t i = 0; i < cells_.size(); ++i) cells_[i] = normal(seed + static_cast<std::uint64_t>(run), i * rates_.size() + static_cast<std::size_t>(s), stream);
+      for (std::size_t i = 0; i < cells_.size(); ++i)
+        cells_[i] =
+            normal(seed + static_cast<std::uint64_t>(run), i * rates_.size() + static_cast<std::size_t>(s), stream);
       rollout_->initial(s).copy_in(cells_);
     }
   }
@@ -100,7 +106,8 @@ class Tangent {
       copy_out(session_->workspace().layout(), rollout_->present()[static_cast<std::size_t>(s)], cells_);
       for (const double value : cells_) squares += value * value;
     }
-    const double norm = std::sqrt(squares / static_cast<double>(cells_.size() * std::max<std::size_t>(rates_.size(), 1)));
+    const double norm =
+        std::sqrt(squares / static_cast<double>(cells_.size() * std::max<std::size_t>(rates_.size(), 1)));
     if (norm == 0 || !std::isfinite(norm)) return norm;
     for (const int s : rates_) {
       void* base = rollout_->present()[static_cast<std::size_t>(s)];
@@ -123,7 +130,8 @@ class Tangent {
 
 }  // namespace
 
-std::unique_ptr<GrowthScene> GrowthScene::open(const Compiled& own, const std::string& scene, const SourceFile& source, DiagnosticSink& sink) {
+std::unique_ptr<GrowthScene> GrowthScene::open(const Compiled& own, const std::string& scene, const SourceFile& source,
+                                               DiagnosticSink& sink) {
   CompileOptions options = scene == own.problem->scene ? own.options : options_beside(own, scene);
   options.without_task = true;
   options.adjoint = options.second = false;
@@ -135,10 +143,12 @@ std::unique_ptr<GrowthScene> GrowthScene::open(const Compiled& own, const std::s
   return result;
 }
 
-std::vector<double> GrowthScene::rates(const Trajectories& on, int steps, const UnknownValues& values, const BatchOptions& options) const {
+std::vector<double> GrowthScene::rates(const Trajectories& on, int steps, const UnknownValues& values,
+                                       const BatchOptions& options) const {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
   std::deque<Tangent> tangents;
-  for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t) tangents.emplace_back(source_, compiled_, on, steps, values, options);
+  for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
+    tangents.emplace_back(source_, compiled_, on, steps, values, options);
   std::vector<double> rates(on.runs.size());
   Team(static_cast<int>(tangents.size())).run(runs, [&](std::int64_t run, int thread) {
     rates[static_cast<std::size_t>(run)] = tangents[static_cast<std::size_t>(thread)].rate(static_cast<int>(run));

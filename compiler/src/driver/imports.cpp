@@ -72,7 +72,8 @@ class Importer {
     visit(path.string(), *text, begin);
   }
 
-  void report_cycle(const std::vector<std::pair<fs::path, std::string>>& ring, const std::string& last, SourceRange where) {
+  void report_cycle(const std::vector<std::pair<fs::path, std::string>>& ring, const std::string& last,
+                    SourceRange where) {
     std::string way;
     for (const auto& [known, path] : ring) way += path + " -> ";
     sink_.report("cyclic-import", where, {last, way + last}, "put what both need into a third file and import that");
@@ -95,7 +96,8 @@ std::string text_without_imports(const SourceFile& source) {
   if (source.count() == 1) return std::string(source.text());
   DiagnosticSink unheard;
   ast::File file = ast::parse(source, unheard);
-  std::erase_if(file.declarations, [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
+  std::erase_if(file.declarations,
+                [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
   return print(file);
 }
 

@@ -9,8 +9,9 @@
 
 namespace dpde::driver {
 
-/// `source` with the files that it imports behind it, and those that they import, each once. Paths are relative to the file that
-/// imports. Reports cannot-read and cyclic-import. Mistakes in the text of the files are left to whoever parses it.
+/// `source` with the files that it imports behind it, and those that they import, each once. Paths are relative to the
+/// file that imports. Reports cannot-read and cyclic-import. Mistakes in the text of the files are left to whoever
+/// parses it.
 SourceFile with_imports(SourceFile source, DiagnosticSink& sink);
 
 /// The same blocks as one file without imports; the text itself where there are none.

@@ -13,7 +13,8 @@ std::string instability(Session& session) {
   constexpr double disturbance = 1e-6;  // of the largest value: a start that is the same everywhere grows by no mode
   Rollout& rollout = session.rollout();
   const auto blow_up_of = [&](const RunResult& done) {
-    return fmt::format("{} is no longer finite after step {} of {}", rollout.state_name(done.blow_up->state), done.blow_up->step, session.steps());
+    return fmt::format("{} is no longer finite after step {} of {}", rollout.state_name(done.blow_up->state),
+                       done.blow_up->step, session.steps());
   };
   const RunResult own = rollout.run();
   if (own.blow_up) return blow_up_of(own);

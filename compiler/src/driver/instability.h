@@ -8,9 +8,9 @@
 
 namespace dpde::driver {
 
-/// How the run from where the session begins, or from there slightly disturbed in every cell, leaves all bounds: "u grows from
-/// 1 to 3e+40"; "" where it does not. The run is made anew: initial states and final states of the session are others
-/// afterwards.
+/// How the run from where the session begins, or from there slightly disturbed in every cell, leaves all bounds: "u
+/// grows from 1 to 3e+40"; "" where it does not. The run is made anew: initial states and final states of the session
+/// are others afterwards.
 std::string instability(Session& session);
 
 }  // namespace dpde::driver

@@ -31,7 +31,8 @@ template <class F>
 void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max_rank>& grow, const F& f) {
   for (int z = -grow[2]; z < layout.cells[2] + grow[2]; ++z) {
     for (int y = -grow[1]; y < layout.cells[1] + grow[1]; ++y) {
-      for (int x = -grow[0]; x < layout.cells[0] + grow[0]; ++x) f(Cell{x, y, z}, x + y * layout.stride[1] + z * layout.stride[2]);
+      for (int x = -grow[0]; x < layout.cells[0] + grow[0]; ++x)
+        f(Cell{x, y, z}, x + y * layout.stride[1] + z * layout.stride[2]);
     }
   }
 }
@@ -56,8 +57,11 @@ void set_weights(const Context& context, const dpde_weights* weights, stencil::S
     if (given.rates) own.rates.assign(given.rates, given.rates + count);
     if (given.host == nullptr) continue;
     const dpde_host_network host = *given.host;
-    own.host_value = [host](const double* inputs, const double* w, double* outputs) { host.value(host.context, inputs, w, outputs); };
-    own.host_vector_jacobian = [host](const double* inputs, const double* w, const double* seeds, double* input_bars, double* weight_bars) {
+    own.host_value = [host](const double* inputs, const double* w, double* outputs) {
+      host.value(host.context, inputs, w, outputs);
+    };
+    own.host_vector_jacobian = [host](const double* inputs, const double* w, const double* seeds, double* input_bars,
+                                      double* weight_bars) {
       host.vector_jacobian(host.context, inputs, w, seeds, input_bars, weight_bars);
     };
   }
@@ -72,8 +76,8 @@ void add_weight_bars(const Context& context, const stencil::State& state, const 
 }
 
 template <class Real>
-void run_program(void* opaque, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights* weights,
-                 double* sums) {
+void run_program(void* opaque, const dpde_layout* layout, void* const* fields, const double* params,
+                 const dpde_weights* weights, double* sums) {
   const Context& context = *static_cast<const Context*>(opaque);
   stencil::Grid grid{layout->rank, {1, 1, 1}};
   std::array<int, stencil::max_rank> grow{};
@@ -85,7 +89,9 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
   const std::vector<std::string>& names = context.table->fields;
   for (const std::string& input : context.interface.inputs) {
     const auto number = std::find(names.begin(), names.end(), input) - names.begin();
-    for_each_cell(*layout, grow, [&](const Cell& c, std::int64_t i) { state.at(input, c) = static_cast<const Real*>(fields[number])[i]; });
+    for_each_cell(*layout, grow, [&](const Cell& c, std::int64_t i) {
+      state.at(input, c) = static_cast<const Real*>(fields[number])[i];
+    });
   }
   stencil::Params values;
   for (std::size_t p = 0; p < context.params->size(); ++p) values[(*context.params)[p]] = params[p];
@@ -97,10 +103,12 @@ void run_program(void* opaque, const dpde_layout* layout, void* const* fields, c
     for (const stencil::Swap& swap : context.program->swaps) {
       if (swap.next == names[f]) name = swap.state;
     }
-    const bool is_result = name != names[f] || std::find(context.program->keeps.begin(), context.program->keeps.end(), name) !=
-                                                   context.program->keeps.end();
+    const bool is_result = name != names[f] || std::find(context.program->keeps.begin(), context.program->keeps.end(),
+                                                         name) != context.program->keeps.end();
     if (!is_result || !state.has(name)) continue;
-    for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) { static_cast<Real*>(fields[f])[i] = static_cast<Real>(state.at(name, c)); });
+    for_each_cell(*layout, {}, [&](const Cell& c, std::int64_t i) {
+      static_cast<Real*>(fields[f])[i] = static_cast<Real>(state.at(name, c));
+    });
   }
   add_weight_bars(context, state, weights);
   for (std::size_t s = 0; s < context.table->sums.size(); ++s) {

@@ -8,10 +8,10 @@
 #include <set>
 #include <span>
 
+#include "dpde/runtime/through_formula.h"
 #include "driver/array_file.h"
 #include "driver/data.h"
 #include "driver/links.h"
-#include "dpde/runtime/through_formula.h"
 #include "model/placement.h"
 
 namespace dpde::driver {
@@ -31,18 +31,23 @@ std::unique_ptr<Inverse> Inverse::open(Session& session, const SourceFile& sourc
 }
 
 Eigen::Index Inverse::size_of(const model::Unknown& unknown) const {
-  const model::Coefficient* coefficient = unknown.kind == model::Unknown::Kind::coefficient ? session_.problem().find_coefficient(unknown.name) : nullptr;
-  const int intervals = coefficient != nullptr && coefficient->is_control() ? session_.problem().intervals(coefficient->every) : 1;
-  if (unknown.kind == model::Unknown::Kind::network) return static_cast<Eigen::Index>(session_.workspace().weights().at(unknown.name).values.size());
+  const model::Coefficient* coefficient =
+      unknown.kind == model::Unknown::Kind::coefficient ? session_.problem().find_coefficient(unknown.name) : nullptr;
+  const int intervals =
+      coefficient != nullptr && coefficient->is_control() ? session_.problem().intervals(coefficient->every) : 1;
+  if (unknown.kind == model::Unknown::Kind::network)
+    return static_cast<Eigen::Index>(session_.workspace().weights().at(unknown.name).values.size());
   if (unknown.is_field()) return intervals * static_cast<Eigen::Index>(session_.workspace().cell_count());
   const auto control = session_.workspace().controls().find(unknown.name);
-  return control == session_.workspace().controls().end() ? 1 : static_cast<Eigen::Index>(control->second.values.size());
+  return control == session_.workspace().controls().end() ? 1
+                                                          : static_cast<Eigen::Index>(control->second.values.size());
 }
 
 bool Inverse::make_parts(DiagnosticSink& sink) {
   const model::Task& task = *session_.problem().task;
   if (task.unknowns.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has no unknown", task.name)});
-  if (task.losses.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task.name)});
+  if (task.losses.empty())
+    sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task.name)});
   for (const std::string& name : session_.compiled().formula_programs()) {
     const auto derived = session_.compiled().derived.find(name);
     if (derived != session_.compiled().derived.end() && derived->second.adjoint) formulas_.push_back(name);
@@ -75,7 +80,8 @@ bool Inverse::reads_unknown(const dpde_program& program) const {
 
 const model::Unknown& Inverse::unknown_of(const Part& part) const {
   const std::vector<model::Unknown>& unknowns = session_.problem().task->unknowns;
-  return *std::ranges::find_if(unknowns, [&](const model::Unknown& u) { return u.kind == part.kind && u.name == part.name; });
+  return *std::ranges::find_if(unknowns,
+                               [&](const model::Unknown& u) { return u.kind == part.kind && u.name == part.name; });
 }
 
 const model::Coefficient* Inverse::control_field(const Part& part) const {
@@ -89,7 +95,8 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   // The program keeps the formulas' values under the fields' names; put the scene's own values back afterwards.
   std::map<std::string, std::vector<double>> from_formula;
   for (const Part& part : parts_) {
-    if (part.is_field()) own_[part.name] = part.is_initial() ? session_.initial(part.index) : workspace.dense(part.name);
+    if (part.is_field())
+      own_[part.name] = part.is_initial() ? session_.initial(part.index) : workspace.dense(part.name);
   }
   const dpde_program* program = session_.compiled().program(session_.compiled().names.start);
   if (program != nullptr) {
@@ -101,7 +108,8 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
   for (const Part& part : parts_) {
     const model::Coefficient* control = control_field(part);
     if (control == nullptr || !unknown_of(part).from.formula) continue;
-    workspace.run_for_intervals(*session_.compiled().program(session_.compiled().names.control_starts.at(part.name)), part.name);
+    workspace.run_for_intervals(*session_.compiled().program(session_.compiled().names.control_starts.at(part.name)),
+                                part.name);
     from_formula[part.name] = workspace.dense(part.name);
   }
   for (const Part& part : parts_) {
@@ -128,9 +136,11 @@ bool Inverse::make_start(const SourceFile& source, DiagnosticSink& sink) {
       values = *loaded;
     } else {
       const auto axes = model::axes_at(session_.problem().axes, model::Placements(session_.problem()).of(part.name));
-      const std::optional<std::vector<double>> loaded = load_array(from, source, axes, session_.problem().scheme.real, sink);
+      const std::optional<std::vector<double>> loaded =
+          load_array(from, source, axes, session_.problem().scheme.real, sink);
       if (!loaded) return false;
-      values = session_.options().cells.empty() ? *loaded : resample(*loaded, session_.problem().axes, workspace.axes());
+      values =
+          session_.options().cells.empty() ? *loaded : resample(*loaded, session_.problem().axes, workspace.axes());
     }
     if (!session_.options().made_up && !check_bounds(part, values, sink)) return false;
     std::copy(values.begin(), values.end(), start_.data() + part.offset);
@@ -145,8 +155,10 @@ bool Inverse::check_bounds(const Part& part, const std::vector<double>& values, 
   const double low = rounded(unknown.low, real), high = rounded(unknown.high, real);
   for (std::size_t i = 0; part.is_field() && i < values.size(); ++i) {
     if (values[i] >= low && values[i] <= high) continue;
-    sink.report("start-out-of-bounds", unknown.from.origin.range.is_known() ? unknown.from.origin.range : unknown.origin.range,
-                {unknown.name, fmt::format("at {} at index {}", values[i], i), fmt::format("{}", unknown.low), fmt::format("{}", unknown.high)},
+    sink.report("start-out-of-bounds",
+                unknown.from.origin.range.is_known() ? unknown.from.origin.range : unknown.origin.range,
+                {unknown.name, fmt::format("at {} at index {}", values[i], i), fmt::format("{}", unknown.low),
+                 fmt::format("{}", unknown.high)},
                 "begin within the bounds, as with min(max(..., low), high), or widen them");
     return false;
   }
@@ -225,7 +237,8 @@ double Inverse::value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gr
 
 /// As tangents call it; "" where none varies by it.
 std::string Inverse::rate_of(const Part& part) const {
-  return driver::rate_of(session_.compiled(), part.is_field() ? adjoint::Link::Kind::field : adjoint::Link::Kind::param, part.name);
+  return driver::rate_of(session_.compiled(), part.is_field() ? adjoint::Link::Kind::field : adjoint::Link::Kind::param,
+                         part.name);
 }
 
 /// Of states and coefficients.
@@ -254,11 +267,13 @@ void Inverse::copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& 
   }
 }
 
-void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates, Eigen::VectorXd& to) {
+void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates,
+                                  Eigen::VectorXd& to) {
   const std::set<std::string, std::less<>> rates = rates_of_fields();
   const auto counts = [&](std::string_view field) {  // where the field is sought its formula is not used
     if (of_rates && !rates.contains(field)) return false;
-    return std::ranges::none_of(parts_, [&](const Part& p) { return p.is_field() && (p.name == field || rate_of(p) == field); });
+    return std::ranges::none_of(
+        parts_, [&](const Part& p) { return p.is_field() && (p.name == field || rate_of(p) == field); });
   };
   const auto add = [&](std::string_view param, double value) {
     for (const Part& part : parts_) {
@@ -267,7 +282,9 @@ void Inverse::add_through_formula(const Rollout& rollout, const dpde_program& ad
     }
   };
   const auto add_network = [&](std::string_view network) {
-    const auto learned = [&](const Part& part) { return part.is_network() && network == (of_rates ? rate_of(part) : part.name); };
+    const auto learned = [&](const Part& part) {
+      return part.is_network() && network == (of_rates ? rate_of(part) : part.name);
+    };
     const auto part = std::ranges::find_if(parts_, learned);
     if (part == parts_.end()) return;
     const std::vector<double>& bars = session_.workspace().weights().at(std::string(network)).bars;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest; of a control field
-// one interval after the other), then parameters. An unknown parameter also acts through the formulas of initial states and coefficients.
+// A task as a function of one flat vector of unknowns: initial states and coefficients (interior, x fastest; of a
+// control field one interval after the other), then parameters. An unknown parameter also acts through the formulas of
+// initial states and coefficients.
 #pragma once
 
 #include <Eigen/Core>
 #include <map>
 #include <memory>
-#include <set>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,9 @@
 namespace dpde::driver {
 
 /// The order of the unknowns in the vector; within a kind that of the task.
-inline constexpr model::Unknown::Kind unknown_kinds[] = {model::Unknown::Kind::initial, model::Unknown::Kind::coefficient,
-                                                         model::Unknown::Kind::parameter, model::Unknown::Kind::control,
-                                                         model::Unknown::Kind::network};
+inline constexpr model::Unknown::Kind unknown_kinds[] = {
+    model::Unknown::Kind::initial, model::Unknown::Kind::coefficient, model::Unknown::Kind::parameter,
+    model::Unknown::Kind::control, model::Unknown::Kind::network};
 
 class Inverse {
  public:
@@ -50,7 +51,8 @@ class Inverse {
   Eigen::Index size() const { return start_.size(); }
 
   double value(const Eigen::VectorXd& x);
-  /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with these values.
+  /// `gradient` has size(). Not a number when the session's stop flag was raised, or a condition at a wall is none with
+  /// these values.
   double value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
   /// The condition at a wall that was none with the last values, if there was one.
   const std::optional<model::WallMisfit>& misfit() const { return misfit_; }
@@ -65,8 +67,9 @@ class Inverse {
 
   /// What the last gradient of `rollout` says of the unknowns, or of their rates.
   void copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& to) const;
-  /// What unknown parameters add to that through the fields of a formula; `adjoint` is the adjoint of its program, or of its
-  /// tangent. Of rates only what comes by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
+  /// What unknown parameters add to that through the fields of a formula; `adjoint` is the adjoint of its program, or
+  /// of its tangent. Of rates only what comes by rates: Gauss-Newton leaves out the formulas' own second derivatives,
+  /// too.
   void add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates, Eigen::VectorXd& to);
 
  private:

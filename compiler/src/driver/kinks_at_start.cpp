@@ -10,8 +10,8 @@ namespace dpde::driver {
 
 namespace {
 
-/// The slopes at the three smallest steps at which rounding is below a hundredth of their difference; false where the difference
-/// shrinks with the step, as it does of what is smooth.
+/// The slopes at the three smallest steps at which rounding is below a hundredth of their difference; false where the
+/// difference shrinks with the step, as it does of what is smooth.
 bool has_kink(const std::vector<Quotient>& quotients, Quotient& at) {
   std::vector<double> jumps;
   for (auto q = quotients.rbegin(); q != quotients.rend() && jumps.size() < 3; ++q) {

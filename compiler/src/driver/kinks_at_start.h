@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a task begins on a kink of its loss, as where states are mirror images and `max` has two equal arguments all over the
-// grid. There the loss has two slopes along a line, and a gradient is one choice among several: each tie takes a side, and by
-// rounding not the same one in every back end. Certificates look beside the start, so they cannot tell.
+// Whether a task begins on a kink of its loss, as where states are mirror images and `max` has two equal arguments all
+// over the grid. There the loss has two slopes along a line, and a gradient is one choice among several: each tie takes
+// a side, and by rounding not the same one in every back end. Certificates look beside the start, so they cannot tell.
 #pragma once
 
 #include <random>
@@ -19,7 +19,8 @@ struct KinkAtStart {
   double gradient;       // what the gradient says
 };
 
-/// One entry for each unknown along whose direction the slopes differ, for steps as small as rounding lets them be told.
+/// One entry for each unknown along whose direction the slopes differ, for steps as small as rounding lets them be
+/// told.
 std::vector<KinkAtStart> kinks_at_start(Inverse& inverse, std::mt19937_64& random);
 
 }  // namespace dpde::driver

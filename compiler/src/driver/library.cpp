@@ -38,17 +38,21 @@ bool may_write(const fs::path& path, DiagnosticSink& sink) {
   std::ifstream file(path);
   std::getline(file, line);
   if (line.find(codegen::generated_mark()) != std::string::npos) return true;
-  sink.report("cannot-write", {}, {path.string(), "it is there already, and not by dpde"}, "choose another --name or folder");
+  sink.report("cannot-write", {}, {path.string(), "it is there already, and not by dpde"},
+              "choose another --name or folder");
   return false;
 }
 
 }  // namespace
 
-std::optional<LibraryFiles> build_library(const SourceFile& source, const LibraryOptions& options, DiagnosticSink& sink) {
-  std::optional<Compiled> compiled = compile_for_hosts(source, options.selection, std::nullopt, options.second_order, sink);
+std::optional<LibraryFiles> build_library(const SourceFile& source, const LibraryOptions& options,
+                                          DiagnosticSink& sink) {
+  std::optional<Compiled> compiled =
+      compile_for_hosts(source, options.selection, std::nullopt, options.second_order, sink);
   if (!compiled) return std::nullopt;
   compiled->code = std::make_shared<codegen::CompiledModule>(codegen::ProgramTables(compiled->loop, {}, nullptr));
-  for (const LinkedProgram& derivative : linked_programs(*compiled)) compiled->code->set_links(derivative.program, derivative.links);
+  for (const LinkedProgram& derivative : linked_programs(*compiled))
+    compiled->code->set_links(derivative.program, derivative.links);
   const auto kept = std::make_shared<const Compiled>(std::move(*compiled));
   const std::shared_ptr<const SceneTable> table = SceneTable::make(kept, source, sink);
   if (!table) return std::nullopt;
@@ -56,7 +60,8 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
   const std::string name = !options.name.empty() ? options.name : scene.task != nullptr ? scene.task : scene.name;
   const std::string clash = codegen::library_name_clash(scene, name);
   if (!clash.empty()) {
-    sink.report("bad-option", options.name.empty() ? place_of(source, scene) : SourceRange{}, {clash}, "--name gives the class another name; names of parameters and fields are those of the model");
+    sink.report("bad-option", options.name.empty() ? place_of(source, scene) : SourceRange{}, {clash},
+                "--name gives the class another name; names of parameters and fields are those of the model");
     return std::nullopt;
   }
   const std::vector<std::pair<fs::path, std::string>> texts{
@@ -73,7 +78,8 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
     files.paths.push_back(path.string());
   }
   const fs::path library = options.folder / ("lib" + name + ".so");
-  const codegen::LibraryResult built = codegen::compile_cpp_library(texts.front().second, library.filename().string(), options.march);
+  const codegen::LibraryResult built =
+      codegen::compile_cpp_library(texts.front().second, library.filename().string(), options.march);
   if (!built.error.empty()) sink.report("machine-failed", {}, {built.error});
   if (!built.error.empty() || !write_file(library, built.bytes, sink)) return std::nullopt;
   files.paths.push_back(library.string());

@@ -27,7 +27,8 @@ Kind derived_kind(const adjoint::Derivative& derivative, Kind kind) {
 LinkedProgram linked(const adjoint::Derivative& derivative) {
   LinkedProgram result{derivative.program, {}};
   for (const adjoint::Link& link : derivative.links) {
-    result.links.push_back({table_kind(link.kind), link.primal, table_kind(derived_kind(derivative, link.kind)), link.derived});
+    result.links.push_back(
+        {table_kind(link.kind), link.primal, table_kind(derived_kind(derivative, link.kind)), link.derived});
   }
   return result;
 }
@@ -37,7 +38,8 @@ LinkedProgram linked(const adjoint::Derivative& derivative) {
 std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
   std::vector<LinkedProgram> programs;
   for (const auto& [name, derived] : compiled.derived) {
-    for (const auto* each : {&derived.tangent, &derived.adjoint, &derived.second, &derived.squares, &derived.squares_adjoint}) {
+    for (const auto* each :
+         {&derived.tangent, &derived.adjoint, &derived.second, &derived.squares, &derived.squares_adjoint}) {
       if (*each && compiled.stencil.find_program((*each)->program) != nullptr) programs.push_back(linked(**each));
     }
   }

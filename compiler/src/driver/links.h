@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What derivatives say of what their values belong to, as the runtime and the driver want it. Names of derived values are made in
-// adjoint/ and nowhere else.
+// What derivatives say of what their values belong to, as the runtime and the driver want it. Names of derived values
+// are made in adjoint/ and nowhere else.
 #pragma once
 
 #include <string>
@@ -19,7 +19,8 @@ struct LinkedProgram {
 /// Those of all derivatives.
 std::vector<LinkedProgram> linked_programs(const Compiled& compiled);
 
-/// What tangents call the rate of a value of the primal programs; "" where none varies by it. All of them call it alike.
+/// What tangents call the rate of a value of the primal programs; "" where none varies by it. All of them call it
+/// alike.
 std::string rate_of(const Compiled& compiled, adjoint::Link::Kind kind, const std::string& name);
 
 }  // namespace dpde::driver

@@ -9,8 +9,8 @@ namespace dpde::driver {
 /// The task's optimiser where that is Newton's method, else null.
 const model::Optimiser* newton_of(const Compiled& compiled);
 
-/// After differentiation: errors at losses that depend on nothing that varies, and at those without the squares that a Gauss-Newton
-/// matrix needs.
+/// After differentiation: errors at losses that depend on nothing that varies, and at those without the squares that a
+/// Gauss-Newton matrix needs.
 void check_losses(const Compiled& compiled, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

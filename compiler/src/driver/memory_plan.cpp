@@ -37,7 +37,9 @@ class Planner {
     note();
   }
   /// Bytes that are there for a moment.
-  void note(double bytes = 0) { peak_ = std::max(peak_, static_cast<double>(fields_.size()) * field_ + others_ + bytes); }
+  void note(double bytes = 0) {
+    peak_ = std::max(peak_, static_cast<double>(fields_.size()) * field_ + others_ + bytes);
+  }
 
   /// Workspace::execute, with states bound elsewhere.
   void execute(const std::string& name, bool states_given = false) {
@@ -52,7 +54,8 @@ class Planner {
   void release(const std::string& name) {
     const loop::Program* program = find(name);
     if (program == nullptr) return;
-    for (std::size_t f = static_cast<std::size_t>(program->input_count); f < program->fields.size(); ++f) fields_.erase(program->fields[f]);
+    for (std::size_t f = static_cast<std::size_t>(program->input_count); f < program->fields.size(); ++f)
+      fields_.erase(program->fields[f]);
   }
 
   void coefficients() {
@@ -96,8 +99,10 @@ class Planner {
 /// load_datum: the run of another scene, whose states become fields one by one, or the values of a file.
 void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& datum, const SourceFile& source) {
   double count = 1;
-  if (!datum.trajectories && datum.when.kind == model::When::Kind::at) count = static_cast<double>(datum.when.times.size());
-  if (!datum.trajectories && datum.when.kind != model::When::Kind::at && datum.when.kind != model::When::Kind::end) count = compiled.problem->steps + 1;
+  if (!datum.trajectories && datum.when.kind == model::When::Kind::at)
+    count = static_cast<double>(datum.when.times.size());
+  if (!datum.trajectories && datum.when.kind != model::When::Kind::at && datum.when.kind != model::When::Kind::end)
+    count = compiled.problem->steps + 1;
   planner.hold(datum.name, count);
   if (!datum.scene.empty()) {
     DiagnosticSink silent;
@@ -135,7 +140,8 @@ double bytes_of_outputs(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
   double states = 0;
   for (const model::Output& output : problem.outputs) {
-    states += static_cast<double>(output.fields.size()) * (problem.steps / std::max(output.every, 1) + 1 + (output.every > 0 && problem.steps % output.every != 0));
+    states += static_cast<double>(output.fields.size()) *
+              (problem.steps / std::max(output.every, 1) + 1 + (output.every > 0 && problem.steps % output.every != 0));
   }
   const double of_end = static_cast<double>(problem.states.size());
   if (problem.outputs.empty()) states = 2 * of_end;
@@ -158,7 +164,8 @@ double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, cons
   for (const model::Unknown& unknown : problem.task->unknowns) {
     if (!unknown.is_field()) continue;
     const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
-    const double count = coefficient != nullptr && coefficient->is_control() ? problem.intervals(coefficient->every) : 1;
+    const double count =
+        coefficient != nullptr && coefficient->is_control() ? problem.intervals(coefficient->every) : 1;
     unknowns += count * planner.array();
     largest = std::max(largest, count * planner.array());
   }

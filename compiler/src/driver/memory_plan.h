@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run or a gradient takes of memory at its peak, before it runs: fields as a session makes and drops them, one step after
-// the other, and what the runtime counts of a rollout (driver/storage.h). Code, libraries and the compiler itself come on top.
+// What a run or a gradient takes of memory at its peak, before it runs: fields as a session makes and drops them, one
+// step after the other, and what the runtime counts of a rollout (driver/storage.h). Code, libraries and the compiler
+// itself come on top.
 #pragma once
 
 #include "driver/storage.h"

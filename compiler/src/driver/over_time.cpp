@@ -37,7 +37,8 @@ model::Problem spread_over_time(model::Problem problem) {
   const Spread spread{problem.steps + 1.0, problem.step};
   for (model::Loss& loss : problem.task->losses) {
     if (loss.when.kind == model::When::Kind::over) loss.value = spread(loss.value);
-    if (loss.when.kind == model::When::Kind::steps) loss.value = Spread{double(loss.when.count), problem.step}(loss.value);
+    if (loss.when.kind == model::When::Kind::steps)
+      loss.value = Spread{double(loss.when.count), problem.step}(loss.value);
   }
   for (model::Test& test : problem.task->tests) {
     if (test.when.kind == model::When::Kind::over) test.quantity.value = spread(test.quantity.value);

@@ -72,8 +72,8 @@ void merge(stencil::Module& base, const stencil::Module& extra) {
   }
 }
 
-/// `module` with those kernels renamed that share a name, and not the content, with one of `taken`: two programs may run
-/// one kernel under different boundaries and so have different adjoints of it.
+/// `module` with those kernels renamed that share a name, and not the content, with one of `taken`: two programs may
+/// run one kernel under different boundaries and so have different adjoints of it.
 stencil::Module with_own_kernels(stencil::Module module, const stencil::Module& taken) {
   std::map<std::string, std::string> renamed;
   for (stencil::Kernel& kernel : module.kernels) {
@@ -119,13 +119,19 @@ bool selects_program(const ast::File& file, const std::string& name) {
   });
 }
 
-/// Programs of the text that the scene runs in place of those it makes of its formulas and losses are told, unless they are the same.
-void tell_replaced(const ast::File& file, const stencil::Module& written, const stencil::Module& made, DiagnosticSink& sink) {
+/// Programs of the text that the scene runs in place of those it makes of its formulas and losses are told, unless they
+/// are the same.
+void tell_replaced(const ast::File& file, const stencil::Module& written, const stencil::Module& made,
+                   DiagnosticSink& sink) {
   for (const ast::Declaration& declaration : file.declarations) {
     const ast::Program* program = std::get_if<ast::Program>(&declaration.kind);
     if (program == nullptr || made.find_program(program->name.name) == nullptr) continue;
-    const auto text_of = [&](const stencil::Module& module) { return print(run_passes(extract(module, {program->name.name}))); };
-    if (text_of(written) != text_of(made)) sink.report("program-replaced", program->name.range, {program->name.name}, "if that is not meant, call it otherwise");
+    const auto text_of = [&](const stencil::Module& module) {
+      return print(run_passes(extract(module, {program->name.name})));
+    };
+    if (text_of(written) != text_of(made))
+      sink.report("program-replaced", program->name.range, {program->name.name},
+                  "if that is not meant, call it otherwise");
   }
 }
 
@@ -183,7 +189,8 @@ adjoint::Activity directions_of(const adjoint::Activity& wrt, const adjoint::Der
 }
 
 /// The adjoint of a derivative of `name`. Its names avoid those of all primal programs, as first adjoints do.
-std::optional<adjoint::Derivative> adjoint_of_derivative(const Compiled& compiled, const adjoint::Derivative& derivative,
+std::optional<adjoint::Derivative> adjoint_of_derivative(const Compiled& compiled,
+                                                         const adjoint::Derivative& derivative,
                                                          const adjoint::Activity& wrt) {
   stencil::Module base = compiled.stencil;
   merge(base, derivative.module);
@@ -194,16 +201,20 @@ std::optional<adjoint::Derivative> adjoint_of_derivative(const Compiled& compile
 }
 
 /// What has no second derivative is left without: gradients do not need it.
-void differentiate_twice(Compiled& compiled, const std::string& name, const adjoint::Activity& wrt, stencil::Module& derivatives) {
+void differentiate_twice(Compiled& compiled, const std::string& name, const adjoint::Activity& wrt,
+                         stencil::Module& derivatives) {
   Derived& derived = compiled.derived.at(name);
-  const auto add = [&](const adjoint::Derivative& derivative) { merge(derivatives, with_own_kernels(derivative.module, derivatives)); };
+  const auto add = [&](const adjoint::Derivative& derivative) {
+    merge(derivatives, with_own_kernels(derivative.module, derivatives));
+  };
   derived.second = adjoint_of_derivative(compiled, *derived.tangent, directions_of(wrt, *derived.tangent, true));
   if (derived.second) add(*derived.second);
   if (!contains(compiled.names.losses, name)) return;
   DiagnosticSink sink;
   derived.squares = adjoint::squares_of_tangent(compiled.stencil, name, wrt, sink);
   if (!derived.squares || sink.has_errors()) return;
-  derived.squares_adjoint = adjoint_of_derivative(compiled, *derived.squares, directions_of(wrt, *derived.squares, false));
+  derived.squares_adjoint =
+      adjoint_of_derivative(compiled, *derived.squares, directions_of(wrt, *derived.squares, false));
   if (!derived.squares_adjoint) return;
   add(*derived.squares);
   add(*derived.squares_adjoint);
@@ -238,7 +249,8 @@ void differentiate(Compiled& compiled, const CompileOptions& options, Diagnostic
     if (options.second && !sink.has_errors()) differentiate_twice(compiled, name, wrt, derivatives);
   }
   if (sink.has_errors()) return;
-  // What an adjoint recomputes of a stage may be less than the stage: a kernel of its own, as fills are gone with the rest.
+  // What an adjoint recomputes of a stage may be less than the stage: a kernel of its own, as fills are gone with the
+  // rest.
   merge(compiled.stencil, with_own_kernels(run_passes(std::move(derivatives)), compiled.stencil));
 }
 
@@ -273,14 +285,16 @@ void generate(Compiled& compiled, Backend backend, codegen::CodeCache* cache, Di
       break;
     }
     case Backend::interpreter:  // not compiled.loop: what cancels there, as in y - y, is read here
-      compiled.code = interpreted(compiled.stencil, loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs), compiled.real()));
+      compiled.code = interpreted(
+          compiled.stencil, loop::from_stencil(compiled.stencil, names_of(compiled.stencil.programs), compiled.real()));
       break;
   }
   if (!compiled.code) {
     sink.report("machine-failed", {}, {"the back end failed: " + error});
     return;
   }
-  for (const LinkedProgram& derivative : linked_programs(compiled)) compiled.code->set_links(derivative.program, derivative.links);
+  for (const LinkedProgram& derivative : linked_programs(compiled))
+    compiled.code->set_links(derivative.program, derivative.links);
 }
 
 /// Unknown: every state, and every parameter that no coefficient's formula holds. Loss: sum of u_probe*(u + u^2/2) over
@@ -307,9 +321,9 @@ void add_certifying_task(model::Problem& problem) {
       const model::Param* found = std::get_if<model::Param>(&e->kind);
       return found != nullptr && found->name == param.name;
     };
-    param.unknown = std::none_of(problem.coefficients.begin(), problem.coefficients.end(), [&](const model::Coefficient& c) {
-      return c.value.formula && model::any_part(*c.value.formula, holds);
-    });
+    param.unknown = std::none_of(
+        problem.coefficients.begin(), problem.coefficients.end(),
+        [&](const model::Coefficient& c) { return c.value.formula && model::any_part(*c.value.formula, holds); });
     if (!param.unknown) continue;
     const auto control = std::ranges::find(problem.controls, param.name, &model::Control::name);
     if (control != problem.controls.end()) {
@@ -327,7 +341,8 @@ bool understand(Compiled& compiled, const SourceFile& source, const CompileOptio
                 DiagnosticSink& sink) {
   compiled.ast = parse(source, sink);
   if (sink.has_errors()) return false;
-  std::erase_if(compiled.ast.declarations, [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
+  std::erase_if(compiled.ast.declarations,
+                [](const ast::Declaration& d) { return std::holds_alternative<ast::Import>(d.kind); });
   stencil::from_ast(compiled.ast, sink);  // a broken kernel is reported as such before a scene misses what it lacks
   if (sink.has_errors()) return false;
   if (!stages.after("ast", [&] { return print(compiled.ast); }, {})) return false;
@@ -358,7 +373,9 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   compiled.primal_programs = names_of(compiled.stencil.programs);
   compiled.activity = activity_of(compiled, options);
   const auto verified = [&] { return stencil::verify(compiled.stencil); };
-  if (!stages.after("stencil", [&] { return print(compiled.stencil); }, verified)) return false;
+  if (!stages.after(
+          "stencil", [&] { return print(compiled.stencil); }, verified))
+    return false;
   if (!options.tangent && !options.adjoint) return true;
   differentiate(compiled, options, sink);
   if (options.adjoint && !sink.has_errors()) check_losses(compiled, sink);
@@ -366,8 +383,11 @@ bool lower_and_differentiate(Compiled& compiled, CompileOptions options, Stages&
   const auto derivatives_text = [&](bool adjoint) {
     return print(extract(compiled.stencil, compiled.derivative_programs(adjoint)));
   };
-  if (options.tangent && !stages.after("tangent", [&] { return derivatives_text(false); }, verified)) return false;
-  return !options.adjoint || stages.after("adjoint", [&] { return derivatives_text(true); }, verified);
+  if (options.tangent && !stages.after(
+                             "tangent", [&] { return derivatives_text(false); }, verified))
+    return false;
+  return !options.adjoint || stages.after(
+                                 "adjoint", [&] { return derivatives_text(true); }, verified);
 }
 
 }  // namespace
@@ -379,7 +399,8 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
   for (const std::string& field : interface.inputs) {
     if (compiled.activity.fields.contains(field)) wrt.fields.insert(field);
   }
-  for (const stencil::Swap& swap : program.swaps) {  // a state that an event overwrites is not read, and has an adjoint all the same
+  for (const stencil::Swap& swap :
+       program.swaps) {  // a state that an event overwrites is not read, and has an adjoint all the same
     if (compiled.activity.fields.contains(swap.state)) wrt.fields.insert(swap.state);
   }
   for (const std::string& param : interface.params) {
@@ -391,9 +412,7 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
   return wrt;
 }
 
-std::vector<std::string> Compiled::formula_programs() const {
-  return {names.coefficients, names.initial};
-}
+std::vector<std::string> Compiled::formula_programs() const { return {names.coefficients, names.initial}; }
 
 const dpde_program* Compiled::tangent_of(const std::string& name) const {
   const auto found = derived.find(name);
@@ -433,7 +452,9 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
   if (!understand(compiled, source, options, stages, sink)) return std::nullopt;
   if (!lower_and_differentiate(compiled, options, stages, sink)) return std::nullopt;
   compiled.loop = lower_to_loop(compiled.stencil, names_of(compiled.stencil.programs), compiled.real());
-  if (!stages.after("loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); })) return std::nullopt;
+  if (!stages.after(
+          "loop", [&] { return print(compiled.loop); }, [&] { return verify(compiled.loop); }))
+    return std::nullopt;
   if (options.backend) generate(compiled, *options.backend, options.cache.get(), sink);
   if (sink.has_errors()) return std::nullopt;
   compiled.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -441,7 +462,8 @@ std::optional<Compiled> compile(const SourceFile& source, const CompileOptions& 
 }
 
 bool Compiled::is_single() const {
-  return real() == Precision::f32 || std::ranges::any_of(stencil.networks, [](const network::Network& n) { return n.real == Precision::f32; });
+  return real() == Precision::f32 ||
+         std::ranges::any_of(stencil.networks, [](const network::Network& n) { return n.real == Precision::f32; });
 }
 
 stencil::Module extract(const stencil::Module& module, const std::vector<std::string>& programs) {

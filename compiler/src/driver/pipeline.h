@@ -33,17 +33,18 @@ enum class Backend { jit, cpp, interpreter };
 using StageObserver = std::function<void(std::string_view stage, const std::function<std::string()>& text)>;
 
 struct CompileOptions {
-  model::Selection selection;       // the scene or task; in a file without scenes a program, or "" for all
-  std::optional<Backend> backend;   // nullopt: stop at the loop level
+  model::Selection selection;      // the scene or task; in a file without scenes a program, or "" for all
+  std::optional<Backend> backend;  // nullopt: stop at the loop level
   bool tangent = false, adjoint = false;
-  bool second = false;              // second derivatives, with tangent and adjoint; what has none is left without
-  std::optional<Precision> real;    // of a scene and its networks, in place of what the file says
-  bool without_task = false;        // of a task only its scene and scheme; "" is the only scene, if there is just one
-  /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up functional.
+  bool second = false;            // second derivatives, with tangent and adjoint; what has none is left without
+  std::optional<Precision> real;  // of a scene and its networks, in place of what the file says
+  bool without_task = false;      // of a task only its scene and scheme; "" is the only scene, if there is just one
+  /// Of a scene without a task: add one for certify(): all states and parameters unknown, the loss a made-up
+  /// functional.
   bool certify = false;
-  bool by_everything = false;       // derivatives by all coefficients and parameters, sought or not
-  bool verify = false;              // check every level's invariants after each stage
-  StageObserver after;              // may be empty
+  bool by_everything = false;                 // derivatives by all coefficients and parameters, sought or not
+  bool verify = false;                        // check every level's invariants after each stage
+  StageObserver after;                        // may be empty
   std::shared_ptr<codegen::CodeCache> cache;  // null: everything is compiled anew
 };
 
@@ -55,24 +56,24 @@ struct Derived {
 };
 
 struct Compiled {
-  CompileOptions options;                  // what it was made with
+  CompileOptions options;  // what it was made with
   ast::File ast;
-  std::optional<model::Problem> problem;   // absent: a file of kernels and programs only
-  stencil::Module stencil;                 // all programs, derivatives too
+  std::optional<model::Problem> problem;  // absent: a file of kernels and programs only
+  stencil::Module stencil;                // all programs, derivatives too
   std::vector<std::string> primal_programs;
   std::map<std::string, Derived> derived;  // by primal program
   adjoint::Activity activity;              // what derivatives are taken with respect to (states of the scene, params)
   loop::Module loop;
   std::shared_ptr<codegen::CompiledModule> code;  // null without a backend
   bool code_from_cache = false;
-  std::string code_key;                           // of the code in the cache; "" without one
+  std::string code_key;  // of the code in the cache; "" without one
   double seconds = 0;
 
   /// Of fields.
   Precision real() const { return problem ? problem->scheme.real : Precision::f64; }
   /// Whether it computes anything in single precision: fields, or networks.
   bool is_single() const;
-  stencil::ProgramNames names;             // of the scene's programs
+  stencil::ProgramNames names;                          // of the scene's programs
   std::string step_name() const { return names.step; }  // "" without a problem
   /// Those that turn parameters into fields before the first step; each may be missing.
   std::vector<std::string> formula_programs() const;

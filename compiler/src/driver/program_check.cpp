@@ -6,17 +6,23 @@
 #include <numeric>
 #include <span>
 
-#include "driver/quick_certificate.h"
 #include "adjoint/rounding_between.h"
+#include "driver/quick_certificate.h"
 
 namespace dpde::driver {
 
-ProgramCheck::ProgramCheck(const Compiled& compiled, const stencil::Program& program, const adjoint::Derivative& tangent,
-                           const codegen::CompiledModule& tangents, const model::Problem& problem,
-                           const std::vector<int>& cells, std::mt19937_64& random)
-    : compiled_(compiled), tangent_(tangent), adjoint_(*compiled.derived.at(program.name).adjoint), program_(program),
-      tangent_code_(*tangents.find(tangent.program)), interface_(stencil::interface_of(compiled.stencil, program)), random_(random),
-      workspace_(problem, *compiled.code, cells, 1), forward_(problem, tangents, cells, 1) {}
+ProgramCheck::ProgramCheck(const Compiled& compiled, const stencil::Program& program,
+                           const adjoint::Derivative& tangent, const codegen::CompiledModule& tangents,
+                           const model::Problem& problem, const std::vector<int>& cells, std::mt19937_64& random)
+    : compiled_(compiled),
+      tangent_(tangent),
+      adjoint_(*compiled.derived.at(program.name).adjoint),
+      program_(program),
+      tangent_code_(*tangents.find(tangent.program)),
+      interface_(stencil::interface_of(compiled.stencil, program)),
+      random_(random),
+      workspace_(problem, *compiled.code, cells, 1),
+      forward_(problem, tangents, cells, 1) {}
 
 std::vector<double> ProgramCheck::randoms(double low, double high) {
   Values values(workspace_.cell_count());
@@ -59,7 +65,8 @@ void ProgramCheck::choose_weight_rates() {
   for (const std::string& network : interface_.networks) {
     if (!compiled_.activity.params.contains(network)) continue;
     Values& rates = weight_rates_[network];
-    for (const double value : workspace_.weights().at(network).values) rates.push_back(uniform(-1, 1) * (std::abs(value) + 0.1));
+    for (const double value : workspace_.weights().at(network).values)
+      rates.push_back(uniform(-1, 1) * (std::abs(value) + 0.1));
   }
 }
 
@@ -141,7 +148,8 @@ double ProgramCheck::rounding(double epsilon) {
   const auto params = params_, param_rates = param_rates_, sum_seeds = sum_seeds_;
   double sizes = 0, largest_seed = 0;
   for (const auto& [field, values] : rates) sizes += std::accumulate(values.begin(), values.end(), 0.0, add_magnitude);
-  for (const auto& [field, values] : weight_rates) sizes += std::accumulate(values.begin(), values.end(), 0.0, add_magnitude);
+  for (const auto& [field, values] : weight_rates)
+    sizes += std::accumulate(values.begin(), values.end(), 0.0, add_magnitude);
   for (const auto& [param, value] : param_rates) sizes += std::abs(value);
   for (const auto& [field, values] : seeds) {
     for (const double value : values) largest_seed = std::max(largest_seed, std::abs(value));
@@ -179,13 +187,15 @@ DotCase ProgramCheck::dot_product(bool single) {
   for (const model::Axis& axis : workspace_.axes()) grid += (grid.empty() ? "" : " x ") + std::to_string(axis.cells);
   double scale = 0;
   const double reverse = backward(scale), along = forward();
-  DotCase result{grid, program_.name, relative_difference(along, reverse, (single ? 100 : 1) * scale), std::abs(along - reverse)};
+  DotCase result{grid, program_.name, relative_difference(along, reverse, (single ? 100 : 1) * scale),
+                 std::abs(along - reverse)};
   result.scale = scale;
   if (result.relative_error > (single ? largest_single_error : largest_dot_error)) {
     double loss = 0;
     const std::map<std::string, double> sums = workspace_.run(*compiled_.program(program_.name), 0);
     for (const auto& [sum, seed] : sum_seeds_) loss += std::abs(seed * sums.at(sum));
-    result.rounding = std::max(rounding(single ? 0x1p-23 : 0x1p-52), (single ? single_rounding_of_loss : rounding_of_loss) * loss);
+    result.rounding =
+        std::max(rounding(single ? 0x1p-23 : 0x1p-52), (single ? single_rounding_of_loss : rounding_of_loss) * loss);
     result.is_rounding = result.difference <= result.rounding;
   }
   return result;

@@ -22,8 +22,8 @@ class ProgramCheck {
                const codegen::CompiledModule& tangents, const model::Problem& problem, const std::vector<int>& cells,
                std::mt19937_64& random);
 
-  /// Errors are relative to the larger of the two numbers and to a thousandth of the sum of the terms' magnitudes, of programs
-  /// in single precision to a tenth. An error above the limit may be rounding: that is measured, and said.
+  /// Errors are relative to the larger of the two numbers and to a thousandth of the sum of the terms' magnitudes, of
+  /// programs in single precision to a tenth. An error above the limit may be rounding: that is measured, and said.
   DotCase dot_product(bool single = false);
   /// Adds remainders of the gradient and their slope.
   void taylor(Certificate& certificate);

@@ -26,8 +26,8 @@ namespace dpde::driver {
 namespace {
 
 constexpr double largest_share = 0.1;  // of the time the compilation took
-/// Of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6 ms, 0.7 to 2 per cent
-/// of compilation by the JIT.
+/// Of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6 ms,
+/// 0.7 to 2 per cent of compilation by the JIT.
 constexpr double seconds_a_program = 1.5e-4, seconds_a_node = 3e-6, seconds_a_node_and_cell = 1.2e-7;
 
 /// Narrower than most stencils, and wider.
@@ -64,8 +64,8 @@ std::string key_of(const Compiled& compiled) {
 
 /// One value a line; the last line tells that nothing is missing.
 std::string text_of(const QuickCertificate& c) {
-  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid, c.run.grid, c.run.steps, c.run.directions,
-                                 c.run.unknown, c.run.error, c.run.rounding);
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid, c.run.grid,
+                                 c.run.steps, c.run.directions, c.run.unknown, c.run.error, c.run.rounding);
   for (const std::string& line : c.left_out) text += line + "\n";
   return text + "end\n";
 }
@@ -89,8 +89,8 @@ std::optional<QuickCertificate> certificate_of(const std::string& text, double m
   RunCheck& run = result.run;
   run.grid = lines[3];
   run.unknown = lines[6];
-  const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) && read(lines[5], run.directions) &&
-                        read(lines[7], run.error) && read(lines[8], run.rounding);
+  const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) &&
+                        read(lines[5], run.directions) && read(lines[7], run.error) && read(lines[8], run.rounding);
   const bool is_one = result.dot_product >= 0 && result.dot_product <= most && run.error >= 0 && run.error < 1;
   result.left_out.assign(lines.begin() + numbers, lines.end() - 1);
   result.from_cache = true;
@@ -116,10 +116,12 @@ bool is_single(const Compiled& compiled, const std::string& program) {
 }
 
 /// Tangent against adjoint of one program, on those grids where both are finite; none where it has no tangent.
-std::vector<DotCase> cases_of(const Compiled& compiled, const std::string& name, bool single, std::vector<double>& scales) {
+std::vector<DotCase> cases_of(const Compiled& compiled, const std::string& name, bool single,
+                              std::vector<double>& scales) {
   const stencil::Program& program = *compiled.stencil.find_program(name);
   DiagnosticSink silent;
-  const adjoint::Derivative tangent = adjoint::tangent(extract(compiled.stencil, {name}), name, active_inputs(compiled, name), silent);
+  const adjoint::Derivative tangent =
+      adjoint::tangent(extract(compiled.stencil, {name}), name, active_inputs(compiled, name), silent);
   if (silent.has_errors()) return {};
   const auto code = interpreted(tangent.module, loop::from_stencil(tangent.module, {tangent.program}, Precision::f64));
   std::mt19937_64 random(20240229);
@@ -145,8 +147,10 @@ bool certify_program(const Compiled& compiled, const std::string& name, QuickCer
   for (const DotCase& result : cases) {
     if (result.is_rounding || (result.relative_error > most && result.difference <= least)) continue;
     if (result.relative_error > most) {
-      sink.report("verification-failed", {}, {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
-                  "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+      sink.report(
+          "verification-failed", {},
+          {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
+          "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
       return false;
     }
     is_compared = true;
@@ -156,7 +160,8 @@ bool certify_program(const Compiled& compiled, const std::string& name, QuickCer
     worst.grid = result.grid;
   }
   if (!is_compared) {
-    const char* const why = cases.empty() ? "its derivatives are not finite on a few cells" : "its derivatives are below rounding on a few cells";
+    const char* const why = cases.empty() ? "its derivatives are not finite on a few cells"
+                                          : "its derivatives are below rounding on a few cells";
     worst.left_out.push_back(fmt::format("program {}: {}", name, why));
   }
   return true;
@@ -169,7 +174,8 @@ double expected_seconds(const Compiled& compiled) {
   for (const std::string& name : certified_programs(compiled)) {
     const stencil::Program& program = *compiled.stencil.find_program(name);
     int nodes = 0, cells = 0;
-    stencil::for_each_run(program, [&](const stencil::Run& run) { nodes += size_of(*compiled.stencil.find_kernel(run.kernel)); });
+    stencil::for_each_run(
+        program, [&](const stencil::Run& run) { nodes += size_of(*compiled.stencil.find_kernel(run.kernel)); });
     for (const std::vector<int>& grid : quick_grids(program.axes.size(), compiled.stencil.networks)) {
       cells += std::accumulate(grid.begin(), grid.end(), 1, std::multiplies<>());
     }
@@ -203,12 +209,15 @@ std::optional<QuickCertificate> found_in(codegen::CodeCache& cache, const std::s
 
 }  // namespace
 
-std::optional<QuickCertificate> certify_quickly(const SourceFile& source, const std::shared_ptr<const Compiled>& compiled,
-                                                Certifying how, DiagnosticSink& sink) {
+std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
+                                                const std::shared_ptr<const Compiled>& compiled, Certifying how,
+                                                DiagnosticSink& sink) {
   codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
-  const double affordable = how == Certifying::always ? INFINITY : largest_share * seconds_from_nothing(*compiled, cache);
+  const double affordable =
+      how == Certifying::always ? INFINITY : largest_share * seconds_from_nothing(*compiled, cache);
   if (how == Certifying::never || !compiled->code) return std::nullopt;
-  if (std::ranges::any_of(compiled->stencil.networks, [](const network::Network& network) { return network.is_host(); })) {
+  if (std::ranges::any_of(compiled->stencil.networks,
+                          [](const network::Network& network) { return network.is_host(); })) {
     return not_certified("a network of it is supplied by the host");
   }
   const auto start = std::chrono::steady_clock::now();
@@ -220,7 +229,8 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source, const 
     if (kept) kept->seconds = seconds();
     if (kept) return kept;
   }
-  if (expected_seconds(*compiled) > affordable) return not_certified("it would take more than a tenth of the compilation; --certify does it");
+  if (expected_seconds(*compiled) > affordable)
+    return not_certified("it would take more than a tenth of the compilation; --certify does it");
   QuickCertificate result;
   for (const std::string& name : certified_programs(*compiled)) {
     if (!certify_program(*compiled, name, result, sink)) return std::nullopt;

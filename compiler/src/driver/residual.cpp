@@ -17,7 +17,8 @@ struct Sums {
 
 class Intervals {
  public:
-  Intervals(Session& session, std::atomic<bool>& stop, const StoredFrames& frames) : session_(session), stop_(stop), frames_(frames), sums_(frames.states.size()) {}
+  Intervals(Session& session, std::atomic<bool>& stop, const StoredFrames& frames)
+      : session_(session), stop_(stop), frames_(frames), sums_(frames.states.size()) {}
 
   /// False when the steps blow up.
   bool add(int interval) {
@@ -72,7 +73,8 @@ std::vector<Residual> residuals_of(Session& session, std::atomic<bool>& stop, co
   std::vector<Residual> result;
   const double values = static_cast<double>(looked_at) * static_cast<double>(session.workspace().cell_count());
   for (const Sums& sums : intervals.sums()) {
-    result.push_back({std::sqrt(sums.missed / values) / (frames.every * session.problem().step), sums.missed == 0 ? 0 : std::sqrt(sums.missed / sums.change)});
+    result.push_back({std::sqrt(sums.missed / values) / (frames.every * session.problem().step),
+                      sums.missed == 0 ? 0 : std::sqrt(sums.missed / sums.change)});
   }
   return result;
 }

@@ -25,8 +25,8 @@ std::uint64_t hash_of(const std::vector<double>& values, std::uint64_t hash) {
 std::string grid_text(const model::Problem& problem) {
   std::string text;
   for (const model::Axis& axis : problem.axes) {
-    text += fmt::format("{}{} = {} .. {}, {} cells{}{}", text.empty() ? "" : "; ", axis.name, axis.low, axis.high, axis.cells,
-                        axis.topology == Topology::periodic ? ", periodic" : "",
+    text += fmt::format("{}{} = {} .. {}, {} cells{}{}", text.empty() ? "" : "; ", axis.name, axis.low, axis.high,
+                        axis.cells, axis.topology == Topology::periodic ? ", periodic" : "",
                         axis.stretch ? ", stretched " + model::print(axis.stretch->map) : "");
   }
   return text;
@@ -153,7 +153,8 @@ bool save_restart(const std::filesystem::path& path, const Restart& restart, Dia
   return write_file(path, sealed(std::string(restart_magic) + out.bytes()), sink);
 }
 
-std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity, DiagnosticSink& sink) {
+std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity,
+                                    DiagnosticSink& sink) {
   const std::optional<std::string> bytes = read_file(path, {}, sink);
   if (!bytes) return std::nullopt;
   const auto damaged = [&] {
@@ -176,7 +177,8 @@ std::optional<Restart> load_restart(const std::filesystem::path& path, const Run
     const auto& [name, here] = identity[i];
     if (restart.identity[i] == identity[i]) continue;
     sink.report("restart-differs", {}, {path.string(), name},
-                fmt::format("it has {}; here it is {}. Without --resume the run starts anew", restart.identity[i].second, here));
+                fmt::format("it has {}; here it is {}. Without --resume the run starts anew",
+                            restart.identity[i].second, here));
     return std::nullopt;
   }
   return restart;

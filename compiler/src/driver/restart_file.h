@@ -55,13 +55,15 @@ class ByteReader {
   bool fine_ = true;
 };
 
-/// With a checksum behind it; and what is before it, nullopt where it does not fit: so files that a kill or a disk has damaged are known.
+/// With a checksum behind it; and what is before it, nullopt where it does not fit: so files that a kill or a disk has
+/// damaged are known.
 std::string sealed(std::string content);
 std::optional<std::string_view> unsealed(std::string_view bytes);
 
 /// Reports machine-failed; false then.
 bool save_restart(const std::filesystem::path& path, const Restart& restart, DiagnosticSink& sink);
 /// Reports cannot-read, bad-array-file when it is damaged, and restart-differs when it is of another run.
-std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity, DiagnosticSink& sink);
+std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity,
+                                    DiagnosticSink& sink);
 
 }  // namespace dpde::driver

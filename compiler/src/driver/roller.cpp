@@ -12,12 +12,18 @@ namespace dpde::driver {
 
 UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::VectorXd& x) {
   UnknownValues values;
-  for (const UnknownPart& part : parts) values[part.name].assign(x.data() + part.offset, x.data() + part.offset + part.size);
+  for (const UnknownPart& part : parts)
+    values[part.name].assign(x.data() + part.offset, x.data() + part.offset + part.size);
   return values;
 }
 
-Roller::Roller(const TrainingScene& scene, const Trajectories& on, const UnknownValues& values, const BatchOptions& options)
-    : scene_(scene), on_(on), workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1), values_(values), spectrum_(scene.compiled->problem->axes) {
+Roller::Roller(const TrainingScene& scene, const Trajectories& on, const UnknownValues& values,
+               const BatchOptions& options)
+    : scene_(scene),
+      on_(on),
+      workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1),
+      values_(values),
+      spectrum_(scene.compiled->problem->axes) {
   SimulationOptions each;
   each.stop = options.stop;
   simulation_.emplace(scene.table->scene(), each, scene.table);
@@ -32,7 +38,8 @@ void Roller::begin(int run) {
   scene_.begin(*simulation_, on_, {run, 0});
   if (!scene_.task().unknowns.empty()) {
     std::vector<double> all;
-    for (const std::string& name : simulation_->unknowns()) all.insert(all.end(), values_.at(name).begin(), values_.at(name).end());
+    for (const std::string& name : simulation_->unknowns())
+      all.insert(all.end(), values_.at(name).begin(), values_.at(name).end());
     simulation_->set_unknowns(all);
   } else {
     for (const std::string& network : simulation_->networks()) {
@@ -111,12 +118,14 @@ double Roller::cost(const model::Test& test, double at_least) {
 /// Parameters, weights, and coefficients by their formulas or as they were found.
 void Roller::take_values(int run) {
   for (const std::string& name : simulation_->params()) workspace_.set_param(name, simulation_->param(name));
-  for (std::size_t p = 0; p < on_.params.size(); ++p) workspace_.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
+  for (std::size_t p = 0; p < on_.params.size(); ++p)
+    workspace_.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
   for (const std::string& network : simulation_->networks()) {
     const auto weights = workspace_.weights().find(network);
     if (weights != workspace_.weights().end()) weights->second.values = simulation_->weights(network);
   }
-  if (const dpde_program* formulas = scene_.compiled->program(scene_.compiled->names.coefficients)) workspace_.run(*formulas, on_.times.front());
+  if (const dpde_program* formulas = scene_.compiled->program(scene_.compiled->names.coefficients))
+    workspace_.run(*formulas, on_.times.front());
   for (const auto& [name, values] : scene_.given_fields) workspace_.set_dense(name, values);
   for (const model::Unknown& unknown : scene_.task().unknowns) {
     if (unknown.is_field()) workspace_.set_dense(unknown.name, simulation_->value_of(unknown.name));
@@ -153,7 +162,8 @@ void Roller::look(const model::Test& test, int run, int frame, std::vector<doubl
 }
 
 double Roller::number(const model::Test& test, int frame) {
-  const std::map<std::string, double> sums = workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
+  const std::map<std::string, double> sums =
+      workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
   const auto value = sums.find(test.quantity.name);
   return value == sums.end() ? 0 : value->second;
 }
@@ -161,7 +171,8 @@ double Roller::number(const model::Test& test, int frame) {
 Components Roller::fields(const model::Test& test, int frame) {
   workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
   Components all;
-  for (const std::string& field : scene_.compiled->stencil.find_program(name_of(test))->keeps) all.push_back(workspace_.dense(field));
+  for (const std::string& field : scene_.compiled->stencil.find_program(name_of(test))->keeps)
+    all.push_back(workspace_.dense(field));
   return all;
 }
 

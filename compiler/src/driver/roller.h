@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One thread's simulation that runs from the first frames of trajectories, and fields beside it for what is asked at the frames
-// behind them.
+// One thread's simulation that runs from the first frames of trajectories, and fields beside it for what is asked at
+// the frames behind them.
 #pragma once
 
 #include <map>
@@ -26,17 +26,20 @@ class Roller {
   /// Of `values` a scene takes what it has: the task's own all, another one the weights of networks that it calls too.
   Roller(const TrainingScene& scene, const Trajectories& on, const UnknownValues& values, const BatchOptions& options);
 
-  /// The test's quantity at the frames behind the first, infinite from where the run has blown up; of a correlation that with the data, 0
-  /// from there. Of a spectrum the energies of its shells, in the mean over these frames; infinite where it blows up.
+  /// The test's quantity at the frames behind the first, infinite from where the run has blown up; of a correlation
+  /// that with the data, 0 from there. Of a spectrum the energies of its shells, in the mean over these frames;
+  /// infinite where it blows up.
   std::vector<double> roll(const model::Test& test, int run);
   /// The same of the states of the data.
   std::vector<double> look_at_data(const model::Test& test, int run);
-  /// Seconds that a processor works for a unit of time, on one thread, over the steps of the test from the first frame of the first run on,
-  /// again and again until `at_least` seconds are measured. Not a number where the run blows up.
+  /// Seconds that a processor works for a unit of time, on one thread, over the steps of the test from the first frame
+  /// of the first run on, again and again until `at_least` seconds are measured. Not a number where the run blows up.
   double cost(const model::Test& test, double at_least);
 
  private:
-  const std::string& name_of(const model::Test& test) const { return scene_.compiled->names.tests.at(test.quantity.name); }
+  const std::string& name_of(const model::Test& test) const {
+    return scene_.compiled->names.tests.at(test.quantity.name);
+  }
   int frames_of(const model::Test& test) const { return driver::frames_of(test, scene_, on_); }
   void begin(int run);
   void take_values(int run);

@@ -59,7 +59,12 @@ class RunChecker {
 
   /// To be done `seconds` after `start`.
   RunChecker(Session& session, Inverse& inverse, Clock::time_point start, double seconds, RunCheck& result)
-      : session_(session), inverse_(inverse), precisions_(precisions_of(session.compiled())), seconds_(seconds), start_(start), result_(result) {}
+      : session_(session),
+        inverse_(inverse),
+        precisions_(precisions_of(session.compiled())),
+        seconds_(seconds),
+        start_(start),
+        result_(result) {}
 
   void check();
 
@@ -102,7 +107,8 @@ QuotientEvidence RunChecker::evidence_for(const Inverse::Part* part) {
   }
   const Line loss = [&](double step) { return inverse_.value(point_.x + step * direction); };
   const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
-  // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show that.
+  // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show
+  // that.
   const double size = std::max(std::abs(loss(0)), gradient_.cwiseAbs().dot(point_.x.cwiseAbs()));
   const double standstill = (1 + result_.steps) * precisions_.unit * size;
   const double rounding = std::max(rounding_of(loss, precisions_.spacing, precisions_.unit), standstill);
@@ -119,10 +125,11 @@ void RunChecker::check_direction(const Inverse::Part* part) {
     found = evidence_for(part);
   }
   if (found.is_elsewhere) {
-    result_.wrong = fmt::format("difference quotients of {} steps on {} cells and the gradient by {} differ by {:.2e}", result_.steps,
-                                result_.grid, name, found.error.value_or(NAN));
+    result_.wrong = fmt::format("difference quotients of {} steps on {} cells and the gradient by {} differ by {:.2e}",
+                                result_.steps, result_.grid, name, found.error.value_or(NAN));
   } else if (!found.is_resolved(precisions_.largest_error)) {
-    leave_out(name, fmt::format("rounding hides what it does to the loss of {} steps on {} cells", result_.steps, result_.grid));
+    leave_out(name, fmt::format("rounding hides what it does to the loss of {} steps on {} cells", result_.steps,
+                                result_.grid));
   } else if (!found.proves(precisions_.largest_error)) {
     leave_out(name, "difference quotients settle on no number, as where kinks or jumps are dense");
   } else {
@@ -137,7 +144,9 @@ void RunChecker::check_direction(const Inverse::Part* part) {
 void RunChecker::check() {
   if (!begin(first_seed)) return leave_out("the whole run", "on a few cells its loss or its gradient is not finite");
   const double seconds_a_direction = seconds_a_loss_ * (9.0 + 2.0 * static_cast<double>(precisions_.steps.size()));
-  const auto affords = [&](std::size_t directions) { return spent() + static_cast<double>(directions) * seconds_a_direction <= seconds_; };
+  const auto affords = [&](std::size_t directions) {
+    return spent() + static_cast<double>(directions) * seconds_a_direction <= seconds_;
+  };
   result_.lacked_time = !affords(inverse_.parts().size());
   if (!affords(1)) return leave_out("the whole run", "no time");
   if (result_.lacked_time) {

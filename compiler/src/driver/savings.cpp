@@ -14,7 +14,8 @@ bool reads_states(const Compiled& compiled, const std::string& program) {
   const auto found = std::ranges::find(compiled.loop.programs, program, &loop::Program::name);
   if (found == compiled.loop.programs.end()) return false;
   const auto inputs = std::span(found->fields).first(static_cast<std::size_t>(found->input_count));
-  return std::ranges::any_of(inputs, [&](const std::string& field) { return compiled.problem->find_state(field) != nullptr; });
+  return std::ranges::any_of(inputs,
+                             [&](const std::string& field) { return compiled.problem->find_state(field) != nullptr; });
 }
 
 /// The first time a loss is taken at.
@@ -54,7 +55,8 @@ bool keeps_states(const Compiled& compiled) {
   for (std::size_t i = 0; i < losses.size(); ++i) {
     const auto derived = compiled.derived.find(compiled.names.losses[i]);
     if (derived == compiled.derived.end() || !derived->second.adjoint) continue;
-    if (begin_of(losses[i].when, problem) < last && reads_states(compiled, derived->second.adjoint->program)) return true;
+    if (begin_of(losses[i].when, problem) < last && reads_states(compiled, derived->second.adjoint->program))
+      return true;
   }
   return false;
 }

@@ -33,8 +33,8 @@ dpde_optimiser optimiser_of(const model::Optimiser& optimiser) {
 
 }  // namespace
 
-std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection, std::optional<Backend> backend,
-                                          bool second_order, DiagnosticSink& sink) {
+std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection,
+                                          std::optional<Backend> backend, bool second_order, DiagnosticSink& sink) {
   CompileOptions options;
   options.selection = std::move(selection);
   options.selection.keeps_params = true;
@@ -123,14 +123,15 @@ void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient)
     program = compiled->names.control_starts.at(coefficient.name);
     from = &unknown->from;
   }
-  coefficients.push_back({text(coefficient.name), from->formula.has_value(), coefficient.every, problem.intervals(coefficient.every),
-                          from->formula ? compiled->program(program) : nullptr});
+  coefficients.push_back({text(coefficient.name), from->formula.has_value(), coefficient.every,
+                          problem.intervals(coefficient.every), from->formula ? compiled->program(program) : nullptr});
 }
 
 void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
   int32_t start = DPDE_START_SCENE;
   const model::Coefficient* coefficient = compiled->problem->find_coefficient(unknown.name);
-  const bool is_control_field = unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
+  const bool is_control_field =
+      unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
   if (unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
   if (unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
   if (start == DPDE_START_FORMULA && compiled->program(compiled->names.start) == nullptr) start = DPDE_START_SCENE;
@@ -150,10 +151,14 @@ void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
   }
 }
 
-/// Of the second derivatives; "" when they are there. A program that nothing sought acts through has none and needs none.
+/// Of the second derivatives; "" when they are there. A program that nothing sought acts through has none and needs
+/// none.
 std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
-  if (!compiled->options.tangent && std::ranges::none_of(compiled->derived, [](const auto& each) { return each.second.tangent.has_value(); })) {
-    return fmt::format("task {} was compiled without second derivatives: HostOptions::second_order, dpde build --second-order", task.name);
+  if (!compiled->options.tangent &&
+      std::ranges::none_of(compiled->derived, [](const auto& each) { return each.second.tangent.has_value(); })) {
+    return fmt::format(
+        "task {} was compiled without second derivatives: HostOptions::second_order, dpde build --second-order",
+        task.name);
   }
   for (const auto& [name, derived] : compiled->derived) {
     if (!derived.second) return fmt::format("task {}: program {} has no second derivatives", task.name, name);
@@ -222,7 +227,8 @@ void SceneTable::Storage::fill() {
   scene.rank = static_cast<int32_t>(problem.axes.size());
   for (std::size_t a = 0; a < problem.axes.size(); ++a) {
     const model::Axis& axis = problem.axes[a];
-    scene.axes[a] = {text(axis.name), axis.low, axis.high, axis.cells, axis.topology == Topology::periodic, centres_of(axis)};
+    scene.axes[a] = {text(axis.name), axis.low, axis.high, axis.cells, axis.topology == Topology::periodic,
+                     centres_of(axis)};
   }
   scene.t_begin = problem.t_begin;
   scene.step = problem.step;
@@ -232,7 +238,8 @@ void SceneTable::Storage::fill() {
     const std::vector<double>& values = c.start.empty() ? c.values : c.start;
     controls.push_back({text(c.name), c.every, static_cast<int32_t>(values.size()), values.data()});
   }
-  for (const model::State& state : problem.states) states.push_back({text(state.name), state.initial.formula.has_value()});
+  for (const model::State& state : problem.states)
+    states.push_back({text(state.name), state.initial.formula.has_value()});
   for (const model::Coefficient& c : problem.coefficients) add_coefficient(c);
   for (const network::Network& network : problem.networks) {
     networks.push_back(network_tables.emplace_back(network).get());
@@ -275,9 +282,11 @@ SceneTable::SceneTable() = default;
 SceneTable::~SceneTable() = default;
 const dpde_scene& SceneTable::scene() const { return storage_->scene; }
 
-std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, const SourceFile& source, DiagnosticSink& sink) {
+std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, const SourceFile& source,
+                                                   DiagnosticSink& sink) {
   const std::optional<model::Task>& task = compiled->problem->task;
-  if (task && task->losses.empty() && compiled->options.selection.beside.empty()) sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
+  if (task && task->losses.empty() && compiled->options.selection.beside.empty())
+    sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
   std::optional<NetworkWeights> weights = load_weights(*compiled->problem, source, sink);
   if (sink.has_errors() || !weights) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);

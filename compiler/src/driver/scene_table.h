@@ -9,18 +9,19 @@
 
 namespace dpde::driver {
 
-/// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints; with
-/// second derivatives when they are wanted or its optimiser needs them. Without a backend there is no code. nullopt when `sink`
-/// has errors afterwards.
-std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection, std::optional<Backend> backend,
-                                          bool second_order, DiagnosticSink& sink);
+/// The scene or task of `selection` as hosts run it: every parameter can be set, and a task comes with its adjoints;
+/// with second derivatives when they are wanted or its optimiser needs them. Without a backend there is no code.
+/// nullopt when `sink` has errors afterwards.
+std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection,
+                                          std::optional<Backend> backend, bool second_order, DiagnosticSink& sink);
 
 /// Owns what a dpde_scene points to. The programs are those of `compiled`'s code, which is kept.
 class SceneTable {
  public:
   /// `compiled` has a problem and code; weights of networks that come from files are read. null when `sink` has errors
   /// afterwards: hosts cannot run this.
-  static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, const SourceFile& source, DiagnosticSink& sink);
+  static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, const SourceFile& source,
+                                                DiagnosticSink& sink);
   ~SceneTable();
   const dpde_scene& scene() const;
 

@@ -31,7 +31,9 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Coordinate& c) { return same(c); }, [&](const model::Noise& n) { return same(n); },
       [&](const model::Param& p) { return values.contains(p.name) ? model::number(values.at(p.name)) : e; },
       [&](const model::Neg& n) { return model::negate(with_values(n.operand, values)); },
-      [&](const model::Binary& b) { return model::binary(b.op, with_values(b.left, values), with_values(b.right, values)); },
+      [&](const model::Binary& b) {
+        return model::binary(b.op, with_values(b.left, values), with_values(b.right, values));
+      },
       [&](const model::Call& c) { return model::call(c.fn, all(c.arguments)); },
       [&](const model::Select& s) {
         return model::select(with_values(s.condition, values), with_values(s.yes, values), with_values(s.no, values));
@@ -40,11 +42,18 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Advect& a) { return model::advect(all(a.velocity), with_values(a.operand, values)); },
       [&](const model::Shift& s) { return model::shift(with_values(s.operand, values), s.offset); },
       [&](const model::Interpolate& i) { return model::interpolate(with_values(i.operand, values)); },
-      [&](const model::Sample& s) { return model::sample({s.field, all(s.place), s.along}); },
-      [&](const model::Reduce& r) { return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over}); },
-      [&](const model::Apply& a) { return model::apply({a.function, all(a.arguments), a.component, a.places, a.results}); },
+      [&](const model::Sample& s) {
+        return model::sample({s.field, all(s.place), s.along});
+      },
+      [&](const model::Reduce& r) {
+        return model::reduce(model::Reduce{r.reduction, with_values(r.operand, values), r.over});
+      },
+      [&](const model::Apply& a) {
+        return model::apply({a.function, all(a.arguments), a.component, a.places, a.results});
+      },
       [&](const model::Infer& i) {  // below the model outputs have no names of their own
-        return model::infer({i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
+        return model::infer(
+            {i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
       });
 }
 
@@ -70,7 +79,11 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
   add(model::Placements(problem).is_staggered(), "fields that are not at cell centres");
   for (const model::Axis& axis : problem.axes) add(axis.stretch.has_value(), "the stretched axis " + axis.name);
   for (const model::Quantity& quantity : problem.observables) {
-    add(model::any_part(quantity.value, [](const model::Expr& e) { return std::holds_alternative<model::Shift>(e->kind) || std::holds_alternative<model::Apply>(e->kind); }),
+    add(model::any_part(quantity.value,
+                        [](const model::Expr& e) {
+                          return std::holds_alternative<model::Shift>(e->kind) ||
+                                 std::holds_alternative<model::Apply>(e->kind);
+                        }),
         "the operator in " + quantity.name);
   }
   return reasons;
@@ -81,7 +94,9 @@ std::vector<std::string> beyond_scene_text(const model::Problem& problem) {
 std::string scene_text(const Compiled& compiled) {
   const model::Problem& problem = *compiled.problem;
   const std::vector<std::string> reasons = beyond_scene_text(problem);
-  if (!reasons.empty()) return fmt::format("# scene {} is left out: that of a program has no words for {}\n", problem.scene, fmt::join(reasons, ", "));
+  if (!reasons.empty())
+    return fmt::format("# scene {} is left out: that of a program has no words for {}\n", problem.scene,
+                       fmt::join(reasons, ", "));
   const std::string step = compiled.step_name();
   const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(step));
   std::string text = fmt::format("scene {} : {} {{\n", problem.scene, step);
@@ -95,11 +110,13 @@ std::string scene_text(const Compiled& compiled) {
     if (std::find(used.begin(), used.end(), param.name) == used.end()) values[param.name] = param.value;
   }
   for (const std::string& name : interface.params) {  // the program's order, so that the text reads back to itself
-    if (const model::Parameter* param = problem.find_param(name)) text += fmt::format("  {} = {}\n", name, param->value);
+    if (const model::Parameter* param = problem.find_param(name))
+      text += fmt::format("  {} = {}\n", name, param->value);
   }
   for (const model::Axis& axis : problem.axes) values["h" + axis.name] = axis.spacing();
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (is_input(interface, coefficient.name)) text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value, values));
+    if (is_input(interface, coefficient.name))
+      text += fmt::format("  {} = {}\n", coefficient.name, text_of(coefficient.value, values));
   }
   for (const model::State& state : problem.states) {
     if (state.initial.formula || !state.initial.file.empty()) {
@@ -107,7 +124,8 @@ std::string scene_text(const Compiled& compiled) {
     }
     if (state.exact) text += fmt::format("  exact {} = {}\n", state.name, print(with_values(*state.exact, values)));
   }
-  text += fmt::format("  time {} .. {}, step {}\n", problem.t_begin, problem.t_begin + problem.steps * problem.step, problem.step);
+  text += fmt::format("  time {} .. {}, step {}\n", problem.t_begin, problem.t_begin + problem.steps * problem.step,
+                      problem.step);
   for (const model::Quantity& quantity : problem.observables) {
     text += fmt::format("  observe {} = {}\n", quantity.name, print(with_values(quantity.value, values)));
   }

@@ -9,8 +9,8 @@
 namespace dpde::driver {
 
 /// `scene NAME : NAME_step { ... }` with the grid, parameters, coefficients, initial states, exact solutions, times and
-/// observables of the problem, overrides applied. Boundaries stand in the program's fills. Of a problem that holds more than
-/// these can say, a comment that says what.
+/// observables of the problem, overrides applied. Boundaries stand in the program's fills. Of a problem that holds more
+/// than these can say, a comment that says what.
 std::string scene_text(const Compiled& compiled);
 
 }  // namespace dpde::driver

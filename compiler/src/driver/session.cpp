@@ -36,8 +36,9 @@ std::string gibibytes(double bytes) { return fmt::format("{:.3g} GiB", bytes / (
 bool fits_in_memory(const Compiled& compiled, DiagnosticSink& sink) {
   const double needed = memory_of(compiled).run, there = static_cast<double>(available_memory());
   if (needed <= there) return true;
-  sink.report("machine-failed", {}, {fmt::format("scene {} needs {} of memory, {} are available", compiled.problem->scene,
-                                                 gibibytes(needed), gibibytes(there))});
+  sink.report("machine-failed", {},
+              {fmt::format("scene {} needs {} of memory, {} are available", compiled.problem->scene, gibibytes(needed),
+                           gibibytes(there))});
   return false;
 }
 
@@ -51,8 +52,10 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   session->steps_ = options.steps.value_or(session->problem().steps);
   try {
     if (options.cells.empty() && !fits_in_memory(*session->compiled_, sink)) return nullptr;
-    session->options_.checkpoint_bytes = budget_of_states({options.threads, options.checkpoint_bytes, options.checkpoint_folder});
-    session->workspace_ = std::make_unique<Workspace>(session->problem(), *session->compiled_->code, options.cells, options.threads);
+    session->options_.checkpoint_bytes =
+        budget_of_states({options.threads, options.checkpoint_bytes, options.checkpoint_folder});
+    session->workspace_ =
+        std::make_unique<Workspace>(session->problem(), *session->compiled_->code, options.cells, options.threads);
     if (!session->load(source, sink)) return nullptr;
   } catch (const std::exception& error) {
     report_error(error, sink);
@@ -78,14 +81,16 @@ bool Session::load(const SourceFile& source, DiagnosticSink& sink) {
     if (!bad) continue;
     const model::State* state = problem().find_state(rollout_->state_name(s));
     const SourceRange where = state == nullptr ? SourceRange{} : state->initial.origin.range;
-    sink.report("start-not-finite", where, {rollout_->state_name(s), workspace_->cell_text(*bad), workspace_->place_text(*bad)});
+    sink.report("start-not-finite", where,
+                {rollout_->state_name(s), workspace_->cell_text(*bad), workspace_->place_text(*bad)});
     return false;
   }
   return true;
 }
 
 bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) {
-  const std::optional<NetworkWeights> weights = options_.made_up ? NetworkWeights{} : load_weights(problem(), source, sink);
+  const std::optional<NetworkWeights> weights =
+      options_.made_up ? NetworkWeights{} : load_weights(problem(), source, sink);
   if (!weights) return false;
   for (const auto& [name, values] : *weights) {
     const auto place = workspace_->weights().find(name);
@@ -94,13 +99,15 @@ bool Session::load_coefficients(const SourceFile& source, DiagnosticSink& sink) 
   for (const model::Coefficient& coefficient : problem().coefficients) {
     workspace_->field(coefficient.name);
     if (coefficient.value.formula) continue;
-    const std::optional<std::vector<double>> values = load_coefficient(*this, coefficient, coefficient.value, source, sink);
+    const std::optional<std::vector<double>> values =
+        load_coefficient(*this, coefficient, coefficient.value, source, sink);
     if (!values) return false;
     workspace_->set_dense(coefficient.name, *values);
   }
   for (const model::Coefficient& coefficient : problem().coefficients) {
     if (!coefficient.is_control() || !coefficient.value.formula) continue;
-    workspace_->run_for_intervals(*compiled_->program(compiled_->names.controls.at(coefficient.name)), coefficient.name);
+    workspace_->run_for_intervals(*compiled_->program(compiled_->names.controls.at(coefficient.name)),
+                                  coefficient.name);
   }
   reset_coefficients();
   return true;
@@ -142,7 +149,8 @@ void Session::reset_initial() {
     if (file != state_files_.end()) {
       rollout_->initial(s).copy_in(file->second);
     } else {
-      copy_interior(workspace_->layout(), rollout_->initial(s).base(), {&workspace_->layout(), workspace_->field(name).base()});
+      copy_interior(workspace_->layout(), rollout_->initial(s).base(),
+                    {&workspace_->layout(), workspace_->field(name).base()});
     }
   }
   if (program != nullptr) workspace_->release(*program);
@@ -170,7 +178,8 @@ RolloutSetup Session::setup() {
   setup.control_fields = workspace_->control_fields();
   for (const auto& [name, value] : workspace_->params()) setup.params.push_back({name, value});
   for (const auto& [name, weights] : workspace_->weights()) {
-    setup.weights.push_back({name, weights.values.data(), weights.rates.data(), compiled_->activity.params.contains(name)});
+    setup.weights.push_back(
+        {name, weights.values.data(), weights.rates.data(), compiled_->activity.params.contains(name)});
   }
   // All programs share one list of parameters: seeds and directions of derivatives are 0 unless somebody sets them.
   for (int p = 0; p < setup.step->param_count; ++p) {
@@ -283,15 +292,18 @@ std::vector<double> Session::final_state(int state) {
 
 std::map<std::string, void*> Session::bind_states(const std::vector<void*>& states) {
   std::map<std::string, void*> bound;
-  for (int s = 0; s < rollout_->state_count(); ++s) bound[rollout_->state_name(s)] = states[static_cast<std::size_t>(s)];
+  for (int s = 0; s < rollout_->state_count(); ++s)
+    bound[rollout_->state_name(s)] = states[static_cast<std::size_t>(s)];
   return bound;
 }
 
-double Session::evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<void*>& states) {
+double Session::evaluate(const dpde_program& program, const std::string& sum, double t,
+                         const std::vector<void*>& states) {
   return evaluate(program, sum, t, bind_states(states));
 }
 
-double Session::evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, void*> bound) {
+double Session::evaluate(const dpde_program& program, const std::string& sum, double t,
+                         std::map<std::string, void*> bound) {
   for (const DataStates& datum : data_) {
     if (is_field(program, datum.name)) bound[datum.name] = datum_at(datum, t);
     if (is_field(program, datum.name) && bound[datum.name] == nullptr) return NAN;
@@ -363,7 +375,8 @@ double largest_magnitude(const dpde_layout& layout, const void* base) {
     for (std::int64_t z = 0; z < layout.cells[2]; ++z) {
       for (std::int64_t y = 0; y < layout.cells[1]; ++y) {
         const auto* row = values + index_of(layout, 0, y, z);
-        for (std::int64_t x = 0; x < layout.cells[0]; ++x) largest = std::max(largest, std::abs(static_cast<double>(row[x])));
+        for (std::int64_t x = 0; x < layout.cells[0]; ++x)
+          largest = std::max(largest, std::abs(static_cast<double>(row[x])));
       }
     }
   };
@@ -375,7 +388,8 @@ double first_magnitude(Session& session, int state) {
   return largest_magnitude(session.workspace().layout(), session.rollout().initial(state).base());
 }
 double last_magnitude(Session& session, int state) {
-  return largest_magnitude(session.workspace().layout(), session.rollout().final_states()[static_cast<std::size_t>(state)]);
+  return largest_magnitude(session.workspace().layout(),
+                           session.rollout().final_states()[static_cast<std::size_t>(state)]);
 }
 
 /// The largest magnitudes of the states one step behind the end of the run; infinite where they are no longer finite.
@@ -390,7 +404,8 @@ std::vector<double> one_step_further(Session& session) {
   std::vector<double> result;
   for (int s = 0; s < further.state_count(); ++s) {
     const void* const last = further.final_states()[static_cast<std::size_t>(s)];
-    result.push_back(ends ? std::numeric_limits<double>::infinity() : largest_magnitude(session.workspace().layout(), last));
+    result.push_back(ends ? std::numeric_limits<double>::infinity()
+                          : largest_magnitude(session.workspace().layout(), last));
   }
   return result;
 }

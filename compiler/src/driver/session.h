@@ -20,13 +20,14 @@ namespace dpde::driver {
 struct SessionOptions {
   int threads = 1;
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
-  int slots = 0;                            // overrides checkpoint_bytes
-  std::string checkpoint_folder;            // states of gradients lie in a file there; checkpoint_bytes is then not held to memory
+  int slots = 0;  // overrides checkpoint_bytes
+  std::string
+      checkpoint_folder;  // states of gradients lie in a file there; checkpoint_bytes is then not held to memory
   const std::atomic<bool>* stop = nullptr;  // looked at before each step
   /// Another grid of the same shape, one number an axis, for verification: files are resampled, data made up.
   std::vector<int> cells;
-  std::optional<int> steps;                 // in place of the scene's
-  bool made_up = false;                     // with `cells`: what files hold is made up too, and no file is read
+  std::optional<int> steps;  // in place of the scene's
+  bool made_up = false;      // with `cells`: what files hold is made up too, and no file is read
 };
 
 /// States of one datum: one for all times, or one for each of `times`.

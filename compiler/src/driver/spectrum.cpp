@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/spectrum.h"
 
-#include <unsupported/Eigen/FFT>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <unsupported/Eigen/FFT>
 
 namespace dpde::driver {
 
@@ -23,7 +22,9 @@ double mean_of(const std::vector<double>& values) {
 }
 
 /// Cell i of an axis holds mode i, those beyond the half are negative.
-double mode(std::size_t i, std::size_t cells) { return i <= cells / 2 ? static_cast<double>(i) : static_cast<double>(i) - static_cast<double>(cells); }
+double mode(std::size_t i, std::size_t cells) {
+  return i <= cells / 2 ? static_cast<double>(i) : static_cast<double>(i) - static_cast<double>(cells);
+}
 
 }  // namespace
 
@@ -31,7 +32,7 @@ struct Spectrum::Impl {
   std::array<std::size_t, 3> cells{1, 1, 1};
   std::array<double, 3> waves{0, 0, 0};  // of one mode along each axis, in units
   double unit = 2 * std::numbers::pi;
-  std::vector<std::size_t> shells;       // of each mode
+  std::vector<std::size_t> shells;  // of each mode
   std::size_t count = 1, last_resolved = 0;
   Eigen::FFT<double> fft;
   std::vector<Complex> modes;
@@ -66,12 +67,14 @@ Spectrum::Spectrum(const std::vector<model::Axis>& axes) : impl_(std::make_uniqu
   }
   if (longest > 0) impl_->unit = 2 * std::numbers::pi / longest;
   constexpr double rounding = 1e-9;
-  if (std::isfinite(resolved)) impl_->last_resolved = static_cast<std::size_t>(std::max(0.0, std::floor(resolved + rounding)));
+  if (std::isfinite(resolved))
+    impl_->last_resolved = static_cast<std::size_t>(std::max(0.0, std::floor(resolved + rounding)));
   const auto& [nx, ny, nz] = impl_->cells;
   for (std::size_t z = 0; z < nz; ++z) {
     for (std::size_t y = 0; y < ny; ++y) {
       for (std::size_t x = 0; x < nx; ++x) {
-        const double length = std::hypot(mode(x, nx) * impl_->waves[0], mode(y, ny) * impl_->waves[1], mode(z, nz) * impl_->waves[2]);
+        const double length =
+            std::hypot(mode(x, nx) * impl_->waves[0], mode(y, ny) * impl_->waves[1], mode(z, nz) * impl_->waves[2]);
         impl_->shells.push_back(static_cast<std::size_t>(std::floor(length + 0.5)));
       }
     }
@@ -90,7 +93,8 @@ void Spectrum::add(const std::vector<double>& values, std::vector<double>& energ
   for (std::size_t i = 0; i < values.size(); ++i) energies[impl_->shells[i]] += std::norm(impl_->modes[i] / count) / 2;
 }
 
-double distance(const std::vector<double>& energies, const std::vector<double>& of_data, std::size_t first, std::size_t last, double noise) {
+double distance(const std::vector<double>& energies, const std::vector<double>& of_data, std::size_t first,
+                std::size_t last, double noise) {
   double whole = 0, sum = 0, count = 0;
   for (const double energy : of_data) whole += energy;
   for (std::size_t s = first; s <= last && s < std::min(energies.size(), of_data.size()); ++s) {
@@ -102,9 +106,11 @@ double distance(const std::vector<double>& energies, const std::vector<double>& 
   return sum / count;
 }
 
-/// Of a whole of 1 spread over the modes, rounding to a relative 2^-53 leaves about its square; eight times that in magnitude.
+/// Of a whole of 1 spread over the modes, rounding to a relative 2^-53 leaves about its square; eight times that in
+/// magnitude.
 double noise_of(Precision real) {
-  const double rounding = real == Precision::f32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
+  const double rounding =
+      real == Precision::f32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
   return 64 * rounding * rounding;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Energy of fields by wave number, on grids whose axes are all periodic and uniform: over shells of whole wave numbers, in all
-// directions alike.
+// Energy of fields by wave number, on grids whose axes are all periodic and uniform: over shells of whole wave numbers,
+// in all directions alike.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace dpde::driver {
 
-/// Modes exp(i k.x) of a grid by shells: shell s holds those with s - 1/2 <= |k|/unit < s + 1/2, the unit being one wave along the
-/// longest axis. Axes of one cell have one mode. Not for several threads at once.
+/// Modes exp(i k.x) of a grid by shells: shell s holds those with s - 1/2 <= |k|/unit < s + 1/2, the unit being one
+/// wave along the longest axis. Axes of one cell have one mode. Not for several threads at once.
 class Spectrum {
  public:
   explicit Spectrum(const std::vector<model::Axis>& axes);
@@ -31,20 +31,22 @@ class Spectrum {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Mean over shells `first` to `last` of |log10(energy/of_data)|. Shells in which the data have no more than `noise` of their whole energy
-/// do not count, and energies below that count as that. Infinite where an energy is not finite; not a number without any shell.
-double distance(const std::vector<double>& energies, const std::vector<double>& of_data, std::size_t first, std::size_t last, double noise);
+/// Mean over shells `first` to `last` of |log10(energy/of_data)|. Shells in which the data have no more than `noise` of
+/// their whole energy do not count, and energies below that count as that. Infinite where an energy is not finite; not
+/// a number without any shell.
+double distance(const std::vector<double>& energies, const std::vector<double>& of_data, std::size_t first,
+                std::size_t last, double noise);
 
 /// Energy that rounding of values alone may leave in a shell, in parts of the whole.
 double noise_of(Precision real);
 
-/// Of fields with one or several components: sum of a.b over the norms, each component without its mean. NaN where the data do not
-/// vary, 0 where only `own` does not, and of what is not finite.
+/// Of fields with one or several components: sum of a.b over the norms, each component without its mean. NaN where the
+/// data do not vary, 0 where only `own` does not, and of what is not finite.
 using Components = std::vector<std::vector<double>>;
 double correlation(const Components& own, const Components& data);
 
-/// The time at which a course that begins with 1 at time 0 first falls below `threshold`, linear between its values; its last time where
-/// it never does, `reached` then false.
+/// The time at which a course that begins with 1 at time 0 first falls below `threshold`, linear between its values;
+/// its last time where it never does, `reached` then false.
 struct Crossing {
   double time = 0;  // NaN where the course is
   bool reached = false;

@@ -15,9 +15,11 @@ namespace {
 constexpr std::int64_t least_budget = std::int64_t{1} << 26;
 
 /// nullptr where the program has no adjoint.
-const dpde_program* adjoint_in(const codegen::ProgramTables& tables, const Compiled& compiled, const std::string& program) {
+const dpde_program* adjoint_in(const codegen::ProgramTables& tables, const Compiled& compiled,
+                               const std::string& program) {
   const auto derived = compiled.derived.find(program);
-  return derived == compiled.derived.end() || !derived->second.adjoint ? nullptr : tables.find(derived->second.adjoint->program);
+  return derived == compiled.derived.end() || !derived->second.adjoint ? nullptr
+                                                                       : tables.find(derived->second.adjoint->program);
 }
 
 bool add_losses(const codegen::ProgramTables& tables, const Compiled& compiled, RolloutSetup& setup) {
@@ -81,14 +83,18 @@ double bytes_of_rollout(const Compiled& compiled) {
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options) {
   const model::Problem& problem = *compiled.problem;
   codegen::ProgramTables tables(compiled.loop, {}, nullptr);
-  for (const LinkedProgram& derivative : linked_programs(compiled)) tables.set_links(derivative.program, derivative.links);
+  for (const LinkedProgram& derivative : linked_programs(compiled))
+    tables.set_links(derivative.program, derivative.links);
   RolloutSetup setup = setup_of_run(tables, compiled);
   setup.adjoint = adjoint_in(tables, compiled, compiled.step_name());
   setup.team = options.threads;
   setup.checkpoint_bytes = budget_of_states(options);
   if (setup.adjoint == nullptr || !add_losses(tables, compiled, setup)) return std::nullopt;
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (coefficient.is_control()) setup.control_fields.push_back({coefficient.name, coefficient.every, std::vector<void*>(static_cast<std::size_t>(problem.intervals(coefficient.every)))});
+    if (coefficient.is_control())
+      setup.control_fields.push_back(
+          {coefficient.name, coefficient.every,
+           std::vector<void*>(static_cast<std::size_t>(problem.intervals(coefficient.every)))});
     if (compiled.activity.fields.contains(coefficient.name)) setup.sought.push_back(coefficient.name);
   }
   return plan_gradient(std::move(setup));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which states a gradient stores, before it runs: the plan is the runtime's own, made of the programs without their code.
+// Which states a gradient stores, before it runs: the plan is the runtime's own, made of the programs without their
+// code.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +20,8 @@ struct StorageOptions {
   std::string checkpoint_folder;  // "": in memory
 };
 
-/// Bytes that the states of a gradient may take on this machine: in memory no more than half of what is left, so that it
-/// makes states again rather than fail.
+/// Bytes that the states of a gradient may take on this machine: in memory no more than half of what is left, so that
+/// it makes states again rather than fail.
 std::int64_t budget_of_states(const StorageOptions& options);
 
 /// The states at which a quantity counts, as step numbers of a run of so many steps.
@@ -29,7 +30,8 @@ std::vector<int> steps_of(const model::When& when, const model::Problem& problem
 /// Of the fields that the rollout of a run holds.
 double bytes_of_rollout(const Compiled& compiled);
 
-/// nullopt where the step or a loss has no adjoint. @throws Error(input) where the budget is too small for any gradient.
+/// nullopt where the step or a loss has no adjoint. @throws Error(input) where the budget is too small for any
+/// gradient.
 std::optional<GradientPlan> plan_of_gradient(const Compiled& compiled, const StorageOptions& options);
 
 }  // namespace dpde::driver

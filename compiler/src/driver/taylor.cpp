@@ -24,7 +24,8 @@ std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, d
   std::vector<LocalSlope> slopes;
   for (std::size_t k = 0; k + 2 < remainders.size(); ++k) {
     const Remainder &a = remainders[k], &b = remainders[k + 1], &c = remainders[k + 2];
-    if (!(a.value > floor && b.value > floor && c.value > floor) || !std::isfinite(a.value + b.value + c.value)) continue;
+    if (!(a.value > floor && b.value > floor && c.value > floor) || !std::isfinite(a.value + b.value + c.value))
+      continue;
     const double first = std::log(a.value / b.value) / std::log(a.step / b.step);
     const double second = std::log(b.value / c.value) / std::log(b.step / c.step);
     slopes.push_back({(first + second) / 2, std::abs(first - second)});
@@ -32,7 +33,8 @@ std::vector<LocalSlope> local_slopes(const std::vector<Remainder>& remainders, d
   return slopes;
 }
 
-/// Whether the quotients of the three smallest steps at which they differ from the derivative by more than rounding agree.
+/// Whether the quotients of the three smallest steps at which they differ from the derivative by more than rounding
+/// agree.
 bool agree_elsewhere(const std::vector<Quotient>& quotients, const DirectionalDerivative& derivative) {
   std::vector<double> apart;
   for (auto q = quotients.rbegin(); q != quotients.rend() && apart.size() < 3; ++q) {
@@ -61,7 +63,8 @@ std::optional<double> remainder_slope(const std::vector<Remainder>& remainders, 
 std::optional<double> slope_at_small_steps(const std::vector<Remainder>& remainders, double floor) {
   constexpr double agreement = 0.02;
   const std::vector<LocalSlope> slopes = local_slopes(remainders, floor);
-  const auto last = std::find_if(slopes.rbegin(), slopes.rend(), [](const LocalSlope& s) { return s.spread < agreement; });
+  const auto last =
+      std::find_if(slopes.rbegin(), slopes.rend(), [](const LocalSlope& s) { return s.spread < agreement; });
   return last == slopes.rend() ? remainder_slope(remainders, floor) : std::optional(last->mean);
 }
 
@@ -104,7 +107,9 @@ QuotientEvidence judge(const std::vector<Quotient>& quotients, const Directional
       rounding = std::max(rounding, size > 0 ? noise / size : INFINITY);
       if (!std::isfinite(own)) error = INFINITY;
     }
-    if (!std::isfinite(error) || std::max(error, rounding) >= std::max(result.error.value_or(INFINITY), result.rounding)) continue;
+    if (!std::isfinite(error) ||
+        std::max(error, rounding) >= std::max(result.error.value_or(INFINITY), result.rounding))
+      continue;
     result.error = error;
     result.rounding = rounding;
   }

@@ -18,7 +18,8 @@ constexpr std::uint64_t order_stream = 1, noise_stream = 2;
 
 /// A whole number below `count`, the same for the same arguments.
 std::uint64_t draw(std::uint64_t seed, std::uint64_t epoch, std::uint64_t number, std::uint64_t count) {
-  const auto words = philox({static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32), static_cast<std::uint32_t>(epoch), order_stream},
+  const auto words = philox({static_cast<std::uint32_t>(number), static_cast<std::uint32_t>(number >> 32),
+                             static_cast<std::uint32_t>(epoch), order_stream},
                             {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
   const std::uint64_t word = std::uint64_t{words[1]} << 32 | words[0];
   return word % count;  // of 2^64 words: the least numbers come up more often by a part of count/2^64
@@ -26,7 +27,8 @@ std::uint64_t draw(std::uint64_t seed, std::uint64_t epoch, std::uint64_t number
 
 UpdateRule rule_of(const model::Optimiser& optimiser, const model::Training& training) {
   UpdateRule rule;
-  rule.kind = optimiser.kind == model::Optimiser::Kind::adam ? UpdateRule::Kind::adam : UpdateRule::Kind::gradient_descent;
+  rule.kind =
+      optimiser.kind == model::Optimiser::Kind::adam ? UpdateRule::Kind::adam : UpdateRule::Kind::gradient_descent;
   rule.rate = optimiser.rate;
   rule.momentum = optimiser.momentum;
   rule.decay = optimiser.decay;
@@ -42,7 +44,9 @@ UpdateRule rule_of(const model::Optimiser& optimiser, const model::Training& tra
 
 /// Empty when nothing has any.
 Bounds bounds_of(const std::vector<UnknownPart>& parts, Eigen::Index size) {
-  if (std::ranges::none_of(parts, [](const UnknownPart& part) { return std::isfinite(part.low) || std::isfinite(part.high); })) return {};
+  if (std::ranges::none_of(parts,
+                           [](const UnknownPart& part) { return std::isfinite(part.low) || std::isfinite(part.high); }))
+    return {};
   Bounds bounds{Eigen::VectorXd(size), Eigen::VectorXd(size)};
   for (const UnknownPart& part : parts) {
     bounds.low.segment(part.offset, part.size).setConstant(part.low);
@@ -57,7 +61,9 @@ BatchOptions only_losses(BatchOptions options) {
   return options;
 }
 
-std::size_t batch_count(std::size_t windows, int batch) { return (windows + static_cast<std::size_t>(batch) - 1) / static_cast<std::size_t>(batch); }
+std::size_t batch_count(std::size_t windows, int batch) {
+  return (windows + static_cast<std::size_t>(batch) - 1) / static_cast<std::size_t>(batch);
+}
 
 }  // namespace
 
@@ -72,14 +78,17 @@ std::string describe(TrainingEnd end) {
   return "";
 }
 
-std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink, int trial) {
+std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, const BatchOptions& options,
+                                       DiagnosticSink& sink, int trial) {
   std::unique_ptr<Trainer> trainer(new Trainer(scene, options, trial));
   const model::Training& training = scene.training();
   trainer->options_.cut = training.cut;
   trainer->rule_ = rule_of(*scene.task().optimiser, training);
   trainer->epochs_ = epochs > 0 ? epochs : training.epochs;
   if (training.unroll.size() > static_cast<std::size_t>(trainer->epochs_)) {
-    sink.report("bad-option", {}, {fmt::format("--epochs {} is fewer than the {} lengths of unroll: the last ones would have none", trainer->epochs_, training.unroll.size())});
+    sink.report("bad-option", {},
+                {fmt::format("--epochs {} is fewer than the {} lengths of unroll: the last ones would have none",
+                             trainer->epochs_, training.unroll.size())});
     return nullptr;
   }
   if (!trainer->split_runs(sink)) return nullptr;
@@ -87,11 +96,15 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
     const std::size_t count = trainer->windows_of(trainer->unroll_of(e)).size();
     trainer->updates_in_all_ += trainer->is_lbfgs() ? 1 : static_cast<std::int64_t>(batch_count(count, training.batch));
     if (count > 0) continue;
-    sink.report("bad-array-file", {}, {scene.trajectories.path, fmt::format("without what is kept for validation nothing is left to learn from in windows of {} steps", trainer->unroll_of(e))});
+    sink.report("bad-array-file", {},
+                {scene.trajectories.path,
+                 fmt::format("without what is kept for validation nothing is left to learn from in windows of {} steps",
+                             trainer->unroll_of(e))});
     return nullptr;
   }
   if (training.noise > 0) {
-    for (const std::string& state : scene.trajectories.states) trainer->deviations_.push_back(training.noise * scene.trajectories.deviation(state));
+    for (const std::string& state : scene.trajectories.states)
+      trainer->deviations_.push_back(training.noise * scene.trajectories.deviation(state));
   }
   trainer->start_ = trainer->batches(trainer->unroll_of(0)).unknown_values();
   trainer->parts_ = trainer->batches_->parts();
@@ -135,7 +148,9 @@ bool Trainer::split_runs(DiagnosticSink& sink) {
   }
   if (!validation_.empty()) return true;
   const auto datum = std::ranges::find_if(scene_.task().data, &model::Datum::trajectories);
-  sink.report("bad-array-file", datum->origin.range, {all.path, fmt::format("its last {} frames, kept for validation, are shorter than a window of {} steps", all.frame_count() - first, steps)},
+  sink.report("bad-array-file", datum->origin.range,
+              {all.path, fmt::format("its last {} frames, kept for validation, are shorter than a window of {} steps",
+                                     all.frame_count() - first, steps)},
               "a larger share to validate, more runs or longer ones");
   return false;
 }
@@ -144,7 +159,8 @@ bool Trainer::split_runs(DiagnosticSink& sink) {
 int Trainer::unroll_of(int epoch) const {
   const std::vector<int>& lengths = scene_.training().unroll;
   if (lengths.empty()) return scene_.steps();
-  const std::size_t phase = static_cast<std::size_t>(epoch) * lengths.size() / static_cast<std::size_t>(std::max(epochs_, epoch + 1));
+  const std::size_t phase =
+      static_cast<std::size_t>(epoch) * lengths.size() / static_cast<std::size_t>(std::max(epochs_, epoch + 1));
   return lengths[phase];
 }
 
@@ -182,7 +198,8 @@ WindowBatches& Trainer::batches(int unroll) {
 
 void Trainer::diverge(std::span<const Window> batch, std::size_t bad, const Eigen::VectorXd& x) {
   end_ = TrainingEnd::not_finite;
-  divergence_ = Divergence{static_cast<int>(state_.updates.made), state_.epoch, batch[bad], batches(unroll_of(state_.epoch)).why_not_finite(x, batch[bad])};
+  divergence_ = Divergence{static_cast<int>(state_.updates.made), state_.epoch, batch[bad],
+                           batches(unroll_of(state_.epoch)).why_not_finite(x, batch[bad])};
 }
 
 /// False when the training ends here.
@@ -190,7 +207,8 @@ bool Trainer::make_update(std::span<const Window> batch, std::size_t first) {
   const auto epoch = static_cast<std::uint64_t>(state_.epoch);
   const StartNoise noise{deviations_, seed_ ^ noise_stream << 32, epoch << 32 | first};
   Eigen::VectorXd gradient(start_.size());
-  const WindowBatches::Result result = batches(unroll_of(state_.epoch)).gradient(state_.updates.x, batch, noise, gradient);
+  const WindowBatches::Result result =
+      batches(unroll_of(state_.epoch)).gradient(state_.updates.x, batch, noise, gradient);
   if (is_stopping()) {
     end_ = TrainingEnd::stopped;
     return false;
@@ -215,7 +233,8 @@ bool Trainer::end_epoch() {
     // After --resume at the end of an epoch they may be those of another length.
     WindowBatches* full = batches_ && batches_->steps() == scene_.steps() ? batches_.get() : nullptr;
     if (full == nullptr) {
-      if (!full_) full_ = std::make_unique<WindowBatches>(scene_, scene_.steps(), largest_batch(), only_losses(options_));
+      if (!full_)
+        full_ = std::make_unique<WindowBatches>(scene_, scene_.steps(), largest_batch(), only_losses(options_));
       full = full_.get();
     }
     const WindowBatches::Result result = full->loss(state_.updates.x, validation_);
@@ -242,7 +261,8 @@ bool Trainer::end_epoch() {
   return true;
 }
 
-/// An iteration over all windows, in the order of the file: the loss is then a function, which a line search can follow.
+/// An iteration over all windows, in the order of the file: the loss is then a function, which a line search can
+/// follow.
 bool Trainer::iterate_over_all() {
   const std::vector<Window> all = windows_of(unroll_of(state_.epoch));
   std::size_t bad = 0;
@@ -285,7 +305,8 @@ bool Trainer::make_next_update() {
   const auto size = static_cast<std::size_t>(scene_.training().batch);
   const std::span<const Window> order = order_of(state_.epoch);
   const std::size_t first = static_cast<std::size_t>(state_.batch) * size;
-  if (first < order.size() && !make_update(order.subspan(first, std::min(size, order.size() - first)), first)) return false;
+  if (first < order.size() && !make_update(order.subspan(first, std::min(size, order.size() - first)), first))
+    return false;
   return first + size < order.size() || end_epoch();
 }
 
@@ -316,7 +337,9 @@ UpdateSeconds Trainer::time_updates(int repeats) {
     seconds.windows = size;
     {
       const Stopwatch whole(&seconds.all);
-      those.gradient(state.x, std::span(all).subspan(static_cast<std::size_t>(r) * size % (all.size() - size + 1), size), {}, gradient);
+      those.gradient(state.x,
+                     std::span(all).subspan(static_cast<std::size_t>(r) * size % (all.size() - size + 1), size), {},
+                     gradient);
       update(rule_, state, gradient, updates_in_all_, bounds_);
     }
     seconds.all *= static_cast<double>(those.threads());
@@ -330,7 +353,8 @@ UpdateSeconds Trainer::time_updates(int repeats) {
 /// Where windows grow longer, all lengths come to their turn.
 bool Trainer::is_out_of_patience() const {
   const int patience = scene_.training().patience;
-  if (patience == 0 || state_.batch != 0 || state_.best_epoch < 0 || unroll_of(state_.epoch) != unroll_of(epochs_ - 1)) return false;
+  if (patience == 0 || state_.batch != 0 || state_.best_epoch < 0 || unroll_of(state_.epoch) != unroll_of(epochs_ - 1))
+    return false;
   return state_.epoch - state_.best_epoch > patience;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Learns the unknowns of a task from trajectories: epochs over all windows in random order, one update a batch; or iterations of L-BFGS,
-// each an epoch with one update by all windows. Deterministic: what was stopped and is taken up again gives the same numbers to the last
-// bit, for any number of threads.
+// Learns the unknowns of a task from trajectories: epochs over all windows in random order, one update a batch; or
+// iterations of L-BFGS, each an epoch with one update by all windows. Deterministic: what was stopped and is taken up
+// again gives the same numbers to the last bit, for any number of threads.
 #pragma once
 
 #include <filesystem>
@@ -17,24 +17,24 @@ namespace dpde::driver {
 
 /// One pass over all windows.
 struct Epoch {
-  int unroll = 1;         // steps of its windows
-  double loss = 0;        // mean over its batches, each at the values it was computed with; of L-BFGS at the values after it
-  double validation = 0;  // at the values after it; not a number without validation
-  double rate = 0;        // of its last update; 0: it has none
+  int unroll = 1;   // steps of its windows
+  double loss = 0;  // mean over its batches, each at the values it was computed with; of L-BFGS at the values after it
+  double validation = 0;     // at the values after it; not a number without validation
+  double rate = 0;           // of its last update; 0: it has none
   std::int64_t updates = 0;  // made by its end
 };
 
 /// Everything that goes into a checkpoint: from it a training goes on as if it had not stopped.
 struct TrainingState {
   UpdateState updates;
-  LbfgsState lbfgs;                // of L-BFGS once it has begun
-  int epoch = 0, batch = 0;        // the next one
-  double epoch_loss = 0;           // sum over the batches of this epoch so far
-  Eigen::VectorXd best;            // values with the lowest loss of all epochs of the same windows
+  LbfgsState lbfgs;          // of L-BFGS once it has begun
+  int epoch = 0, batch = 0;  // the next one
+  double epoch_loss = 0;     // sum over the batches of this epoch so far
+  Eigen::VectorXd best;      // values with the lowest loss of all epochs of the same windows
   double best_loss = std::numeric_limits<double>::infinity();
   int best_epoch = -1;
-  std::vector<double> losses;      // of every update's batch
-  std::vector<Epoch> epochs;       // that are over
+  std::vector<double> losses;  // of every update's batch
+  std::vector<Epoch> epochs;   // that are over
 };
 
 /// Where the time of an update goes: seconds of all threads together.
@@ -59,8 +59,10 @@ struct Divergence {
 
 class Trainer {
  public:
-  /// `epochs` > 0 in place of the task's. `trial`: see Trials. null when `sink` has errors afterwards. The scene must outlive the result.
-  static std::unique_ptr<Trainer> open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink, int trial = 0);
+  /// `epochs` > 0 in place of the task's. `trial`: see Trials. null when `sink` has errors afterwards. The scene must
+  /// outlive the result.
+  static std::unique_ptr<Trainer> open(const TrainingScene& scene, int epochs, const BatchOptions& options,
+                                       DiagnosticSink& sink, int trial = 0);
 
   /// Called after every update; false stops.
   using Watch = std::function<bool(const Trainer&)>;
@@ -68,8 +70,8 @@ class Trainer {
   /// What only run() needs.
   void free_memory();
 
-  /// Makes updates with windows of the losses' own length and leaves the state as it is: the fastest one, which others on the
-  /// machine disturbed least. options.is_timed.
+  /// Makes updates with windows of the losses' own length and leaves the state as it is: the fastest one, which others
+  /// on the machine disturbed least. options.is_timed.
   UpdateSeconds time_updates(int repeats);
 
   const TrainingState& state() const { return state_; }
@@ -92,7 +94,10 @@ class Trainer {
 
  private:
   Trainer(const TrainingScene& scene, const BatchOptions& options, int trial)
-      : scene_(scene), options_(options), trial_(static_cast<std::uint64_t>(trial) + options.seed), seed_(scene.training().seed + trial_) {}
+      : scene_(scene),
+        options_(options),
+        trial_(static_cast<std::uint64_t>(trial) + options.seed),
+        seed_(scene.training().seed + trial_) {}
   void begin_networks_anew();
   int largest_batch() const { return is_lbfgs() ? std::numeric_limits<int>::max() : scene_.training().batch; }
   bool split_runs(DiagnosticSink& sink);

@@ -16,7 +16,13 @@ namespace dpde::driver {
 namespace {
 
 constexpr std::string_view training_magic = "dpdetrn2";
-constexpr std::array<std::string_view, 14> names_of_options{"task", "length of windows", "optimiser", "rate", "momentum", "decay", "clip", "batch", "seed", "unroll", "cut", "noise", "validate", "number of epochs"};
+constexpr std::array<std::string_view, 14> names_of_options{"task",      "length of windows",
+                                                            "optimiser", "rate",
+                                                            "momentum",  "decay",
+                                                            "clip",      "batch",
+                                                            "seed",      "unroll",
+                                                            "cut",       "noise",
+                                                            "validate",  "number of epochs"};
 
 std::vector<double> numbers_in(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
 
@@ -30,7 +36,8 @@ void write(ByteWriter& out, const TrainingState& state) {
   out.number(state.batch);
   out.number(state.best_epoch);
   out.values({state.epoch_loss, state.best_loss});
-  for (const Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best}) out.values(numbers_in(*x));
+  for (const Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best})
+    out.values(numbers_in(*x));
   out.values(state.losses);
   out.number(static_cast<std::int64_t>(state.lbfgs.pairs.size()));
   out.values({state.lbfgs.loss});
@@ -42,7 +49,9 @@ void write(ByteWriter& out, const TrainingState& state) {
     out.values({pair.rho});
   }
   std::vector<double> epochs;
-  for (const Epoch& epoch : state.epochs) epochs.insert(epochs.end(), {static_cast<double>(epoch.unroll), epoch.loss, epoch.validation, epoch.rate, static_cast<double>(epoch.updates)});
+  for (const Epoch& epoch : state.epochs)
+    epochs.insert(epochs.end(), {static_cast<double>(epoch.unroll), epoch.loss, epoch.validation, epoch.rate,
+                                 static_cast<double>(epoch.updates)});
   out.values(epochs);
 }
 
@@ -76,17 +85,21 @@ bool read(ByteReader& in, TrainingState& state) {
   if (both.size() != 2) return false;
   state.epoch_loss = both[0];
   state.best_loss = both[1];
-  for (Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best}) *x = vector_of(in.values());
+  for (Eigen::VectorXd* x : {&state.updates.x, &state.updates.mean, &state.updates.square, &state.best})
+    *x = vector_of(in.values());
   state.losses = in.values();
   if (!read(in, state.lbfgs, size)) return false;
   const std::vector<double> epochs = in.values();
   if (!in.is_done() || epochs.size() % 5 != 0) return false;
   for (std::size_t i = 0; i < epochs.size(); i += 5) {
-    state.epochs.push_back({static_cast<int>(epochs[i]), epochs[i + 1], epochs[i + 2], epochs[i + 3], static_cast<std::int64_t>(epochs[i + 4])});
+    state.epochs.push_back({static_cast<int>(epochs[i]), epochs[i + 1], epochs[i + 2], epochs[i + 3],
+                            static_cast<std::int64_t>(epochs[i + 4])});
   }
-  const bool has_best = state.best_epoch < 0 ? state.best.size() == 0 || state.best.size() == size : state.best.size() == size;
-  return state.updates.x.size() == size && state.updates.mean.size() == size && state.updates.square.size() == square && has_best &&
-         state.epoch >= 0 && state.batch >= 0 && state.epochs.size() == static_cast<std::size_t>(state.epoch);
+  const bool has_best =
+      state.best_epoch < 0 ? state.best.size() == 0 || state.best.size() == size : state.best.size() == size;
+  return state.updates.x.size() == size && state.updates.mean.size() == size && state.updates.square.size() == square &&
+         has_best && state.epoch >= 0 && state.batch >= 0 &&
+         state.epochs.size() == static_cast<std::size_t>(state.epoch);
 }
 
 }  // namespace
@@ -104,7 +117,8 @@ RunIdentity Trainer::identity() const {
   const std::string text = print(scene_.compiled->stencil);
   const std::vector<double> start = numbers_in(start_);
   std::string params;
-  for (const model::Parameter& param : scene_.compiled->problem->params) params += fmt::format("{} = {}, ", param.name, param.value);
+  for (const model::Parameter& param : scene_.compiled->problem->params)
+    params += fmt::format("{} = {}, ", param.name, param.value);
   const bool counts_epochs = rule_.schedule.kind == RateSchedule::Kind::cosine || training.unroll.size() > 1;
   return {{"task", scene_.task().name},
           {"model", fmt::format("hash {:016x}", hash_bytes(text.data(), text.size()))},
@@ -112,7 +126,9 @@ RunIdentity Trainer::identity() const {
           {"content of its files", fmt::format("hash {:016x}", scene_.given_hash)},
           {"set of parameters", params},
           {"length of windows", fmt::format("{}", scene_.steps())},
-          {"optimiser", is_lbfgs() ? "lbfgs" : rule_.kind == UpdateRule::Kind::adam ? "adam" : "gradient_descent"},
+          {"optimiser", is_lbfgs()                             ? "lbfgs"
+                        : rule_.kind == UpdateRule::Kind::adam ? "adam"
+                                                               : "gradient_descent"},
           {"rate", fmt::format("{}", rule_.rate)},
           {"momentum", fmt::format("{}", rule_.momentum)},
           {"decay", fmt::format("{}", rule_.decay)},
@@ -154,7 +170,10 @@ bool Trainer::restore(std::string_view bytes, const std::string& file, Diagnosti
     const std::string its_name = in.text(), its_value = in.text();
     if (its_name != name) return damaged();
     if (its_value == value) continue;
-    const std::string values = is_for_eyes(name) ? fmt::format("it has {}, the task {}; ", its_value.empty() ? "none" : its_value, value.empty() ? "none" : value) : "";
+    const std::string values = is_for_eyes(name)
+                                   ? fmt::format("it has {}, the task {}; ", its_value.empty() ? "none" : its_value,
+                                                 value.empty() ? "none" : value)
+                                   : "";
     sink.report("restart-differs", {}, {file, name}, values + "without --resume the training starts at its beginning");
     return false;
   }

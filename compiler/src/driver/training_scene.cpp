@@ -16,11 +16,16 @@ namespace dpde::driver {
 namespace {
 
 /// A scheme with a memory cannot begin in the middle of a run without it.
-bool has_histories(const model::Problem& problem, const Trajectories& trajectories, SourceRange where, DiagnosticSink& sink) {
+bool has_histories(const model::Problem& problem, const Trajectories& trajectories, SourceRange where,
+                   DiagnosticSink& sink) {
   for (const model::State& state : problem.states) {
-    if (state.history_of.empty() || std::ranges::find(trajectories.states, state.name) != trajectories.states.end()) continue;
-    sink.report("bad-array-file", where, {trajectories.path, fmt::format("it has no {}, what the time scheme of scene {} remembers of the step before", state.name, problem.scene)},
-                "a scheme with a single step, as rk2, needs no memory");
+    if (state.history_of.empty() || std::ranges::find(trajectories.states, state.name) != trajectories.states.end())
+      continue;
+    sink.report(
+        "bad-array-file", where,
+        {trajectories.path, fmt::format("it has no {}, what the time scheme of scene {} remembers of the step before",
+                                        state.name, problem.scene)},
+        "a scheme with a single step, as rk2, needs no memory");
     return false;
   }
   return true;
@@ -36,7 +41,8 @@ std::string text_without_values(model::Problem problem, const Trajectories& traj
   return print(problem);
 }
 
-/// Values of a parameter that are not the scene's own, which would be compared with itself: all, or so many from the least to the largest.
+/// Values of a parameter that are not the scene's own, which would be compared with itself: all, or so many from the
+/// least to the largest.
 std::vector<double> values_to_try(const Trajectories& trajectories, std::size_t p, double own) {
   constexpr std::size_t most = 16;  // each costs reading the scene once
   std::set<double> distinct;
@@ -49,7 +55,8 @@ std::vector<double> values_to_try(const Trajectories& trajectories, std::size_t 
   return some;
 }
 
-bool is_same_scene(const Compiled& compiled, const Trajectories& trajectories, const std::string& own, const std::string& name, double value) {
+bool is_same_scene(const Compiled& compiled, const Trajectories& trajectories, const std::string& own,
+                   const std::string& name, double value) {
   model::Selection selection = compiled.options.selection;
   selection.overrides[name] = fmt::format("{}", value);
   DiagnosticSink ignored;
@@ -59,49 +66,69 @@ bool is_same_scene(const Compiled& compiled, const Trajectories& trajectories, c
 
 }  // namespace
 
-/// A parameter may stand where the compiler needs its number: in a seed, an extent. Another value then makes another scene.
-bool runs_are_of_this_scene(const TrainingScene& scene, const Trajectories& trajectories, SourceRange where, DiagnosticSink& sink) {
+/// A parameter may stand where the compiler needs its number: in a seed, an extent. Another value then makes another
+/// scene.
+bool runs_are_of_this_scene(const TrainingScene& scene, const Trajectories& trajectories, SourceRange where,
+                            DiagnosticSink& sink) {
   const Compiled& compiled = *scene.compiled;
   const std::string own = text_without_values(*compiled.problem, trajectories);
   for (std::size_t p = 0; p < trajectories.params.size(); ++p) {
     const std::string& name = trajectories.params[p];
-    const std::vector<double> values = values_to_try(trajectories, p, std::ranges::find(compiled.problem->params, name, &model::Parameter::name)->value);
-    if (std::ranges::all_of(values, [&](double value) { return is_same_scene(compiled, trajectories, own, name, value); })) continue;
-    sink.report("bad-array-file", where, {trajectories.path, fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed or an extent", name, compiled.problem->scene)},
+    const std::vector<double> values = values_to_try(
+        trajectories, p, std::ranges::find(compiled.problem->params, name, &model::Parameter::name)->value);
+    if (std::ranges::all_of(values,
+                            [&](double value) { return is_same_scene(compiled, trajectories, own, name, value); }))
+      continue;
+    sink.report("bad-array-file", where,
+                {trajectories.path,
+                 fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed or an extent",
+                             name, compiled.problem->scene)},
                 "what differs from run to run must be able to change between two windows");
     return false;
   }
   return true;
 }
 
-std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std::shared_ptr<const Compiled> compiled, DiagnosticSink& sink) {
+std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source, std::shared_ptr<const Compiled> compiled,
+                                                   DiagnosticSink& sink) {
   const model::Problem& problem = *compiled->problem;
   const auto datum = std::ranges::find_if(problem.task->data, &model::Datum::trajectories);
   std::optional<Trajectories> trajectories = load_trajectories(problem, datum->file, source, datum->origin.range, sink);
   if (!trajectories) return nullptr;
-  std::unique_ptr<TrainingScene> scene = open_on(source, std::move(compiled), std::move(*trajectories), datum->origin.range, sink);
+  std::unique_ptr<TrainingScene> scene =
+      open_on(source, std::move(compiled), std::move(*trajectories), datum->origin.range, sink);
   if (!scene) return nullptr;
   const int steps = scene->steps(), every = scene->trajectories.every;
   if (steps % every != 0) {
-    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its frames are {} steps apart, and {} steps of the loss are no multiple of that", every, steps)});
+    sink.report(
+        "bad-array-file", datum->origin.range,
+        {scene->trajectories.path,
+         fmt::format("its frames are {} steps apart, and {} steps of the loss are no multiple of that", every, steps)});
     return nullptr;
   }
   if (scene->starts(steps) < 1) {
-    sink.report("bad-array-file", datum->origin.range, {scene->trajectories.path, fmt::format("its {} frames, {} steps apart, are too few for windows of {} steps", scene->trajectories.frame_count(), every, steps)});
+    sink.report(
+        "bad-array-file", datum->origin.range,
+        {scene->trajectories.path, fmt::format("its {} frames, {} steps apart, are too few for windows of {} steps",
+                                               scene->trajectories.frame_count(), every, steps)});
     return nullptr;
   }
   return scene;
 }
 
-std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source, std::shared_ptr<const Compiled> compiled, Trajectories on, SourceRange where, DiagnosticSink& sink) {
+std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
+                                                      std::shared_ptr<const Compiled> compiled, Trajectories on,
+                                                      SourceRange where, DiagnosticSink& sink) {
   const model::Problem& problem = *compiled->problem;
   auto scene = std::make_unique<TrainingScene>();
   if (!has_histories(problem, on, where, sink)) return nullptr;
   scene->trajectories = std::move(on);
   scene->own_step = problem.step;
-  const auto take = [&](auto& to, const std::string& name, const model::Placement& placement, const model::Source& from) {
+  const auto take = [&](auto& to, const std::string& name, const model::Placement& placement,
+                        const model::Source& from) {
     if (from.formula || from.file.empty()) return;
-    std::optional<std::vector<double>> values = load_array(from, source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
+    std::optional<std::vector<double>> values =
+        load_array(from, source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
     if (values) to.emplace_back(name, std::move(*values));
   };
   for (const model::State& state : problem.states) {
@@ -110,7 +137,8 @@ std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source, 
   }
   for (const model::Coefficient& coefficient : problem.coefficients) {
     const model::Unknown* unknown = problem.find_unknown(coefficient);
-    take(scene->given_fields, coefficient.name, coefficient.placement, unknown != nullptr ? unknown->from : coefficient.value);
+    take(scene->given_fields, coefficient.name, coefficient.placement,
+         unknown != nullptr ? unknown->from : coefficient.value);
   }
   if (sink.has_errors()) return nullptr;
   scene->given_hash = hash_of_files(problem, source);
@@ -133,7 +161,8 @@ void TrainingScene::begin(Simulation& simulation, const Trajectories& from, cons
   simulation.begin_at(from.times[static_cast<std::size_t>(window.frame)]);
   const Trajectories::Run& run = from.runs[static_cast<std::size_t>(window.run)];
   for (std::size_t p = 0; p < from.params.size(); ++p) simulation.set(from.params[p], run.params[p]);
-  for (const std::string& state : from.states) simulation.set_initial(state, from.frames(window.run, state, window.frame));
+  for (const std::string& state : from.states)
+    simulation.set_initial(state, from.frames(window.run, state, window.frame));
 }
 
 }  // namespace dpde::driver

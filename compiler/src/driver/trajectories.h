@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of a scene in a NetCDF file of the tool's own format: states at equal intervals of time, with a leading dimension `run`
-// where there are several. What networks and parameters are learnt from and tested on.
+// Runs of a scene in a NetCDF file of the tool's own format: states at equal intervals of time, with a leading
+// dimension `run` where there are several. What networks and parameters are learnt from and tested on.
 #pragma once
 
 #include <map>
@@ -14,11 +14,12 @@
 
 namespace dpde::driver {
 
-/// What to read: the variables of the data, those of the scene's states that are there, and the parameters that differ from run to run.
+/// What to read: the variables of the data, those of the scene's states that are there, and the parameters that differ
+/// from run to run.
 struct Trajectories {
   std::string path;
-  std::vector<double> times;        // of the frames
-  int every = 1;                    // steps of the scene from one frame to the next
+  std::vector<double> times;  // of the frames
+  int every = 1;              // steps of the scene from one frame to the next
   std::size_t cells = 0;
   std::vector<std::string> states;  // of the scene; the others begin as the scene says
   std::vector<std::string> params;  // of the scene, with a value for each run
@@ -37,9 +38,9 @@ struct Trajectories {
   double deviation(const std::string& variable) const;
 };
 
-/// The trajectories of `file`, as the data of the problem's task want them. Reports cannot-read, bad-array-file, wrong-shape and
-/// data-not-finite at `where`, and warns of data-of-other-parameter there.
-std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file, const SourceFile& source,
-                                              SourceRange where, DiagnosticSink& sink);
+/// The trajectories of `file`, as the data of the problem's task want them. Reports cannot-read, bad-array-file,
+/// wrong-shape and data-not-finite at `where`, and warns of data-of-other-parameter there.
+std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
+                                              const SourceFile& source, SourceRange where, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

@@ -19,10 +19,12 @@ using Runs = std::vector<std::vector<double>>;
 using Visit = std::function<std::vector<double>(Roller&, int run)>;
 
 /// `visit` of every run, on all threads.
-Runs over_runs(const TrainingScene& scene, const Trajectories& on, const UnknownValues& x, const BatchOptions& options, const Visit& visit) {
+Runs over_runs(const TrainingScene& scene, const Trajectories& on, const UnknownValues& x, const BatchOptions& options,
+               const Visit& visit) {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
   std::deque<Roller> rollers;
-  for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t) rollers.emplace_back(scene, on, x, options);
+  for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
+    rollers.emplace_back(scene, on, x, options);
   Runs values(on.runs.size());
   Team(static_cast<int>(rollers.size())).run(runs, [&](std::int64_t run, int thread) {
     values[static_cast<std::size_t>(run)] = visit(rollers[static_cast<std::size_t>(thread)], static_cast<int>(run));
@@ -33,7 +35,8 @@ Runs over_runs(const TrainingScene& scene, const Trajectories& on, const Unknown
 bool fits(const model::Test& test, const Trajectories& on, DiagnosticSink& sink) {
   if (test.when.count % on.every == 0 && test.when.count / on.every < on.frame_count()) return true;
   sink.report("bad-array-file", test.on_origin.range,
-              {on.path, fmt::format("its {} frames, {} steps apart, do not reach exactly {} steps from the first", on.frame_count(), on.every, test.when.count)},
+              {on.path, fmt::format("its {} frames, {} steps apart, do not reach exactly {} steps from the first",
+                                    on.frame_count(), on.every, test.when.count)},
               fmt::format("it reaches {} steps", (on.frame_count() - 1) * on.every));
   return false;
 }
@@ -53,29 +56,39 @@ bool has_states(const model::Test& test, const TrainingScene& scene, const Traje
   if (test.kind == model::Test::Kind::number) return true;
   const dpde_program& program = *scene.compiled->program(scene.compiled->names.tests.at(test.quantity.name));
   for (const model::State& state : scene.compiled->problem->states) {
-    const bool is_read = std::ranges::any_of(std::span(program.fields, static_cast<std::size_t>(program.field_count)), [&](const char* field) { return state.name == field; });
+    const bool is_read = std::ranges::any_of(std::span(program.fields, static_cast<std::size_t>(program.field_count)),
+                                             [&](const char* field) { return state.name == field; });
     if (!is_read || std::ranges::find(on.states, state.name) != on.states.end()) continue;
-    sink.report("bad-array-file", test.on_origin.range, {on.path, fmt::format("it has no {}, of which {} {} is to be compared", state.name, word_for(test.kind), test.quantity.name)},
+    sink.report("bad-array-file", test.on_origin.range,
+                {on.path, fmt::format("it has no {}, of which {} {} is to be compared", state.name, word_for(test.kind),
+                                      test.quantity.name)},
                 fmt::format("it has {}", fmt::join(on.states, ", ")));
     return false;
   }
   return true;
 }
 
-std::optional<Trajectories> load_test(const TrainingScene& scene, const model::Test& test, const SourceFile& source, DiagnosticSink& sink) {
-  std::optional<Trajectories> on = load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
-  if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink)) return std::nullopt;
+std::optional<Trajectories> load_test(const TrainingScene& scene, const model::Test& test, const SourceFile& source,
+                                      DiagnosticSink& sink) {
+  std::optional<Trajectories> on =
+      load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
+  if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink))
+    return std::nullopt;
   return on;
 }
 
-TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, const std::string& file, const Trajectories& on, const UnknownValues& values, const BatchOptions& options) {
+TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, const std::string& file,
+                        const Trajectories& on, const UnknownValues& values, const BatchOptions& options) {
   const model::Problem& problem = *scene.compiled->problem;
   TrajectoryTest result{test.quantity.name, problem.scene, file, test.kind, {}, {}, {}, !problem.networks.empty()};
   result.threshold = test.threshold;
   result.runs = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.roll(test, run); });
   const bool has_data = test.kind == model::Test::Kind::statistic || test.kind == model::Test::Kind::spectrum;
-  if (has_data) result.data = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
-  for (int k = 1; k <= frames_of(test, scene, on); ++k) result.times.push_back(on.times[static_cast<std::size_t>(k)] - on.times[0]);
+  if (has_data)
+    result.data =
+        over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
+  for (int k = 1; k <= frames_of(test, scene, on); ++k)
+    result.times.push_back(on.times[static_cast<std::size_t>(k)] - on.times[0]);
   if (test.kind != model::Test::Kind::spectrum) return result;
   const Spectrum spectrum(problem.axes);
   result.last_resolved = spectrum.last_resolved();
@@ -130,13 +143,19 @@ double least(const std::vector<double>& values) {
   return least;
 }
 
-double interval_of(const TrainingScene& scene, const Trajectories& on) { return on.every * scene.compiled->problem->step; }
+double interval_of(const TrainingScene& scene, const Trajectories& on) {
+  return on.every * scene.compiled->problem->step;
+}
 
 /// A statistic needs its fields, a course the same times.
-bool check_beside(const model::Test& test, double interval, const model::Test::Beside& beside, const TrainingScene& scene, DiagnosticSink& sink) {
+bool check_beside(const model::Test& test, double interval, const model::Test::Beside& beside,
+                  const TrainingScene& scene, DiagnosticSink& sink) {
   const double own = interval_of(scene, scene.trajectories);
   if (std::abs(own - interval) <= 1e-6 * interval) return has_states(test, scene, scene.trajectories, sink);
-  sink.report("bad-array-file", beside.origin.range, {scene.trajectories.path, fmt::format("its frames are {:.6g} apart, those of {}, which the task's own scene is tested on, {:.6g}", own, test.on, interval)});
+  sink.report("bad-array-file", beside.origin.range,
+              {scene.trajectories.path,
+               fmt::format("its frames are {:.6g} apart, those of {}, which the task's own scene is tested on, {:.6g}",
+                           own, test.on, interval)});
   return false;
 }
 
@@ -173,7 +192,8 @@ std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const Sou
   return scenes;
 }
 
-std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink) {
+std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                  const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<TrajectoryTest> results;
   for (const model::Test& test : scenes.own.task().tests) {
     const std::optional<Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
@@ -183,7 +203,8 @@ std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, cons
   return results;
 }
 
-std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options) {
+std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                      const BatchOptions& options) {
   std::vector<std::vector<TrajectoryTest>> results;
   for (const model::Test& test : scenes.own.task().tests) {
     std::vector<TrajectoryTest>& all = results.emplace_back();
@@ -195,7 +216,8 @@ std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, 
   return results;
 }
 
-std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink) {
+std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink) {
   constexpr int repeats = 5;
   constexpr double at_least = 0.02;  // seconds of one measurement
   std::vector<std::vector<double>> costs;
@@ -219,18 +241,21 @@ std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const 
   return costs;
 }
 
-std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink) {
+std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink) {
   std::vector<GrowthTest> results;
   const std::string& name = scenes.own.compiled->problem->scene;
   for (const model::Test& growth : scenes.own.task().growths) {
     const std::optional<Trajectories> on = load_test(scenes.own, growth, scenes.source, sink);
     if (!on) return {};
-    results.push_back({growth.quantity.name, name, growth.on, scenes.growths.at(name)->rates(*on, growth.when.count, values, options)});
+    results.push_back({growth.quantity.name, name, growth.on,
+                       scenes.growths.at(name)->rates(*on, growth.when.count, values, options)});
   }
   return results;
 }
 
-std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options) {
+std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                    const BatchOptions& options) {
   std::vector<std::vector<GrowthTest>> results;
   for (const model::Test& growth : scenes.own.task().growths) {
     std::vector<GrowthTest>& all = results.emplace_back();
@@ -240,8 +265,10 @@ std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, co
       for (const network::Network& network : scene.compiled->problem->networks) {
         if (values.contains(network.name)) learnt[network.name] = values.at(network.name);
       }
-      const auto steps = static_cast<int>(std::lround(growth.when.count * scene.own_step / scene.compiled->problem->step));
-      all.push_back({growth.quantity.name, beside.scene, beside.on, scenes.growths.at(beside.scene)->rates(scene.trajectories, steps, learnt, options)});
+      const auto steps =
+          static_cast<int>(std::lround(growth.when.count * scene.own_step / scene.compiled->problem->step));
+      all.push_back({growth.quantity.name, beside.scene, beside.on,
+                     scenes.growths.at(beside.scene)->rates(scene.trajectories, steps, learnt, options)});
     }
   }
   return results;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task's tests, statistics and rates of growth on trajectories: the scene runs from the first frame of each run, other scenes beside
-// it, and a quantity tells at every frame behind it how far it has gone astray.
+// A task's tests, statistics and rates of growth on trajectories: the scene runs from the first frame of each run,
+// other scenes beside it, and a quantity tells at every frame behind it how far it has gone astray.
 #pragma once
 
 #include <string>
@@ -15,14 +15,15 @@ namespace dpde::driver {
 struct TrajectoryTest {
   std::string name, scene, file;
   model::Test::Kind kind = model::Test::Kind::number;
-  std::vector<double> times;             // since the first frame
-  std::vector<std::vector<double>> runs; // the quantity of each run at each of these times; infinite from where a run has blown up
-  std::vector<std::vector<double>> data; // of a statistic: the quantity of the data themselves
-  bool has_network = false;              // the scene
+  std::vector<double> times;  // since the first frame
+  std::vector<std::vector<double>>
+      runs;  // the quantity of each run at each of these times; infinite from where a run has blown up
+  std::vector<std::vector<double>> data;  // of a statistic: the quantity of the data themselves
+  bool has_network = false;               // the scene
   // Of a spectrum, whose `runs` and `data` are the energies of its shells:
-  std::size_t last_resolved = 0;         // shell
-  double unit = 0, noise = 0;            // wave number of shell 1; see distance()
-  double threshold = 0;                  // of a correlation
+  std::size_t last_resolved = 0;  // shell
+  double unit = 0, noise = 0;     // wave number of shell 1; see distance()
+  double threshold = 0;           // of a correlation
 
   /// Over the times, of each run; and over the runs, at each time.
   std::vector<double> means() const { return means_of(runs); }
@@ -55,14 +56,19 @@ struct TestScenes {
 };
 
 /// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
-std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink);
+std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                  const BatchOptions& options, DiagnosticSink& sink);
 /// Of the scenes beside: by test, in the order of its line.
-std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options);
-/// Seconds that a processor works for a unit of time, of the task's scene and then of those beside, one thread each: the least of several
-/// measurements in turn. By test, empty of a test with nothing beside it.
-std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink);
+std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                      const BatchOptions& options);
+/// Seconds that a processor works for a unit of time, of the task's scene and then of those beside, one thread each:
+/// the least of several measurements in turn. By test, empty of a test with nothing beside it.
+std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink);
 
-std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options, DiagnosticSink& sink);
-std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values, const BatchOptions& options);
+std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink);
+std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                    const BatchOptions& options);
 
 }  // namespace dpde::driver

@@ -11,12 +11,14 @@ namespace dpde::driver {
 
 namespace {
 
-constexpr std::string_view trials_magic = "dpdetrl2";  // then of each trial its seconds, and its checkpoint with its length and its own checksum
+constexpr std::string_view trials_magic =
+    "dpdetrl2";  // then of each trial its seconds, and its checkpoint with its length and its own checksum
 constexpr std::string_view without_seconds = "dpdetrls";
 
 }  // namespace
 
-std::unique_ptr<Trials> Trials::open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink) {
+std::unique_ptr<Trials> Trials::open(const TrainingScene& scene, int epochs, const BatchOptions& options,
+                                     DiagnosticSink& sink) {
   std::unique_ptr<Trials> trials(new Trials(scene, epochs, options));
   return trials->begin(sink) ? std::move(trials) : nullptr;
 }
@@ -47,7 +49,8 @@ void Trials::run(const Watch& watch) {
 }
 
 std::size_t Trials::best() const {
-  const auto least = std::ranges::min_element(trials_, {}, [](const Trial& trial) { return trial.trainer->state().best_loss; });
+  const auto least =
+      std::ranges::min_element(trials_, {}, [](const Trial& trial) { return trial.trainer->state().best_loss; });
   return static_cast<std::size_t>(least - trials_.begin());
 }
 

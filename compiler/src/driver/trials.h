@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A training repeated: the k-th trial (from 0) has k added to the seeds of its windows and noise, and of the weights that networks
-// begin with where no file gives them. What one training finds by luck, several show.
+// A training repeated: the k-th trial (from 0) has k added to the seeds of its windows and noise, and of the weights
+// that networks begin with where no file gives them. What one training finds by luck, several show.
 #pragma once
 
 #include <memory>
@@ -14,14 +14,15 @@ namespace dpde::driver {
 struct Trial {
   std::unique_ptr<Trainer> trainer;
   TrainingEnd end = TrainingEnd::stopped;
-  double seconds = 0;  // since it was begun or taken up again
+  double seconds = 0;      // since it was begun or taken up again
   double cpu_seconds = 0;  // of all threads, since it was begun; not a number when a checkpoint does not tell
 };
 
 class Trials {
  public:
   /// As Trainer::open.
-  static std::unique_ptr<Trials> open(const TrainingScene& scene, int epochs, const BatchOptions& options, DiagnosticSink& sink);
+  static std::unique_ptr<Trials> open(const TrainingScene& scene, int epochs, const BatchOptions& options,
+                                      DiagnosticSink& sink);
 
   /// Called after every update of the present trial; false stops.
   using Watch = std::function<bool(const Trials&)>;
@@ -35,19 +36,21 @@ class Trials {
   std::size_t running() const { return running_; }
   const Trainer& present() const { return *trials_[running_].trainer; }
   std::uint64_t seed_of(std::size_t trial) const { return scene_.training().seed + options_.seed + trial; }
-  /// By validation, else by the loss of training; never by a test. The first one where none has come to the end of an epoch.
+  /// By validation, else by the loss of training; never by a test. The first one where none has come to the end of an
+  /// epoch.
   std::size_t best() const;
   /// Updates of all trials so far, and when no epoch is left out.
   std::int64_t made() const;
   std::int64_t updates() const { return count() * present().updates(); }
 
-  /// The checkpoint as bytes of a file. Taken up with more or fewer trials, those that there are stay as they are; trials beyond those that
-  /// are wanted stay in the checkpoint.
+  /// The checkpoint as bytes of a file. Taken up with more or fewer trials, those that there are stay as they are;
+  /// trials beyond those that are wanted stay in the checkpoint.
   std::string save() const;
   bool restore(std::string_view bytes, const std::string& file, DiagnosticSink& sink);
 
  private:
-  Trials(const TrainingScene& scene, int epochs, const BatchOptions& options) : scene_(scene), epochs_(epochs), options_(options) {}
+  Trials(const TrainingScene& scene, int epochs, const BatchOptions& options)
+      : scene_(scene), epochs_(epochs), options_(options) {}
   bool begin(DiagnosticSink& sink);
 
   const TrainingScene& scene_;

@@ -11,10 +11,13 @@ constexpr double least_field_bytes = 4 << 20;  // the runtime's, from which on s
 
 /// The code itself is in its key, the processor in the cache's.
 std::string key_of(const Compiled& compiled, const RolloutSetup& setup) {
-  return fmt::format("tuning\n{} cells, {} threads\n{}", fmt::join(setup.layout.cells, " "), setup.team.threads(), compiled.code_key);
+  return fmt::format("tuning\n{} cells, {} threads\n{}", fmt::join(setup.layout.cells, " "), setup.team.threads(),
+                     compiled.code_key);
 }
 
-codegen::CodeCache* cache_of(const Compiled& compiled) { return compiled.code_key.empty() ? nullptr : compiled.options.cache.get(); }
+codegen::CodeCache* cache_of(const Compiled& compiled) {
+  return compiled.code_key.empty() ? nullptr : compiled.options.cache.get();
+}
 
 }  // namespace
 

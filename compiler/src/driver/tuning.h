@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rollouts find out about the fastest way to sweep over large fields (Rollout::tuning), kept in the cache beside the code.
+// What rollouts find out about the fastest way to sweep over large fields (Rollout::tuning), kept in the cache beside
+// the code.
 #pragma once
 
 #include <string>
@@ -9,8 +10,8 @@
 
 namespace dpde::driver {
 
-/// Fields that leave the core's own cache: it depends on the machine which code is fastest for them, and compiling more of it
-/// is nothing beside the run.
+/// Fields that leave the core's own cache: it depends on the machine which code is fastest for them, and compiling more
+/// of it is nothing beside the run.
 bool is_worth_tuning(const Compiled& compiled);
 
 /// For RolloutSetup::tuning; "" when nothing is kept.

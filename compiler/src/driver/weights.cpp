@@ -14,7 +14,8 @@ namespace dpde::driver {
 
 namespace {
 
-std::optional<std::vector<double>> load(const network::Network& network, const model::Source& from, const SourceFile& source, DiagnosticSink& sink) {
+std::optional<std::vector<double>> load(const network::Network& network, const model::Source& from,
+                                        const SourceFile& source, DiagnosticSink& sink) {
   const std::string path = find_data_file(from.file, source.path()).string();
   const std::optional<std::string> bytes = read_file(path, from.origin.range, sink);
   if (!bytes) return std::nullopt;
@@ -40,7 +41,8 @@ std::map<std::string, model::Source> files_of_weights(const model::Problem& prob
 
 }  // namespace
 
-std::optional<NetworkWeights> load_weights(const model::Problem& problem, const SourceFile& source, DiagnosticSink& sink) {
+std::optional<NetworkWeights> load_weights(const model::Problem& problem, const SourceFile& source,
+                                           DiagnosticSink& sink) {
   NetworkWeights weights;
   for (const auto& [name, from] : files_of_weights(problem)) {
     std::optional<std::vector<double>> values = load(*problem.find_network(name), from, source, sink);

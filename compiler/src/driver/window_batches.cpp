@@ -2,6 +2,7 @@
 #include "driver/window_batches.h"
 
 #include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -65,23 +66,27 @@ std::vector<UnknownPart> WindowBatches::parts() {
   return all;
 }
 
-void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window, const StartNoise& noise, std::uint64_t number) {
+void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window,
+                          const StartNoise& noise, std::uint64_t number) {
   const Trajectories& trajectories = from_.trajectories;
   from_.begin(simulation, trajectories, window);
   simulation.set_unknowns(values_in(x));
   for (std::size_t s = 0; s < noise.deviations.size(); ++s) {
     const std::span<const double> frame = trajectories.frames(window.run, trajectories.states[s], window.frame);
     std::vector<double> start(frame.begin(), frame.end());
-    for (std::size_t i = 0; i < start.size(); ++i) start[i] += noise.deviations[s] * normal(noise.seed, i * noise.deviations.size() + s, noise.stream + number);
+    for (std::size_t i = 0; i < start.size(); ++i)
+      start[i] += noise.deviations[s] * normal(noise.seed, i * noise.deviations.size() + s, noise.stream + number);
     simulation.set_initial(trajectories.states[s], start);
   }
   for (const dpde_datum& datum : data_) {
     const auto declared = std::ranges::find(from_.task().data, datum.name, &model::Datum::name);
-    simulation.set_field(datum.name, trajectories.frames(window.run, declared->variable, window.frame + 1, static_cast<int>(at_.size())));
+    simulation.set_field(datum.name, trajectories.frames(window.run, declared->variable, window.frame + 1,
+                                                         static_cast<int>(at_.size())));
   }
 }
 
-void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, std::size_t first, const Work& work) {
+void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise,
+                             std::size_t first, const Work& work) {
   const Stopwatch whole(is_timed_ ? &region_ : nullptr);
   team_.run(static_cast<std::int64_t>(windows.size()), [&](std::int64_t i, int t) {
     const auto number = static_cast<std::size_t>(i), thread = static_cast<std::size_t>(t);
@@ -105,7 +110,8 @@ double finite_or_nan(const std::function<double()>& loss) {
 }  // namespace
 
 /// Many windows go some at a time, so that not all their gradients are there at once.
-WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd* gradient) {
+WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows,
+                                          const StartNoise& noise, Eigen::VectorXd* gradient) {
   constexpr std::size_t at_once = 64;
   const std::size_t most = std::min(windows.size(), at_once);
   std::vector<double> losses(most);
@@ -116,7 +122,8 @@ WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<co
     const std::size_t count = std::min(windows.size() - first, at_once);
     for_each(x, windows.subspan(first, count), noise, first, [&](Simulation& simulation, std::size_t i) {
       losses[i] = finite_or_nan([&] { return gradient != nullptr ? simulation.gradient() : simulation.loss(); });
-      if (gradient != nullptr) gradients_[i] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
+      if (gradient != nullptr)
+        gradients_[i] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
     });
     for (std::size_t i = 0; i < count; ++i) {
       result.loss += losses[i];
@@ -145,11 +152,14 @@ BatchSeconds WindowBatches::take_seconds() {
   return all;
 }
 
-WindowBatches::Result WindowBatches::gradient(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise, Eigen::VectorXd& gradient) {
+WindowBatches::Result WindowBatches::gradient(const Eigen::VectorXd& x, std::span<const Window> windows,
+                                              const StartNoise& noise, Eigen::VectorXd& gradient) {
   return over(x, windows, noise, &gradient);
 }
 
-WindowBatches::Result WindowBatches::loss(const Eigen::VectorXd& x, std::span<const Window> windows) { return over(x, windows, {}, nullptr); }
+WindowBatches::Result WindowBatches::loss(const Eigen::VectorXd& x, std::span<const Window> windows) {
+  return over(x, windows, {}, nullptr);
+}
 
 std::string WindowBatches::why_not_finite(const Eigen::VectorXd& x, const Window& window) {
   Simulation& simulation = simulations_.front();

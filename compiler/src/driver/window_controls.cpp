@@ -16,19 +16,26 @@
 namespace dpde::driver {
 
 bool seeks_controls(const model::Problem& problem) {
-  return problem.task && problem.task->training && std::ranges::any_of(problem.task->unknowns, [&](const model::Unknown& unknown) {
-    const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
-    return unknown.kind == model::Unknown::Kind::control || (unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control());
-  });
+  return problem.task && problem.task->training &&
+         std::ranges::any_of(problem.task->unknowns, [&](const model::Unknown& unknown) {
+           const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
+           return unknown.kind == model::Unknown::Kind::control ||
+                  (unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr &&
+                   coefficient->is_control());
+         });
 }
 
 WindowControls::WindowControls(const TrainingScene& scene, int iterations, const BatchOptions& options)
-    : scene_(scene), iterations_(iterations), options_(options), batches_(scene, scene.steps(), std::numeric_limits<int>::max(), options) {}
+    : scene_(scene),
+      iterations_(iterations),
+      options_(options),
+      batches_(scene, scene.steps(), std::numeric_limits<int>::max(), options) {}
 
 std::vector<Window> WindowControls::windows() const {
   std::vector<Window> all;
   for (int run = 0; run < static_cast<int>(scene_.trajectories.runs.size()); ++run) {
-    for (int frame = 0; frame + frames() < scene_.trajectories.frame_count(); frame += frames()) all.push_back({run, frame});
+    for (int frame = 0; frame + frames() < scene_.trajectories.frame_count(); frame += frames())
+      all.push_back({run, frame});
   }
   return all;
 }
@@ -38,16 +45,22 @@ int WindowControls::frames_left_over() const { return (scene_.trajectories.frame
 std::uint64_t WindowControls::key() {
   const Compiled& compiled = *scene_.compiled;
   const model::Optimiser& optimiser = *scene_.task().optimiser;
-  std::string text = fmt::format("{}\n{}\n{} {} {} {}\n", print(compiled.stencil), model::print(compiled.problem->scheme), scene_.task().name, scene_.steps(), scene_.trajectories.hash,
-                                 scene_.given_hash);
-  text += fmt::format("{} {} {} {} {}\n", static_cast<int>(optimiser.kind), optimiser.rate, optimiser.gauss_newton, iterations_ > 0 ? iterations_ : optimiser.iterations,
+  std::string text =
+      fmt::format("{}\n{}\n{} {} {} {}\n", print(compiled.stencil), model::print(compiled.problem->scheme),
+                  scene_.task().name, scene_.steps(), scene_.trajectories.hash, scene_.given_hash);
+  text += fmt::format("{} {} {} {} {}\n", static_cast<int>(optimiser.kind), optimiser.rate, optimiser.gauss_newton,
+                      iterations_ > 0 ? iterations_ : optimiser.iterations,
                       compiled.options.backend ? static_cast<int>(*compiled.options.backend) : -1);
-  for (const model::Parameter& param : compiled.problem->params) text += fmt::format("{} = {}\n", param.name, param.value);
-  text += fmt::format("{} {} {} {}\n", compiled.problem->step, compiled.problem->t_begin, scene_.trajectories.every, frames());
-  for (const model::Coefficient& coefficient : compiled.problem->coefficients) text += fmt::format("{} {}\n", coefficient.name, coefficient.every);
+  for (const model::Parameter& param : compiled.problem->params)
+    text += fmt::format("{} = {}\n", param.name, param.value);
+  text += fmt::format("{} {} {} {}\n", compiled.problem->step, compiled.problem->t_begin, scene_.trajectories.every,
+                      frames());
+  for (const model::Coefficient& coefficient : compiled.problem->coefficients)
+    text += fmt::format("{} {}\n", coefficient.name, coefficient.every);
   for (const UnknownPart& part : batches_.parts()) text += fmt::format("{} {} {}\n", part.name, part.low, part.high);
   const Eigen::VectorXd start = batches_.unknown_values();
-  return hash_bytes(start.data(), static_cast<std::size_t>(start.size()) * sizeof(double), hash_bytes(text.data(), text.size()));
+  return hash_bytes(start.data(), static_cast<std::size_t>(start.size()) * sizeof(double),
+                    hash_bytes(text.data(), text.size()));
 }
 
 std::vector<std::string> WindowControls::states() const {
@@ -79,7 +92,8 @@ FoundControls WindowControls::find_one(Simulation& simulation, const Window& win
     const std::vector<double> values = simulation.unknown_values();
     found.norm = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).norm();
     run(simulation, found);
-    if (result.reason == StopReason::not_finite) found.why = fmt::format("the loss or its gradient is not finite at iteration {}", result.iterations);
+    if (result.reason == StopReason::not_finite)
+      found.why = fmt::format("the loss or its gradient is not finite at iteration {}", result.iterations);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::run) throw;
     found.why = error.what();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A task whose data are trajectories and whose unknowns are controls: each window has its own, found for it alone by the task's
-// optimiser. The windows of a run stand end to end; each begins with a frame of the data.
+// A task whose data are trajectories and whose unknowns are controls: each window has its own, found for it alone by
+// the task's optimiser. The windows of a run stand end to end; each begins with a frame of the data.
 #pragma once
 
 #include "driver/window_batches.h"
@@ -12,10 +12,11 @@ bool seeks_controls(const model::Problem& problem);
 
 struct FoundControls {
   Window window;
-  std::vector<double> losses;                // entry k: before iteration k; the last one with the controls found
-  double norm = 0;                           // of the controls
-  std::string why;                           // the search came to nothing: what is not finite, where; "": it did not
-  std::vector<std::vector<double>> states;   // of each state of the scene, at the frames behind the first one after the other
+  std::vector<double> losses;  // entry k: before iteration k; the last one with the controls found
+  double norm = 0;             // of the controls
+  std::string why;             // the search came to nothing: what is not finite, where; "": it did not
+  std::vector<std::vector<double>>
+      states;  // of each state of the scene, at the frames behind the first one after the other
 };
 
 class WindowControls {
@@ -30,8 +31,8 @@ class WindowControls {
   /// Of everything that what is found depends on.
   std::uint64_t key();
   std::vector<std::string> states() const;
-  /// The given windows, several at once; `take` gets them in any order, one at a time, and may say that it is enough. False when not
-  /// all were searched. @throws Error
+  /// The given windows, several at once; `take` gets them in any order, one at a time, and may say that it is enough.
+  /// False when not all were searched. @throws Error
   bool find(std::span<const Window> windows, const std::function<bool(FoundControls)>& take);
 
  private:

@@ -41,15 +41,21 @@ std::int64_t coordinate(const Cell& cell, std::size_t axis) { return axis == 0 ?
 
 Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells,
                      int threads)
-    : axes_(axes_with(problem.axes, cells)), layout_(layout_for(axes_, code)), team_(threads),
-      cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))), noises_(problem.noises()), t_begin_(problem.t_begin), step_(problem.step) {
+    : axes_(axes_with(problem.axes, cells)),
+      layout_(layout_for(axes_, code)),
+      team_(threads),
+      cell_count_(static_cast<std::size_t>(dpde::cell_count(layout_))),
+      noises_(problem.noises()),
+      t_begin_(problem.t_begin),
+      step_(problem.step) {
   for (const model::Parameter& param : problem.params) params_[param.name] = param.value;
   for (const model::Control& control : problem.controls) set_control(control.name, control.every, control.values);
   constexpr const char* spacings[] = {"hx", "hy", "hz"};
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     const model::Axis& axis = axes_[a];
     params_[spacings[a]] = axis.spacing();
-    fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, axis.spacing(), axis.topology == Topology::periodic);
+    fill_coordinate(field(axis.name), static_cast<int>(a), axis.low, axis.spacing(),
+                    axis.topology == Topology::periodic);
   }
   const auto add_weights = [&](const dpde_network& network) {
     const std::vector<double> zero(static_cast<std::size_t>(network.weight_count));
@@ -65,7 +71,8 @@ Workspace::Workspace(const model::Problem& problem, const codegen::CompiledModul
   params_["cells"] = static_cast<double>(cell_count_);
   draw_noise(0);
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (coefficient.is_control()) add_control_field(coefficient.name, coefficient.every, problem.intervals(coefficient.every));
+    if (coefficient.is_control())
+      add_control_field(coefficient.name, coefficient.every, problem.intervals(coefficient.every));
   }
 }
 
@@ -148,14 +155,16 @@ std::vector<double> Workspace::dense(const std::string& name) {
   const ControlField* control = find_control_field(name);
   const std::size_t count = control == nullptr ? 1 : control->at.size();
   std::vector<double> values(count * cell_count_);
-  for (std::size_t k = 0; k < count; ++k) interval_of(name, k).copy_out(std::span(values).subspan(k * cell_count_, cell_count_));
+  for (std::size_t k = 0; k < count; ++k)
+    interval_of(name, k).copy_out(std::span(values).subspan(k * cell_count_, cell_count_));
   return values;
 }
 
 void Workspace::set_dense(const std::string& name, std::span<const double> values) {
   const ControlField* control = find_control_field(name);
   if (control == nullptr) return field(name).copy_in(values);
-  for (std::size_t k = 0; k < control->at.size(); ++k) interval_of(name, k).copy_in(values.subspan(k * cell_count_, cell_count_));
+  for (std::size_t k = 0; k < control->at.size(); ++k)
+    interval_of(name, k).copy_in(values.subspan(k * cell_count_, cell_count_));
 }
 
 void Workspace::set_control(const std::string& name, int every, std::vector<double> values) {
@@ -203,7 +212,8 @@ const Executor& Workspace::execute(const dpde_program& program, double t, const 
   return *executor;
 }
 
-std::map<std::string, double> Workspace::run(const dpde_program& program, double t, const std::map<std::string, void*>& bound) {
+std::map<std::string, double> Workspace::run(const dpde_program& program, double t,
+                                             const std::map<std::string, void*>& bound) {
   const Executor& executor = execute(program, t, bound);
   std::map<std::string, double> sums;
   for (int s = 0; s < program.sum_count; ++s) sums[program.sums[s]] = executor.sums()[static_cast<std::size_t>(s)];

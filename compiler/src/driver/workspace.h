@@ -24,7 +24,8 @@ class Workspace {
   /// `cells`: one number an axis, in place of the scene's; empty: the scene's. The layout's halo fits every program of
   /// `code`. Coordinates x, y, z are there from the start.
   /// @throws Error(machine) when memory runs out.
-  Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells, int threads);
+  Workspace(const model::Problem& problem, const codegen::CompiledModule& code, const std::vector<int>& cells,
+            int threads);
 
   const dpde_layout& layout() const { return layout_; }
   /// The grid's axes, `cells` applied.
@@ -60,7 +61,8 @@ class Workspace {
   const std::map<std::string, Control>& controls() const { return controls_; }
   void set_control(const std::string& name, int every, std::vector<double> values);
 
-  /// Of a network: its weights, which begin as the file says, their rates and what the last run added to their gradient.
+  /// Of a network: its weights, which begin as the file says, their rates and what the last run added to their
+  /// gradient.
   struct Weights {
     std::vector<double> values, rates, bars;
     dpde_weights bound() { return {values.data(), rates.data(), bars.data()}; }
@@ -71,15 +73,18 @@ class Workspace {
   const std::vector<ControlField>& control_fields() const { return control_fields_; }
   /// Makes `name`, a rate, one with the same intervals as `like`, where that is one.
   void make_like(const std::string& name, const std::string& like);
-  /// Runs the program that keeps the control field `name` once for each interval, with t in its middle and noise drawn anew.
+  /// Runs the program that keeps the control field `name` once for each interval, with t in its middle and noise drawn
+  /// anew.
   void run_for_intervals(const dpde_program& program, const std::string& name);
 
-  /// Runs a program once at time `t`, or at the begin, on the fields of these names, `bound` ones taken from there instead and control
-  /// fields from the interval of `t`; what the program needs beside them is made. The result has its sums, until the next run.
+  /// Runs a program once at time `t`, or at the begin, on the fields of these names, `bound` ones taken from there
+  /// instead and control fields from the interval of `t`; what the program needs beside them is made. The result has
+  /// its sums, until the next run.
   const Executor& execute(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
   const Executor& execute(const dpde_program& program) { return execute(program, t_begin_); }
   /// The same; returns the sums by name.
-  std::map<std::string, double> run(const dpde_program& program, double t, const std::map<std::string, void*>& bound = {});
+  std::map<std::string, double> run(const dpde_program& program, double t,
+                                    const std::map<std::string, void*>& bound = {});
 
  private:
   void add_control_field(const std::string& name, int every, int count);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver behind the public interface: diagnostics become an exception, a session gives the values of files and data.
+// The driver behind the public interface: diagnostics become an exception, a session gives the values of files and
+// data.
 #include "dpde/dpde.h"
 
 #include <algorithm>
@@ -33,7 +34,8 @@ ErrorKind kind_of(const Diagnostic& diagnostic) {
     const LineColumn place = has_place ? source.locate(diagnostic.range.begin) : LineColumn{};
     const bool is_error = diagnostic.kind->severity == Severity::error;
     messages.push_back({std::string(diagnostic.kind->code), is_error ? "error" : "warning", diagnostic.message,
-                        has_place ? source.path_of(diagnostic.range.begin) : "", place.line, place.column, diagnostic.hint});
+                        has_place ? source.path_of(diagnostic.range.begin) : "", place.line, place.column,
+                        diagnostic.hint});
     text += render_text(source, diagnostic);
     if (is_error && !kind) kind = kind_of(diagnostic);
   }
@@ -63,7 +65,8 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
     return unknown != nullptr && unknown->from.formula;
   };
   for (const model::Coefficient& coefficient : problem.coefficients) {
-    if (!coefficient.value.formula && !starts_elsewhere(coefficient)) simulation.set_field(coefficient.name, session.workspace().dense(coefficient.name));
+    if (!coefficient.value.formula && !starts_elsewhere(coefficient))
+      simulation.set_field(coefficient.name, session.workspace().dense(coefficient.name));
   }
   for (const model::State& state : problem.states) {
     const int index = session.rollout().state_index(state.name);
@@ -83,8 +86,9 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
   const std::unique_ptr<driver::Inverse> inverse = driver::Inverse::open(session, source, sink);
   if (!inverse) return false;
   for (const driver::Inverse::Part& part : inverse->parts()) {
-    const auto unknown = std::find_if(problem.task->unknowns.begin(), problem.task->unknowns.end(),
-                                      [&](const model::Unknown& u) { return u.kind == part.kind && part.is_field() && u.name == part.name; });
+    const auto unknown = std::find_if(
+        problem.task->unknowns.begin(), problem.task->unknowns.end(),
+        [&](const model::Unknown& u) { return u.kind == part.kind && part.is_field() && u.name == part.name; });
     if (unknown == problem.task->unknowns.end() || unknown->from.file.empty()) continue;
     const Values start(inverse->start().data() + part.offset, static_cast<std::size_t>(part.size));
     if (part.is_initial()) simulation.set_initial(part.name, start);
@@ -97,8 +101,8 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   DiagnosticSink sink;
   const SourceFile source = driver::with_imports(file, sink);
   if (sink.has_errors()) fail(source, sink);
-  std::optional<driver::Compiled> compiled =
-      driver::compile_for_hosts(source, {options.name, options.set, options.scheme}, backend_of(options.backend), options.second_order, sink);
+  std::optional<driver::Compiled> compiled = driver::compile_for_hosts(
+      source, {options.name, options.set, options.scheme}, backend_of(options.backend), options.second_order, sink);
   if (!compiled) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
   driver::certify_quickly(source, kept, certifying(options), sink);
@@ -112,7 +116,9 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   session_options.stop = options.stop;
   const std::unique_ptr<driver::Session> session = driver::Session::open(source, kept, session_options, sink);
   if (!session) fail(source, sink);
-  Simulation simulation(table->scene(), {{}, options.threads, session->options().checkpoint_bytes, options.slots, 0, options.stop}, table);
+  Simulation simulation(table->scene(),
+                        {{}, options.threads, session->options().checkpoint_bytes, options.slots, 0, options.stop},
+                        table);
   if (!copy_values(*session, source, table->scene(), simulation, sink)) fail(source, sink);
   return simulation;
 }

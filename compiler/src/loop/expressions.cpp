@@ -110,13 +110,18 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
   return match(
       e->kind, [&](const Literal&) { return e; }, [&](const Uniform&) { return e; }, [&](const Param&) { return e; },
       [&](const Load&) { return e; }, [&](const Local&) { return e; }, [&](const Inside&) { return e; },
-      [&](const Interp& i) { return make(Interp{i.grid, i.offset, map_all(i.displacement), i.along}); },
-      [&](const Neg& n) { return make(Neg{f(n.operand)}); }, [&](const Rounded& r) { return make(Rounded{f(r.operand)}); },
+      [&](const Interp& i) {
+        return make(Interp{i.grid, i.offset, map_all(i.displacement), i.along});
+      },
+      [&](const Neg& n) { return make(Neg{f(n.operand)}); },
+      [&](const Rounded& r) { return make(Rounded{f(r.operand)}); },
       [&](const Binary& b) {
         const Expr left = f(b.left);  // in this order
         return make(Binary{b.op, left, f(b.right)});
       },
-      [&](const Call& c) { return make(Call{c.fn, map_all(c.arguments)}); },
+      [&](const Call& c) {
+        return make(Call{c.fn, map_all(c.arguments)});
+      },
       [&](const Select& s) {
         const Expr condition = f(s.condition), yes = f(s.yes);
         return make(Select{condition, yes, f(s.no)});

@@ -63,8 +63,8 @@ NameSupply taken_names(const stencil::Module& module) {
   return taken;
 }
 
-/// Fields that programs fill differently. Their memory is one, halo included, so what one program leaves there is nothing for the next.
-/// (The halo of a state is filled anew for each.)
+/// Fields that programs fill differently. Their memory is one, halo included, so what one program leaves there is
+/// nothing for the next. (The halo of a state is filled anew for each.)
 std::set<std::string> contested_fields(const stencil::Module& module) {
   std::map<std::string, const stencil::Fill*> first;
   std::set<std::string> fields, states;
@@ -260,7 +260,8 @@ void ModuleBuilder::add_program(const stencil::Program& program) {
 
   std::set<std::string> filled_each_run = time_dependent_fields(program);
   filled_each_run.insert(contested_.begin(), contested_.end());
-  Schedule scheduled = schedule({items_of(program), known.inputs, result.swaps, program.axes, std::move(filled_each_run)});
+  Schedule scheduled =
+      schedule({items_of(program), known.inputs, result.swaps, program.axes, std::move(filled_each_run)});
   result.prepare = std::move(scheduled.prepare);
   result.body = std::move(scheduled.body);
   result_.programs.push_back(std::move(result));

@@ -18,6 +18,7 @@
 namespace dpde::loop {
 
 /// The module must have passed stencil::verify and hold the programs.
-Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs, Precision real = Precision::f64);
+Module from_stencil(const stencil::Module& module, const std::vector<std::string>& programs,
+                    Precision real = Precision::f64);
 
 }  // namespace dpde::loop

@@ -6,7 +6,8 @@
 //   row k(streams; uniforms) { let a = ...; s0 = ...; sum += ... }        one pass over the cells of one row
 //   program: prepare { fill u } body { sweep k grow 0 then fill v; fold w }
 //
-// Rows that differ in names and numbers only are one row: each sweep says what stands for the row's own names (Binding).
+// Rows that differ in names and numbers only are one row: each sweep says what stands for the row's own names
+// (Binding).
 //
 // Memory: all fields of a simulation share one layout (dpde_layout of kernel_abi.h); stream s of a row starts at
 // field[s] + layout offset of (z + dz, y + dy, first + dx).
@@ -77,8 +78,8 @@ struct Neg {
   Expr operand;
   bool operator==(const Neg&) const = default;
 };
-/// A product or power that is rounded before anything is added to it, never half of a fused multiply-add: what decides between cases
-/// (stencil/decisions.h) then has the same value wherever it is computed.
+/// A product or power that is rounded before anything is added to it, never half of a fused multiply-add: what decides
+/// between cases (stencil/decisions.h) then has the same value wherever it is computed.
 struct Rounded {
   Expr operand;
   bool operator==(const Rounded&) const = default;

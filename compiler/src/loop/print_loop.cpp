@@ -76,7 +76,8 @@ class ExprPrinter {
         [&](const Local& l) { return Piece{row_->lets[l.index].name}; },
         [&](const Inside& i) { return Piece{inside_text(i)}; }, [&](const Interp& i) { return Piece{interp_text(i)}; },
         [&](const Neg& n) { return print_neg(n); },
-        [&](const Rounded& r) { return Piece{fmt::format("rounded({})", text(r.operand))}; }, [&](const Binary& b) { return print_binary(b); },
+        [&](const Rounded& r) { return Piece{fmt::format("rounded({})", text(r.operand))}; },
+        [&](const Binary& b) { return print_binary(b); },
         [&](const Call& c) { return Piece{fmt::format("{}({})", name_of(c.fn), list(c.arguments))}; },
         [&](const Select& s) {
           return Piece{fmt::format("if({})", list({s.condition, s.yes, s.no}))};
@@ -124,7 +125,8 @@ std::string side_text(const Module& module, const Side& side) {
   if (side.kind == SideKind::zero_gradient) return "zero_gradient";
   const auto uniform = [&](int index) { return index < 0 ? "0" : module.uniforms[index].name; };
   const std::string value = side.field.empty() ? uniform(side.uniform) : side.field;
-  const std::string condition = side.kind == SideKind::value ? value : fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
+  const std::string condition =
+      side.kind == SideKind::value ? value : fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
   return side.on_wall ? fmt::format("on_wall({})", condition) : condition;
 }
 
@@ -182,7 +184,8 @@ std::string operation_text(const Module& module, const Operation& operation) {
       },
       [](const Infer& i) { return network::text_of(i); },
       [&](const Sweep& s) {
-        std::string text = fmt::format("sweep {}{}{}{}", s.row, binding_text(module, s), grow_text(s.grow), s.serial ? " serial" : "");
+        std::string text =
+            fmt::format("sweep {}{}{}{}", s.row, binding_text(module, s), grow_text(s.grow), s.serial ? " serial" : "");
         for (const Fill& fill : s.then) text += " then " + fill_text(module, fill);
         return text;
       });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernel -> rows. Every expression is converted once, bottom up, into a Term that remembers whether it is the same at
 // all points; a uniform is put into the table only where it meets a value that is not, so uniforms are as large as can
-// be. Uniform factors of a product are gathered, but not in what a decision hangs on: that is computed as it is written, but that
-// quotients by uniforms are products, and each product is Rounded.
+// be. Uniform factors of a product are gathered, but not in what a decision hangs on: that is computed as it is
+// written, but that quotients by uniforms are products, and each product is Rounded.
 #include "loop/rows.h"
 
 #include <algorithm>
@@ -190,7 +190,8 @@ Term Converter::convert_as_written(const stencil::Expr& e) {
     return {operand.uniform, negate(operand.expr)};
   }
   const stencil::Binary& b = std::get<stencil::Binary>(e->kind);
-  if (is_reciprocal_power(b)) return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
+  if (is_reciprocal_power(b))
+    return convert(stencil::Expr({stencil::Binary{BinaryOp::divide, 1.0, stencil::power(b.left, -*number(b.right))}}));
   const Term left = convert(b.left);
   const Term right = convert(b.right);
   if (left.uniform && right.uniform) return {true, make(Binary{b.op, left.expr, right.expr})};

@@ -22,10 +22,12 @@ const Fill* fill_of(const Items& items, const std::string& field) {
   return nullptr;
 }
 
-/// Whether points on walls, which are values of the result, are made from those inside: the result has them as the program says.
+/// Whether points on walls, which are values of the result, are made from those inside: the result has them as the
+/// program says.
 bool derives_walls(const Fill& fill) {
   const auto derives = [](const Side& side) { return side.on_wall && side.kind != SideKind::value; };
-  return std::any_of(fill.axes.begin(), fill.axes.end(), [&](const AxisBoundary& axis) { return derives(axis.low) || derives(axis.high); });
+  return std::any_of(fill.axes.begin(), fill.axes.end(),
+                     [&](const AxisBoundary& axis) { return derives(axis.low) || derives(axis.high); });
 }
 
 /// Whether all fills of the field are the same.

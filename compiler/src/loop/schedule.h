@@ -23,7 +23,8 @@ struct ScheduleInput {
   std::vector<std::string> inputs;
   std::vector<Swap> swaps;
   std::vector<Topology> axes;
-  /// Fields whose boundary values change from step to step, or that other programs fill differently: their fills stay where they are.
+  /// Fields whose boundary values change from step to step, or that other programs fill differently: their fills stay
+  /// where they are.
   std::set<std::string> filled_each_run;
 };
 

@@ -19,7 +19,9 @@ namespace dpde::loop {
 
 namespace {
 
-bool is_value(const Expr& e) { return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Uniform>(e->kind); }
+bool is_value(const Expr& e) {
+  return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Uniform>(e->kind);
+}
 
 /// The same uniform or the same number, to the last bit.
 bool is_same(const Expr& a, const Expr& b) {
@@ -104,7 +106,8 @@ std::vector<Group> groups_of(const Module& module) {
   std::vector<Group> groups;
   for (const Row& row : module.rows) {
     Row shape = shape_of(row);
-    const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return group.shape == shape; });
+    const auto found =
+        std::find_if(groups.begin(), groups.end(), [&](const Group& group) { return group.shape == shape; });
     if (found != groups.end()) {
       found->rows.push_back(&row);
     } else {
@@ -138,7 +141,8 @@ class Slots {
     for (std::size_t place = 0; place < values.front().size(); ++place) {
       std::vector<Expr> column;
       for (const std::vector<Expr>& of_row : values) column.push_back(of_row[place]);
-      const bool differs = std::any_of(column.begin(), column.end(), [&](const Expr& e) { return !is_same(e, column[0]); });
+      const bool differs =
+          std::any_of(column.begin(), column.end(), [&](const Expr& e) { return !is_same(e, column[0]); });
       slot_of_place_.push_back(differs ? slot_of(column) : -1);
       const Uniform* uniform = std::get_if<Uniform>(&column[0]->kind);
       if (!differs && uniform) common_.insert(uniform->index);
@@ -158,7 +162,9 @@ class Slots {
 
  private:
   int slot_of(const std::vector<Expr>& column) {
-    const auto same = [&](const std::vector<Expr>& known) { return std::equal(known.begin(), known.end(), column.begin(), is_same); };
+    const auto same = [&](const std::vector<Expr>& known) {
+      return std::equal(known.begin(), known.end(), column.begin(), is_same);
+    };
     const auto found = std::find_if(columns_.begin(), columns_.end(), same);
     const auto slot = static_cast<int>(found - columns_.begin());
     if (found == columns_.end()) columns_.push_back(column);
@@ -187,7 +193,8 @@ class Sharing {
 
   Module run() {
     std::vector<Row> rows;
-    for (const Group& group : groups_of(module_)) rows.push_back(group.rows.size() == 1 ? *group.rows[0] : share(group));
+    for (const Group& group : groups_of(module_))
+      rows.push_back(group.rows.size() == 1 ? *group.rows[0] : share(group));
     module_.rows = std::move(rows);
     for (Program& program : module_.programs) {
       for (Operation& operation : program.body) {
@@ -207,7 +214,8 @@ class Sharing {
     const Slots slots(group.rows);
     blocks_.clear();
     std::vector<int> starts;
-    for (std::size_t r = 0; r < group.rows.size(); ++r) starts.push_back(block_of(slots.of_row(r), r == 0 ? slots.common() : std::set<int>{}));
+    for (std::size_t r = 0; r < group.rows.size(); ++r)
+      starts.push_back(block_of(slots.of_row(r), r == 0 ? slots.common() : std::set<int>{}));
 
     const Row& first = *group.rows.front();
     for (std::size_t r = 0; r < group.rows.size(); ++r) {
@@ -242,7 +250,9 @@ class Sharing {
     const auto is_other = [&](const Expr& e) { return others.contains(std::get<Uniform>(e->kind).index); };
     const std::optional<int> there = consecutive(values);
     if (there && std::none_of(values.begin(), values.end(), is_other)) return *there;
-    const auto same = [&](const auto& known) { return std::equal(known.first.begin(), known.first.end(), values.begin(), values.end(), is_same); };
+    const auto same = [&](const auto& known) {
+      return std::equal(known.first.begin(), known.first.end(), values.begin(), values.end(), is_same);
+    };
     const auto found = std::find_if(blocks_.begin(), blocks_.end(), same);
     if (found != blocks_.end()) return found->second;
     const auto start = static_cast<int>(module_.uniforms.size());
@@ -275,7 +285,7 @@ class Sharing {
   Module module_;
   NameSupply names_;
   std::map<std::string, int> numbers_;
-  std::map<std::string, Use> uses_;  // of the rows that have become one with others
+  std::map<std::string, Use> uses_;                        // of the rows that have become one with others
   std::vector<std::pair<std::vector<Expr>, int>> blocks_;  // of the group that is shared now
 };
 

@@ -178,7 +178,8 @@ void Verifier::check_binding(const Program& program, const Row& row, const Bindi
     const std::string& field = binding.field(name);
     check(has(program.fields, field), program.name, fmt::format("no field {}", field));
     const auto [known, is_new] = name_of_field.emplace(field, name);
-    check(is_new || known->second == name, program.name, fmt::format("{}: {} and {} stand for the same field", row.name, known->second, name));
+    check(is_new || known->second == name, program.name,
+          fmt::format("{}: {} and {} stand for the same field", row.name, known->second, name));
   };
   for (const Stream& stream : row.streams) check_field(stream.field);
   for (const std::string& grid : row.grids) check_field(grid);
@@ -187,7 +188,8 @@ void Verifier::check_binding(const Program& program, const Row& row, const Bindi
     check(has(program.sums, name), program.name, fmt::format("no sum {}", name));
   }
   for (const int first : {row.own, row.own + binding.own}) {
-    const bool exist = first >= 0 && row.own_count >= 0 && static_cast<std::size_t>(first + row.own_count) <= module_.uniforms.size();
+    const bool exist =
+        first >= 0 && row.own_count >= 0 && static_cast<std::size_t>(first + row.own_count) <= module_.uniforms.size();
     check(exist, program.name, fmt::format("{}: no such uniforms of its own", row.name));
   }
 }
@@ -211,16 +213,20 @@ void Verifier::check_sweep(const Program& program, const Sweep& sweep) {
 }
 
 void Verifier::check_reduce(const Program& program, const Reduce& reduce) {
-  for (const std::string& field : {reduce.field, reduce.result}) check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+  for (const std::string& field : {reduce.field, reduce.result})
+    check(has(program.fields, field), program.name, fmt::format("no field {}", field));
   check(reduce.field != reduce.result, program.name, fmt::format("reduces {} to itself", reduce.field));
-  for (std::size_t a = program.axes.size(); a < reduce.over.size(); ++a) check(!reduce.over[a], program.name, "reduces along an axis it does not have");
+  for (std::size_t a = program.axes.size(); a < reduce.over.size(); ++a)
+    check(!reduce.over[a], program.name, "reduces along an axis it does not have");
 }
 
 void Verifier::check_network(const Program& program, const Infer& infer) {
   const auto is_it = [&](const network::Network& n) { return n.name == infer.network; };
-  check(std::any_of(module_.networks.begin(), module_.networks.end(), is_it), program.name, fmt::format("no network {}", infer.network));
+  check(std::any_of(module_.networks.begin(), module_.networks.end(), is_it), program.name,
+        fmt::format("no network {}", infer.network));
   for (const auto* fields : {&infer.inputs, &infer.rates, &infer.results}) {
-    for (const std::string& field : *fields) check(field.empty() || has(program.fields, field), program.name, fmt::format("no field {}", field));
+    for (const std::string& field : *fields)
+      check(field.empty() || has(program.fields, field), program.name, fmt::format("no field {}", field));
   }
 }
 
@@ -234,7 +240,8 @@ void Verifier::check_program(const Program& program) {
     match(
         operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Infer& i) { check_network(program, i); }, [&](const Sweep& s) { check_sweep(program, s); });
+        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Infer& i) { check_network(program, i); },
+        [&](const Sweep& s) { check_sweep(program, s); });
   }
   for (const Swap& swap : program.swaps) {
     check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name,

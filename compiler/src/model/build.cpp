@@ -110,9 +110,7 @@ Expr interpolate(const Expr& operand, Origin origin) {
   return make(Interpolate{operand}, origin);
 }
 
-Expr sample(Sample value, Origin origin) {
-  return make(std::move(value), origin);
-}
+Expr sample(Sample value, Origin origin) { return make(std::move(value), origin); }
 
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin) {
   return make(Reduce{reduction, operand}, origin);
@@ -133,7 +131,8 @@ bool is_constant(const Expr& e, double value) { return value_of(e) == value; }
 bool is_uniform(const Expr& e) {
   return !any_part(e, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
-           std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Infer>(part->kind);
+           std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind) ||
+           std::holds_alternative<Infer>(part->kind);
   });
 }
 
@@ -143,8 +142,8 @@ bool holds_reduction(const Expr& e) {
 
 void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
   match(
-      e->kind, [](const Number&) {}, [](const Param&) {}, [](const Field&) {}, [](const Coordinate&) {}, [](const Noise&) {},
-      [&](const Neg& n) { f(n.operand); },
+      e->kind, [](const Number&) {}, [](const Param&) {}, [](const Field&) {}, [](const Coordinate&) {},
+      [](const Noise&) {}, [&](const Neg& n) { f(n.operand); },
       [&](const Binary& b) {
         f(b.left);
         f(b.right);
@@ -162,7 +161,8 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       },
       [&](const Shift& s) { f(s.operand); }, [&](const Interpolate& i) { f(i.operand); },
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
-      [&](const Reduce& r) { f(r.operand); }, [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
+      [&](const Reduce& r) { f(r.operand); },
+      [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
       [&](const Infer& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); });
 }
 

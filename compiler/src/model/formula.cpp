@@ -55,7 +55,8 @@ Expr slope_of_function(Fn fn, const Expr& x) {
     case Fn::atan: return over(1.0, plus(1.0, square(x)));
     case Fn::sinh: return call(Fn::cosh, {x});
     case Fn::cosh: return call(Fn::sinh, {x});
-    case Fn::tanh: return over(1.0, square(call(Fn::cosh, {x})));  // 1 - tanh^2 would lose its digits where tanh is near 1
+    case Fn::tanh:
+      return over(1.0, square(call(Fn::cosh, {x})));  // 1 - tanh^2 would lose its digits where tanh is near 1
     case Fn::exp: return call(Fn::exp, {x});
     case Fn::log: return over(1.0, x);
     case Fn::sqrt: return over(0.5, call(Fn::sqrt, {x}));
@@ -70,7 +71,8 @@ Expr slope_of_function(Fn fn, const Expr& x) {
 }
 
 Expr slope_of_call(const Call& c) {
-  if (c.fn != Fn::min && c.fn != Fn::max) return times(slope_of_function(c.fn, c.arguments[0]), slope_of(c.arguments[0]));
+  if (c.fn != Fn::min && c.fn != Fn::max)
+    return times(slope_of_function(c.fn, c.arguments[0]), slope_of(c.arguments[0]));
   const BinaryOp takes_first = c.fn == Fn::min ? BinaryOp::less : BinaryOp::greater;
   const Expr condition = binary(takes_first, c.arguments[0], c.arguments[1]);
   return select(condition, slope_of(c.arguments[0]), slope_of(c.arguments[1]));
@@ -86,10 +88,11 @@ double value_at(const Expr& formula, double coordinate) {
       [&](const Neg& n) { return -value(n.operand); },
       [&](const Binary& b) { return evaluate_binary(b.op, value(b.left), value(b.right)); },
       [&](const Call& c) { return evaluate_call(c.fn, value(c.arguments.front()), value(c.arguments.back())); },
-      [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); }, [&](const Param& e) { return none(e); },
-      [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
-      [&](const Advect& e) { return none(e); },
-      [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
+      [&](const Select& s) { return value(value(s.condition) != 0 ? s.yes : s.no); },
+      [&](const Param& e) { return none(e); }, [&](const Field& e) { return none(e); },
+      [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
+      [&](const Advect& e) { return none(e); }, [&](const Shift& e) { return none(e); },
+      [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
       [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
       [&](const Infer& e) { return none(e); });
 }
@@ -113,10 +116,11 @@ Expr slope_of(const Expr& formula) {
       formula->kind, [](const Number&) { return Expr(0.0); }, [](const Coordinate&) { return Expr(1.0); },
       [](const Neg& n) { return negate(slope_of(n.operand)); }, [](const Binary& b) { return slope_of_binary(b); },
       [](const Call& c) { return slope_of_call(c); },
-      [](const Select& s) { return select(s.condition, slope_of(s.yes), slope_of(s.no)); }, [&](const Param& e) { return none(e); },
-      [&](const Field& e) { return none(e); }, [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
-      [&](const Advect& e) { return none(e); },
-      [&](const Shift& e) { return none(e); }, [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
+      [](const Select& s) { return select(s.condition, slope_of(s.yes), slope_of(s.no)); },
+      [&](const Param& e) { return none(e); }, [&](const Field& e) { return none(e); },
+      [&](const Noise& e) { return none(e); }, [&](const Derivative& e) { return none(e); },
+      [&](const Advect& e) { return none(e); }, [&](const Shift& e) { return none(e); },
+      [&](const Interpolate& e) { return none(e); }, [&](const Sample& e) { return none(e); },
       [&](const Reduce& e) { return none(e); }, [&](const Apply& e) { return none(e); },
       [&](const Infer& e) { return none(e); });
 }

@@ -21,7 +21,8 @@ struct Selection {
   std::map<std::string, std::string> overrides;  // --set: parameters, cells, cells.x, step, end, real, scheme keys
   std::string scheme;                            // "" or the name of a scheme
   bool keeps_params = false;                     // hosts set parameters later: none may be folded into the equations
-  std::string beside;                            // a scene that the task's tests name: in place of its own, with nothing of the task but data and these tests
+  std::string beside;  // a scene that the task's tests name: in place of its own, with nothing of the task but data and
+                       // these tests
 };
 
 /// The selected problem; nullopt when there are errors in `sink` afterwards.

@@ -67,7 +67,9 @@ const network::Network* Problem::find_network(const std::string& name) const {
 
 const Unknown* Problem::find_unknown(const Coefficient& coefficient) const {
   if (!task) return nullptr;
-  const auto found = std::ranges::find_if(task->unknowns, [&](const Unknown& u) { return u.kind == Unknown::Kind::coefficient && u.name == coefficient.name; });
+  const auto found = std::ranges::find_if(task->unknowns, [&](const Unknown& u) {
+    return u.kind == Unknown::Kind::coefficient && u.name == coefficient.name;
+  });
   return found == task->unknowns.end() ? nullptr : &*found;
 }
 

@@ -52,7 +52,8 @@ struct Coordinate {  // x, y, z of the place where the expression is taken
   int axis;
   bool operator==(const Coordinate&) const = default;
 };
-/// White noise: a standard normal number in each cell, wherever in it the expression is taken. Filled in by the runtime.
+/// White noise: a standard normal number in each cell, wherever in it the expression is taken. Filled in by the
+/// runtime.
 struct Noise {
   std::uint64_t seed;
   bool operator==(const Noise&) const = default;
@@ -99,8 +100,8 @@ struct Interpolate {
   Expr operand;
   bool operator==(const Interpolate&) const = default;
 };
-/// The value of a field at a place between its points; the same at all points. One coordinate an axis, uniform. Along each axis it is
-/// linear, or the point below or above.
+/// The value of a field at a place between its points; the same at all points. One coordinate an axis, uniform. Along
+/// each axis it is linear, or the point below or above.
 struct Sample {
   std::string field;
   std::vector<Expr> place;
@@ -124,14 +125,15 @@ struct Operator {
   struct Adjoint {
     std::string parameter;
     bool of_field = true;  // else what each point adds for an argument that is one parameter of the scene
-    Expr value;  // of parameters and of the seeds, as fields
+    Expr value;            // of parameters and of the seeds, as fields
     Origin origin;
     bool operator==(const Adjoint&) const = default;
   };
   std::vector<Adjoint> adjoints;
   bool operator==(const Operator&) const = default;
 };
-/// A component of what an operator makes of its arguments: a field of its own, stored by a kernel whose adjoint is the given one.
+/// A component of what an operator makes of its arguments: a field of its own, stored by a kernel whose adjoint is the
+/// given one.
 struct Apply {
   Operator function;
   std::vector<Expr> arguments;
@@ -152,21 +154,22 @@ struct Infer {
   bool operator==(const Infer&) const = default;
 };
 
-using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift, Interpolate, Sample, Reduce, Apply, Infer>;
+using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift,
+                          Interpolate, Sample, Reduce, Apply, Infer>;
 struct Node {
   Kind kind;
   Origin origin;
   bool operator==(const Node&) const = default;
 };
 
-/// Where the points of a stretched axis lie: `map`, a formula of numbers and of the axis' coordinate, which runs uniformly
-/// from low to high.
+/// Where the points of a stretched axis lie: `map`, a formula of numbers and of the axis' coordinate, which runs
+/// uniformly from low to high.
 struct Stretch {
   Expr map;
   double low = 0, high = 1;
 };
-/// low, high and spacing() are those of the coordinate that runs uniformly, centre(i) and face(i) the places. They are the
-/// same where nothing is stretched.
+/// low, high and spacing() are those of the coordinate that runs uniformly, centre(i) and face(i) the places. They are
+/// the same where nothing is stretched.
 struct Axis {
   std::string name;  // x, y, z
   double low = 0, high = 1;
@@ -191,8 +194,8 @@ struct Parameter {
 /// A formula, or the path of a file that holds the values.
 struct Source {
   std::optional<Expr> formula;
-  std::string file;           // .npy or .nc, relative to the model file's folder
-  std::string variable;       // of a .nc file; "": the only field it holds
+  std::string file;            // .npy or .nc, relative to the model file's folder
+  std::string variable;        // of a .nc file; "": the only field it holds
   std::optional<double> time;  // of a .nc file; none: its last state
   Origin origin;
 };
@@ -208,15 +211,15 @@ struct AxisSides {
 
 struct State {
   std::string name;
-  std::string velocity_of;          // this state is dt of that one, whose equation is of second order; "" otherwise
-  std::string history_of;           // what a time scheme keeps of that one's last step; has no equation; "" otherwise
+  std::string velocity_of;  // this state is dt of that one, whose equation is of second order; "" otherwise
+  std::string history_of;   // what a time scheme keeps of that one's last step; has no equation; "" otherwise
   Placement placement{};
   std::vector<AxisSides> boundary;  // one an axis; along which the state is staggered: values
   int parts = 1;                    // its equation makes so many equal steps within each, after those that make fewer
   std::optional<Expr> rhs;          // of dt(name) = rhs; absent for histories and the states of a hand-written program
   Source initial;
-  std::optional<Expr> exact;        // of x, y, z, t, params
-  Origin origin;                    // of the equation
+  std::optional<Expr> exact;  // of x, y, z, t, params
+  Origin origin;              // of the equation
 };
 
 /// What a coefficient is on the walls across one axis.
@@ -229,7 +232,8 @@ struct Coefficient {
   Source value;
   Placement placement{};
   std::optional<WallValues> walls = {};  // elsewhere, and without them, it has no slope at walls
-  int every = 0;  // > 0: a control field, with values of its own for each interval of so many steps: its formula in the middle of each
+  int every = 0;  // > 0: a control field, with values of its own for each interval of so many steps: its formula in the
+                  // middle of each
   bool is_control() const { return every > 0; }
 };
 
@@ -237,8 +241,8 @@ struct Coefficient {
 struct Control {
   std::string name;
   int every = 1;
-  std::vector<double> values;  // one an interval: the formula in its middle
-  std::vector<double> start;   // where a task begins that seeks it; else empty
+  std::vector<double> values;               // one an interval: the formula in its middle
+  std::vector<double> start;                // where a task begins that seeks it; else empty
   Expr formula = 0.0, start_formula = 0.0;  // of numbers, parameters and t
   Origin origin;
 };
@@ -258,12 +262,15 @@ struct Quantity {
 
 enum class Advection { central, upwind, semi_lagrangian, maccormack };
 /// Whether it goes back along the flow, and is no difference.
-constexpr bool follows_flow(Advection advect) { return advect == Advection::semi_lagrangian || advect == Advection::maccormack; }
+constexpr bool follows_flow(Advection advect) {
+  return advect == Advection::semi_lagrangian || advect == Advection::maccormack;
+}
 enum class TimeScheme { euler, rk2, rk4, ssp_rk3, verlet, ab2, leapfrog };
 struct Scheme {
   std::string name = "default";
   Advection advect = Advection::central;
-  int advect_order = 2;   // central: 2, 4, 6 or 8; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic interpolation); maccormack: 2
+  int advect_order = 2;      // central: 2, 4, 6 or 8; upwind: 1 or 3; semi_lagrangian: 1 or 3 (linear or cubic
+                             // interpolation); maccormack: 2
   int derivative_order = 2;  // key dx: 2, 4, 6 or 8
   int laplacian_order = 2;   // key lap: the same, for second derivatives
   TimeScheme time = TimeScheme::rk4;
@@ -290,21 +297,22 @@ struct Datum {
 };
 struct Unknown {
   enum class Kind { parameter, initial, coefficient, control, network } kind = Kind::parameter;
-  std::string name;  // of the parameter, the state whose initial values are sought, the coefficient, the control or the network whose weights are learned
-  Source from;       // a field: formula or file (default: the scene's own values); parameter: a number; control: formula
+  std::string name;  // of the parameter, the state whose initial values are sought, the coefficient, the control or the
+                     // network whose weights are learned
+  Source from;  // a field: formula or file (default: the scene's own values); parameter: a number; control: formula
   Origin origin;
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   bool is_bounded() const { return low > -std::numeric_limits<double>::infinity(); }
   bool is_field() const { return kind == Kind::initial || kind == Kind::coefficient; }
 };
-/// The order that an author states of an operator, and the body as one of its uses has it: arguments that are the same at all
-/// points put in, the others as fields of names that nothing else has.
+/// The order that an author states of an operator, and the body as one of its uses has it: arguments that are the same
+/// at all points put in, the others as fields of names that nothing else has.
 struct StatedOrder {
   std::string name;
-  int order = 0;               // 0 states nothing
-  std::vector<Expr> body;      // the components of what it gives
-  bool in_equations = false;   // else in losses, observables and the like
-  Origin origin;               // of the name, where the operator is defined
+  int order = 0;              // 0 states nothing
+  std::vector<Expr> body;     // the components of what it gives
+  bool in_equations = false;  // else in losses, observables and the like
+  Origin origin;              // of the name, where the operator is defined
 };
 /// What a run writes down: these states every so many steps, the first and the last one in any case.
 struct Output {
@@ -320,7 +328,7 @@ struct Event {
   };
   bool after_step = false;  // of each step, and of each part of one that a Courant number splits
   int every = 0;            // steps from one to the next; 0: behind the steps of `at`
-  std::vector<int> at;  // 1 is the first
+  std::vector<int> at;      // 1 is the first
   std::vector<Update> updates;
   Origin origin;
 };
@@ -330,12 +338,13 @@ struct Loss {
   Origin origin;
 };
 struct Test {
-  /// statistic: the quantity of the states themselves; its mean and deviation over time are compared with those of the data.
-  /// spectrum: of the fields, the mean over time is compared with that of the data. correlation: of the fields with the data's.
+  /// statistic: the quantity of the states themselves; its mean and deviation over time are compared with those of the
+  /// data. spectrum: of the fields, the mean over time is compared with that of the data. correlation: of the fields
+  /// with the data's.
   enum class Kind { number, statistic, spectrum, correlation };
   Quantity quantity;  // of fields: mean(f^2)/2, summed over them
-  When when;        // steps: of the runs of `on`
-  std::string on;   // a file of trajectories; "": the scene's own run
+  When when;          // steps: of the runs of `on`
+  std::string on;     // a file of trajectories; "": the scene's own run
   Origin on_origin;
   Kind kind = Kind::number;
   std::vector<Expr> fields;  // of spectrum and correlation: the components of what it is of
@@ -349,9 +358,9 @@ struct Test {
 };
 struct Optimiser {
   enum class Kind { gradient_descent, adam, lbfgs, newton_cg } kind = Kind::lbfgs;
-  double rate = 0;  // gradient_descent, adam
+  double rate = 0;                 // gradient_descent, adam
   double momentum = 0, decay = 0;  // of gradient_descent, of both: for training
-  bool gauss_newton = false;  // newton_cg: in place of the full Hessian
+  bool gauss_newton = false;       // newton_cg: in place of the full Hessian
   int iterations = 50;
 };
 struct Task {
@@ -362,8 +371,10 @@ struct Task {
   std::vector<Loss> losses;
   std::optional<Optimiser> optimiser;
   std::vector<Test> tests;
-  std::vector<Test> growths;         // of small perturbations along the runs of a file: their quantities have nothing but names
-  std::optional<Training> training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
+  std::vector<Test>
+      growths;  // of small perturbations along the runs of a file: their quantities have nothing but names
+  std::optional<Training>
+      training;  // of a task whose data are trajectories; the scene's run is then a window, problem.steps its length
 };
 
 struct Problem {
@@ -379,7 +390,7 @@ struct Problem {
   std::vector<GivenWeights> weights;
   std::vector<Quantity> observables;
   std::vector<Output> outputs;
-  std::vector<Event> events;  // in the order in which they happen
+  std::vector<Event> events;           // in the order in which they happen
   std::vector<StatedOrder> operators;  // each as often as it is used in different ways
   double t_begin = 0, step = 0;
   int steps = 0;

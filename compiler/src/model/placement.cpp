@@ -24,10 +24,12 @@ void for_each_part_in_place(const Expr& e, const F& f) {
   for_each_part(e, f);
 }
 
-/// Where the field is that an operator gives; nullptr for other expressions, and where it is made of what is known everywhere.
+/// Where the field is that an operator gives; nullptr for other expressions, and where it is made of what is known
+/// everywhere.
 const Placement* result_of(const Expr& e) {
   const Apply* apply = as<Apply>(e);
-  const bool reads = apply && std::any_of(apply->places.begin(), apply->places.end(), [](const auto& place) { return place.has_value(); });
+  const bool reads = apply && std::any_of(apply->places.begin(), apply->places.end(),
+                                          [](const auto& place) { return place.has_value(); });
   return reads ? &apply->results[static_cast<std::size_t>(apply->component)] : nullptr;
 }
 
@@ -128,7 +130,8 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
   }
   if (const Apply* apply = as<Apply>(e)) {
     const Placement& own = apply->results[static_cast<std::size_t>(apply->component)];
-    return wanted == own || !find_mistake_inside(*apply, wanted) ? std::nullopt : std::optional(Mistake{e, own, wanted});
+    return wanted == own || !find_mistake_inside(*apply, wanted) ? std::nullopt
+                                                                 : std::optional(Mistake{e, own, wanted});
   }
   if (const Reduce* reduce = as<Reduce>(e)) {
     return operand_placement(*reduce, wanted) ? std::nullopt : std::optional(Mistake{e, natural(e), wanted});
@@ -143,7 +146,8 @@ std::optional<Placements::Mistake> Placements::misplaced(const Expr& e, const Pl
     if (!mistake) mistake = misplaced(part, wanted);
   });
   const Advect* advect = as<Advect>(e);
-  for (std::size_t i = 0; advect && !mistake && i < advect->velocity.size(); ++i) mistake = misplaced(advect->velocity[i]);
+  for (std::size_t i = 0; advect && !mistake && i < advect->velocity.size(); ++i)
+    mistake = misplaced(advect->velocity[i]);
   return mistake;
 }
 
@@ -235,9 +239,11 @@ std::optional<Placements::Mistake> Placements::find_mistake_inside(const Apply& 
   }
   for (const Operator::Adjoint& adjoint : function.adjoints) {
     const auto parameter = std::find(function.parameters.begin(), function.parameters.end(), adjoint.parameter);
-    const std::optional<Placement>& place = apply.places[static_cast<std::size_t>(parameter - function.parameters.begin())];
+    const std::optional<Placement>& place =
+        apply.places[static_cast<std::size_t>(parameter - function.parameters.begin())];
     if (adjoint.of_field != place.has_value()) continue;
-    const auto mistake = adjoint.of_field ? inner.find_mistake(adjoint.value, *place) : inner.find_mistake(adjoint.value);
+    const auto mistake =
+        adjoint.of_field ? inner.find_mistake(adjoint.value, *place) : inner.find_mistake(adjoint.value);
     if (mistake) return mistake;
   }
   return std::nullopt;
@@ -261,7 +267,8 @@ std::optional<Placements::Mistake> Placements::bad_interpolation(const Expr& e) 
   const Reduce* reduce = as<Reduce>(e);
   if (!mistake && reduce) return misplaced(reduce->operand);
   const Interpolate* interpolated = as<Interpolate>(e);
-  if (mistake || !interpolated || natural(interpolated->operand) || holds_number_argument(interpolated->operand)) return mistake;
+  if (mistake || !interpolated || natural(interpolated->operand) || holds_number_argument(interpolated->operand))
+    return mistake;
   mistake = misplaced(interpolated->operand);
   return mistake ? mistake : Mistake{e, std::nullopt, {}};
 }

@@ -3,12 +3,12 @@
 // move by derivatives of order 1, which lead from centres to faces and back, and by `interpolate`; whatever else mixes
 // placements is a mistake. Coordinates and numbers are known everywhere.
 //
-// From above an expression is asked for at the placement that the left side of the equation has. A derivative of order 1
-// along an axis then takes its operand at the other placement along that axis where that can be (the staggered
+// From above an expression is asked for at the placement that the left side of the equation has. A derivative of order
+// 1 along an axis then takes its operand at the other placement along that axis where that can be (the staggered
 // difference), else at the same one (the central difference). What holds fields of a single placement, and is wanted
 // there, is discretised as on grids without staggering. advect(v, f) interpolates v to where f is. A reduction is known
-// everywhere along the axes it goes over, and along the others where its operand is. What an operator with an adjoint of its
-// own makes is a field where its body fits.
+// everywhere along the axes it goes over, and along the others where its operand is. What an operator with an adjoint
+// of its own makes is a field where its body fits.
 #pragma once
 
 #include <map>
@@ -53,8 +53,8 @@ class Placements {
   /// The part of an operator's body or formulas that keeps its component from being taken at `wanted`.
   std::optional<Mistake> find_mistake_inside(const Apply& apply, const Placement& wanted) const;
 
-  /// Where the operand of a reduction is taken so that the result is known at `wanted`: along the axes that it goes over that
-  /// is wherever the operand fits. nullopt: nowhere.
+  /// Where the operand of a reduction is taken so that the result is known at `wanted`: along the axes that it goes
+  /// over that is wherever the operand fits. nullopt: nowhere.
   std::optional<Placement> operand_placement(const Reduce& reduce, const Placement& wanted) const;
 
   std::optional<Mistake> find_mistake(const Expr& e, const Placement& wanted) const;
@@ -73,7 +73,10 @@ class Placements {
   bool holds_number_argument(const Expr& e) const;
 
   std::map<std::string, Placement> staggered_;  // those that are not at centres; in operators all
-  enum class Anywhere { series, argument };     // data that are one number a state; arguments that are the same at all points
+  enum class Anywhere {
+    series,
+    argument
+  };  // data that are one number a state; arguments that are the same at all points
   std::map<std::string, Anywhere> anywhere_;
 };
 

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "network/print_network.h"
-#include "support/assert.h"
 #include "model/build.h"
 #include "model/placement.h"
+#include "network/print_network.h"
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::model {
@@ -77,7 +77,8 @@ Piece shift_piece(const Shift& s) {
 
 Piece sample_piece(const Sample& s) {
   const std::string place = s.place.size() == 1 ? bare(s.place.front()) : "(" + list(s.place) + ")";
-  const std::string what = interp_name(s.along).substr(std::string_view("interp").size());  // sample_lx: the point below along x
+  const std::string what =
+      interp_name(s.along).substr(std::string_view("interp").size());  // sample_lx: the point below along x
   return {fmt::format("sample{}({}, at = {})", what, s.field, place)};
 }
 
@@ -115,13 +116,14 @@ Piece piece(const Expr& e) {
       [](const Derivative& d) { return derivative_piece(d); }, [](const Advect& a) { return advect_piece(a); },
       [](const Shift& s) { return shift_piece(s); },
       [](const Interpolate& i) { return Piece{fmt::format("interpolate({})", bare(i.operand))}; },
-      [](const Sample& s) { return sample_piece(s); },
-      [](const Reduce& r) { return reduce_piece(r); },
+      [](const Sample& s) { return sample_piece(s); }, [](const Reduce& r) { return reduce_piece(r); },
       [](const Apply& a) {
         const std::string component = a.function.body.size() == 1 ? "" : std::string(".") + "xyz"[a.component];
         return Piece{fmt::format("{}({}){}", a.function.name, list(a.arguments), component)};
       },
-      [](const Infer& i) { return Piece{fmt::format("{}({}){}{}", i.network, list(i.arguments), i.name.empty() ? "" : ".", i.name)}; });
+      [](const Infer& i) {
+        return Piece{fmt::format("{}({}){}{}", i.network, list(i.arguments), i.name.empty() ? "" : ".", i.name)};
+      });
 }
 
 std::string load_text(const std::string& file, const std::string& variable) {
@@ -168,11 +170,12 @@ std::string boundary_text(const Problem& problem, const State& state) {
 std::string event_text(const Problem& p, const Event& event) {
   std::vector<double> times;
   for (const int step : event.at) times.push_back(p.t_begin + step * p.step);
-  std::string text = event.after_step ? "after step"
+  std::string text = event.after_step  ? "after step"
                      : event.every > 0 ? fmt::format("every {}", event.every * p.step)
                                        : fmt::format("at t = {}", fmt::join(times, ", "));
   for (const Event::Update& update : event.updates) {
-    text += fmt::format("{}{} = {}", &update == &event.updates.front() ? ": " : ", ", update.state, print(update.value));
+    text +=
+        fmt::format("{}{} = {}", &update == &event.updates.front() ? ": " : ", ", update.state, print(update.value));
   }
   return text;
 }
@@ -180,19 +183,22 @@ std::string event_text(const Problem& p, const Event& event) {
 std::vector<std::string> scene_lines(const Problem& p) {
   std::vector<std::string> lines;
   for (const Axis& axis : p.axes) lines.push_back(text_of(axis));
-  for (const Control& control : p.controls) lines.push_back(print(control, p.step) + (p.find_param(control.name)->unknown ? "  # unknown" : ""));
+  for (const Control& control : p.controls)
+    lines.push_back(print(control, p.step) + (p.find_param(control.name)->unknown ? "  # unknown" : ""));
   for (const Parameter& param : p.params) {
     if (p.find_control(param.name) != nullptr) continue;
     lines.push_back(fmt::format("{} = {}{}", param.name, bare(param.value), param.unknown ? "  # unknown" : ""));
   }
   for (const Coefficient& c : p.coefficients) lines.push_back(print(c, p.step));
-  for (const GivenWeights& given : p.weights) lines.push_back(fmt::format("{} = load(\"{}\")", given.network, given.from.file));
+  for (const GivenWeights& given : p.weights)
+    lines.push_back(fmt::format("{} = load(\"{}\")", given.network, given.from.file));
   for (const State& state : p.states) {
     if (state.rhs) lines.push_back(fmt::format("dt({}) = {}", state.name, print(*state.rhs)));
   }
   const int axes = static_cast<int>(p.axes.size());
   for (const State& state : p.states) {
-    if (state.placement != Placement{}) lines.push_back(fmt::format("# {} on {}", state.name, describe(state.placement, axes)));
+    if (state.placement != Placement{})
+      lines.push_back(fmt::format("# {} on {}", state.name, describe(state.placement, axes)));
   }
   for (const Coefficient& c : p.coefficients) {
     if (c.placement != Placement{}) lines.push_back(fmt::format("# {} on {}", c.name, describe(c.placement, axes)));
@@ -200,14 +206,14 @@ std::vector<std::string> scene_lines(const Problem& p) {
   for (const Coefficient& c : p.coefficients) {
     if (!c.walls) continue;
     const std::string& axis = p.axes[static_cast<std::size_t>(c.walls->axis)].name;
-    lines.push_back(fmt::format("# boundary {0}: {1}.low = {2}, {1}.high = {3}", c.name, axis, bare(c.walls->low), bare(c.walls->high)));
+    lines.push_back(fmt::format("# boundary {0}: {1}.low = {2}, {1}.high = {3}", c.name, axis, bare(c.walls->low),
+                                bare(c.walls->high)));
   }
   for (const State& state : p.states) {
     const std::string boundary = boundary_text(p, state);
     if (!boundary.empty()) lines.push_back(boundary);
   }
-  for (const State& state : p.states)
-    lines.push_back(fmt::format("initial {} = {}", state.name, print(state.initial)));
+  for (const State& state : p.states) lines.push_back(fmt::format("initial {} = {}", state.name, print(state.initial)));
   for (const State& state : p.states) {
     if (state.exact) lines.push_back(fmt::format("exact {} = {}", state.name, print(*state.exact)));
   }
@@ -225,13 +231,16 @@ std::vector<std::string> scene_lines(const Problem& p) {
 }
 
 std::string text_of(const Datum& datum) {
-  if (datum.trajectories) return fmt::format("data {} = trajectories(\"{}\", {})", datum.name, datum.file, datum.variable);
+  if (datum.trajectories)
+    return fmt::format("data {} = trajectories(\"{}\", {})", datum.name, datum.file, datum.variable);
   const std::string value = datum.scene.empty() ? load_text(datum.file, datum.variable)
                                                 : fmt::format("{} from scene {}", datum.field, datum.scene);
   return fmt::format("data {} = {}{}", datum.name, value, text_of(datum.when));
 }
 
-std::string option_text(const char* name, double value) { return value == 0 ? "" : fmt::format(", {} = {}", name, value); }
+std::string option_text(const char* name, double value) {
+  return value == 0 ? "" : fmt::format(", {} = {}", name, value);
+}
 
 /// Those that are not as they would be anyway.
 std::string text_of(const Training& training) {
@@ -243,7 +252,8 @@ std::string text_of(const Training& training) {
   if (training.clip > 0) text += fmt::format(", clip {}", training.clip);
   if (training.validate > 0) text += fmt::format(", validate {}", training.validate);
   if (training.patience > 0) text += fmt::format(", patience {}", training.patience);
-  if (training.schedule.kind == RateSchedule::Kind::halve) text += fmt::format(", schedule halve({})", training.schedule.every);
+  if (training.schedule.kind == RateSchedule::Kind::halve)
+    text += fmt::format(", schedule halve({})", training.schedule.every);
   if (training.schedule.kind == RateSchedule::Kind::cosine) text += ", schedule cosine";
   return text;
 }
@@ -251,15 +261,19 @@ std::string text_of(const Training& training) {
 std::string text_of(const Optimiser& optimiser, const std::optional<Training>& training) {
   const auto text = [&]() -> std::string {
     switch (optimiser.kind) {
-      case Optimiser::Kind::gradient_descent: return fmt::format("gradient_descent(rate = {}{}{})", optimiser.rate, option_text("momentum", optimiser.momentum), option_text("decay", optimiser.decay));
-      case Optimiser::Kind::adam: return fmt::format("adam(rate = {}{})", optimiser.rate, option_text("decay", optimiser.decay));
+      case Optimiser::Kind::gradient_descent:
+        return fmt::format("gradient_descent(rate = {}{}{})", optimiser.rate,
+                           option_text("momentum", optimiser.momentum), option_text("decay", optimiser.decay));
+      case Optimiser::Kind::adam:
+        return fmt::format("adam(rate = {}{})", optimiser.rate, option_text("decay", optimiser.decay));
       case Optimiser::Kind::lbfgs: return "lbfgs()";
       case Optimiser::Kind::newton_cg:
         return fmt::format("newton_cg(hessian = {})", optimiser.gauss_newton ? "gauss_newton" : "full");
     }
     unreachable("optimiser");
   };
-  return fmt::format("using {}{}", text(), training ? text_of(*training) : fmt::format(", iterations {}", optimiser.iterations));
+  return fmt::format("using {}{}", text(),
+                     training ? text_of(*training) : fmt::format(", iterations {}", optimiser.iterations));
 }
 
 std::string runs_text(const Test& test) {
@@ -276,12 +290,15 @@ std::string text_of(const Test& test) {
   const std::string when = test.on.empty() ? text_of(test.when) : runs_text(test);
   std::vector<std::string> fields;
   for (const Expr& each : test.fields) fields.push_back(print(each));
-  const std::string what = fields.size() > 1 ? fmt::format("({})", fmt::join(fields, ", ")) : fmt::format("{}", fmt::join(fields, ""));
+  const std::string what =
+      fields.size() > 1 ? fmt::format("({})", fmt::join(fields, ", ")) : fmt::format("{}", fmt::join(fields, ""));
   switch (test.kind) {
     case Test::Kind::number: return fmt::format("test {} = {}{}", test.quantity.name, print(test.quantity.value), when);
-    case Test::Kind::statistic: return fmt::format("statistic {} = {}{}", test.quantity.name, print(test.quantity.value), when);
+    case Test::Kind::statistic:
+      return fmt::format("statistic {} = {}{}", test.quantity.name, print(test.quantity.value), when);
     case Test::Kind::spectrum: return fmt::format("spectrum {} = {}{}", test.quantity.name, what, when);
-    case Test::Kind::correlation: return fmt::format("correlation {} = {} above {}{}", test.quantity.name, what, test.threshold, when);
+    case Test::Kind::correlation:
+      return fmt::format("correlation {} = {} above {}{}", test.quantity.name, what, test.threshold, when);
   }
   unreachable("kind of test");
 }
@@ -291,7 +308,8 @@ std::vector<std::string> task_lines(const Task& task) {
   for (const Datum& datum : task.data) lines.push_back(text_of(datum));
   for (const Unknown& unknown : task.unknowns) {
     if (unknown.kind == Unknown::Kind::network) {
-      lines.push_back(fmt::format("learn {}{}", unknown.name, unknown.from.file.empty() ? "" : fmt::format(" from \"{}\"", unknown.from.file)));
+      lines.push_back(fmt::format("learn {}{}", unknown.name,
+                                  unknown.from.file.empty() ? "" : fmt::format(" from \"{}\"", unknown.from.file)));
       continue;
     }
     const std::string bounds = unknown.is_bounded() ? fmt::format(" in {} .. {}", unknown.low, unknown.high) : "";
@@ -335,7 +353,8 @@ std::string text_of(const Operator& function) {
   const std::string value = body.size() == 1 ? body.front() : fmt::format("({})", fmt::join(body, ", "));
   std::string text = fmt::format("operator {}({}) = {}\n", function.name, fmt::join(function.parameters, ", "), value);
   for (const Operator::Adjoint& adjoint : function.adjoints) {
-    text += fmt::format("  adjoint {}_bar {} {}\n", adjoint.parameter, adjoint.of_field ? "=" : "+=", bare(adjoint.value));
+    text +=
+        fmt::format("  adjoint {}_bar {} {}\n", adjoint.parameter, adjoint.of_field ? "=" : "+=", bare(adjoint.value));
   }
   return text;
 }
@@ -350,8 +369,10 @@ std::string operators_text(const Problem& problem) {
   for (const Event& event : problem.events) {
     for (const Event::Update& update : event.updates) all.push_back(update.value);
   }
-  for (std::size_t i = 0; problem.task && i < problem.task->losses.size(); ++i) all.push_back(problem.task->losses[i].value);
-  for (std::size_t i = 0; problem.task && i < problem.task->tests.size(); ++i) all.push_back(problem.task->tests[i].quantity.value);
+  for (std::size_t i = 0; problem.task && i < problem.task->losses.size(); ++i)
+    all.push_back(problem.task->losses[i].value);
+  for (std::size_t i = 0; problem.task && i < problem.task->tests.size(); ++i)
+    all.push_back(problem.task->tests[i].quantity.value);
   std::vector<std::string> texts;
   for (const Expr& e : all) {
     any_part(e, [&](const Expr& part) {
@@ -388,7 +409,8 @@ std::string print(const Control& control, double step) {
 }
 
 std::string print(const Coefficient& c, double step) {
-  return fmt::format("{} = {}{}", c.name, print(c.value), c.is_control() ? fmt::format(" every {}", c.every * step) : "");
+  return fmt::format("{} = {}{}", c.name, print(c.value),
+                     c.is_control() ? fmt::format(" every {}", c.every * step) : "");
 }
 
 std::string print(const Output& output, double step) {
@@ -400,7 +422,8 @@ std::string print(const Problem& problem) {
   const std::string of = problem.program.empty() ? problem.model : problem.program;
   std::string text;
   for (const network::Network& network : problem.networks) text += print(network) + "\n";
-  text += operators_text(problem) + block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
+  text += operators_text(problem) +
+          block(fmt::format("scene {} : {} with {}", problem.scene, of, problem.scheme.name), scene_lines(problem));
   text += "\n" + print(problem.scheme);
   if (problem.task) {
     text += "\n" + block(fmt::format("task {} : {}", problem.task->name, problem.scene), task_lines(*problem.task));

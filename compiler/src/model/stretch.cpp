@@ -14,9 +14,12 @@ namespace dpde::model {
 bool is_taken(const Problem& problem, const std::string& name) {
   const auto is_datum = [&](const Datum& datum) { return datum.name == name; };
   const auto is_test = [&](const Test& test) { return test.quantity.name == name; };
-  return problem.find_state(name) || problem.find_coefficient(name) || problem.find_param(name) || problem.find_network(name) ||
-         std::ranges::any_of(problem.observables, [&](const Quantity& observable) { return observable.name == name; }) ||
-         (problem.task && (std::ranges::any_of(problem.task->data, is_datum) || std::ranges::any_of(problem.task->tests, is_test)));
+  return problem.find_state(name) || problem.find_coefficient(name) || problem.find_param(name) ||
+         problem.find_network(name) ||
+         std::ranges::any_of(problem.observables,
+                             [&](const Quantity& observable) { return observable.name == name; }) ||
+         (problem.task &&
+          (std::ranges::any_of(problem.task->data, is_datum) || std::ranges::any_of(problem.task->tests, is_test)));
 }
 
 namespace {
@@ -70,7 +73,9 @@ class Rewriter {
   Expr weighted(const Reduce& r, Origin origin);
   Expr size_along(int axis);
   Expr sampled(Sample sample, Origin origin);
-  double norm(std::size_t axis, bool on_faces) const { return normalisation(problem_.axes[axis], *slopes_[axis], on_faces); }
+  double norm(std::size_t axis, bool on_faces) const {
+    return normalisation(problem_.axes[axis], *slopes_[axis], on_faces);
+  }
 
   const Problem& problem_;
   const Placements placements_;
@@ -86,14 +91,15 @@ Expr share_before(const Expr& x, const Expr& from, const Expr& to) {
   return call(Fn::min, {call(Fn::max, {share, 0.0}), 1.0});
 }
 
-/// Where a place x lies in the uniform coordinate s, which is linear in x between the points of a field, as the field itself is:
-/// the sum of the parts of all cells that lie before it.
+/// Where a place x lies in the uniform coordinate s, which is linear in x between the points of a field, as the field
+/// itself is: the sum of the parts of all cells that lie before it.
 class UniformPlace {
  public:
   UniformPlace(const Axis& axis, int number, bool on_faces) : axis_(axis), number_(number), on_faces_(on_faces) {}
 
   Expr of(const Expr& x) const {
-    if (!any_part(x, [](const Expr& part) { return std::holds_alternative<Param>(part->kind); })) return number_of(value_at(x, 0));
+    if (!any_part(x, [](const Expr& part) { return std::holds_alternative<Param>(part->kind); }))
+      return number_of(value_at(x, 0));
     Reduce sum{Reduce::Kind::sum, part(x, param("h" + axis_.name)), {}};
     sum.over[static_cast<std::size_t>(number_)] = true;
     return binary(BinaryOp::add, begin(param("h" + axis_.name)), reduce(std::move(sum)));
@@ -102,11 +108,14 @@ class UniformPlace {
  private:
   bool is_periodic() const { return axis_.topology == Topology::periodic; }
   /// s of the point that the sum begins with.
-  Expr begin(const Expr& h) const { return is_periodic() && !on_faces_ ? binary(BinaryOp::subtract, axis_.low, over(h, 2.0)) : Expr(axis_.low); }
+  Expr begin(const Expr& h) const {
+    return is_periodic() && !on_faces_ ? binary(BinaryOp::subtract, axis_.low, over(h, 2.0)) : Expr(axis_.low);
+  }
   Expr within(const Expr& x) const {
     if (!is_periodic()) return x;
     const double period = axis_.high - axis_.low;
-    return binary(BinaryOp::add, axis_.low, times(period, call(Fn::fraction, {over(binary(BinaryOp::subtract, x, axis_.low), period)})));
+    return binary(BinaryOp::add, axis_.low,
+                  times(period, call(Fn::fraction, {over(binary(BinaryOp::subtract, x, axis_.low), period)})));
   }
   /// What a cell has before x, for a spacing of h.
   Expr part(const Expr& given, const Expr& h) const {
@@ -115,9 +124,13 @@ class UniformPlace {
     const Expr before_half = binary(BinaryOp::subtract, s, half), after_half = binary(BinaryOp::add, s, half);
     if (on_faces_) return times(h, share_before(x, place(before_half), place(after_half)));
     const Expr before = times(h, share_before(x, place(binary(BinaryOp::subtract, s, h)), place(s)));
-    const Expr is_first = binary(BinaryOp::less, s, binary(BinaryOp::add, axis_.low, h)), is_last = binary(BinaryOp::greater, s, binary(BinaryOp::subtract, axis_.high, h));
-    if (is_periodic()) return binary(BinaryOp::add, before, select(is_last, times(h, share_before(x, place(s), place(binary(BinaryOp::add, s, h)))), 0.0));
-    const Expr first = times(half, share_before(x, axis_.low, place(s))), end = times(half, share_before(x, place(s), axis_.high));
+    const Expr is_first = binary(BinaryOp::less, s, binary(BinaryOp::add, axis_.low, h)),
+               is_last = binary(BinaryOp::greater, s, binary(BinaryOp::subtract, axis_.high, h));
+    if (is_periodic())
+      return binary(BinaryOp::add, before,
+                    select(is_last, times(h, share_before(x, place(s), place(binary(BinaryOp::add, s, h)))), 0.0));
+    const Expr first = times(half, share_before(x, axis_.low, place(s))),
+               end = times(half, share_before(x, place(s), axis_.high));
     return binary(BinaryOp::add, select(is_first, first, before), select(is_last, end, 0.0));
   }
   /// Places are made of numbers and parameters.
@@ -136,9 +149,11 @@ class UniformPlace {
 Expr Rewriter::operator()(const Expr& e) {
   const Origin origin = e->origin;
   return match(
-      e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; }, [&](const Sample& s) { return sampled(s, origin); },
-      [&](const Param& p) { return spacing_or(p, e); },
-      [&](const Coordinate& c) { return is_stretched(c.axis) ? problem_.axes[static_cast<std::size_t>(c.axis)].stretch->map : e; },
+      e->kind, [&](const Number&) { return e; }, [&](const Field&) { return e; }, [&](const Noise&) { return e; },
+      [&](const Sample& s) { return sampled(s, origin); }, [&](const Param& p) { return spacing_or(p, e); },
+      [&](const Coordinate& c) {
+        return is_stretched(c.axis) ? problem_.axes[static_cast<std::size_t>(c.axis)].stretch->map : e;
+      },
       [&](const Neg& n) { return negate((*this)(n.operand), origin); },
       [&](const Binary& b) {
         const Expr left = (*this)(b.left);
@@ -149,11 +164,17 @@ Expr Rewriter::operator()(const Expr& e) {
         const Expr condition = (*this)(s.condition), yes = (*this)(s.yes);
         return select(condition, yes, (*this)(s.no), origin);
       },
-      [&](const Derivative& d) { return derivative_of(d, origin); }, [&](const Advect& a) { return advection_of(a, origin); },
+      [&](const Derivative& d) { return derivative_of(d, origin); },
+      [&](const Advect& a) { return advection_of(a, origin); },
       [&](const Shift& s) { return shift((*this)(s.operand), s.offset, origin); },
-      [&](const Interpolate& i) { return interpolate((*this)(i.operand), origin); }, [&](const Reduce& r) { return weighted(r, origin); },
-      [&](const Apply& a) { return apply({a.function, all(a.arguments), a.component, a.places, a.results}, origin); },
-      [&](const Infer& i) { return infer({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin); });
+      [&](const Interpolate& i) { return interpolate((*this)(i.operand), origin); },
+      [&](const Reduce& r) { return weighted(r, origin); },
+      [&](const Apply& a) {
+        return apply({a.function, all(a.arguments), a.component, a.places, a.results}, origin);
+      },
+      [&](const Infer& i) {
+        return infer({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin);
+      });
 }
 
 Expr Rewriter::spacing_or(const Param& p, const Expr& e) {
@@ -178,7 +199,8 @@ Expr Rewriter::sampled(Sample sample, Origin origin) {
   for (std::size_t a = 0; a < sample.place.size(); ++a) {
     const int axis = static_cast<int>(a);
     sample.place[a] = (*this)(sample.place[a]);
-    if (slopes_[a]) sample.place[a] = UniformPlace(problem_.axes[a], axis, placements_.of(sample.field)[a]).of(sample.place[a]);
+    if (slopes_[a])
+      sample.place[a] = UniformPlace(problem_.axes[a], axis, placements_.of(sample.field)[a]).of(sample.place[a]);
   }
   return model::sample(std::move(sample), origin);
 }
@@ -203,7 +225,8 @@ Expr Rewriter::advection_of(const Advect& a, Origin origin) {
 Expr Rewriter::weighted(const Reduce& r, Origin origin) {
   Expr operand = (*this)(r.operand);
   const bool is_weighted = r.reduction == Reduce::Kind::mean || r.reduction == Reduce::Kind::integral;
-  const Placement home = placements_.is_staggered() ? placements_.natural(r.operand).value_or(Placement{}) : Placement{};
+  const Placement home =
+      placements_.is_staggered() ? placements_.natural(r.operand).value_or(Placement{}) : Placement{};
   double factor = 1;
   for (std::size_t a = 0; a < slopes_.size(); ++a) {
     if (!is_weighted || !slopes_[a] || !r.over[a]) continue;
@@ -233,7 +256,8 @@ std::vector<Coefficient> Rewriter::metrics() const {
     const Axis& axis = problem_.axes[a];
     Coefficient metric{names_[a], {over(1.0, *slopes_[a]), "", "", {}, {}}};
     const int number = static_cast<int>(a);
-    if (axis.topology == Topology::bounded) metric.walls = {number, 1 / slope_at(number, axis.low), 1 / slope_at(number, axis.high)};
+    if (axis.topology == Topology::bounded)
+      metric.walls = {number, 1 / slope_at(number, axis.low), 1 / slope_at(number, axis.high)};
     metrics.push_back(std::move(metric));
   }
   return metrics;
@@ -263,7 +287,8 @@ Problem in_uniform_coordinates(Problem problem) {
     rewriter.rewrite(state.rhs);
     rewriter.rewrite(state.initial.formula);
     rewriter.rewrite(state.exact);
-    for (int axis = 0; axis < static_cast<int>(state.boundary.size()); ++axis) rewriter.rewrite(state.boundary[static_cast<std::size_t>(axis)], axis);
+    for (int axis = 0; axis < static_cast<int>(state.boundary.size()); ++axis)
+      rewriter.rewrite(state.boundary[static_cast<std::size_t>(axis)], axis);
   }
   for (Coefficient& coefficient : problem.coefficients) rewriter.rewrite(coefficient.value.formula);
   for (Quantity& observable : problem.observables) observable.value = rewriter(observable.value);

@@ -25,7 +25,8 @@ bool is_condition(const Expr& e) {
 
 /// What an expression may be made of beside numbers and parameters.
 struct Allowed {
-  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false, networks = false;
+  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, noise = false,
+       networks = false;
 };
 constexpr Allowed equation{true, true, true, true, true};
 constexpr Allowed place{false, true, false, false, false};
@@ -49,7 +50,8 @@ class Verifier {
     check_rate();
     check_controls();
     check_events();
-    for (const Coefficient& c : problem_.coefficients) check_source(c.value, "coefficient " + c.name, c.is_control() ? formula_of_time : formula);
+    for (const Coefficient& c : problem_.coefficients)
+      check_source(c.value, "coefficient " + c.name, c.is_control() ? formula_of_time : formula);
     for (const Quantity& q : problem_.observables) check(q.value, "observable " + q.name, quantity);
     if (problem_.task) check_task(*problem_.task);
     check_placements();
@@ -76,7 +78,8 @@ class Verifier {
   void check_time() {
     demand(std::isfinite(problem_.t_begin), "the run begins at no time");
     demand(std::isfinite(problem_.step) && problem_.step > 0, fmt::format("the step is {}", problem_.step));
-    demand(problem_.courant >= 0 && (problem_.courant > 0) == problem_.rate.has_value(), "a Courant number without a rate");
+    demand(problem_.courant >= 0 && (problem_.courant > 0) == problem_.rate.has_value(),
+           "a Courant number without a rate");
     demand(problem_.steps > 0, fmt::format("the run has {} steps", problem_.steps));
   }
 
@@ -111,7 +114,8 @@ class Verifier {
         for (const Side* side : {&sides.low, &sides.high}) {
           check(side->value, "boundary of " + state.name, at_wall);
           for (const State& read : problem_.states) {
-            demand(!reads(side->value, read.name), fmt::format("the boundary of {} reads state {}", state.name, read.name));
+            demand(!reads(side->value, read.name),
+                   fmt::format("the boundary of {} reads state {}", state.name, read.name));
           }
           for (const Expr* part : {&side->a, &side->b}) check(*part, "boundary of " + state.name, weight);
         }
@@ -128,8 +132,10 @@ class Verifier {
       demand(params_.contains(control.name), fmt::format("control {} is no parameter", control.name));
       demand(control.every >= 1, fmt::format("control {} has intervals of {} steps", control.name, control.every));
       const auto count = static_cast<std::size_t>((problem_.steps - 1) / std::max(control.every, 1) + 1);
-      demand(control.values.size() == count, fmt::format("control {} has {} values", control.name, control.values.size()));
-      demand(control.start.empty() || control.start.size() == count, fmt::format("control {} has {} starts", control.name, control.start.size()));
+      demand(control.values.size() == count,
+             fmt::format("control {} has {} values", control.name, control.values.size()));
+      demand(control.start.empty() || control.start.size() == count,
+             fmt::format("control {} has {} starts", control.name, control.start.size()));
       check(control.formula, "control " + control.name, weight);
     }
   }
@@ -159,7 +165,8 @@ class Verifier {
     demand(task.unknowns.empty() == task.losses.empty(), "a task has unknowns and losses");
     for (const Unknown& unknown : task.unknowns) {
       demand(exists(unknown), fmt::format("unknown {} is nothing", unknown.name));
-      if (unknown.kind != Unknown::Kind::network) check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));
+      if (unknown.kind != Unknown::Kind::network)
+        check_source(unknown.from, "start of " + unknown.name, allowed_at_start(unknown));
     }
     for (const Loss& loss : task.losses) {
       check(loss.value, "loss", quantity);
@@ -177,7 +184,8 @@ class Verifier {
   }
 
   Allowed allowed_at_start(const Unknown& unknown) const {
-    const Coefficient* coefficient = unknown.kind == Unknown::Kind::coefficient ? problem_.find_coefficient(unknown.name) : nullptr;
+    const Coefficient* coefficient =
+        unknown.kind == Unknown::Kind::coefficient ? problem_.find_coefficient(unknown.name) : nullptr;
     if (coefficient != nullptr && coefficient->is_control()) return formula_of_time;
     return unknown.is_field() ? formula : unknown.kind == Unknown::Kind::control ? weight : start;
   }
@@ -185,7 +193,8 @@ class Verifier {
   bool exists(const Unknown& unknown) const {
     switch (unknown.kind) {
       case Unknown::Kind::parameter: return unknowns_.contains(unknown.name);
-      case Unknown::Kind::control: return unknowns_.contains(unknown.name) && problem_.find_control(unknown.name) != nullptr;
+      case Unknown::Kind::control:
+        return unknowns_.contains(unknown.name) && problem_.find_control(unknown.name) != nullptr;
       case Unknown::Kind::initial: return problem_.find_state(unknown.name) != nullptr;
       case Unknown::Kind::coefficient: return problem_.find_coefficient(unknown.name) != nullptr;
       case Unknown::Kind::network: return problem_.find_network(unknown.name) != nullptr;
@@ -239,8 +248,7 @@ class Verifier {
           need(allowed.coordinates, "a coordinate");
           demand(has_axis(c.axis), fmt::format("{}: there is no axis {}", where, c.axis));
         },
-        [&](const Noise&) { need(allowed.noise, "noise"); },
-        [](const Neg&) {}, [](const Binary&) {},
+        [&](const Noise&) { need(allowed.noise, "noise"); }, [](const Neg&) {}, [](const Binary&) {},
         [&](const Call& c) {
           demand(static_cast<int>(c.arguments.size()) == arity(c.fn),
                  fmt::format("{}: {} has {} arguments", where, name_of(c.fn), c.arguments.size()));
@@ -267,7 +275,8 @@ class Verifier {
           demand(s.place.size() == problem_.axes.size(),
                  fmt::format("{}: sampled at {} coordinates", where, s.place.size()));
           // on a stretched axis a place is a sum over all cells
-          for (const Expr& part : s.place) demand(is_uniform(part) || holds_reduction(part), where + ": sampled at a place that varies");
+          for (const Expr& part : s.place)
+            demand(is_uniform(part) || holds_reduction(part), where + ": sampled at a place that varies");
         },
         [&](const Reduce& r) {
           need(allowed.reductions, "a reduction");
@@ -284,7 +293,8 @@ class Verifier {
   void check_application(const Apply& a, const std::string& where) {
     demand(a.arguments.size() == a.function.parameters.size() && a.places.size() == a.arguments.size(),
            fmt::format("{}: {} has {} arguments", where, a.function.name, a.arguments.size()));
-    demand(a.component >= 0 && a.component < static_cast<int>(a.function.body.size()) && a.results.size() == a.function.body.size(),
+    demand(a.component >= 0 && a.component < static_cast<int>(a.function.body.size()) &&
+               a.results.size() == a.function.body.size(),
            fmt::format("{}: component {} of {}", where, a.component, a.function.name));
   }
 
@@ -302,9 +312,12 @@ class Verifier {
     const Placements placements(problem_);
     for (const State& state : problem_.states) {
       for (std::size_t axis = 0; axis < state.placement.size(); ++axis) {
-        demand(!state.placement[axis] || axis < problem_.axes.size(), fmt::format("{} is staggered along no axis", state.name));
+        demand(!state.placement[axis] || axis < problem_.axes.size(),
+               fmt::format("{} is staggered along no axis", state.name));
       }
-      if (state.rhs) demand(!placements.find_mistake(*state.rhs, state.placement), fmt::format("equation of {}: placements are mixed", state.name));
+      if (state.rhs)
+        demand(!placements.find_mistake(*state.rhs, state.placement),
+               fmt::format("equation of {}: placements are mixed", state.name));
     }
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All layers are sums of terms factor * weight * value; where a layer is not linear, the factor of the tangent depends on
-// the values. So there is one list of terms a layer, and value, tangent and adjoint go through it.
+// All layers are sums of terms factor * weight * value; where a layer is not linear, the factor of the tangent depends
+// on the values. So there is one list of terms a layer, and value, tangent and adjoint go through it.
 #include "network/evaluate.h"
 
 #include <cmath>
@@ -15,7 +15,8 @@ namespace {
 using Cell = std::array<int, 3>;
 
 constexpr int none = -1;
-/// Adds factor * weights[weight] * values[value].values[from] to result `to`; none: 1 in place of the weight or the value.
+/// Adds factor * weights[weight] * values[value].values[from] to result `to`; none: 1 in place of the weight or the
+/// value.
 struct Term {
   std::size_t to;
   int value;
@@ -30,7 +31,8 @@ std::size_t size_of(const Cell& cells) {
 }
 std::size_t index_of(const Tensor& tensor, int channel, const Cell& cell) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  return at(channel) * size_of(tensor.cells) + (at(cell[2]) * at(tensor.cells[1]) + at(cell[1])) * at(tensor.cells[0]) + at(cell[0]);
+  return at(channel) * size_of(tensor.cells) + (at(cell[2]) * at(tensor.cells[1]) + at(cell[1])) * at(tensor.cells[0]) +
+         at(cell[0]);
 }
 template <class F>
 void for_each_cell(const Cell& cells, const F& f) {
@@ -74,7 +76,9 @@ double slope(const Layer& layer, double v) {
   switch (layer.activation) {
     case Activation::relu: return v > 0 ? 1 : 0;
     case Activation::leaky_relu: return v > 0 ? 1 : layer.factor;
-    case Activation::gelu: return 0.5 * (1 + std::erf(v / std::sqrt(2.0))) + v * std::exp(-v * v / 2) / std::sqrt(2 * 3.14159265358979323846);
+    case Activation::gelu:
+      return 0.5 * (1 + std::erf(v / std::sqrt(2.0))) +
+             v * std::exp(-v * v / 2) / std::sqrt(2 * 3.14159265358979323846);
     case Activation::tanh: return 1 - std::tanh(v) * std::tanh(v);
     case Activation::sigmoid: return s * (1 - s);
     case Activation::softplus: return s;
@@ -86,16 +90,19 @@ double slope(const Layer& layer, double v) {
 /// A network on one grid: the values of all layers, and the terms of each.
 class Evaluation {
  public:
-  Evaluation(const Network& network, const Tensor& inputs, const std::vector<double>& weights) : network_(network), weights_(weights) {
+  Evaluation(const Network& network, const Tensor& inputs, const std::vector<double>& weights)
+      : network_(network), weights_(weights) {
     require(inputs.channels == network.inputs, "one channel an input");
     values_.push_back(inputs);
     for (std::size_t i = 0; i < network.layers.size(); ++i) {
       Tensor result = shape_of(static_cast<int>(i));
       const Layer& layer = network.layers[i];
       if (layer.kind == LayerKind::activate) {
-        for (std::size_t k = 0; k < result.values.size(); ++k) result.values[k] = activated(layer, input_of(layer).values[k]);
+        for (std::size_t k = 0; k < result.values.size(); ++k)
+          result.values[k] = activated(layer, input_of(layer).values[k]);
       } else {
-        terms(static_cast<int>(i), result, [&](const Term& t) { result.values[t.to] += t.factor * weight(t, weights_) * value(t, values_); });
+        terms(static_cast<int>(i), result,
+              [&](const Term& t) { result.values[t.to] += t.factor * weight(t, weights_) * value(t, values_); });
       }
       values_.push_back(std::move(result));
     }
@@ -110,7 +117,8 @@ class Evaluation {
       result.values.assign(result.values.size(), 0.0);
       derivative_terms(static_cast<int>(i), [&](const Term& t) {
         if (t.from != none) result.values[t.to] += t.factor * weight(t, weights_) * value(t, all);
-        if (t.weight != none && !weight_rates.empty()) result.values[t.to] += t.factor * weight_rates[static_cast<std::size_t>(t.weight)] * value(t, values_);
+        if (t.weight != none && !weight_rates.empty())
+          result.values[t.to] += t.factor * weight_rates[static_cast<std::size_t>(t.weight)] * value(t, values_);
       });
       all.push_back(std::move(result));
     }
@@ -124,15 +132,20 @@ class Evaluation {
     for (std::size_t i = network_.layers.size(); i-- > 0;) {
       const std::vector<double>& bar = bars[i + 1].values;
       derivative_terms(static_cast<int>(i), [&](const Term& t) {
-        if (t.from != none) bars[static_cast<std::size_t>(t.value)].values[static_cast<std::size_t>(t.from)] += t.factor * weight(t, weights_) * bar[t.to];
-        if (t.weight != none) weight_bars[static_cast<std::size_t>(t.weight)] += t.factor * value(t, values_) * bar[t.to];
+        if (t.from != none)
+          bars[static_cast<std::size_t>(t.value)].values[static_cast<std::size_t>(t.from)] +=
+              t.factor * weight(t, weights_) * bar[t.to];
+        if (t.weight != none)
+          weight_bars[static_cast<std::size_t>(t.weight)] += t.factor * value(t, values_) * bar[t.to];
       });
     }
     return bars.front();
   }
 
  private:
-  static double weight(const Term& t, const std::vector<double>& weights) { return t.weight == none ? 1.0 : weights[static_cast<std::size_t>(t.weight)]; }
+  static double weight(const Term& t, const std::vector<double>& weights) {
+    return t.weight == none ? 1.0 : weights[static_cast<std::size_t>(t.weight)];
+  }
   static double value(const Term& t, const std::vector<Tensor>& values) {
     return t.from == none ? 1.0 : values[static_cast<std::size_t>(t.value)].values[static_cast<std::size_t>(t.from)];
   }
@@ -188,7 +201,8 @@ class Evaluation {
     const auto from = [&](int value, int from_channel, const Cell& at) {
       return static_cast<std::ptrdiff_t>(index_of(values_[static_cast<std::size_t>(value)], from_channel, at));
     };
-    if (layer.kind == LayerKind::scale) return visit({to, layer.input, from(layer.input, channel, cell), none, layer.factor});
+    if (layer.kind == LayerKind::scale)
+      return visit({to, layer.input, from(layer.input, channel, cell), none, layer.factor});
     if (layer.kind == LayerKind::add) {
       visit({to, layer.input, from(layer.input, channel, cell), none, 1});
       return visit({to, layer.other, from(layer.other, channel, cell), none, 1});
@@ -207,7 +221,8 @@ class Evaluation {
     require(layer.kind == LayerKind::fix_sum, "a layer of known kind");
     visit({to, layer.input, from(layer.input, channel, cell), none, 1});
     visit({to, none, none, none, layer.factor / layer.channels});
-    for (int other = 0; other < layer.channels; ++other) visit({to, layer.input, from(layer.input, other, cell), none, -1.0 / layer.channels});
+    for (int other = 0; other < layer.channels; ++other)
+      visit({to, layer.input, from(layer.input, other, cell), none, -1.0 / layer.channels});
   }
 
   void reoriented_term(const Layer& layer, std::size_t to, int channel, const Cell& cell, const Visit& visit) const {
@@ -218,7 +233,8 @@ class Evaluation {
       at[from] = layer.axes[axis] > 0 ? cell[axis] : input.cells[from] - 1 - cell[axis];
     }
     const int source = layer.order.empty() ? channel + 1 : layer.order[static_cast<std::size_t>(channel)];
-    visit({to, layer.input, static_cast<std::ptrdiff_t>(index_of(input, std::abs(source) - 1, at)), none, source > 0 ? 1.0 : -1.0});
+    visit({to, layer.input, static_cast<std::ptrdiff_t>(index_of(input, std::abs(source) - 1, at)), none,
+           source > 0 ? 1.0 : -1.0});
   }
 
   void conv_terms(int index, const Tensor& result, const Visit& visit) const {
@@ -244,7 +260,8 @@ class Evaluation {
           }
           for (int i = 0; i < group_in; ++i) {
             const int channel = o / group_out * group_in + i;
-            visit({to, layer.input, static_cast<std::ptrdiff_t>(index_of(input, channel, at)), first + (static_cast<std::int64_t>(o) * group_in + i) * taps + tap, 1});
+            visit({to, layer.input, static_cast<std::ptrdiff_t>(index_of(input, channel, at)),
+                   first + (static_cast<std::int64_t>(o) * group_in + i) * taps + tap, 1});
           }
         });
       });
@@ -262,14 +279,17 @@ class Evaluation {
         }
         for_each_cell(window, [&](const Cell& in) {
           Cell at = cell;
-          for (std::size_t axis = 0; axis < static_cast<std::size_t>(network_.rank()); ++axis) at[axis] = cell[axis] * layer.stride + in[axis];
+          for (std::size_t axis = 0; axis < static_cast<std::size_t>(network_.rank()); ++axis)
+            at[axis] = cell[axis] * layer.stride + in[axis];
           places.push_back(index_of(input, channel, at));
         });
         const std::size_t to = index_of(result, channel, cell);
         std::size_t best = places.front();
         for (const std::size_t place : places) {
           if (input.values[place] > input.values[best]) best = place;
-          if (layer.kind == LayerKind::mean_pool) visit({to, layer.input, static_cast<std::ptrdiff_t>(place), none, 1.0 / static_cast<double>(places.size())});
+          if (layer.kind == LayerKind::mean_pool)
+            visit(
+                {to, layer.input, static_cast<std::ptrdiff_t>(place), none, 1.0 / static_cast<double>(places.size())});
         }
         if (layer.kind == LayerKind::max_pool) visit({to, layer.input, static_cast<std::ptrdiff_t>(best), none, 1});
       });

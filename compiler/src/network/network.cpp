@@ -63,7 +63,8 @@ double multiplications_a_cell(const Network& network) {
 
 bool is_pointwise(const Network& network) {
   return !network.is_host() && std::all_of(network.layers.begin(), network.layers.end(), [](const Layer& layer) {
-    const bool changes_grid = layer.kind == LayerKind::mean_pool || layer.kind == LayerKind::max_pool || layer.kind == LayerKind::upsample;
+    const bool changes_grid =
+        layer.kind == LayerKind::mean_pool || layer.kind == LayerKind::max_pool || layer.kind == LayerKind::upsample;
     const bool moves_cells = layer.kind == LayerKind::reorient && layer.axes != std::array{1, 2, 3};
     return !changes_grid && !moves_cells && layer.extent == 1 && layer.stride == 1;
   });
@@ -91,7 +92,8 @@ std::string text_of(const Infer& infer) {
   const bool is_value = infer.mode == Infer::Mode::value;
   const char* word = is_value ? "apply" : infer.mode == Infer::Mode::tangent ? "tangent" : "adjoint";
   const std::string rates = is_value ? "" : fmt::format(" by {}", list(infer.rates));
-  return fmt::format("{} {}({}){} to {}{}", word, infer.network, list(infer.inputs), rates, list(infer.results), infer.weights ? " weights" : "");
+  return fmt::format("{} {}({}){} to {}{}", word, infer.network, list(infer.inputs), rates, list(infer.results),
+                     infer.weights ? " weights" : "");
 }
 
 std::string_view name_of(Activation activation) {

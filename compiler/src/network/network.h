@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A neural network over the cells of a grid: layers in static single assignment. The model level makes it out of what the
-// file says, every level below carries it as it is, and the runtime runs it (dpde/network_abi.h says what layers compute).
+// A neural network over the cells of a grid: layers in static single assignment. The model level makes it out of what
+// the file says, every level below carries it as it is, and the runtime runs it (dpde/network_abi.h says what layers
+// compute).
 #pragma once
 
 #include <array>
@@ -34,8 +35,8 @@ struct Layer {
   double gain = 1;
   Activation activation = Activation::relu;
   int weights_of = 0;  // of conv: the value of the one whose weights it has (which has its own); 0: its own
-  // of reorient, from 1 on, negative for backwards: the axis of the input along which each axis of the result lies, and the
-  // channels of the input that those of the result are (negative: times -1); none: as they are
+  // of reorient, from 1 on, negative for backwards: the axis of the input along which each axis of the result lies, and
+  // the channels of the input that those of the result are (negative: times -1); none: as they are
   std::array<int, 3> axes{1, 2, 3};
   std::vector<int> order = {};
   double factor = 0;  // of scale, fix_sum (the sum), leaky_relu (the slope below 0)
@@ -55,8 +56,8 @@ struct Network {
   bool operator==(const Network&) const = default;
 };
 
-/// A network or its derivative, done to fields: a statement of programs (stencil/stencil.h says what it means). "" stands
-/// for a rate that is 0 and for a result that nobody wants.
+/// A network or its derivative, done to fields: a statement of programs (stencil/stencil.h says what it means). ""
+/// stands for a rate that is 0 and for a result that nobody wants.
 struct Infer {
   enum class Mode { value, tangent, adjoint };
   std::string network;

@@ -42,7 +42,8 @@ std::string orientation(const Layer& layer) {
 std::string print(const Layer& layer) {
   const std::string input = value_name(layer.input);
   switch (layer.kind) {
-    case LayerKind::conv: return fmt::format("conv({}, {}, {}{})", input, layer.channels, layer.extent, conv_options(layer));
+    case LayerKind::conv:
+      return fmt::format("conv({}, {}, {}{})", input, layer.channels, layer.extent, conv_options(layer));
     case LayerKind::activate:
       if (layer.activation == Activation::leaky_relu) return fmt::format("leaky_relu({}, {})", input, layer.factor);
       return fmt::format("{}({})", name_of(layer.activation), input);
@@ -63,7 +64,8 @@ std::string print(const Layer& layer) {
 std::string print(const Network& network) {
   std::string text = fmt::format("network {}({}) -> {} {{\n", network.name, network.inputs, network.outputs);
   for (int axis = 0; axis < network.rank(); ++axis) {
-    text += fmt::format("{}{} {}", axis == 0 ? "  padding " : ", ", axis_names[axis], name_of(network.padding[static_cast<std::size_t>(axis)]));
+    text += fmt::format("{}{} {}", axis == 0 ? "  padding " : ", ", axis_names[axis],
+                        name_of(network.padding[static_cast<std::size_t>(axis)]));
   }
   text += "\n";
   if (network.is_host()) return text + fmt::format("  host weights {}\n}}\n", network.host_weights);

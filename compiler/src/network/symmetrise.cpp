@@ -14,7 +14,8 @@ std::size_t axis_of(int signed_axis) { return static_cast<std::size_t>(std::abs(
 /// The image by `second` of the image by `first`.
 Orientation product(const Orientation& first, const Orientation& second) {
   Orientation result{};
-  for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = (second[axis] < 0 ? -1 : 1) * first[axis_of(second[axis])];
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    result[axis] = (second[axis] < 0 ? -1 : 1) * first[axis_of(second[axis])];
   return result;
 }
 
@@ -45,7 +46,8 @@ std::vector<int> order_of(const Orientation& orientation, const std::vector<bool
 
 class Copies {
  public:
-  Copies(const Network& network, const Symmetry& symmetry) : network_(network), symmetry_(symmetry), is_pointwise_(is_pointwise(network)), result_(network) {}
+  Copies(const Network& network, const Symmetry& symmetry)
+      : network_(network), symmetry_(symmetry), is_pointwise_(is_pointwise(network)), result_(network) {}
 
   Network run() {
     int sum = last();
@@ -56,7 +58,11 @@ class Copies {
       Layer add{.kind = LayerKind::add, .input = sum, .other = made, .channels = network_.outputs};
       sum = push(add);
     }
-    if (acts_.size() > 1) push({.kind = LayerKind::scale, .input = sum, .channels = network_.outputs, .factor = 1.0 / static_cast<double>(acts_.size())});
+    if (acts_.size() > 1)
+      push({.kind = LayerKind::scale,
+            .input = sum,
+            .channels = network_.outputs,
+            .factor = 1.0 / static_cast<double>(acts_.size())});
     return std::move(result_);
   }
 
@@ -69,7 +75,8 @@ class Copies {
   };
 
   bool is_new(const Orientation& orientation) {
-    const Act act{axes(orientation), order_of(orientation, symmetry_.inputs, network_.rank()), order_of(orientation, symmetry_.outputs, network_.rank())};
+    const Act act{axes(orientation), order_of(orientation, symmetry_.inputs, network_.rank()),
+                  order_of(orientation, symmetry_.outputs, network_.rank())};
     if (std::ranges::find(acts_, act) != acts_.end()) return false;
     acts_.push_back(act);
     return true;
@@ -85,7 +92,10 @@ class Copies {
   }
 
   int reorient(int input, const Orientation& orientation, const std::vector<bool>& vectors) {
-    Layer layer{.kind = LayerKind::reorient, .input = input, .channels = channels_of(result_, input), .axes = axes(orientation)};
+    Layer layer{.kind = LayerKind::reorient,
+                .input = input,
+                .channels = channels_of(result_, input),
+                .axes = axes(orientation)};
     layer.order = order_of(orientation, vectors, network_.rank());
     if (layer.axes == as_it_is && layer.order.empty()) return input;
     return push(layer);

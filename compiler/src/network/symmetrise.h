@@ -9,8 +9,8 @@
 
 namespace dpde::network {
 
-/// A turn or mirror image of the grid: the axis, from 1 on, that lies along each axis of the image, negative: backwards. What
-/// Layer::axes says, which is also what becomes of the components of a vector.
+/// A turn or mirror image of the grid: the axis, from 1 on, that lies along each axis of the image, negative:
+/// backwards. What Layer::axes says, which is also what becomes of the components of a vector.
 using Orientation = std::array<int, 3>;
 
 struct Symmetry {
@@ -21,8 +21,9 @@ struct Symmetry {
 /// All that the generators make, that which changes nothing first.
 std::vector<Orientation> group_of(const std::vector<Orientation>& generators);
 
-/// The mean over the group of what the network makes of an image, turned back: the image of the inputs gives the image of the
-/// outputs, whatever the weights. All copies have the weights of the network, whose layers come first and stay as they are.
+/// The mean over the group of what the network makes of an image, turned back: the image of the inputs gives the image
+/// of the outputs, whatever the weights. All copies have the weights of the network, whose layers come first and stay
+/// as they are.
 Network symmetrised(const Network& network, const Symmetry& symmetry);
 
 /// The grid of these cells, or one with more cells along axes that a network exchanges with others.

@@ -42,8 +42,7 @@ class Hint {
   Hint(const char* text) : text_(text) {}
   Hint(std::string text) : text_(std::move(text)) {}
   template <class F>
-    requires std::is_invocable_r_v<std::string, const F&>
-  Hint(F make) : make_(std::move(make)) {}
+  requires std::is_invocable_r_v<std::string, const F&> Hint(F make) : make_(std::move(make)) {}
   std::string text() const { return make_ ? make_() : text_; }
 
  private:

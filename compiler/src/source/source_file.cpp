@@ -27,7 +27,8 @@ void SourceFile::add_lines(int from) {
 }
 
 const SourceFile::Part& SourceFile::part_of(int offset) const {
-  const auto behind = std::find_if(parts_.begin() + 1, parts_.end(), [&](const Part& part) { return part.begin > offset; });
+  const auto behind =
+      std::find_if(parts_.begin() + 1, parts_.end(), [&](const Part& part) { return part.begin > offset; });
   return *(behind - 1);
 }
 

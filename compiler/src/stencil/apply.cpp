@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators whose adjoint is given: a kernel each, so that there is something that the adjoint can stand in for. And networks.
+// Operators whose adjoint is given: a kernel each, so that there is something that the adjoint can stand in for. And
+// networks.
 #include <algorithm>
 #include <map>
 #include <vector>
@@ -42,7 +43,8 @@ model::Placement part_of_cell(const std::array<int, max_rank>& place) {
 
 Offset whole_cells(const std::array<int, max_rank>& place) {
   Offset cells{};
-  for (std::size_t axis = 0; axis < place.size(); ++axis) cells[axis] = (place[axis] - (place[axis] % 2 != 0 ? 1 : 0)) / 2;
+  for (std::size_t axis = 0; axis < place.size(); ++axis)
+    cells[axis] = (place[axis] - (place[axis] % 2 != 0 ? 1 : 0)) / 2;
   return cells;
 }
 
@@ -92,18 +94,20 @@ Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
   return reading;
 }
 
-/// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their formulas
-/// are added up; where some of these are missing, all are derived.
-std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside, const Kernel& kernel,
-                                         const Offset& offset) {
+/// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their
+/// formulas are added up; where some of these are missing, all are derived.
+std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside,
+                                         const Kernel& kernel, const Offset& offset) {
   Reading with_seeds = reading;
-  for (std::size_t c = 0; c < kernel.stores.size(); ++c) with_seeds.fields[model::seed_of(e.function, c)] = bar_of(kernel.stores[c].field);
+  for (std::size_t c = 0; c < kernel.stores.size(); ++c)
+    with_seeds.fields[model::seed_of(e.function, c)] = bar_of(kernel.stores[c].field);
   std::vector<Given> given;
   std::map<std::string, int> counts;
   for (const model::Operator::Adjoint& adjoint : e.function.adjoints) {
     const auto field = reading.fields.find(adjoint.parameter);
     const bool is_field = field != reading.fields.end();
-    const std::string input = is_field == adjoint.of_field ? (is_field ? field->second : lone_param(reading, adjoint.parameter)) : "";
+    const std::string input =
+        is_field == adjoint.of_field ? (is_field ? field->second : lone_param(reading, adjoint.parameter)) : "";
     if (input.empty()) continue;
     const auto parameter = std::find(e.function.parameters.begin(), e.function.parameters.end(), adjoint.parameter);
     const auto& of_input = e.places[static_cast<std::size_t>(parameter - e.function.parameters.begin())];
@@ -140,7 +144,8 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   for (std::size_t c = 0; c < suffixes.size(); ++c) {
     const bool is_wanted = static_cast<int>(c) == apply.component;
     const model::Placement part = is_wanted ? part_of_cell(place) : apply.results[c];
-    kernel.stores.push_back({stem + suffixes[c], false, same_place(body(apply.function.body[c], part), offset), e->origin});
+    kernel.stores.push_back(
+        {stem + suffixes[c], false, same_place(body(apply.function.body[c], part), offset), e->origin});
     Place there = place;
     for (std::size_t axis = 0; axis < there.size(); ++axis) there[axis] = 2 * offset[axis] + (part[axis] ? 1 : 0);
     model::Apply component = apply;
@@ -163,7 +168,8 @@ std::string Discretiser::stored_inference(const model::Infer& e) {
     if (!known || known->network != infer.network || known->inputs != infer.inputs) continue;
     return known->results[static_cast<std::size_t>(e.output)];
   }
-  for (int i = 1; i <= e.outputs; ++i) infer.results.push_back(names_.fresh(e.network + "_" + (e.outputs == 1 ? "out" : std::to_string(i))));
+  for (int i = 1; i <= e.outputs; ++i)
+    infer.results.push_back(names_.fresh(e.network + "_" + (e.outputs == 1 ? "out" : std::to_string(i))));
   preparations_.push_back(infer);
   return infer.results[static_cast<std::size_t>(e.output)];
 }

@@ -58,9 +58,9 @@ struct Signature {
     std::array<int, max_rank> halo{};  // largest |offset| an axis; interp counts as 1
     bool interpolated = false;
   };
-  std::vector<Read> reads;            // fields read (accumulated ones are not, unless read elsewhere)
-  std::vector<std::string> writes;    // fields stored with `=`
-  std::vector<std::string> updates;   // fields stored with `+=` or scattered to
+  std::vector<Read> reads;           // fields read (accumulated ones are not, unless read elsewhere)
+  std::vector<std::string> writes;   // fields stored with `=`
+  std::vector<std::string> updates;  // fields stored with `+=` or scattered to
   std::vector<std::string> params;
   std::vector<std::string> sums;
   const Read* find_read(const std::string& field) const;
@@ -69,9 +69,9 @@ Signature signature(const Kernel& kernel);
 
 /// Fields a program needs from outside, and everything it writes, in order of first appearance.
 struct Interface {
-  std::vector<std::string> inputs;   // read before written
+  std::vector<std::string> inputs;  // read before written
   std::vector<std::string> written;
-  std::vector<std::string> params;   // of kernels and of boundary values
+  std::vector<std::string> params;  // of kernels and of boundary values
   std::vector<std::string> sums;
   std::vector<std::string> networks = {};  // that it applies
 };

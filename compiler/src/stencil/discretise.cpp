@@ -69,7 +69,9 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
     paired = paired && other.place == -taps[i].place && std::abs(other.weight) == std::abs(taps[i].weight);
   }
   Expr sum = 0.0;
-  const auto add = [&](std::int64_t weight, const Expr& value) { sum = sum + scaled(static_cast<double>(weight), value); };
+  const auto add = [&](std::int64_t weight, const Expr& value) {
+    sum = sum + scaled(static_cast<double>(weight), value);
+  };
   if (!paired) {
     for (std::size_t i = 0; i < count; ++i) add(taps[i].weight, values[i]);
     return sum;
@@ -127,8 +129,13 @@ Expr scaled(const Expr& factor, const Expr& product) {
 
 Reading::Reading() : time(param("t")) {}
 
-Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading, model::Placements placements)
-    : scheme_(scheme), names_(std::move(names)), rank_(rank), reading_(std::move(reading)), placements_(std::move(placements)) {
+Discretiser::Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading,
+                         model::Placements placements)
+    : scheme_(scheme),
+      names_(std::move(names)),
+      rank_(rank),
+      reading_(std::move(reading)),
+      placements_(std::move(placements)) {
   if (placements_.is_staggered()) base_.reset();
   require(!model::follows_flow(scheme_.advect), "advection along the flow is no difference");
 }
@@ -211,7 +218,8 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
         const auto found = reading_.fields.find(f.name);
         Offset offset{};
         const model::Placement own = placements_.of(f.name);
-        for (int axis = 0; axis < max_rank; ++axis) offset[axis] = (place[axis] - (own[static_cast<std::size_t>(axis)] ? 1 : 0)) / 2;
+        for (int axis = 0; axis < max_rank; ++axis)
+          offset[axis] = (place[axis] - (own[static_cast<std::size_t>(axis)] ? 1 : 0)) / 2;
         return Quotient{access(found == reading_.fields.end() ? f.name : found->second, offset)};
       },
       [&](const model::Coordinate& c) { return coordinate_at(c, place); },
@@ -244,15 +252,20 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [&](const model::Interpolate& i) { return interpolated_at(i, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
-      [&](const model::Infer& i) { return Quotient{access(stored_inference(i), Offset{place[0] / 2, place[1] / 2, place[2] / 2})}; },
+      [&](const model::Infer& i) {
+        return Quotient{access(stored_inference(i), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
+      },
       [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
 }
 
-/// Along the axes it goes over a reduction is the same everywhere; along the others it is its operand that is displaced.
+/// Along the axes it goes over a reduction is the same everywhere; along the others it is its operand that is
+/// displaced.
 Discretiser::Quotient Discretiser::reduced_at(const model::Expr& e, Place place) {
   const model::Reduce& reduce = *as<model::Reduce>(e);
   const bool staggered = placements_.is_staggered();
-  const model::Placement own = staggered ? placements_.operand_placement(reduce, parity(place)).value_or(model::Placement{}) : model::Placement{};
+  const model::Placement own = staggered
+                                   ? placements_.operand_placement(reduce, parity(place)).value_or(model::Placement{})
+                                   : model::Placement{};
   for (std::size_t axis = 0; axis < place.size(); ++axis) {
     if (reduce.over[axis]) place[axis] = own[axis] ? 1 : 0;
   }
@@ -303,7 +316,8 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
   const bool is_nested = std::any_of(preparations_.begin(), preparations_.end(), [&](const Preparation& made) {
     const Kernel* made_here = std::get_if<Kernel>(&made);
     if (made_here && made_here->name.empty()) return false;  // no operator: operands only
-    return std::ranges::any_of(fields_made(made), [&](const std::string& field) { return reads.find_read(field) != nullptr; });
+    return std::ranges::any_of(fields_made(made),
+                               [&](const std::string& field) { return reads.find_read(field) != nullptr; });
   });
   Kernel* first = preparations_.empty() ? nullptr : std::get_if<Kernel>(&preparations_.front());
   if (first && !first->name.empty()) first = nullptr;  // that of an operator
@@ -322,7 +336,8 @@ std::string Discretiser::store_before(const Discretiser& inner, const Expr& valu
 std::string Discretiser::stored_reduction(Reduce reduce) {
   for (const Preparation& made : preparations_) {
     const Reduce* known = std::get_if<Reduce>(&made);
-    if (known && known->kind == reduce.kind && known->field == reduce.field && known->over == reduce.over) return known->result;
+    if (known && known->kind == reduce.kind && known->field == reduce.field && known->over == reduce.over)
+      return known->result;
   }
   reduce.result = names_.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
   preparations_.push_back(reduce);
@@ -385,7 +400,8 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
   if (as<model::Interpolate>(e) || as<model::Apply>(e) || as<model::Infer>(e)) return false;
-  if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)]) return false;
+  if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)])
+    return false;
   if (const model::Advect* a = as<model::Advect>(e)) {
     if (scheme_.advect == model::Advection::central && !model::is_constant(a->velocity[axis], 0)) return true;
   }
@@ -408,10 +424,12 @@ Discretiser::Quotient Discretiser::derivative_at(const model::Derivative& e, con
 
 Discretiser::Quotient Discretiser::placed_derivative(const model::Derivative& e, const Place& place, int accuracy) {
   const bool staggered = e.order == 1 && placements_.can_be_at(e.operand, model::toggled(parity(place), e.axis));
-  return combine(staggered ? staggered_difference(accuracy) : central_difference(e.order, accuracy), e.axis, e.operand, place);
+  return combine(staggered ? staggered_difference(accuracy) : central_difference(e.order, accuracy), e.axis, e.operand,
+                 place);
 }
 
-Expr Discretiser::named_derivative(const model::Derivative& e, const std::string& field, const Place& place, int accuracy) {
+Expr Discretiser::named_derivative(const model::Derivative& e, const std::string& field, const Place& place,
+                                   int accuracy) {
   std::string wish = field + "_";
   for (int i = 0; i < e.order; ++i) wish += axis_letter(e.axis);
   std::string& name = derivative_lets_[wish + " " + std::to_string(accuracy)];
@@ -427,7 +445,8 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
                                            const Place& place) {
   std::vector<Tap> taps = difference.taps;
   // u[+1] - u[-1], not -u[-1] + u[+1]
-  if (difference.derivative % 2 != 0 && taps.size() < 4 && taps.front().weight < 0) std::reverse(taps.begin(), taps.end());
+  if (difference.derivative % 2 != 0 && taps.size() < 4 && taps.front().weight < 0)
+    std::reverse(taps.begin(), taps.end());
   std::vector<Quotient> values;
   bool same = true;
   for (const Tap& tap : taps) {
@@ -441,7 +460,8 @@ Discretiser::Quotient Discretiser::combine(const Difference& difference, int axi
   }
   std::vector<Expr> tops;
   for (const Quotient& value : values) tops.push_back(value.top);
-  Quotient result{weighted_sum(taps, tops), values[0].number * static_cast<double>(difference.denominator), values[0].powers};
+  Quotient result{weighted_sum(taps, tops), values[0].number * static_cast<double>(difference.denominator),
+                  values[0].powers};
   result.powers[axis] += difference.derivative;
   return result;
 }
@@ -463,34 +483,6 @@ Discretiser::Quotient Discretiser::advect_at(const model::Advect& e, const Place
   if (terms.size() == 1) return terms.front();
   Expr sum = 0.0;
   for (const Quotient& term : terms) sum = sum + term.value();
-  return Quotient{sum};
-}
-
-Discretiser::Quotient Discretiser::upwind_at(const model::Advect& e, const Place& place) {
-  for (int axis = 0; axis < max_rank; ++axis) {
-    if (is_midway(place, axis)) return at_halfway(model::Expr(model::Node{e}), place, axis);
-  }
-  Expr sum = 0.0;
-  for (int axis = 0; axis < static_cast<int>(e.velocity.size()); ++axis) {
-    if (model::is_constant(e.velocity[axis], 0)) continue;
-    Expr speed = velocity_at(e.velocity[axis], place).value();
-    if (nesting_ == 0) speed = shared("velocity_" + axis_letter(axis), speed);
-    const auto cell = [&](int distance) {
-      Place there = place;
-      there[axis] += 2 * distance;
-      return distance == 0 ? at(e.operand, place).value() : inside_difference(e.operand, there).value();
-    };
-    const Expr rise_before = cell(0) - cell(-1), rise_after = cell(1) - cell(0);
-    const Expr forward = call(Fn::max, {speed, 0.0}), backward = call(Fn::min, {speed, 0.0});
-    if (scheme_.advect_order < 3) {
-      sum = sum + forward * rise_before / spacing(axis) + backward * rise_after / spacing(axis);
-    } else {
-      const Expr from_low = 2.0 * rise_after + 5.0 * rise_before - (cell(-1) - cell(-2));
-      const Expr from_high = 2.0 * rise_before + 5.0 * rise_after - (cell(2) - cell(1));
-      const Expr bottom = 6.0 * spacing(axis);
-      sum = sum + forward * from_low / bottom + backward * from_high / bottom;
-    }
-  }
   return Quotient{sum};
 }
 

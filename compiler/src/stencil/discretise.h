@@ -5,18 +5,23 @@
 //    The inside is taken at the half points, first derivatives by staggered differences, everything else interpolated
 //    with the same order, coordinates exactly; then their difference. This is the conservative, compact flux form;
 //  - every other nesting composes by shifting;
-//  - on staggered grids, by the rules of model/placement.h: what holds fields of one placement and is wanted there goes by
-//    the rules above, with that placement in the part of the cell centres. Elsewhere a first derivative is the staggered
-//    difference where its operand can be taken at the other placement along its axis, else the central one;
+//  - on staggered grids, by the rules of model/placement.h: what holds fields of one placement and is wanted there goes
+//  by
+//    the rules above, with that placement in the part of the cell centres. Elsewhere a first derivative is the
+//    staggered difference where its operand can be taken at the other placement along its axis, else the central one;
 //  - interpolate: the average of the order of `dx` from the operand's own placement, one axis after the other;
 //  - advect: central is v*d(f), upwind(1) is max(v, 0)*(f - f[-1])/h + min(v, 0)*(f[+1] - f)/h, an axis each;
-//    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell: of a
-//    constant they are 0 exactly.
-//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint, all its
+//    upwind(3) likewise with (2 f[+1] + 3 f - 6 f[-1] + f[-2])/(6h) and its mirror image, as rises from cell to cell:
+//    of a constant they are 0 exactly.
+//  - an operator whose adjoint is given becomes a field of its own too, stored by a kernel that holds that adjoint, all
+//  its
 //    components by one; at another place it is another field, the operator of its arguments displaced;
-//  - the outputs of a network become fields, of its arguments at the cell centres; elsewhere they are read like any field;
-//  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does not go
-//    over, it is the reduction of its operand at that place: walls and half points are then what they are for the operand.
+//  - the outputs of a network become fields, of its arguments at the cell centres; elsewhere they are read like any
+//  field;
+//  - a reduction becomes a field of its own, stored before the kernel. Read at another place along axes that it does
+//  not go
+//    over, it is the reduction of its operand at that place: walls and half points are then what they are for the
+//    operand.
 // Derivatives of plain fields at the current cell become lets (u_x, u_xx), so that each is computed once.
 #pragma once
 
@@ -53,15 +58,16 @@ struct Reading {
   Reading();
 };
 
-/// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a kernel
-/// without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
+/// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a
+/// kernel without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
 using Preparation = std::variant<Kernel, Reduce, Infer>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
  public:
   /// `scheme.advect` is central or upwind. Lets take names that `names` does not know.
-  Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading = {}, model::Placements placements = {});
+  Discretiser(const model::Scheme& scheme, NameSupply names, int rank, Reading reading = {},
+              model::Placements placements = {});
 
   /// `e` at the current cell's point of a placement.
   Expr operator()(const model::Expr& e, const model::Placement& placement = {});
@@ -105,7 +111,8 @@ class Discretiser {
   std::string stored_inference(const model::Infer& e);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
-  std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside, const Kernel& kernel, const Offset& offset);
+  std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside,
+                              const Kernel& kernel, const Offset& offset);
   Quotient interpolated_at(const model::Interpolate& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);

@@ -52,7 +52,10 @@ Effects of_infer(const Infer& infer) {
 
 Effects of_run(const Kernel& kernel) {
   Signature s = signature(kernel);
-  Effects e{.writes = std::move(s.writes), .updates = std::move(s.updates), .params = std::move(s.params), .sums = std::move(s.sums),
+  Effects e{.writes = std::move(s.writes),
+            .updates = std::move(s.updates),
+            .params = std::move(s.params),
+            .sums = std::move(s.sums),
             .kernels = {kernel.name}};
   for (const Signature::Read& read : s.reads) e.reads.push_back(read.field);
   return e;

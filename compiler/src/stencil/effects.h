@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a statement does to fields and numbers. Analyses ask here, or match() over all kinds of statement, so that a new kind does
-// not compile before each of them knows it: tests/house refuses anything that looks for one kind alone.
+// What a statement does to fields and numbers. Analyses ask here, or match() over all kinds of statement, so that a new
+// kind does not compile before each of them knows it: tests/house refuses anything that looks for one kind alone.
 #pragma once
 
 #include <string>

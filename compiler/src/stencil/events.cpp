@@ -12,8 +12,8 @@ namespace {
 
 Expr time_at_end() { return param("t") + param("dt"); }
 
-/// How many steps are done at the end of this one; t is exact to much less than half a step. Between the parts of a step, half
-/// a step off what any event asks for.
+/// How many steps are done at the end of this one; t is exact to much less than half a step. Between the parts of a
+/// step, half a step off what any event asks for.
 Expr steps_done(const model::Problem& problem) {
   if (problem.courant == 0) return call(Fn::floor, {(param("t") - problem.t_begin) / param("dt") + 1.5});
   const Expr place = (time_at_end() - problem.t_begin) / problem.step, nearest = call(Fn::floor, {place + 0.5});
@@ -60,11 +60,13 @@ class EventStages {
  private:
   const Store* last_store(const std::string& field) const {
     const std::vector<Store>& stores = stages_.back().kernel.stores;
-    const auto found = std::find_if(stores.begin(), stores.end(), [&](const Store& store) { return store.field == field; });
+    const auto found =
+        std::find_if(stores.begin(), stores.end(), [&](const Store& store) { return store.field == field; });
     return found == stores.end() ? nullptr : &*found;
   }
 
-  /// Whether the last kernel stores all that changes, and nobody looks at neighbours of what it stores or reduces anything.
+  /// Whether the last kernel stores all that changes, and nobody looks at neighbours of what it stores or reduces
+  /// anything.
   bool is_at_the_point(const model::Event& event) const {
     for (const model::Event::Update& update : event.updates) {
       if (!last_store(ends_.at(update.state))) return false;
@@ -74,7 +76,8 @@ class EventStages {
       probe.lets = at_point.lets();
       if (!at_point.preparations().empty()) return false;
       for (const Signature::Read& read : signature(probe).reads) {
-        const bool beyond = read.interpolated || std::any_of(read.halo.begin(), read.halo.end(), [](int h) { return h > 0; });
+        const bool beyond =
+            read.interpolated || std::any_of(read.halo.begin(), read.halo.end(), [](int h) { return h > 0; });
         if (beyond && last_store(read.field)) return false;
       }
     }
@@ -102,7 +105,8 @@ class EventStages {
     std::map<std::string, Expr> locals;
     for (const model::State& state : lowering_.problem().states) {  // in the model's order, whatever the names
       const std::string& field = ends_.at(state.name);
-      if (const Store* store = last_store(field)) locals.emplace(field, at_point.shared(state.name + "_end", store->value));
+      if (const Store* store = last_store(field))
+        locals.emplace(field, at_point.shared(state.name + "_end", store->value));
     }
     const std::optional<Expr> happens = condition(event, at_point);
     std::map<std::string, Expr> values;

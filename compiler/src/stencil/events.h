@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events (after step, every, at) as part of the step: behind its last stage, chosen by the number of the step, which t tells.
-// So they are differentiated, stored and compiled like everything else, and cost nothing where they fit into the last kernel.
+// Events (after step, every, at) as part of the step: behind its last stage, chosen by the number of the step, which t
+// tells. So they are differentiated, stored and compiled like everything else, and cost nothing where they fit into the
+// last kernel.
 #pragma once
 
 #include <map>

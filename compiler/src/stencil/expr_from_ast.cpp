@@ -49,7 +49,8 @@ Expr ExprReader::read(const ast::Expr& e) {
       },
       [&](const ast::Call& c) { return read_call(c, e.range()); }, [&](const ast::Tuple&) { return refuse("a tuple"); },
       [&](const ast::Offsets& o) { return read_offsets(o, e.range()); },
-      [&](const ast::Component&) { return refuse("a component of an expression"); }, [](const ast::Error&) { return Expr(0.0); });
+      [&](const ast::Component&) { return refuse("a component of an expression"); },
+      [](const ast::Error&) { return Expr(0.0); });
 }
 
 bool ExprReader::has_arguments(const ast::Call& call, std::size_t count, SourceRange range) {

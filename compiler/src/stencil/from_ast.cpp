@@ -126,7 +126,8 @@ class ModuleReader {
       if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
         for (const ast::Identifier& axis : reduce->axes) rank = std::max(rank, axis_of(axis) + 1);
       }
-      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) rank = std::max(rank, stencil::told_rank(source_.file, *apply).value_or(0));
+      if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind))
+        rank = std::max(rank, stencil::told_rank(source_.file, *apply).value_or(0));
       const auto* fill = std::get_if<ast::FillItem>(&item.kind);
       if (!fill) continue;
       for (const ast::BoundarySide& side : fill->sides) {
@@ -354,7 +355,8 @@ class ModuleReader {
     for (const ast::Identifier& name : source.axes) {
       const int axis = axis_of(name);
       if (axis < 0 || axis >= rank) {
-        sink_.report("unknown-axis", name.range, {name.name}, fmt::format("{} has {}", program_.name, axes_phrase(rank)));
+        sink_.report("unknown-axis", name.range, {name.name},
+                     fmt::format("{} has {}", program_.name, axes_phrase(rank)));
         return;
       }
       reduce.over[static_cast<std::size_t>(axis)] = true;
@@ -456,7 +458,8 @@ class ModuleReader {
         if (p.name.name == problem.declaration) range = p.name.range;
       });
       if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
-      if (source_.copies.empty() || seen.insert(range.begin).second) sink_.report("bad-program", range, {problem.text}, pass_hint(problem));
+      if (source_.copies.empty() || seen.insert(range.begin).second)
+        sink_.report("bad-program", range, {problem.text}, pass_hint(problem));
     }
   }
 
@@ -468,7 +471,8 @@ class ModuleReader {
     const auto here = ranges.begin() + problem.statement;
     const auto earlier = std::count_if(ranges.begin(), here, is_same);
     if (earlier == 0) return {};
-    return fmt::format("so it is in pass {} of the repeat; names with a number are the fields of that pass", earlier + 1);
+    return fmt::format("so it is in pass {} of the repeat; names with a number are the fields of that pass",
+                       earlier + 1);
   }
 
   const ast::Unrolled source_;

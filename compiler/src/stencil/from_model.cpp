@@ -36,7 +36,8 @@ void check_given(const Preparation& made, DiagnosticSink& sink) {
 }
 
 /// Lowers `e` to see whether its differences stay within reason. `is_quantity`: a number made of sums over the grid.
-void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink, bool is_quantity = false) {
+void check_size(const Lowering& lowering, const model::Expr& e, const Origin& origin, DiagnosticSink& sink,
+                bool is_quantity = false) {
   Discretiser at_point = lowering.discretiser();
   if (is_quantity) {
     cell_share(e, lowering.rank(), at_point);
@@ -107,9 +108,7 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
     at_point = lowering.discretiser();
     stored.clear();
   };
-  const auto end = [&] {
-    stages.push_back(Lowering::stage(std::move(kernel), at_point));
-  };
+  const auto end = [&] { stages.push_back(Lowering::stage(std::move(kernel), at_point)); };
   begin();
   for (const Formula& formula : formulas) {
     const bool reads_stored = model::any_part(formula.value, [&](const model::Expr& x) {
@@ -131,7 +130,8 @@ std::vector<Stage> formula_stages(const Lowering& lowering, const std::string& n
 void add_formulas(Module& module, const Lowering& lowering, const std::string& name,
                   const std::vector<Formula>& formulas) {
   if (formulas.empty()) return;
-  Program& program = lowering.add_program(module, name, formula_stages(lowering, name, formulas), lowering.problem().t_begin);
+  Program& program =
+      lowering.add_program(module, name, formula_stages(lowering, name, formulas), lowering.problem().t_begin);
   for (const Formula& formula : formulas) program.keeps.push_back(formula.field);
 }
 
@@ -158,7 +158,8 @@ bool is_control(const model::Problem& problem, const model::Unknown& unknown) {
 
 /// Names of fields may hold a point: programs have numbers.
 std::ptrdiff_t number_of(const model::Problem& problem, const std::string& coefficient) {
-  return std::ranges::find(problem.coefficients, coefficient, &model::Coefficient::name) - problem.coefficients.begin() + 1;
+  return std::ranges::find(problem.coefficients, coefficient, &model::Coefficient::name) -
+         problem.coefficients.begin() + 1;
 }
 
 std::vector<Formula> start_formulas(const Lowering& lowering, const model::Task& task) {
@@ -174,17 +175,21 @@ void add_control_fields(Module& module, const Lowering& lowering, const ProgramN
   const model::Problem& problem = lowering.problem();
   for (const model::Coefficient& c : problem.coefficients) {
     if (!c.is_control()) continue;
-    if (c.value.formula) add_formulas(module, lowering, names.controls.at(c.name), {{c.name, *c.value.formula, c.value.origin, c.placement}});
+    if (c.value.formula)
+      add_formulas(module, lowering, names.controls.at(c.name),
+                   {{c.name, *c.value.formula, c.value.origin, c.placement}});
     const model::Unknown* u = problem.find_unknown(c);
     if (u == nullptr || !u->from.formula) continue;
-    add_formulas(module, lowering, names.control_starts.at(c.name), {{c.name, *u->from.formula, u->origin, c.placement}});
+    add_formulas(module, lowering, names.control_starts.at(c.name),
+                 {{c.name, *u->from.formula, u->origin, c.placement}});
   }
 }
 
 std::vector<Formula> exact_formulas(const model::Problem& problem, Lowering& lowering) {
   std::vector<Formula> formulas;
   for (const model::State& s : problem.states) {
-    if (s.exact) formulas.push_back({lowering.fresh_field(s.name + "_exact"), *s.exact, (*s.exact)->origin, s.placement});
+    if (s.exact)
+      formulas.push_back({lowering.fresh_field(s.name + "_exact"), *s.exact, (*s.exact)->origin, s.placement});
   }
   return formulas;
 }
@@ -240,7 +245,8 @@ std::vector<Formula> test_formulas(Lowering& lowering, const model::Test& test) 
   const model::Placements placements(lowering.problem());
   std::vector<Formula> formulas;
   for (const model::Expr& each : test.fields) {
-    formulas.push_back({lowering.fresh_field(test.quantity.name + "_field"), each, test.quantity.origin, placements.natural(each).value_or(model::Placement{})});
+    formulas.push_back({lowering.fresh_field(test.quantity.name + "_field"), each, test.quantity.origin,
+                        placements.natural(each).value_or(model::Placement{})});
   }
   return formulas;
 }
@@ -274,7 +280,8 @@ ProgramNames program_names(const model::Problem& problem) {
   names.exact = supply.fresh(scene + "_exact");
   names.observe = supply.fresh(scene + "_observe");
   for (const model::Coefficient& c : problem.coefficients) {
-    if (c.is_control()) names.controls[c.name] = supply.fresh(scene + "_control_" + std::to_string(number_of(problem, c.name)));
+    if (c.is_control())
+      names.controls[c.name] = supply.fresh(scene + "_control_" + std::to_string(number_of(problem, c.name)));
   }
   if (!problem.task) return names;
   const std::string& task = problem.task->name;
@@ -282,8 +289,10 @@ ProgramNames program_names(const model::Problem& problem) {
   for (const auto& [field, program] : names.controls) {
     names.control_starts[field] = supply.fresh(task + "_control_" + std::to_string(number_of(problem, field)));
   }
-  for (std::size_t i = 0; i < problem.task->losses.size(); ++i) names.losses.push_back(supply.fresh(task + "_loss_" + std::to_string(i + 1)));
-  for (const model::Test& test : problem.task->tests) names.tests[test.quantity.name] = supply.fresh(task + "_test_" + test.quantity.name);
+  for (std::size_t i = 0; i < problem.task->losses.size(); ++i)
+    names.losses.push_back(supply.fresh(task + "_loss_" + std::to_string(i + 1)));
+  for (const model::Test& test : problem.task->tests)
+    names.tests[test.quantity.name] = supply.fresh(task + "_test_" + test.quantity.name);
   return names;
 }
 

@@ -23,10 +23,10 @@ namespace dpde::stencil {
 /// What they are called, whether they are there or not: as above, or S_step_2 where another program is called S_step.
 struct ProgramNames {
   std::string step, coefficients, initial, rate, exact, observe, start;
-  std::vector<std::string> losses;                           // in the order of the task
-  std::map<std::string, std::string> tests;                  // by the quantity
-  /// Of control fields: of the scene's formula, and of the formula a task starts with. Run once for each interval, with t in its
-  /// middle.
+  std::vector<std::string> losses;           // in the order of the task
+  std::map<std::string, std::string> tests;  // by the quantity
+  /// Of control fields: of the scene's formula, and of the formula a task starts with. Run once for each interval, with
+  /// t in its middle.
   std::map<std::string, std::string> controls, control_starts;
 };
 /// `step` is the problem's own program where a person wrote one; the others are called otherwise.

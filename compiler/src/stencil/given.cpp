@@ -23,7 +23,8 @@ Dependence dependence(const Expr& e, const Kernel& kernel);
 
 Dependence of_product(const Binary& b, Dependence left, Dependence right) {
   if (b.op == BinaryOp::add || b.op == BinaryOp::subtract) {
-    const bool both = (left == Dependence::linear || is_literal(b.left, 0)) && (right == Dependence::linear || is_literal(b.right, 0));
+    const bool both = (left == Dependence::linear || is_literal(b.left, 0)) &&
+                      (right == Dependence::linear || is_literal(b.right, 0));
     return both ? Dependence::linear : Dependence::other;
   }
   if (b.op == BinaryOp::multiply && left == Dependence::none) return right;
@@ -33,7 +34,8 @@ Dependence of_product(const Binary& b, Dependence left, Dependence right) {
 
 Dependence of_branches(const Select& s, const Kernel& kernel) {
   const auto fits = [&](const Expr& e) { return is_literal(e, 0) || dependence(e, kernel) == Dependence::linear; };
-  return dependence(s.condition, kernel) == Dependence::none && fits(s.yes) && fits(s.no) ? Dependence::linear : Dependence::other;
+  return dependence(s.condition, kernel) == Dependence::none && fits(s.yes) && fits(s.no) ? Dependence::linear
+                                                                                          : Dependence::other;
 }
 
 Dependence dependence(const Expr& e, const Kernel& kernel) {
@@ -77,7 +79,8 @@ Offset minus(const Offset& k) { return {-k[0], -k[1], -k[2]}; }
 
 std::string place(const std::string& field, const Offset& k, int rank) {
   std::vector<std::string> parts;
-  for (int axis = 0; axis < rank; ++axis) parts.push_back(k[axis] > 0 ? fmt::format("+{}", k[axis]) : fmt::format("{}", k[axis]));
+  for (int axis = 0; axis < rank; ++axis)
+    parts.push_back(k[axis] > 0 ? fmt::format("+{}", k[axis]) : fmt::format("{}", k[axis]));
   return k == Offset{} ? field : fmt::format("{}[{}]", field, fmt::join(parts, ", "));
 }
 
@@ -91,13 +94,15 @@ std::string seed_in(const Kernel& kernel, const Expr& term) {
 }
 
 /// A term with seeds at k is what the kernel's result at k does to the input here: it reads the input at -k.
-std::optional<GivenProblem> problem_of_seeds(const Kernel& kernel, const Given& given, const Offset& k, const Expr& term) {
+std::optional<GivenProblem> problem_of_seeds(const Kernel& kernel, const Given& given, const Offset& k,
+                                             const Expr& term) {
   const std::string seed = seed_in(kernel, term);
   if (seed.empty()) return std::nullopt;
   const Signature s = signature(kernel);
   const bool is_param = std::find(s.params.begin(), s.params.end(), given.input) != s.params.end();
   if (is_param && k != Offset{}) {
-    return GivenProblem{fmt::format("reads {}", place(seed, k, kernel.rank)), "what each point adds has only the seed of the point itself"};
+    return GivenProblem{fmt::format("reads {}", place(seed, k, kernel.rank)),
+                        "what each point adds has only the seed of the point itself"};
   }
   const auto offsets = offsets_read(kernel, given.input);
   if (is_param || !offsets || offsets->contains(minus(k))) return std::nullopt;
@@ -113,9 +118,11 @@ std::optional<GivenProblem> problem_of_factors(const Kernel& kernel, const Offse
   const auto look = [&](const std::string& field, const Offset& offset) {
     const Signature::Read* read = s.find_read(field);
     bool known = read != nullptr;
-    for (int axis = 0; known && axis < kernel.rank; ++axis) known = std::abs(offset[axis] - k[axis]) <= read->halo[axis];
+    for (int axis = 0; known && axis < kernel.rank; ++axis)
+      known = std::abs(offset[axis] - k[axis]) <= read->halo[axis];
     if (known || field == "x" || field == "y" || field == "z" || seeded_by(kernel, field)) return;
-    problem = GivenProblem{fmt::format("reads {} beside {}", place(field, offset, kernel.rank), place(seed_in(kernel, term), k, kernel.rank)),
+    problem = GivenProblem{fmt::format("reads {} beside {}", place(field, offset, kernel.rank),
+                                       place(seed_in(kernel, term), k, kernel.rank)),
                            "beside a seed stands only what the kernel reads around that point"};
   };
   visit(term, [&](const Expr& e) {
@@ -128,14 +135,17 @@ std::optional<GivenProblem> problem_of_factors(const Kernel& kernel, const Offse
 }  // namespace
 
 const std::string* seeded_by(const Kernel& kernel, const std::string& name) {
-  const auto found = std::find_if(kernel.stores.begin(), kernel.stores.end(), [&](const Store& s) { return bar_of(s.field) == name; });
+  const auto found =
+      std::find_if(kernel.stores.begin(), kernel.stores.end(), [&](const Store& s) { return bar_of(s.field) == name; });
   if (found != kernel.stores.end()) return &found->field;
-  const auto sum = std::find_if(kernel.sums.begin(), kernel.sums.end(), [&](const Sum& s) { return bar_of(s.name) == name; });
+  const auto sum =
+      std::find_if(kernel.sums.begin(), kernel.sums.end(), [&](const Sum& s) { return bar_of(s.name) == name; });
   return sum == kernel.sums.end() ? nullptr : &sum->name;
 }
 
 const Given* find_given(const Kernel& kernel, const std::string& input) {
-  const auto found = std::find_if(kernel.given.begin(), kernel.given.end(), [&](const Given& g) { return g.input == input; });
+  const auto found =
+      std::find_if(kernel.given.begin(), kernel.given.end(), [&](const Given& g) { return g.input == input; });
   return found == kernel.given.end() ? nullptr : &*found;
 }
 
@@ -157,7 +167,8 @@ std::map<Offset, Expr> terms_by_seed(const Kernel& kernel, const Expr& formula) 
 std::optional<GivenProblem> find_problem(const Kernel& kernel, const Given& given) {
   if (!kernel.scatters.empty()) {
     return GivenProblem{"belongs to a kernel with interp(...) +=",
-                        "move what interp(...) += adds into a kernel of its own, whose adjoint is derived, and give this one to the rest"};
+                        "move what interp(...) += adds into a kernel of its own, whose adjoint is derived, and give "
+                        "this one to the rest"};
   }
   if (is_literal(given.value, 0)) return std::nullopt;
   if (dependence(given.value, kernel) != Dependence::linear) {
@@ -187,7 +198,8 @@ Kernel with_stores_only(Kernel kernel, const std::set<std::string>& fields) {
   for (Given& given : kernel.given) {
     given.value = replace_reads(given.value, [&](const Access& a) -> std::optional<Expr> {
       const std::string* stored = seeded_by(kernel, a.field);
-      const bool is_sum = stored && std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == *stored; });
+      const bool is_sum =
+          stored && std::ranges::any_of(kernel.sums, [&](const Sum& sum) { return sum.name == *stored; });
       return stored && !is_sum && !fields.contains(*stored) ? std::optional<Expr>(0.0) : std::nullopt;
     });
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adjoints that a person gives: what their formulas may be, and how they fall apart by the points whose seeds they hold.
+// Adjoints that a person gives: what their formulas may be, and how they fall apart by the points whose seeds they
+// hold.
 #pragma once
 
 #include <map>
@@ -12,8 +13,8 @@
 
 namespace dpde::stencil {
 
-/// The field that `kernel` stores, or the sum, whose seed has this name; nullptr for other names. The seed of a sum is the same
-/// number at all points, but is read like a field's: s_bar[+1] stands beside what the point at +1 adds.
+/// The field that `kernel` stores, or the sum, whose seed has this name; nullptr for other names. The seed of a sum is
+/// the same number at all points, but is read like a field's: s_bar[+1] stands beside what the point at +1 adds.
 const std::string* seeded_by(const Kernel& kernel, const std::string& name);
 const Given* find_given(const Kernel& kernel, const std::string& input);
 

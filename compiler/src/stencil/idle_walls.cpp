@@ -157,7 +157,8 @@ std::optional<double> number_at(const model::Problem& problem, const model::Expr
   const auto at = [&](const model::Expr& part) { return number_at(problem, part, place).value_or(NAN); };
   std::optional<double> value;
   if (const auto* number = std::get_if<model::Number>(&e->kind)) value = number->value;
-  if (const auto* coordinate = std::get_if<model::Coordinate>(&e->kind)) value = place[static_cast<std::size_t>(coordinate->axis)];
+  if (const auto* coordinate = std::get_if<model::Coordinate>(&e->kind))
+    value = place[static_cast<std::size_t>(coordinate->axis)];
   if (const auto* param = std::get_if<model::Param>(&e->kind)) {
     const model::Parameter* known = problem.find_param(param->name);
     if (known != nullptr && !known->unknown) value = known->value;
@@ -165,14 +166,17 @@ std::optional<double> number_at(const model::Problem& problem, const model::Expr
   if (const auto* neg = std::get_if<model::Neg>(&e->kind)) value = -at(neg->operand);
   if (const auto* b = std::get_if<model::Binary>(&e->kind)) value = evaluate_binary(b->op, at(b->left), at(b->right));
   if (const auto* call = std::get_if<model::Call>(&e->kind)) {
-    value = evaluate_call(call->fn, at(call->arguments.front()), call->arguments.size() > 1 ? at(call->arguments[1]) : 0);
+    value =
+        evaluate_call(call->fn, at(call->arguments.front()), call->arguments.size() > 1 ? at(call->arguments[1]) : 0);
   }
-  if (const auto* select = std::get_if<model::Select>(&e->kind)) value = at(select->condition) != 0 ? at(select->yes) : at(select->no);
+  if (const auto* select = std::get_if<model::Select>(&e->kind))
+    value = at(select->condition) != 0 ? at(select->yes) : at(select->no);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 /// False where the state is known to begin with something else at the wall than the condition wants there.
-bool may_begin_with(const model::Problem& problem, const model::State& state, int axis, bool is_high, const model::Side& side) {
+bool may_begin_with(const model::Problem& problem, const model::State& state, int axis, bool is_high,
+                    const model::Side& side) {
   if (side.kind != SideKind::value) return false;
   if (!state.initial.formula) return true;
   for (const double part : {0.1, 0.5, 0.8}) {  // along the wall
@@ -182,7 +186,8 @@ bool may_begin_with(const model::Problem& problem, const model::State& state, in
       place[a] = along.low + part * (along.high - along.low);
       if (static_cast<int>(a) == axis) place[a] = is_high ? along.high : along.low;
     }
-    const std::optional<double> begin = number_at(problem, *state.initial.formula, place), wanted = number_at(problem, side.value, place);
+    const std::optional<double> begin = number_at(problem, *state.initial.formula, place),
+                                wanted = number_at(problem, side.value, place);
     if (begin && wanted && std::abs(*begin - *wanted) > 1e-9 * std::max(1.0, std::abs(*wanted))) return false;
   }
   return true;
@@ -213,7 +218,8 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
   const std::string& holder = idle.holder->name;
   // Where the flux has no slope, what it carries stays as it is: an open end.
   if (!asks_for_something(idle.of(*idle.holder)) && !varies(problem, side)) {
-    const std::string hint = fmt::format("where {} has no slope, {} on the wall stays what it begins with: write zero_gradient", holder, name);
+    const std::string hint = fmt::format(
+        "where {} has no slope, {} on the wall stays what it begins with: write zero_gradient", holder, name);
     if (may_begin_with(problem, idle.state, idle.axis, idle.is_high, side)) {
       sink.report("idle-boundary", range_of(idle.state, side), {name, place}, hint);
     } else {

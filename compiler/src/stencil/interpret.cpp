@@ -399,13 +399,15 @@ namespace {
 network::Tensor tensor_of(const State& state, const std::vector<std::string>& fields) {
   network::Tensor tensor{static_cast<int>(fields.size()), state.grid().cells, {}};
   for (const std::string& field : fields) {
-    for_each_cell({}, tensor.cells, [&](const Cell& cell) { tensor.values.push_back(field.empty() ? 0.0 : state.at(field, cell)); });
+    for_each_cell({}, tensor.cells,
+                  [&](const Cell& cell) { tensor.values.push_back(field.empty() ? 0.0 : state.at(field, cell)); });
   }
   return tensor;
 }
 
 /// Of a network that the host computes.
-network::Tensor apply_host(const State& state, const Infer& infer, const network::Network& network, const network::Tensor& inputs, Weights& weights) {
+network::Tensor apply_host(const State& state, const Infer& infer, const network::Network& network,
+                           const network::Tensor& inputs, Weights& weights) {
   require(infer.mode != Infer::Mode::tangent && weights.host_value, "a network of the host's, and not its rates");
   network::Tensor result{network.outputs, inputs.cells, {}};
   if (infer.mode == Infer::Mode::value) {
@@ -415,7 +417,8 @@ network::Tensor apply_host(const State& state, const Infer& infer, const network
   }
   std::vector<double> bars(weights.values.size());
   result.values.resize(inputs.values.size());
-  weights.host_vector_jacobian(inputs.values.data(), weights.values.data(), tensor_of(state, infer.rates).values.data(), result.values.data(), bars.data());
+  weights.host_vector_jacobian(inputs.values.data(), weights.values.data(), tensor_of(state, infer.rates).values.data(),
+                               result.values.data(), bars.data());
   weights.bars.resize(bars.size());
   for (std::size_t i = 0; infer.weights && i < bars.size(); ++i) weights.bars[i] += bars[i];
   return result;
@@ -457,8 +460,8 @@ std::map<std::string, double> interpret(const Module& module, const Program& pro
   for (const std::string& name : interface_of(module, program).sums) sums[name] = 0;
   for (const Statement& statement : program.body) {
     match(
-        statement, [&](const Fill& fill) { apply(state, fill, params); }, [&](const Fold& fold) { apply(state, fold, params); },
-        [&](const Reduce& reduce) { apply(state, reduce); },
+        statement, [&](const Fill& fill) { apply(state, fill, params); },
+        [&](const Fold& fold) { apply(state, fold, params); }, [&](const Reduce& reduce) { apply(state, reduce); },
         [&](const Infer& infer) { apply(state, infer, *module.find_network(infer.network)); },
         [&](const Run& run) {
           run_kernel(*module.find_kernel(run.kernel), run.grow, program.axes, state, params, sums);

@@ -23,9 +23,12 @@ using Params = std::map<std::string, double>;
 /// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars` begins with 0.
 struct Weights {
   std::vector<double> values, rates, bars;
-  /// What a network of the host's computes, as dpde_host_network has it (dpde/network_abi.h); arrays as in network::Tensor.
+  /// What a network of the host's computes, as dpde_host_network has it (dpde/network_abi.h); arrays as in
+  /// network::Tensor.
   std::function<void(const double* inputs, const double* weights, double* outputs)> host_value;
-  std::function<void(const double* inputs, const double* weights, const double* seeds, double* input_bars, double* weight_bars)> host_vector_jacobian;
+  std::function<void(const double* inputs, const double* weights, const double* seeds, double* input_bars,
+                     double* weight_bars)>
+      host_vector_jacobian;
 };
 
 /// Fields by name, each with the same halo on both sides of every axis. Of precision f32, every value a program stores

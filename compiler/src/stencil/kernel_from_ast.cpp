@@ -51,7 +51,8 @@ std::optional<int> shown_rank(const ast::Expr& e) {
   return match(
       e->kind, [](const ast::Number&) { return Rank(); }, [](const ast::Text&) { return Rank(); },
       [](const ast::Name&) { return Rank(); }, [](const ast::Error&) { return Rank(); },
-      [](const ast::Unary& u) { return shown_rank(u.operand); }, [](const ast::Component& c) { return shown_rank(c.operand); },
+      [](const ast::Unary& u) { return shown_rank(u.operand); },
+      [](const ast::Component& c) { return shown_rank(c.operand); },
       [](const ast::Binary& b) {
         const Rank left = shown_rank(b.left);
         return left ? left : shown_rank(b.right);
@@ -267,7 +268,9 @@ class KernelReader : public ExprReader {
     }
     const bool is_sum = input->role == KernelRole::param;
     if (item.accumulate != is_sum || find_given(kernel_, input->name.name)) {
-      const char* wrong = item.accumulate == is_sum ? "is there already" : is_sum ? "is written with =" : "is written with +=";
+      const char* wrong = item.accumulate == is_sum ? "is there already"
+                          : is_sum                  ? "is written with ="
+                                                    : "is written with +=";
       report("bad-given-adjoint", item.target.range, {input->name.name, kernel_.name, wrong},
              is_sum ? "all points add to the adjoint of a param: write +=" : "write one formula with =, for all terms");
       return;
@@ -286,7 +289,8 @@ class KernelReader : public ExprReader {
   Expr with_lets_replaced(const Expr& e) const {
     const Local* l = std::get_if<Local>(&e->kind);
     if (!l) return map_children(e, [&](const Expr& child) { return with_lets_replaced(child); });
-    const auto let = std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
+    const auto let =
+        std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
     return with_lets_replaced(let->value);
   }
 

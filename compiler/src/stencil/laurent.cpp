@@ -27,10 +27,14 @@ LaurentTerm operator/(const LaurentTerm& a, const LaurentTerm& b) {
   return {ratio, (a.scale + std::abs(ratio) * b.scale) / std::abs(b.value)};
 }
 /// f(a), where f has this slope.
-LaurentTerm of_function(double value, double slope, const LaurentTerm& a) { return {value, std::abs(value) + std::abs(slope) * a.scale}; }
+LaurentTerm of_function(double value, double slope, const LaurentTerm& a) {
+  return {value, std::abs(value) + std::abs(slope) * a.scale};
+}
 
 /// The coefficient of h^power, one that is known.
-LaurentTerm at(const Laurent& s, int power) { return power < s.low ? LaurentTerm{} : s.terms[static_cast<std::size_t>(power - s.low)]; }
+LaurentTerm at(const Laurent& s, int power) {
+  return power < s.low ? LaurentTerm{} : s.terms[static_cast<std::size_t>(power - s.low)];
+}
 
 /// Without leading coefficients that are 0.
 Laurent from_first(const Laurent& s) {
@@ -128,14 +132,16 @@ Laurent arc_sine(const Laurent& argument) {
   const Laurent s = taylor(argument);
   if (!s.is_known() || !(std::abs(s.terms[0].value) < 1)) return no_series();
   const double first = s.terms[0].value;
-  return integral(of_function(std::asin(first), 1 / std::sqrt(1 - first * first), s.terms[0]), weighted_slope(s) / number_power(monomial(1) - s * s, 0.5));
+  return integral(of_function(std::asin(first), 1 / std::sqrt(1 - first * first), s.terms[0]),
+                  weighted_slope(s) / number_power(monomial(1) - s * s, 0.5));
 }
 
 Laurent arc_tangent(const Laurent& argument) {
   const Laurent s = taylor(argument);
   if (!s.is_known()) return no_series();
   const double first = s.terms[0].value;
-  return integral(of_function(std::atan(first), 1 / (1 + first * first), s.terms[0]), weighted_slope(s) / (monomial(1) + s * s));
+  return integral(of_function(std::atan(first), 1 / (1 + first * first), s.terms[0]),
+                  weighted_slope(s) / (monomial(1) + s * s));
 }
 
 Laurent rounded_down(const Laurent& argument) {
@@ -179,7 +185,8 @@ Laurent operator-(const Laurent& a) {
 
 Laurent operator+(const Laurent& a, const Laurent& b) {
   Laurent result{std::min(a.low, b.low), {}};
-  for (int power = result.low; power < std::min(a.end(), b.end()); ++power) result.terms.push_back(at(a, power) + at(b, power));
+  for (int power = result.low; power < std::min(a.end(), b.end()); ++power)
+    result.terms.push_back(at(a, power) + at(b, power));
   return result;
 }
 
@@ -215,7 +222,8 @@ Laurent power(const Laurent& base, const Laurent& exponent) {
 }
 
 Laurent call(Fn fn, const std::vector<Laurent>& arguments) {
-  if (!std::all_of(arguments.begin(), arguments.end(), [](const Laurent& a) { return a.is_known(); })) return no_series();
+  if (!std::all_of(arguments.begin(), arguments.end(), [](const Laurent& a) { return a.is_known(); }))
+    return no_series();
   const Laurent& s = arguments.at(0);
   const auto one = monomial(1), half = monomial(0.5);
   switch (fn) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arithmetic of truncated Laurent series in the cell width h, for h -> 0 from above: what a difference formula gives of
-// smooth fields, power by power. Each coefficient knows how large the numbers were that it came of, so that one that is 0
-// but for rounding (and for the digits of a decimal 0.1666666667) is told from a small one.
+// smooth fields, power by power. Each coefficient knows how large the numbers were that it came of, so that one that is
+// 0 but for rounding (and for the digits of a decimal 0.1666666667) is told from a small one.
 #pragma once
 
 #include <vector>
@@ -16,8 +16,8 @@ struct LaurentTerm {
   bool is_zero() const;
 };
 
-/// sum of terms[i]*h^(low + i); what follows is not known. Without terms nothing is: what has no such series, as log(0), sqrt(h)
-/// or exp(1/h), and all that is made of it.
+/// sum of terms[i]*h^(low + i); what follows is not known. Without terms nothing is: what has no such series, as
+/// log(0), sqrt(h) or exp(1/h), and all that is made of it.
 struct Laurent {
   int low = 0;
   std::vector<LaurentTerm> terms;

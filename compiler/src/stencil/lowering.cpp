@@ -32,7 +32,9 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
   using Reads = std::vector<Signature::Read>;
   return match(
       preparation, [](const Kernel& kernel) { return signature(kernel).reads; },
-      [](const Reduce& reduce) { return Reads{{reduce.field, {}, false}}; },
+      [](const Reduce& reduce) {
+        return Reads{{reduce.field, {}, false}};
+      },
       [](const Infer& infer) {
         Reads reads;
         for (const std::string& field : infer.inputs) reads.push_back({field, {}, false});
@@ -95,7 +97,8 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
     };
     const auto rename_stored = [&](Kernel& kernel) {
       const bool is_operator = !kernel.name.empty();
-      const std::vector<std::string> suffixes = is_operator ? component_suffixes(kernel.stores.size()) : std::vector<std::string>{};
+      const std::vector<std::string> suffixes =
+          is_operator ? component_suffixes(kernel.stores.size()) : std::vector<std::string>{};
       const std::string stem = is_operator ? taken.fresh_stem(kernel.name, suffixes) : "";
       for (std::size_t i = 0; i < kernel.stores.size(); ++i) {
         names[kernel.stores[i].field] = is_operator ? stem + suffixes[i] : taken.fresh("operand");
@@ -241,7 +244,8 @@ bool Lowering::needs_fill(const Signature::Read& read) const {
   return !is_coordinate(read.field) && (is_read_beyond_the_cell(read) || state_on_walls(read.field));
 }
 
-Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given, const Expr& time_of_results) const {
+Program& Lowering::add_program(Module& module, const std::string& name, const std::vector<Stage>& given,
+                               const Expr& time_of_results) const {
   const std::vector<Stage> stages = with_own_names(with_wall_values(given, time_of_results), names_);
   Program program;
   program.name = name;

@@ -15,7 +15,8 @@
 
 namespace dpde::stencil {
 
-/// One kernel of a program, what is done before it, and the time of the fields that these read (for boundary values that vary).
+/// One kernel of a program, what is done before it, and the time of the fields that these read (for boundary values
+/// that vary).
 struct Stage {
   Kernel kernel;
   Expr time;
@@ -44,9 +45,10 @@ class Lowering {
   /// `kernel` with the lets of `at_point`, and behind what they need; it reads the fields at `time`.
   static Stage stage(Kernel kernel, const Discretiser& at_point, Expr time = Reading().time);
   /// Adds the kernels and the program that runs them; swaps and keeps are the caller's.
-  /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that reads it, else
-  /// at that of the results.
-  Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages, const Expr& time_of_results = Reading().time) const;
+  /// What is stored for a state that lies on walls is, there, what the boundary says: at the time of the stage that
+  /// reads it, else at that of the results.
+  Program& add_program(Module& module, const std::string& name, const std::vector<Stage>& stages,
+                       const Expr& time_of_results = Reading().time) const;
   model::Placement placement_of(const std::string& state) const { return placements_.of(state); }
 
  private:

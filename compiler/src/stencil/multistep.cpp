@@ -48,7 +48,8 @@ Expr Multistep::rate(const Advance& advance) {
   const std::string name = advance.state + "_rate_now";
   const auto found = shared_.find(name);
   if (found != shared_.end()) return found->second;
-  return shared_.emplace(name, at_point_.shared(name, at_point_(advance.rate, placement_of(advance.state)))).first->second;
+  return shared_.emplace(name, at_point_.shared(name, at_point_(advance.rate, placement_of(advance.state))))
+      .first->second;
 }
 
 Expr Multistep::next(const Advance& advance) {

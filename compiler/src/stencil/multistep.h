@@ -3,9 +3,9 @@
 //  - ab2: u + dt (3 F(u) - F_before)/2, the rate F_before being a state; the first step is Euler's.
 //  - leapfrog: u_before + 2 dt F(u) for an equation of first order, u_before being a state; the first step is Euler's.
 //    For one of second order 2 u - u_before + dt^2 F, in the form v = (u - u_before)/dt, v_next = v + dt F,
-//    u_next = u + dt v_next (E. Hairer et al., Acta Numerica 2003, the "one-step formulation on a staggered grid"): less
-//    rounding, and u is read but once. v is the velocity half a step before, except at the start: the first v_next takes
-//    half a step. Damping B v acts on the mean of v and v_next, which is solved for v_next.
+//    u_next = u + dt v_next (E. Hairer et al., Acta Numerica 2003, the "one-step formulation on a staggered grid"):
+//    less rounding, and u is read but once. v is the velocity half a step before, except at the start: the first v_next
+//    takes half a step. Damping B v acts on the mean of v and v_next, which is solved for v_next.
 // A first step of order 1 costs one error of dt^2: the order stays 2.
 #pragma once
 

@@ -32,8 +32,9 @@ void report_missing(const ast::File& file, const ast::Identifier& name, const Mo
   for (const network::Network& network : module.networks) known.push_back(network.name);
   const std::string near = nearest_name(name.name, known);
   sink.report("unknown-block", name.range, {"network", name.name},
-              written ? fmt::format("a network for programs counts its channels: network {}(3) -> 2", name.name)
-                      : near.empty() ? "" : fmt::format("did you mean {}?", near));
+              written        ? fmt::format("a network for programs counts its channels: network {}(3) -> 2", name.name)
+              : near.empty() ? ""
+                             : fmt::format("did you mean {}?", near));
 }
 
 }  // namespace
@@ -62,12 +63,14 @@ std::optional<int> told_rank(const ast::File& file, const ast::ApplyItem& apply)
   return std::nullopt;
 }
 
-std::optional<Infer> read_infer(const ast::File& file, const ast::ApplyItem& source, const Module& module, DiagnosticSink& sink) {
+std::optional<Infer> read_infer(const ast::File& file, const ast::ApplyItem& source, const Module& module,
+                                DiagnosticSink& sink) {
   if (!module.find_network(source.network.name)) {
     report_missing(file, source.network, module, sink);
     return std::nullopt;
   }
-  Infer infer{source.network.name, Infer::Mode::value, names_of(source.inputs), names_of(source.by), names_of(source.to), source.weights};
+  Infer infer{source.network.name, Infer::Mode::value,  names_of(source.inputs),
+              names_of(source.by), names_of(source.to), source.weights};
   if (source.mode == ast::ApplyItem::Mode::tangent) infer.mode = Infer::Mode::tangent;
   if (source.mode == ast::ApplyItem::Mode::adjoint) infer.mode = Infer::Mode::adjoint;
   return infer;

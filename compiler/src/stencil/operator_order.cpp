@@ -153,7 +153,9 @@ class Sample {
   }
 
   /// The same on every machine.
-  double uniform(double low, double high) { return low + (high - low) * (static_cast<double>(random_()) / 4294967296.0); }
+  double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(random_()) / 4294967296.0);
+  }
 
   const model::Problem& problem_;
   const unsigned seed_;
@@ -176,28 +178,35 @@ MeasuredOrder order_of(const Laurent& s) {
 /// Whether `a` is worse than `b`, both measured.
 bool is_worse(const MeasuredOrder& a, const MeasuredOrder& b) {
   const auto rank = [](const MeasuredOrder& m) {
-    return m.kind == MeasuredOrder::Kind::none ? -m.order : m.kind == MeasuredOrder::Kind::found ? m.order : laurent_terms;
+    return m.kind == MeasuredOrder::Kind::none    ? -m.order
+           : m.kind == MeasuredOrder::Kind::found ? m.order
+                                                  : laurent_terms;
   };
   return rank(a) < rank(b);
 }
 
 std::string reason_not_to_measure(const model::Problem& problem, const model::Expr& body) {
   const auto holds = [&](auto is_kind) { return model::any_part(body, is_kind); };
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Reduce>(e->kind); })) return "it holds a reduction";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Infer>(e->kind); })) return "a network is in it";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Sample>(e->kind); })) return "it holds a sample";
+  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Reduce>(e->kind); }))
+    return "it holds a reduction";
+  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Infer>(e->kind); }))
+    return "a network is in it";
+  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Sample>(e->kind); }))
+    return "it holds a sample";
   const bool has_places = holds([](const model::Expr& e) {
     return std::holds_alternative<model::Derivative>(e->kind) || std::holds_alternative<model::Advect>(e->kind) ||
            std::holds_alternative<model::Interpolate>(e->kind);
   });
-  if (has_places && model::Placements(problem).is_staggered()) return "it holds derivatives, and the scene has staggered fields";
+  if (has_places && model::Placements(problem).is_staggered())
+    return "it holds derivatives, and the scene has staggered fields";
   const bool transports = holds([](const model::Expr& e) { return std::holds_alternative<model::Advect>(e->kind); });
   if (transports && model::follows_flow(problem.scheme.advect)) return "it holds an advect that follows the flow";
   return "";
 }
 
 MeasuredOrder measure(const model::Problem& problem, const model::Expr& body) {
-  if (const std::string why = reason_not_to_measure(problem, body); !why.empty()) return {MeasuredOrder::Kind::unknown, 0, why};
+  if (const std::string why = reason_not_to_measure(problem, body); !why.empty())
+    return {MeasuredOrder::Kind::unknown, 0, why};
   model::Scheme scheme = problem.scheme;
   if (model::follows_flow(scheme.advect)) scheme.advect = model::Advection::central;
   Discretiser at_point(scheme, NameSupply(), static_cast<int>(problem.axes.size()));
@@ -207,12 +216,15 @@ MeasuredOrder measure(const model::Problem& problem, const model::Expr& body) {
   for (unsigned seed = 0; seed < samples; ++seed) {
     Sample sample(problem, at_point.lets(), seed);
     const Laurent s = sample.value(value);
-    const bool is_finite = std::all_of(s.terms.begin(), s.terms.end(), [](const auto& c) { return std::isfinite(c.scale); });
-    if (!s.is_known() || !sample.is_known() || !is_finite) continue;  // log of a negative number and the like: the next fields may do
+    const bool is_finite =
+        std::all_of(s.terms.begin(), s.terms.end(), [](const auto& c) { return std::isfinite(c.scale); });
+    if (!s.is_known() || !sample.is_known() || !is_finite)
+      continue;  // log of a negative number and the like: the next fields may do
     const MeasuredOrder found = order_of(s);
     if (!worst || is_worse(found, *worst)) worst = found;
   }
-  return worst.value_or(MeasuredOrder{MeasuredOrder::Kind::unknown, 0, "it has no smooth value for the fields that were tried"});
+  return worst.value_or(
+      MeasuredOrder{MeasuredOrder::Kind::unknown, 0, "it has no smooth value for the fields that were tried"});
 }
 
 /// Whether its order may hang on a number that the scene gives.
@@ -246,13 +258,20 @@ bool check_stated_orders(const model::Problem& problem, DiagnosticSink& sink) {
     const std::string order = std::to_string(stated.order);
     if (found.kind == MeasuredOrder::Kind::none) {
       sink.report("stated-order", stated.origin.range,
-                  {stated.name, order, fmt::format("what it gives grows as 1/h{} when the cells get smaller", found.order == 1 ? "" : fmt::format("^{}", found.order))},
-                  "the weights of a derivative add up to 0, and each spacing divides once for each order of the derivative; order 0 states nothing");
+                  {stated.name, order,
+                   fmt::format("what it gives grows as 1/h{} when the cells get smaller",
+                               found.order == 1 ? "" : fmt::format("^{}", found.order))},
+                  "the weights of a derivative add up to 0, and each spacing divides once for each order of the "
+                  "derivative; order 0 states nothing");
     } else if (found.kind == MeasuredOrder::Kind::found && found.order < stated.order) {
-      sink.report("stated-order", stated.origin.range, {stated.name, order, fmt::format("its error goes as h{}", found.order == 1 ? "" : fmt::format("^{}", found.order))},
+      sink.report("stated-order", stated.origin.range,
+                  {stated.name, order,
+                   fmt::format("its error goes as h{}", found.order == 1 ? "" : fmt::format("^{}", found.order))},
                   fmt::format("write order {}, or mend its weights (as fractions: 1/3, not 0.3333)", found.order));
-    } else if (found.kind == MeasuredOrder::Kind::found && found.order > stated.order && !holds_parameter(problem, stated)) {
-      sink.report("stated-order-low", stated.origin.range, {stated.name, order, std::to_string(found.order)}, fmt::format("write order {}", found.order));
+    } else if (found.kind == MeasuredOrder::Kind::found && found.order > stated.order &&
+               !holds_parameter(problem, stated)) {
+      sink.report("stated-order-low", stated.origin.range, {stated.name, order, std::to_string(found.order)},
+                  fmt::format("write order {}", found.order));
       reported.insert(stated.name);
       continue;
     } else {

@@ -258,7 +258,8 @@ std::string print(const Program& program) {
   std::string out = fmt::format("program {} {{\n", program.name);
   const std::string axes = axes_text(program);
   if (!axes.empty()) out += fmt::format("  {}\n", axes);
-  for (const Statement& statement : program.body) out += fmt::format("  {}\n", statement_text(statement, program.axes.size()));
+  for (const Statement& statement : program.body)
+    out += fmt::format("  {}\n", statement_text(statement, program.axes.size()));
   for (const Swap& swap : program.swaps) out += fmt::format("  swap {}, {}\n", swap.state, swap.next);
   if (!program.keeps.empty()) out += fmt::format("  keep {}\n", fmt::join(program.keeps, ", "));
   return out + "}\n";

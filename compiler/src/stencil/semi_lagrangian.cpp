@@ -101,23 +101,25 @@ bool has_moving_walls(const model::Problem& problem, const model::State& state) 
   });
 }
 
-/// MacCormack takes velocities at both ends of the step from states whose halos are filled for the later one: a velocity made
-/// of differences would see a wall that moves at the wrong time.
+/// MacCormack takes velocities at both ends of the step from states whose halos are filled for the later one: a
+/// velocity made of differences would see a wall that moves at the wrong time.
 void check_velocity(const model::Problem& problem, const model::State& state, DiagnosticSink& sink) {
   const model::Advect* transport = find_transport(state);
   if (!transport) return;
   for (const model::State& read : problem.states) {
     if (!has_moving_walls(problem, read)) continue;
     const auto looks_around = [&](const model::Expr& part) {
-      const bool is_difference = std::holds_alternative<model::Derivative>(part->kind) || std::holds_alternative<model::Interpolate>(part->kind) ||
+      const bool is_difference = std::holds_alternative<model::Derivative>(part->kind) ||
+                                 std::holds_alternative<model::Interpolate>(part->kind) ||
                                  std::holds_alternative<model::Shift>(part->kind);
       return is_difference && model::reads(part, read.name);
     };
     for (const model::Expr& component : transport->velocity) {
       if (!model::any_part(component, looks_around)) continue;
-      sink.report("not-allowed-here", component->origin.range.is_known() ? component->origin.range : state.origin.range,
-                  {"a velocity with differences of " + read.name + ", whose walls move,", "a scene with advect = maccormack"},
-                  "take advect = semi_lagrangian or upwind(3)");
+      sink.report(
+          "not-allowed-here", component->origin.range.is_known() ? component->origin.range : state.origin.range,
+          {"a velocity with differences of " + read.name + ", whose walls move,", "a scene with advect = maccormack"},
+          "take advect = semi_lagrangian or upwind(3)");
       return;
     }
   }
@@ -160,7 +162,8 @@ Bounds bounds_at(const std::string& field, const std::vector<Expr>& way, Discret
   std::optional<Bounds> bounds;
   for (int corner = 0; corner < 1 << way.size(); ++corner) {
     Interp read{field, {}, way, {}};
-    for (std::size_t axis = 0; axis < way.size(); ++axis) read.along[axis] = corner >> axis & 1 ? Along::upper : Along::lower;
+    for (std::size_t axis = 0; axis < way.size(); ++axis)
+      read.along[axis] = corner >> axis & 1 ? Along::upper : Along::lower;
     const Expr value = at_point.shared(field + "_corner", interp(read));
     if (!bounds) {
       bounds = {value, value};
@@ -173,11 +176,13 @@ Bounds bounds_at(const std::string& field, const std::vector<Expr>& way, Discret
 }
 
 /// `value` where neither way leads beyond a wall, else 0.
-Expr within_walls(Expr value, const std::vector<model::Axis>& axes, const std::vector<Expr>& back, const std::vector<Expr>& forth) {
+Expr within_walls(Expr value, const std::vector<model::Axis>& axes, const std::vector<Expr>& back,
+                  const std::vector<Expr>& forth) {
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     if (axes[axis].topology == Topology::periodic) continue;
     const Expr place = access(axis_letter(static_cast<int>(axis)));
-    const Expr room = call(Fn::min, {place - axes[axis].low, axes[axis].high - place}) / spacing(static_cast<int>(axis));
+    const Expr room =
+        call(Fn::min, {place - axes[axis].low, axes[axis].high - place}) / spacing(static_cast<int>(axis));
     const Expr longest = call(Fn::max, {call(Fn::abs, {back[axis]}), call(Fn::abs, {forth[axis]})});
     value = select(binary(BinaryOp::less_equal, longest, room), value, 0.0);
   }
@@ -332,7 +337,8 @@ std::vector<Stage> traced_stages(Lowering& lowering, const Fields& mid, const st
 }
 
 /// The step backwards and the correction by half of what it leaves.
-Stage correction(const Lowering& lowering, const Fields& mid, const Fields& ahead, const std::vector<std::string>& into) {
+Stage correction(const Lowering& lowering, const Fields& mid, const Fields& ahead,
+                 const std::vector<std::string>& into) {
   const model::Problem& problem = lowering.problem();
   Discretiser at_point = lowering.discretiser();
   std::vector<std::vector<Expr>> back;

@@ -2,14 +2,14 @@
 // Transport along the flow, split from the other terms. First the other terms advance every state to u_mid by the time
 // integrator; then u_next is what the flow brings, in one of two ways.
 //
-// semi_lagrangian: u_mid interpolated where the flow comes from, one Euler step back from the arrival point, with the velocity
-// of the states just advanced. Linear, or cubic along every axis.
+// semi_lagrangian: u_mid interpolated where the flow comes from, one Euler step back from the arrival point, with the
+// velocity of the states just advanced. Linear, or cubic along every axis.
 //
-// maccormack (Selle, Fedkiw, Kim, Liu, Rossignac 2008): u_ahead = A(u_mid) by linear interpolation; the same step backwards,
-// A'(u_ahead), should give u_mid again, so that half of what it misses is the error of A:
+// maccormack (Selle, Fedkiw, Kim, Liu, Rossignac 2008): u_ahead = A(u_mid) by linear interpolation; the same step
+// backwards, A'(u_ahead), should give u_mid again, so that half of what it misses is the error of A:
 //   u_next = u_ahead + (u_mid - A'(u_ahead))/2, clamped to the corners of the cell of u_mid that A has read.
-// A goes with the velocity at t, A' with that at t + dt (of the states ahead): of order 2 also where the flow varies in time or
-// carries itself. Where one of the ways leads beyond a wall, A' says nothing about A, and u_ahead stays.
+// A goes with the velocity at t, A' with that at t + dt (of the states ahead): of order 2 also where the flow varies in
+// time or carries itself. Where one of the ways leads beyond a wall, A' says nothing about A, and u_ahead stays.
 #pragma once
 
 #include <vector>

@@ -105,7 +105,8 @@ const Kernel* Module::find_kernel(const std::string& name) const {
 }
 
 const network::Network* Module::find_network(const std::string& name) const {
-  const auto found = std::find_if(networks.begin(), networks.end(), [&](const network::Network& n) { return n.name == name; });
+  const auto found =
+      std::find_if(networks.begin(), networks.end(), [&](const network::Network& n) { return n.name == name; });
   return found == networks.end() ? nullptr : &*found;
 }
 
@@ -130,9 +131,7 @@ const std::string* wall_field(const Side& side) {
   return access ? &access->field : nullptr;
 }
 
-bool is_on_walls(const AxisBoundary& axis) {
-  return axis.topology == Topology::bounded && axis.low.on_wall;
-}
+bool is_on_walls(const AxisBoundary& axis) { return axis.topology == Topology::bounded && axis.low.on_wall; }
 
 bool is_on_walls(const std::vector<AxisBoundary>& axes) {
   return std::any_of(axes.begin(), axes.end(), [](const AxisBoundary& axis) { return is_on_walls(axis); });
@@ -222,7 +221,11 @@ Interface interface_of(const Module& module, const Program& program) {
     for (const std::string& field : e.updates) {
       if (!writes.contains(field)) add_input(field);
     }
-    for (const auto& [from, to] : {std::pair{&e.writes, &written}, {&e.updates, &written}, {&e.params, &params}, {&e.sums, &sums}, {&e.networks, &networks}}) {
+    for (const auto& [from, to] : {std::pair{&e.writes, &written},
+                                   {&e.updates, &written},
+                                   {&e.params, &params},
+                                   {&e.sums, &sums},
+                                   {&e.networks, &networks}}) {
       for (const std::string& name : *from) to->add(name);
     }
   }
@@ -239,7 +242,8 @@ std::map<std::string, Halo> required_halo(const Module& module, const Program& p
       return e;
     });
     for (const Store& store : kernel.stores) widen(result[store.field], grown);
-    for (const Scatter& scatter : kernel.scatters) widen(result[scatter.target.field], on_bounded_axes(program, reach_of(scatter.target, program.axes)));
+    for (const Scatter& scatter : kernel.scatters)
+      widen(result[scatter.target.field], on_bounded_axes(program, reach_of(scatter.target, program.axes)));
   };
   for (const Statement& statement : program.body) {
     match(

@@ -10,38 +10,39 @@
 //  - A program is a straight line of fills, folds, reductions and kernel runs. Every field is written by one kernel (or
 //    reduction) with `=` before any `+=` to it; inputs are the fields that are read before they are written.
 //  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.
-//    periodic: u[p] = u[p mod n]. Bounded: the place -1-k (or n+k) from its mirror image k (or n-1-k), outwards from k = 0,
-//    so that the image is set and any n >= 1 and any width is defined. With u, v at the image and the place and
-//    s = (2k+1)*hx the way between them, (u+v)/2 is the value at the wall and (v-u)/s the derivative outwards:
-//    value c: (u+v)/2 = c. zero_gradient: v = u. gradient c: (v-u)/s = c. mixed(a, b, c): a*(u+v)/2 + b*(v-u)/s = c.
-//    c is the same along the wall, or a field that is read at the place -1-k itself,
-//    along periodic axes where the place wraps to.
-//    on_wall(condition), at both sides of an axis or at none: the values lie on the upper faces of the cells, so that -1 and
-//    n-1 are on the walls. The fill sets both, high before low: a value c as it is, the other conditions with w at the
-//    wall for (u+v)/2 and the one-sided derivative (3w - 4u' + u'')/(2*hx) for (v-u)/s, u' and u'' one and two cells inside; (w - u')/hx
-//    where n = 2. Where n = 1 nothing lies inside: a high side that is no value keeps what is there, and then low takes (w - u')/hx with that for u'.
-//    From k = 1 outwards, low before high, the conditions are as above, about the wall: -1-k from k-1, n-1+k from
-//    n-1-k, s = 2k*hx. n-1 is the only interior place a fill ever changes: such a field is filled before it is read anywhere.
-//    What a program leaves at n-1 of a result is what its kernel stored there, or a fill behind it, or what the fill of the next step sets.
+//    periodic: u[p] = u[p mod n]. Bounded: the place -1-k (or n+k) from its mirror image k (or n-1-k), outwards from k
+//    = 0, so that the image is set and any n >= 1 and any width is defined. With u, v at the image and the place and s
+//    = (2k+1)*hx the way between them, (u+v)/2 is the value at the wall and (v-u)/s the derivative outwards: value c:
+//    (u+v)/2 = c. zero_gradient: v = u. gradient c: (v-u)/s = c. mixed(a, b, c): a*(u+v)/2 + b*(v-u)/s = c. c is the
+//    same along the wall, or a field that is read at the place -1-k itself, along periodic axes where the place wraps
+//    to. on_wall(condition), at both sides of an axis or at none: the values lie on the upper faces of the cells, so
+//    that -1 and n-1 are on the walls. The fill sets both, high before low: a value c as it is, the other conditions
+//    with w at the wall for (u+v)/2 and the one-sided derivative (3w - 4u' + u'')/(2*hx) for (v-u)/s, u' and u'' one
+//    and two cells inside; (w - u')/hx where n = 2. Where n = 1 nothing lies inside: a high side that is no value keeps
+//    what is there, and then low takes (w - u')/hx with that for u'. From k = 1 outwards, low before high, the
+//    conditions are as above, about the wall: -1-k from k-1, n-1+k from n-1-k, s = 2k*hx. n-1 is the only interior
+//    place a fill ever changes: such a field is filled before it is read anywhere. What a program leaves at n-1 of a
+//    result is what its kernel stored there, or a fill behind it, or what the fill of the next step sets.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
-//    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it first
-//    adds the halo value, times the weight of c, onto that field at the same place. On walls that holds for n-1 too, and
-//    for n-1+g with the high side's g+1 layers. Along the other
-//    axes it acts on the interior grown by g likewise (axes not yet folded) or the interior (axes folded already).
+//    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it
+//    first adds the halo value, times the weight of c, onto that field at the same place. On walls that holds for n-1
+//    too, and for n-1+g with the high side's g+1 layers. Along the other axes it acts on the interior grown by g
+//    likewise (axes not yet folded) or the interior (axes folded already).
 //  - reduce m = mean u over y: m at each interior cell is the mean of u over the interior cells along y through it, so
-//    that m is the same along y; sum, max and min likewise, over all axes where none are named. Sums are added up in f64.
-//    A NaN makes the result NaN. m is a field like any other: its halo is what a fill makes of it.
-//  - apply N(a, b) to c, d: the outputs of the network N for these fields, in the interior cells; what is around them is the
-//    network's padding. tangent N(a, b) by a_dot, b_dot to c_dot, d_dot: the rates of the outputs. adjoint N(a, b) by c_bar,
-//    d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With `weights` the
-//    tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have no second
-//    derivatives. Their weights are given from outside.
+//    that m is the same along y; sum, max and min likewise, over all axes where none are named. Sums are added up in
+//    f64. A NaN makes the result NaN. m is a field like any other: its halo is what a fill makes of it.
+//  - apply N(a, b) to c, d: the outputs of the network N for these fields, in the interior cells; what is around them
+//  is the
+//    network's padding. tangent N(a, b) by a_dot, b_dot to c_dot, d_dot: the rates of the outputs. adjoint N(a, b) by
+//    c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With
+//    `weights` the tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have
+//    no second derivatives. Their weights are given from outside.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): interpolation of u at the point displaced by `offset` and then d (in cells, one value an axis). The
-//    place lies f = d - floor(d) beyond the cell j; along a periodic axis the cell index wraps; along a bounded axis the
-//    position is clamped to [-1/2, n-1/2] (j = -1 or n-1, f = 1/2). along[a] says what is taken along axis a:
+//    place lies f = d - floor(d) beyond the cell j; along a periodic axis the cell index wraps; along a bounded axis
+//    the position is clamped to [-1/2, n-1/2] (j = -1 or n-1, f = 1/2). along[a] says what is taken along axis a:
 //    linear: (1-f) u[j] + f u[j+1]. lower: u[j]. upper: u[j+1]. cubic: Lagrange's polynomial through u[j-1] to u[j+2],
 //    with the weights -f(1-f)(2-f)/6, (1+f)(1-f)(2-f)/2, f(1+f)(2-f)/2, -f(1-f)(1+f)/6. slope: the derivative of linear
 //    by d; cubic_slope, cubic_bend, cubic_third: those of cubic (the right-hand ones where d is an integer; 0 where the
@@ -50,7 +51,8 @@
 //  - Parameters hx, hy, hz (spacing), dt, t (time at the start of the step) and cells (number of cells of the
 //    grid) are bound by the scene; the fields x, y, z are the cells' coordinates, halo included.
 //  - Kinks: at a tie max(a,b) has the derivative of a and min(a,b) that of b (so their sum has that of a + b); abs has
-//    derivative 0 at 0. Where several cells share the max or min of a reduction, each takes an equal part of the derivative.
+//    derivative 0 at 0. Where several cells share the max or min of a reduction, each takes an equal part of the
+//    derivative.
 #pragma once
 
 #include <array>
@@ -169,9 +171,10 @@ struct Scatter {
   bool operator==(const Scatter&) const = default;
 };
 
-/// What a person gave as the adjoint of an input, a field or a parameter: x_bar of field x at each point, or what each point
-/// adds to p_bar of parameter p. Seeds are read as fields y_bar, for each field y that the kernel stores. `value` is linear
-/// in them, the transpose of the derivative where all points have cells around them; walls are the adjoint's affair.
+/// What a person gave as the adjoint of an input, a field or a parameter: x_bar of field x at each point, or what each
+/// point adds to p_bar of parameter p. Seeds are read as fields y_bar, for each field y that the kernel stores. `value`
+/// is linear in them, the transpose of the derivative where all points have cells around them; walls are the adjoint's
+/// affair.
 struct Given {
   std::string input;
   Expr value;
@@ -190,9 +193,9 @@ struct Kernel {
   bool operator==(const Kernel&) const = default;
 };
 
-/// One side of a bounded axis. `value` is made of params and numbers, or is one field at offset 0 (for a fold: the field
-/// that the transpose goes to); zero_gradient has none. `a` and `b`, of params and numbers, are meant for SideKind::mixed.
-/// `on_wall`: of a field whose last value along the axis lies on the wall.
+/// One side of a bounded axis. `value` is made of params and numbers, or is one field at offset 0 (for a fold: the
+/// field that the transpose goes to); zero_gradient has none. `a` and `b`, of params and numbers, are meant for
+/// SideKind::mixed. `on_wall`: of a field whose last value along the axis lies on the wall.
 struct Side {
   SideKind kind = SideKind::value;
   Expr value = 0.0;

@@ -45,7 +45,8 @@ class Subcycles {
 
   void add_part(const std::vector<Advance>& advances, StepPart& part) {
     const std::string& scene = lowering_.problem().scene;
-    const std::string own = without_dots(scene + "_" + advances.front().state + "_part" + std::to_string(part.number + 1));
+    const std::string own =
+        without_dots(scene + "_" + advances.front().state + "_part" + std::to_string(part.number + 1));
     part.others.clear();
     for (const double fraction : {0.0, 0.5, 1.0}) part.others[fraction] = others_at(part.time(fraction), advances);
     const std::vector<Stage> stages = part.of == 1 ? time_stages(lowering_, advances, name_, scene, part)
@@ -73,7 +74,8 @@ class Subcycles {
       kernel.stores.push_back({field, false, (1 - time) * access(state.name) + time * access(end->second), {}});
       fields[state.name] = field;
     }
-    if (!fields.empty()) between_.emplace(time, Between{fields, {std::move(kernel), param("t") + time * param("dt"), {}}});
+    if (!fields.empty())
+      between_.emplace(time, Between{fields, {std::move(kernel), param("t") + time * param("dt"), {}}});
     return fields;
   }
 
@@ -85,7 +87,8 @@ class Subcycles {
     between.is_used = std::any_of(readers.begin(), readers.end(), [&](const Stage& stage) {
       const std::vector<Signature::Read> reads = reads_of(stage);
       const auto is_between = [&](const Signature::Read& read) {
-        return std::any_of(between.fields.begin(), between.fields.end(), [&](const auto& entry) { return entry.second == read.field; });
+        return std::any_of(between.fields.begin(), between.fields.end(),
+                           [&](const auto& entry) { return entry.second == read.field; });
       };
       return std::any_of(reads.begin(), reads.end(), is_between);
     });
@@ -97,7 +100,7 @@ class Subcycles {
   Lowering& lowering_;
   std::string name_;
   std::vector<Stage> stages_;
-  Fields ends_;  // of the states that are done
+  Fields ends_;                        // of the states that are done
   std::map<double, Between> between_;  // of the equations that are added, by the time in steps
   int between_count_ = 0;
 };
@@ -106,7 +109,8 @@ class Subcycles {
 
 std::vector<Stage> subcycled_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name) {
   std::map<int, std::vector<Advance>> groups;
-  for (const Advance& advance : advances) groups[lowering.problem().find_state(advance.state)->parts].push_back(advance);
+  for (const Advance& advance : advances)
+    groups[lowering.problem().find_state(advance.state)->parts].push_back(advance);
   Subcycles subcycles(lowering, name);
   for (const auto& [parts, group] : groups) subcycles.add(group, parts);
   return subcycles.take();

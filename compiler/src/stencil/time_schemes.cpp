@@ -21,10 +21,10 @@ bool is_at_rest(const Advance& advance) { return model::is_constant(advance.rate
 ///   U = U_base + (sum of U_a - U_b)/divisor + dt*weight/over*F(U_from).
 /// A last stage takes what the others found out of their states, not of rates that would have to be stored. It adds up
 /// differences of states, which are small, and a third of the sum: a third of the states themselves,
-/// (U_1 + 2*U_2 + U_3 - U_0)/3, would be wrong in the last place in the same direction in each step, as 1/3 is no number
-/// of the machine.
+/// (U_1 + 2*U_2 + U_3 - U_0)/3, would be wrong in the last place in the same direction in each step, as 1/3 is no
+/// number of the machine.
 struct StageRow {
-  double time;    // of U_from, in steps
+  double time;  // of U_from, in steps
   int from, base;
   double weight, over;
   double divisor = 1;
@@ -35,7 +35,8 @@ using Tableau = std::span<const StageRow>;
 constexpr StageRow euler[] = {{0, 0, 0, 1, 1}};
 constexpr StageRow midpoint_rule[] = {{0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 1}};
 /// Kutta 1901: U_4 = (U_1 + 2*U_2 + U_3 - U_0)/3 + dt/6*F(U_3).
-constexpr StageRow runge_kutta_4[] = {{0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 2}, {0.5, 2, 0, 1, 1}, {1, 3, 2, 1, 6, 3, {{{1, 2}, {3, 0}}}}};
+constexpr StageRow runge_kutta_4[] = {
+    {0, 0, 0, 1, 2}, {0.5, 1, 0, 1, 2}, {0.5, 2, 0, 1, 1}, {1, 3, 2, 1, 6, 3, {{{1, 2}, {3, 0}}}}};
 /// Shu and Osher 1988: U_2 = 3/4*U_0 + (U_1 + dt*F(U_1))/4, U_3 = U_0/3 + 2/3*(U_2 + dt*F(U_2)).
 constexpr StageRow shu_osher_3[] = {{0, 0, 0, 1, 1}, {1, 1, 0, 1, 4, 4, {{{1, 0}}}}, {0.5, 2, 2, 2, 3, 3, {{{0, 2}}}}};
 
@@ -72,7 +73,9 @@ class Stages {
     for (const Advance& advance : advances_) {
       const auto target = into.find(advance.state);
       if (target == into.end()) continue;
-      const Expr value = is_at_rest(advance) ? begin(advance.state) : update(advance.state, at_point(advance.rate, lowering_.placement_of(advance.state)));
+      const Expr value = is_at_rest(advance)
+                             ? begin(advance.state)
+                             : update(advance.state, at_point(advance.rate, lowering_.placement_of(advance.state)));
       kernel.stores.push_back({target->second, false, value, advance.origin});
     }
     return Lowering::stage(std::move(kernel), at_point, reading.time);
@@ -113,13 +116,16 @@ class Stages {
 
 /// A single stage is called `name`.
 std::vector<Stage> stages_of(Tableau tableau, Stages stages, const std::string& name) {
-  std::vector<std::map<std::string, std::string>> fields(1);  // of each stage; those of the first one stand for themselves
+  std::vector<std::map<std::string, std::string>> fields(
+      1);  // of each stage; those of the first one stand for themselves
   for (std::size_t i = 1; i < tableau.size(); ++i) fields.push_back(stages.fields(static_cast<int>(i)));
   std::vector<Stage> result;
   for (std::size_t i = 0; i < tableau.size(); ++i) {
     const StageRow& row = tableau[i];
     const Update update = [&](const std::string& state, const Expr& rate) {
-      const auto value = [&](int stage) { return stage == 0 ? stages.begin(state) : access(fields[static_cast<std::size_t>(stage)].at(state)); };
+      const auto value = [&](int stage) {
+        return stage == 0 ? stages.begin(state) : access(fields[static_cast<std::size_t>(stage)].at(state));
+      };
       Expr step = row.weight == 1 ? stages.dt() : row.weight * stages.dt();
       if (row.over != 1) step = step / row.over;
       const Expr change = scaled(step, rate);
@@ -132,16 +138,18 @@ std::vector<Stage> stages_of(Tableau tableau, Stages stages, const std::string& 
       return value(row.base) + (sum ? *sum / row.divisor + change : change);
     };
     const bool is_last = i + 1 == tableau.size();
-    result.push_back(stages.stage(tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1), fields[static_cast<std::size_t>(row.from)],
-                                  row.time, is_last ? stages.results() : fields[i + 1], update));
+    result.push_back(stages.stage(tableau.size() == 1 ? name : stages.name(static_cast<int>(i) + 1),
+                                  fields[static_cast<std::size_t>(row.from)], row.time,
+                                  is_last ? stages.results() : fields[i + 1], update));
   }
   return result;
 }
 
-/// Positions u move by v + dt/2 F, with the acceleration at the beginning; velocities, and fields with equations of first
-/// order, by the mean of their rates at both ends, the later one taken at the new positions and a first guess of the rest.
-/// Where F is free of velocities that is velocity Verlet.
-std::vector<Stage> velocity_verlet(Lowering& lowering, const std::vector<Advance>& advances, const std::string& prefix, const StepPart& part) {
+/// Positions u move by v + dt/2 F, with the acceleration at the beginning; velocities, and fields with equations of
+/// first order, by the mean of their rates at both ends, the later one taken at the new positions and a first guess of
+/// the rest. Where F is free of velocities that is velocity Verlet.
+std::vector<Stage> velocity_verlet(Lowering& lowering, const std::vector<Advance>& advances, const std::string& prefix,
+                                   const StepPart& part) {
   std::vector<Advance> first = advances, second;
   for (Advance& advance : first) {
     const model::State* velocity = lowering.problem().velocity_of(advance.state);

@@ -2,8 +2,8 @@
 // Explicit Runge-Kutta methods as kernels, one a stage, every kernel covering all states. Between stages only states
 // are kept, never slopes ("stage-state form"): with U1 = u + dt/2 F(u), U2 = u + dt/2 F(U1), U3 = u + dt F(U2)
 // the classical RK4 step is (U1 + 2 U2 + U3 - u)/3 + dt/6 F(U3), as dt F(u) = 2 (U1 - u) and so on. SSP-RK3 is written
-// that way by its authors (Shu and Osher 1988): convex combinations of Euler steps. An equation of second order is two of
-// first order, for u and its velocity u_t; velocity Verlet alone treats them differently.
+// that way by its authors (Shu and Osher 1988): convex combinations of Euler steps. An equation of second order is two
+// of first order, for u and its velocity u_t; velocity Verlet alone treats them differently.
 #pragma once
 
 #include <map>
@@ -28,15 +28,17 @@ struct StepPart {
   int number = 0, of = 1;
   /// The fields that stand for the states where the part begins; those not named stand for themselves.
   std::map<std::string, std::string> fields;
-  /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what they are.
+  /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what
+  /// they are.
   std::map<double, std::map<std::string, std::string>> others;
 
   /// In steps.
   double time(double fraction) const { return (number + fraction) / of; }
 };
 
-/// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it. A single kernel is called
-/// `name`, several PREFIX_stage1, PREFIX_stage2, ... Rates have no semi-Lagrangian advect. A state whose rate is 0 has no stages of its own.
+/// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it. A single
+/// kernel is called `name`, several PREFIX_stage1, PREFIX_stage2, ... Rates have no semi-Lagrangian advect. A state
+/// whose rate is 0 has no stages of its own.
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part = {});
 

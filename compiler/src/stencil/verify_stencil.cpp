@@ -163,7 +163,8 @@ class ProgramCheck {
       ++statement_;
       match(
           statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
-          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Infer& infer) { check_infer(infer); }, [&](const Run& run) { check_run(run); });
+          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Infer& infer) { check_infer(infer); },
+          [&](const Run& run) { check_run(run); });
     }
     statement_ = -1;
     check_results();
@@ -233,15 +234,18 @@ class ProgramCheck {
   bool has_halo(const std::string& field, int grow) {
     if (grown_of(field) >= grow) return true;
     const auto& walls = walls_of_[field];
-    return filled_.contains(field) && std::all_of(walls.begin(), walls.end(), [&](const auto& wall) { return wall.second >= grow; });
+    return filled_.contains(field) &&
+           std::all_of(walls.begin(), walls.end(), [&](const auto& wall) { return wall.second >= grow; });
   }
 
   void check_fold(const Fold& fold) {
     check_axes(fold.field, fold.axes);
     if (fold.grow < 0) problem("folds {} grown by {}", fold.field, fold.grow);
     if (!written_.contains(fold.field)) problem("folds {} before it is written", fold.field);
-    const bool is_bounded = std::find(program_.axes.begin(), program_.axes.end(), Topology::bounded) != program_.axes.end();
-    if (is_bounded && !has_halo(fold.field, fold.grow)) problem("folds {} farther out than it was computed", fold.field);
+    const bool is_bounded =
+        std::find(program_.axes.begin(), program_.axes.end(), Topology::bounded) != program_.axes.end();
+    if (is_bounded && !has_halo(fold.field, fold.grow))
+      problem("folds {} farther out than it was computed", fold.field);
     for (const std::string& wall : wall_fields(fold.axes)) {
       if (!written_.contains(wall)) problem("folds {} into {} before that is written", fold.field, wall);
     }
@@ -256,7 +260,8 @@ class ProgramCheck {
     int axes = 0;
     for (std::size_t axis = 0; axis < max_rank; ++axis) {
       axes += reduce.over[axis];
-      if (reduce.over[axis] && axis >= program_.axes.size()) problem("reduces {} along an axis it does not have", reduce.field);
+      if (reduce.over[axis] && axis >= program_.axes.size())
+        problem("reduces {} along an axis it does not have", reduce.field);
     }
     if (axes == 0) problem("reduces {} along no axis", reduce.field);
     check_write(reduce.result);
@@ -269,17 +274,21 @@ class ProgramCheck {
     const bool is_adjoint = infer.mode == Infer::Mode::adjoint;
     const auto inputs = static_cast<std::size_t>(network->inputs), outputs = static_cast<std::size_t>(network->outputs);
     const std::size_t rates = infer.mode == Infer::Mode::value ? 0 : is_adjoint ? outputs : inputs;
-    if (infer.inputs.size() != inputs || infer.rates.size() != rates || infer.results.size() != (is_adjoint ? inputs : outputs)) {
-      problem("applies {}, which has {} inputs and {} outputs, to other numbers of fields", infer.network, inputs, outputs);
+    if (infer.inputs.size() != inputs || infer.rates.size() != rates ||
+        infer.results.size() != (is_adjoint ? inputs : outputs)) {
+      problem("applies {}, which has {} inputs and {} outputs, to other numbers of fields", infer.network, inputs,
+              outputs);
     }
-    if (network->rank() != static_cast<int>(program_.axes.size())) problem("applies {}, which has {} axes", infer.network, network->rank());
+    if (network->rank() != static_cast<int>(program_.axes.size()))
+      problem("applies {}, which has {} axes", infer.network, network->rank());
     for (const std::string& field : fields_read(infer)) {
       fields_.insert(field);
       if (!filled_.contains(field)) read_unfilled_.insert(field);
     }
     for (const std::string& field : fields_written(infer)) {
       const std::vector<std::string> read = fields_read(infer);
-      if (std::find(read.begin(), read.end(), field) != read.end()) problem("applies {} to {} itself", infer.network, field);
+      if (std::find(read.begin(), read.end(), field) != read.end())
+        problem("applies {} to {} itself", infer.network, field);
       check_write(field);
       grown_[field] = 0;
     }
@@ -327,7 +336,8 @@ class ProgramCheck {
   }
 
   /// Along periodic axes a neighbour needs a filled halo. Along bounded axes it may also have been computed on a grown
-  /// region, and what a kernel with inside[] reads there is its own affair; interpolation reads the first halo cell in any case.
+  /// region, and what a kernel with inside[] reads there is its own affair; interpolation reads the first halo cell in
+  /// any case.
   void check_halos(const Kernel& kernel, const Signature& s, int grow) {
     const bool masked = looks_inside(kernel);
     for (const Signature::Read& read : s.reads) {
@@ -397,7 +407,8 @@ class ProgramCheck {
   Problems& problems_;
   int statement_ = -1;
   std::set<std::string> written_, updated_, filled_, read_unfilled_, fields_, params_;
-  std::map<std::string, std::map<std::string, int>> walls_of_;  // how far each wall was known when the field was filled from it
+  std::map<std::string, std::map<std::string, int>>
+      walls_of_;                      // how far each wall was known when the field was filled from it
   std::map<std::string, int> grown_;  // region on which a field's values were computed, and no fill has lost them
 };
 

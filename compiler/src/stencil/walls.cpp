@@ -67,8 +67,10 @@ bool Walls::varies(const model::Expr& value) const {
   return model::any_part(value, [&](const model::Expr& part) {
     const auto* param = std::get_if<model::Param>(&part->kind);
     const model::Parameter* known = param ? problem_.find_param(param->name) : nullptr;
-    const bool is_control = param && problem_.find_control(param->name) != nullptr;  // a halo filled a step before would hold its last value
-    return std::holds_alternative<model::Coordinate>(part->kind) || std::holds_alternative<model::Field>(part->kind) || (known && known->unknown) || is_control;
+    const bool is_control = param && problem_.find_control(param->name) !=
+                                         nullptr;  // a halo filled a step before would hold its last value
+    return std::holds_alternative<model::Coordinate>(part->kind) || std::holds_alternative<model::Field>(part->kind) ||
+           (known && known->unknown) || is_control;
   });
 }
 
@@ -104,7 +106,8 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
 }
 
 /// The field that holds `value` on the halo, stored once where several fills need the same.
-std::string Walls::stored(const std::string& state, const Expr& value, const Origin& origin, Module& module, Program& program) {
+std::string Walls::stored(const std::string& state, const Expr& value, const Origin& origin, Module& module,
+                          Program& program) {
   const auto same = [&](const auto& known) { return known.first == value; };
   const auto found = std::find_if(stored_.begin(), stored_.end(), same);
   if (found != stored_.end()) return found->second;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boundaries of the states of one program. Values that are the same along a wall stand in the fill. Those that vary along
-// it, or by unknowns, are stored in a field by a kernel of their own before the fill, so that the derivative of a kernel
-// is all they need.
+// Boundaries of the states of one program. Values that are the same along a wall stand in the fill. Those that vary
+// along it, or by unknowns, are stored in a field by a kernel of their own before the fill, so that the derivative of a
+// kernel is all they need.
 #pragma once
 
 #include <set>
@@ -15,24 +15,29 @@
 
 namespace dpde::stencil {
 
-/// `value` of a state, but at its points on a high wall the value that its boundary has there, where it is one, at `time`.
+/// `value` of a state, but at its points on a high wall the value that its boundary has there, where it is one, at
+/// `time`.
 Expr with_wall_value(const model::State& state, const model::Problem& problem, const Expr& value, const Expr& time);
 
-/// Whether values of the state on a high wall, which are stored, follow from those beside them: then only a fill can set them.
+/// Whether values of the state on a high wall, which are stored, follow from those beside them: then only a fill can
+/// set them.
 bool is_derived_on_wall(const model::State& state, const model::Problem& problem);
 
 class Walls {
  public:
-  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. Coefficients have at walls
-  /// what they have in the cells there: a fill of `mirrored` sets them, unless they are among those that are `filled`.
-  Walls(const model::Problem& problem, NameSupply names, int width, std::vector<AxisBoundary> mirrored, std::set<std::string>& filled)
+  /// `width`: how many halo cells the program reads. Fields take names that `names` does not know. Coefficients have at
+  /// walls what they have in the cells there: a fill of `mirrored` sets them, unless they are among those that are
+  /// `filled`.
+  Walls(const model::Problem& problem, NameSupply names, int width, std::vector<AxisBoundary> mirrored,
+        std::set<std::string>& filled)
       : problem_(problem), names_(std::move(names)), width_(width), mirrored_(std::move(mirrored)), filled_(filled) {}
 
   /// What a fill of `state` at `time` needs; what it reads is added to the module and the program.
   std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program);
 
  private:
-  std::string stored(const std::string& state, const Expr& value, const Origin& origin, Module& module, Program& program);
+  std::string stored(const std::string& state, const Expr& value, const Origin& origin, Module& module,
+                     Program& program);
   bool varies(const model::Expr& value) const;
 
   const model::Problem& problem_;

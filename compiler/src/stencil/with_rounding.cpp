@@ -15,7 +15,8 @@ namespace {
 Expr with_rounding(const Expr& e, int& nodes, double phase) {
   const bool is_interp = std::holds_alternative<Interp>(e->kind);
   if (is_decision(e) && !is_interp) return e;
-  const Expr inner = is_interp ? e : map_children(e, [&](const Expr& child) { return with_rounding(child, nodes, phase); });
+  const Expr inner =
+      is_interp ? e : map_children(e, [&](const Expr& child) { return with_rounding(child, nodes, phase); });
   const bool rounds = std::holds_alternative<Binary>(e->kind) || std::holds_alternative<Call>(e->kind) || is_interp;
   if (!rounds) return inner;
   ++nodes;

@@ -14,7 +14,8 @@ std::string_view letters_of(Along along) { return letters_of_along.at(static_cas
 }  // namespace
 
 AlongWeights weights_of(Along along) {
-  constexpr AlongWeights lagrange{{{0, -1.0 / 3, 0.5, -1.0 / 6}, {1, -0.5, -1, 0.5}, {0, 1, 0.5, -0.5}, {0, -1.0 / 6, 0, 1.0 / 6}}};
+  constexpr AlongWeights lagrange{
+      {{0, -1.0 / 3, 0.5, -1.0 / 6}, {1, -0.5, -1, 0.5}, {0, 1, 0.5, -0.5}, {0, -1.0 / 6, 0, 1.0 / 6}}};
   switch (along) {
     case Along::linear: return {{{}, {1, -1}, {0, 1}, {}}};
     case Along::slope: return {{{}, {-1}, {1}, {}}};

@@ -9,8 +9,41 @@
 
 namespace dpde {
 
-enum class BinaryOp { add, subtract, multiply, divide, power, less, less_equal, greater, greater_equal, equal, not_equal, logical_and, logical_or };
-enum class Fn { sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, sign, floor, fraction, min, max };
+enum class BinaryOp {
+  add,
+  subtract,
+  multiply,
+  divide,
+  power,
+  less,
+  less_equal,
+  greater,
+  greater_equal,
+  equal,
+  not_equal,
+  logical_and,
+  logical_or
+};
+enum class Fn {
+  sin,
+  cos,
+  tan,
+  asin,
+  acos,
+  atan,
+  sinh,
+  cosh,
+  tanh,
+  exp,
+  log,
+  sqrt,
+  abs,
+  sign,
+  floor,
+  fraction,
+  min,
+  max
+};
 
 enum class Topology { periodic, bounded };
 enum class SideKind { value, zero_gradient, gradient, mixed };
@@ -22,8 +55,8 @@ enum class Precision { f64, f32 };
 /// What an interpolation takes along one axis between the cells around a place. stencil/stencil.h has the weights.
 enum class Along { linear, slope, lower, upper, cubic, cubic_slope, cubic_bend, cubic_third };
 constexpr int along_count = 8;
-/// Weights of the cells from the one before that below the place to the second above it, as polynomials of the way f from the
-/// one below: coefficients of 1, f, f^2, f^3. All 0: the cell is not taken.
+/// Weights of the cells from the one before that below the place to the second above it, as polynomials of the way f
+/// from the one below: coefficients of 1, f, f^2, f^3. All 0: the cell is not taken.
 using AlongWeights = std::array<std::array<double, 4>, 4>;
 AlongWeights weights_of(Along along);
 /// Whether it is 0 where the place is clamped.
@@ -38,7 +71,8 @@ std::optional<std::array<Along, 3>> find_interp(std::string_view name);
 
 /// As written: "+", "<=", "and", ...
 std::string_view spelling(BinaryOp op);
-/// Higher binds tighter: or 1, and 2, comparisons 3, + - 4, * / 5, (unary minus 6,) ^ 7. All but ^ associate to the left.
+/// Higher binds tighter: or 1, and 2, comparisons 3, + - 4, * / 5, (unary minus 6,) ^ 7. All but ^ associate to the
+/// left.
 int precedence(BinaryOp op);
 constexpr int unary_precedence = 6;
 

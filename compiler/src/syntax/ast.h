@@ -201,18 +201,19 @@ struct WhenAt {  // at t = 0.5, 1.0
   std::vector<Expr> times;
 };
 struct WhenOver {};  // over time: every state from the first to the last
-struct WhenSteps {  // over 4 steps: each of the states behind so many steps from wherever a run begins
+struct WhenSteps {   // over 4 steps: each of the states behind so many steps from wherever a run begins
   Expr steps;
 };
-struct WhenEnd {};   // nothing said: the last state
+struct WhenEnd {};  // nothing said: the last state
 using When = std::variant<WhenEnd, WhenAt, WhenOver, WhenSteps>;
 
-// data u_ref = load("u.npy")  |  data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data u_ref = u from scene fine at t = 0.5 | ... over time
+// data u_ref = load("u.npy")  |  data v on faces.x = load("v.npy")  |  data w = trajectories("w.nc", u)  |  data u_ref
+// = u from scene fine at t = 0.5 | ... over time
 struct DataItem {
   Identifier name;
   std::optional<Identifier> on;
-  Expr value;                        // load("...") or the field's name
-  std::optional<Identifier> scene;   // after `from scene`
+  Expr value;                       // load("...") or the field's name
+  std::optional<Identifier> scene;  // after `from scene`
   When when;
 };
 struct UnknownItem {  // unknown initial u from 0      unknown nu from 0.01 in 0 .. 1
@@ -232,9 +233,10 @@ struct UsingItem {  // using adam(rate = 1e-3), batch 4, unroll (1, 2, 4), itera
   Expr optimiser;
   std::vector<Argument> options;  // batch 4 has the name batch and the value 4
 };
-/// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps beside plain, fine on trajectories("fine.nc")
-/// statistic energy = mean(u^2) on trajectories("test.nc") for 250 steps       growth rate on trajectories("test.nc") for 250 steps
-/// spectrum energy = u on trajectories("test.nc") for 250 steps    correlation vorticity = curl(u) above 0.8 on trajectories("test.nc") for 250 steps
+/// test mae = mean(abs(u - u_true)) over time       test e = mean(u^2) on trajectories("test.nc") for 250 steps beside
+/// plain, fine on trajectories("fine.nc") statistic energy = mean(u^2) on trajectories("test.nc") for 250 steps growth
+/// rate on trajectories("test.nc") for 250 steps spectrum energy = u on trajectories("test.nc") for 250 steps
+/// correlation vorticity = curl(u) above 0.8 on trajectories("test.nc") for 250 steps
 struct TestItem {  // a number reported after optimising
   enum class Kind { test, statistic, spectrum, correlation, growth } kind = Kind::test;
   struct Beside {  // another scene, from a file of its own where it has one
@@ -265,7 +267,8 @@ struct ScatterItem {  // interp(u_bar, d) += expr
   Expr target;        // the Call interp(...)
   Expr value;
 };
-/// adjoint u_bar = expr     adjoint nu_bar += expr      (in a kernel: what stands in place of the derived formula; below an operator)
+/// adjoint u_bar = expr     adjoint nu_bar += expr      (in a kernel: what stands in place of the derived formula;
+/// below an operator)
 struct AdjointItem {
   Identifier target;
   bool accumulate = false;
@@ -273,8 +276,8 @@ struct AdjointItem {
 };
 struct FillItem {  // fill u periodic      fill u x periodic, y.low = 0, y.high = zero_gradient
   Identifier field;
-  bool fold = false;  // fold u grow 1 ...: the transpose of the fill of 1 halo cell
-  int grow = 0;       // only of fold
+  bool fold = false;                // fold u grow 1 ...: the transpose of the fill of 1 halo cell
+  int grow = 0;                     // only of fold
   std::vector<BoundarySide> sides;  // place "all" when no axis is written
   std::string written = {};         // the field, where a pass of a repeat fills another in its place
 };
@@ -349,7 +352,7 @@ struct StartItem {  // initial he, seed 7     (the weights that training begins 
 };
 struct SymmetryItem {  // symmetric flips, rotations about z, galilean(u)
   struct Part {
-    Identifier word;                // flip, flips, rotations or galilean
+    Identifier word;                 // flip, flips, rotations or galilean
     std::optional<Identifier> axis;  // of flip, and of rotations about one
     std::vector<Identifier> inputs;  // of galilean; none: all vectors
   };
@@ -363,7 +366,8 @@ struct HostItem {  // host weights 120     (in place of layers)
 };
 
 // ---- items inside a data set ---------------------------------------------------------------------------------------
-struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ... from run to run)
+struct VaryItem {  // vary nu in 0.01 .. 0.1     vary s from 100     (a random number in between; 100, 101, ... from run
+                   // to run)
   Identifier name;
   std::optional<Expr> low, high, from;
 };
@@ -376,10 +380,12 @@ struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
   Expr value;
 };
 
-using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem, InitialItem, ExactItem,
-                              BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem,
-                              AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem,
-                              LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem>;
+using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem,
+                              ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
+                              SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem,
+                              UsingItem, TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem,
+                              SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
+                              StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;
@@ -435,7 +441,8 @@ struct Import {  // import "flow.dpde"       its blocks stand behind those of th
   SourceRange range;  // of the text
 };
 
-/// network NAME(u: vector, nu) -> vector { ... }      below the model level channels are counted: network NAME(3) -> 2 { ... }
+/// network NAME(u: vector, nu) -> vector { ... }      below the model level channels are counted: network NAME(3) -> 2
+/// { ... }
 struct Network {
   struct Input {
     Identifier name;
@@ -445,7 +452,8 @@ struct Network {
   std::vector<Input> inputs;
   std::vector<Identifier> outputs;  // none: scalar; the word `scalar` or `vector`, or names
   std::optional<int> input_channels, output_channels;
-  std::vector<Item> items;  // PaddingItem, StartItem, SymmetryItem, RealItem, and HostItem or LayerItem, BranchItem, RepeatItem or LetItem, AssignItem
+  std::vector<Item> items;  // PaddingItem, StartItem, SymmetryItem, RealItem, and HostItem or LayerItem, BranchItem,
+                            // RepeatItem or LetItem, AssignItem
 };
 
 /// dataset NAME : SCENE [with SCHEME] { runs 10; vary nu in 0.01 .. 0.1; ... }      runs of a scene, in one file
@@ -455,7 +463,8 @@ struct DataSet {
   std::vector<Item> items;  // VaryItem, FramesItem, OptionItem
 };
 
-using DeclarationKind = std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet>;
+using DeclarationKind =
+    std::variant<Model, Scene, Scheme, Task, Kernel, Program, Loop, Function, Import, Network, DataSet>;
 struct Declaration {
   DeclarationKind kind;
   SourceRange range;

@@ -7,8 +7,8 @@ namespace dpde::ast {
 
 void add_calls(const Expr& e, std::set<std::string>& names) {
   match(
-      e->kind, [](const Number&) {}, [](const Text&) {}, [](const Name&) {}, [](const Offsets&) {},
-      [](const Error&) {}, [&](const Unary& u) { add_calls(u.operand, names); },
+      e->kind, [](const Number&) {}, [](const Text&) {}, [](const Name&) {}, [](const Offsets&) {}, [](const Error&) {},
+      [&](const Unary& u) { add_calls(u.operand, names); },
       [&](const Binary& b) {
         add_calls(b.left, names);
         add_calls(b.right, names);

@@ -98,7 +98,7 @@ class Cursor {
   std::vector<SourceRange> groups_;  // open parentheses and brackets
   Token stop_{TokenKind::line_break, {}, {}, 0};
   int position_ = 0;
-  int last_ = -1;  // index of the token taken last
+  int last_ = -1;   // index of the token taken last
   int blocks_ = 0;  // inside of which the cursor is
   bool failed_ = false;
 };

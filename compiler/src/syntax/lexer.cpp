@@ -28,19 +28,31 @@ struct Symbol {
 
 // Longer ones first.
 constexpr Symbol symbols[] = {
-    {"..", TokenKind::dot_dot},     {"+=", TokenKind::plus_assign},
+    {"..", TokenKind::dot_dot},
+    {"+=", TokenKind::plus_assign},
     {"->", TokenKind::arrow},
-    {"<=", TokenKind::less_equal},  {">=", TokenKind::greater_equal},
-    {"==", TokenKind::equal},       {"!=", TokenKind::not_equal},
-    {"(", TokenKind::left_paren},   {")", TokenKind::right_paren},
-    {"[", TokenKind::left_bracket}, {"]", TokenKind::right_bracket},
-    {"{", TokenKind::left_brace},   {"}", TokenKind::right_brace},
-    {",", TokenKind::comma},        {";", TokenKind::semicolon},
-    {":", TokenKind::colon},        {".", TokenKind::dot},
-    {"=", TokenKind::assign},       {"+", TokenKind::plus},
-    {"-", TokenKind::minus},        {"*", TokenKind::star},
-    {"/", TokenKind::slash},        {"^", TokenKind::caret},
-    {"<", TokenKind::less},         {">", TokenKind::greater},
+    {"<=", TokenKind::less_equal},
+    {">=", TokenKind::greater_equal},
+    {"==", TokenKind::equal},
+    {"!=", TokenKind::not_equal},
+    {"(", TokenKind::left_paren},
+    {")", TokenKind::right_paren},
+    {"[", TokenKind::left_bracket},
+    {"]", TokenKind::right_bracket},
+    {"{", TokenKind::left_brace},
+    {"}", TokenKind::right_brace},
+    {",", TokenKind::comma},
+    {";", TokenKind::semicolon},
+    {":", TokenKind::colon},
+    {".", TokenKind::dot},
+    {"=", TokenKind::assign},
+    {"+", TokenKind::plus},
+    {"-", TokenKind::minus},
+    {"*", TokenKind::star},
+    {"/", TokenKind::slash},
+    {"^", TokenKind::caret},
+    {"<", TokenKind::less},
+    {">", TokenKind::greater},
     {"|", TokenKind::bar},
 };
 
@@ -223,7 +235,7 @@ bool is_binary_operator(const Token& token) {
 
 /// Behind this token an item cannot end.
 bool needs_more(const Token& token) {
-  constexpr TokenKind kinds[] = {TokenKind::assign, TokenKind::plus_assign, TokenKind::arrow, TokenKind::comma,
+  constexpr TokenKind kinds[] = {TokenKind::assign, TokenKind::plus_assign, TokenKind::arrow,     TokenKind::comma,
                                  TokenKind::colon,  TokenKind::dot_dot,     TokenKind::left_brace};
   return std::find(std::begin(kinds), std::end(kinds), token.kind) != std::end(kinds) || is_binary_operator(token);
 }

@@ -28,7 +28,8 @@ std::string understood(const BlockRule& rule) {
 std::string hint_for(std::string_view word, const BlockRule& here) {
   const std::string near = nearest_name(word, words_of(here));
   if (!near.empty()) return fmt::format("did you mean {}? {}", near, understood(here));
-  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(), network_rule(), data_set_rule()}) {
+  for (const BlockRule& rule : {model_rule(), scene_rule(), task_rule(), kernel_rule(), program_rule(), repeat_rule(),
+                                network_rule(), data_set_rule()}) {
     for (const ItemRule& item : rule.items) {
       if (item.word == word) return fmt::format("{} belongs in a {}; {}", word, rule.name, understood(here));
     }
@@ -155,7 +156,9 @@ void parse_of_scene(Cursor& cursor, Declaration& declaration, const char* what, 
   declaration.kind = std::move(block);
 }
 
-void parse_task(Cursor& cursor, Declaration& declaration) { parse_of_scene<Task>(cursor, declaration, "the name of the task", task_rule()); }
+void parse_task(Cursor& cursor, Declaration& declaration) {
+  parse_of_scene<Task>(cursor, declaration, "the name of the task", task_rule());
+}
 
 void parse_data_set(Cursor& cursor, Declaration& declaration) {
   parse_of_scene<DataSet>(cursor, declaration, "the name of the data set", data_set_rule());
@@ -267,9 +270,9 @@ struct DeclarationRule {
   void (*parse)(Cursor&, Declaration&);
 };
 constexpr DeclarationRule declaration_rules[] = {
-    {"model", parse_model},   {"scene", parse_scene},     {"scheme", parse_scheme}, {"task", parse_task},
-    {"kernel", parse_kernel}, {"program", parse_program}, {"loop", parse_loop},
-    {"function", parse_function}, {"operator", parse_operator}, {"network", parse_network}, {"dataset", parse_data_set}, {"import", parse_import},
+    {"model", parse_model},       {"scene", parse_scene},     {"scheme", parse_scheme},    {"task", parse_task},
+    {"kernel", parse_kernel},     {"program", parse_program}, {"loop", parse_loop},        {"function", parse_function},
+    {"operator", parse_operator}, {"network", parse_network}, {"dataset", parse_data_set}, {"import", parse_import},
 };
 
 void refuse_declaration(Cursor& cursor) {
@@ -286,7 +289,8 @@ void refuse_declaration(Cursor& cursor) {
               near.empty() ? list : fmt::format("did you mean {}? {}", near, list));
 }
 
-void add_declaration(Cursor& cursor, const SourceFile& source, Declaration declaration, std::vector<Declaration>& declarations) {
+void add_declaration(Cursor& cursor, const SourceFile& source, Declaration declaration,
+                     std::vector<Declaration>& declarations) {
   const int start = cursor.position();
   const auto rule = std::find_if(std::begin(declaration_rules), std::end(declaration_rules),
                                  [&](const DeclarationRule& candidate) { return cursor.at_word(candidate.word); });

@@ -48,9 +48,8 @@ void parse_group(Cursor& cursor, std::vector<KernelParameter>& parameters) {
 // ---- kernel --------------------------------------------------------------------------------------------------------
 bool begins_assignment(const Cursor& cursor) {
   const TokenKind second = cursor.peek_second().kind;
-  return cursor.at(TokenKind::identifier) &&
-         (second == TokenKind::assign || second == TokenKind::plus_assign || second == TokenKind::left_paren ||
-          second == TokenKind::dot);
+  return cursor.at(TokenKind::identifier) && (second == TokenKind::assign || second == TokenKind::plus_assign ||
+                                              second == TokenKind::left_paren || second == TokenKind::dot);
 }
 
 ItemKind parse_local(Cursor& cursor) {
@@ -202,7 +201,9 @@ std::vector<KernelParameter> parse_kernel_parameters(Cursor& cursor) {
 }
 
 BlockRule kernel_rule() {
-  return {"kernel", {{"let", parse_local}, {"adjoint", [](Cursor& cursor) -> ItemKind { return parse_adjoint(cursor); }}}, {begins_assignment, parse_assignment, "field = value, sum += value"}};
+  return {"kernel",
+          {{"let", parse_local}, {"adjoint", [](Cursor& cursor) -> ItemKind { return parse_adjoint(cursor); }}},
+          {begins_assignment, parse_assignment, "field = value, sum += value"}};
 }
 
 BlockRule repeat_rule() {

@@ -5,7 +5,8 @@
 namespace dpde::ast {
 namespace {
 
-constexpr std::string_view words_of_other_items[] = {"padding", "initial", "real", "symmetric", "repeat", "residual", "skip", "let", "host"};
+constexpr std::string_view words_of_other_items[] = {"padding",  "initial", "real", "symmetric", "repeat",
+                                                     "residual", "skip",    "let",  "host"};
 
 /// conv 32, 5 with any word in the place of conv, or out = v3.
 bool begins_layer(const Cursor& cursor) {

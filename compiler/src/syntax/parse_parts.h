@@ -20,7 +20,8 @@ Expr parse_call(Cursor& cursor, const Identifier& callee);
 /// 5, or rate = 5
 Argument parse_argument(Cursor& cursor);
 
-// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp: what stands between the braces of each kind of block
+// parse_physics.cpp, parse_task.cpp, parse_kernel.cpp, parse_network.cpp: what stands between the braces of each kind
+// of block
 struct ItemRule {
   std::string_view word;  // the first of the item; it is taken already when parse is called
   ItemKind (*parse)(Cursor&);

@@ -182,7 +182,9 @@ ItemKind parse_time(Cursor& cursor) {
   item.to = parse_expression(cursor);
   while (cursor.accept(TokenKind::comma)) {
     const Token word = cursor.peek();
-    std::optional<Expr>* option = word.spelling == "step" ? &item.step : word.spelling == "courant" ? &item.courant : nullptr;
+    std::optional<Expr>* option = word.spelling == "step"      ? &item.step
+                                  : word.spelling == "courant" ? &item.courant
+                                                               : nullptr;
     if (word.spelling == "speed") option = &item.speed;
     if (option == nullptr) {
       refuse_option(cursor, "time", {"step", "courant", "speed"});

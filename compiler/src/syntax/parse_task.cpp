@@ -82,7 +82,8 @@ ItemKind parse_learn(Cursor& cursor) {
   LearnItem item;
   item.network = cursor.expect_name("the name of a network");
   if (!cursor.accept_word("from")) return item;
-  if (!cursor.at(TokenKind::text)) cursor.fail_expected("the name of a file in quotes", "as in: learn corrector from \"weights.safetensors\"");
+  if (!cursor.at(TokenKind::text))
+    cursor.fail_expected("the name of a file in quotes", "as in: learn corrector from \"weights.safetensors\"");
   item.from = parse_expression(cursor);
   return item;
 }
@@ -95,7 +96,8 @@ void parse_runs(Cursor& cursor, TestItem& item) {
   cursor.expect_word("steps");
   if (!cursor.accept_word("beside")) return;
   do {
-    TestItem::Beside& beside = item.beside.emplace_back(TestItem::Beside{cursor.expect_name("the name of a scene"), {}});
+    TestItem::Beside& beside =
+        item.beside.emplace_back(TestItem::Beside{cursor.expect_name("the name of a scene"), {}});
     if (cursor.accept_word("on")) beside.on = parse_expression(cursor);
   } while (cursor.accept(TokenKind::comma));
 }
@@ -114,20 +116,30 @@ ItemKind parse_compared(Cursor& cursor, TestItem::Kind kind, const char* example
   item.kind = kind;
   std::tie(item.name, item.value) = parse_definition(cursor, "a name for the number");
   if (kind == TestItem::Kind::correlation && cursor.accept_word("above")) item.above = parse_expression(cursor);
-  if (!cursor.accept_word("on")) cursor.fail_expected("'on' and a set of trajectories", fmt::format("as in: {} on trajectories(\"test.nc\") for 100 steps", example));
+  if (!cursor.accept_word("on"))
+    cursor.fail_expected("'on' and a set of trajectories",
+                         fmt::format("as in: {} on trajectories(\"test.nc\") for 100 steps", example));
   if (!cursor.failed()) parse_runs(cursor, item);
   return item;
 }
 
-ItemKind parse_statistic(Cursor& cursor) { return parse_compared(cursor, TestItem::Kind::statistic, "statistic energy = mean(u^2)"); }
-ItemKind parse_spectrum(Cursor& cursor) { return parse_compared(cursor, TestItem::Kind::spectrum, "spectrum energy = u"); }
-ItemKind parse_correlation(Cursor& cursor) { return parse_compared(cursor, TestItem::Kind::correlation, "correlation vorticity = curl(u) above 0.8"); }
+ItemKind parse_statistic(Cursor& cursor) {
+  return parse_compared(cursor, TestItem::Kind::statistic, "statistic energy = mean(u^2)");
+}
+ItemKind parse_spectrum(Cursor& cursor) {
+  return parse_compared(cursor, TestItem::Kind::spectrum, "spectrum energy = u");
+}
+ItemKind parse_correlation(Cursor& cursor) {
+  return parse_compared(cursor, TestItem::Kind::correlation, "correlation vorticity = curl(u) above 0.8");
+}
 
 ItemKind parse_growth(Cursor& cursor) {
   TestItem item;
   item.kind = TestItem::Kind::growth;
   item.name = cursor.expect_name("a name for the rate");
-  if (!cursor.accept_word("on")) cursor.fail_expected("'on' and a set of trajectories", "as in: growth rate on trajectories(\"test.nc\") for 100 steps");
+  if (!cursor.accept_word("on"))
+    cursor.fail_expected("'on' and a set of trajectories",
+                         "as in: growth rate on trajectories(\"test.nc\") for 100 steps");
   if (!cursor.failed()) parse_runs(cursor, item);
   return item;
 }

@@ -117,7 +117,8 @@ const char* word_for(TestItem::Kind kind) {
 
 std::string print_test(const TestItem& test) {
   const bool is_growth = test.kind == TestItem::Kind::growth;
-  std::string text = is_growth ? word_for(test.kind) + test.name.name : print_definition(word_for(test.kind), test.name, test.value) + print_when(test.when);
+  std::string text = is_growth ? word_for(test.kind) + test.name.name
+                               : print_definition(word_for(test.kind), test.name, test.value) + print_when(test.when);
   if (test.above) text += " above " + print(*test.above);
   if (test.on) text += " on " + print(*test.on);
   if (test.steps) text += fmt::format(" for {} steps", print(*test.steps));
@@ -156,7 +157,8 @@ std::string print_event(const EventItem& i) {
   for (const Expr& time : i.times) text += (&time == &i.times.front() ? "" : ", ") + print(time);
   for (const EventItem::Update& update : i.updates) {
     const char* separator = &update == &i.updates.front() ? ": " : ", ";
-    text += fmt::format("{}{} {} {}", separator, update.field.name, update.accumulate ? "+=" : "=", print(update.value));
+    text +=
+        fmt::format("{}{} {} {}", separator, update.field.name, update.accumulate ? "+=" : "=", print(update.value));
   }
   return text;
 }
@@ -215,9 +217,14 @@ std::string print_branch(const BranchItem& branch);
 
 std::string print_item(const Item& item) {
   return match(
-      item.kind, [](const FieldItem& i) { return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on); },
+      item.kind,
+      [](const FieldItem& i) {
+        return (i.vector ? "vector " : "field ") + print_names(i.names) + print_placement(i.on);
+      },
       [](const CoefficientItem& i) {
-        const char* word = i.control ? (i.vector ? "control vector " : "control field ") : i.vector ? "coefficient vector " : "coefficient ";
+        const char* word = i.control  ? (i.vector ? "control vector " : "control field ")
+                           : i.vector ? "coefficient vector "
+                                      : "coefficient ";
         return word + print_names(i.names) + print_placement(i.on);
       },
       [](const ParamItem& i) { return "param " + print_names(i.names); },
@@ -248,19 +255,20 @@ std::string print_item(const Item& item) {
         return fmt::format("{} {} {}", i.target.name, i.accumulate ? "+=" : "=", print(i.value));
       },
       [](const ScatterItem& i) { return fmt::format("{} += {}", print(i.target), print(i.value)); },
-      [](const AdjointItem& i) { return print_adjoint(i); }, [](const FillItem& i) { return print_fill(i); }, [](const ReduceItem& i) { return print_reduce(i); },
-      [](const RunItem& i) { return print_run(i); },
+      [](const AdjointItem& i) { return print_adjoint(i); }, [](const FillItem& i) { return print_fill(i); },
+      [](const ReduceItem& i) { return print_reduce(i); }, [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
       [](const RepeatItem& i) { return print_repeat(i); },
-      [](const KeepItem& i) { return "keep " + print_names(i.names); },
-      [](const AxesItem& i) { return print_axes(i); }, [](const ApplyItem& i) { return print_apply(i); },
-      [](const LayerItem& i) { return print_layer(i); }, [](const BranchItem& i) { return print_branch(i); },
-      [](const PaddingItem& i) { return print_padding(i); }, [](const StartItem& i) { return print_start(i); },
-      [](const SymmetryItem& i) { return print_symmetries(i); },
-      [](const RealItem& i) { return "real " + i.precision.name; }, [](const HostItem& i) { return "host weights " + print(i.weights); },
+      [](const KeepItem& i) { return "keep " + print_names(i.names); }, [](const AxesItem& i) { return print_axes(i); },
+      [](const ApplyItem& i) { return print_apply(i); }, [](const LayerItem& i) { return print_layer(i); },
+      [](const BranchItem& i) { return print_branch(i); }, [](const PaddingItem& i) { return print_padding(i); },
+      [](const StartItem& i) { return print_start(i); }, [](const SymmetryItem& i) { return print_symmetries(i); },
+      [](const RealItem& i) { return "real " + i.precision.name; },
+      [](const HostItem& i) { return "host weights " + print(i.weights); },
       [](const VaryItem& i) { return print_vary(i); },
       [](const FramesItem& i) {
-        return fmt::format("frames every {}{}{}", print(i.every), i.from ? " from " + print(*i.from) : "", i.to ? " to " + print(*i.to) : "");
+        return fmt::format("frames every {}{}{}", print(i.every), i.from ? " from " + print(*i.from) : "",
+                           i.to ? " to " + print(*i.to) : "");
       },
       [](const OptionItem& i) { return i.name.name + " " + print(i.value); });
 }
@@ -420,7 +428,8 @@ std::string print_inner_block(const std::string& header, const BlockLayout& layo
 }
 
 std::string print_repeat(const RepeatItem& repeat) {
-  return print_inner_block(fmt::format("repeat {}{}", repeat.count, repeat.shared ? " shared" : ""), repeat.layout, repeat.items);
+  return print_inner_block(fmt::format("repeat {}{}", repeat.count, repeat.shared ? " shared" : ""), repeat.layout,
+                           repeat.items);
 }
 
 std::string print_branch(const BranchItem& branch) {
@@ -430,9 +439,11 @@ std::string print_branch(const BranchItem& branch) {
 
 std::string print_declaration(const Declaration& declaration) {
   const std::string header = print_header(declaration.kind);
-  const bool has_block = !std::holds_alternative<Function>(declaration.kind) && !std::holds_alternative<Import>(declaration.kind);
+  const bool has_block =
+      !std::holds_alternative<Function>(declaration.kind) && !std::holds_alternative<Import>(declaration.kind);
   if (!has_block) return header + behind(declaration.trivia.after) + "\n";
-  return print_comments(declaration.layout.before, "") + print_block(header, declaration.layout, rows_of(declaration.kind)) + "\n";
+  return print_comments(declaration.layout.before, "") +
+         print_block(header, declaration.layout, rows_of(declaration.kind)) + "\n";
 }
 
 }  // namespace

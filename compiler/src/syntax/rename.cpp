@@ -16,10 +16,18 @@ Expr rename(const Expr& e, const Rename& field) {
   return match(
       e->kind, [&](const Number&) { return e; }, [&](const Text&) { return e; }, [&](const Error&) { return e; },
       [&](const Name& n) { return same_place(Name{field(n.name)}); },
-      [&](const Offsets& o) { return same_place(Offsets{field(o.name), o.offsets, o.grow}); },
-      [&](const Component& c) { return same_place(Component{rename(c.operand, field), c.name}); },
-      [&](const Unary& u) { return same_place(Unary{u.op, rename(u.operand, field)}); },
-      [&](const Binary& b) { return same_place(Binary{b.op, rename(b.left, field), rename(b.right, field)}); },
+      [&](const Offsets& o) {
+        return same_place(Offsets{field(o.name), o.offsets, o.grow});
+      },
+      [&](const Component& c) {
+        return same_place(Component{rename(c.operand, field), c.name});
+      },
+      [&](const Unary& u) {
+        return same_place(Unary{u.op, rename(u.operand, field)});
+      },
+      [&](const Binary& b) {
+        return same_place(Binary{b.op, rename(b.left, field), rename(b.right, field)});
+      },
       [&](Call c) {
         for (Argument& argument : c.arguments) argument.value = rename(argument.value, field);
         return same_place(std::move(c));
@@ -60,7 +68,8 @@ Rename with_adjoints(const Kernel& kernel, const Rename& field) {
 void add_up_adjoints(std::vector<Item>& items, const std::map<std::string, int>& inputs) {
   std::map<std::string, std::vector<AdjointItem>> given;
   for (const Item& item : items) {
-    if (const AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind)) given[adjoint->target.name].push_back(*adjoint);
+    if (const AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind))
+      given[adjoint->target.name].push_back(*adjoint);
   }
   std::erase_if(items, [&](Item& item) {
     AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind);

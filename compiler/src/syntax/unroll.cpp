@@ -16,7 +16,8 @@ namespace {
 using Fields = std::map<std::string, std::string>;  // what stands for a field
 
 bool has_repeat(const Program& program) {
-  return std::any_of(program.items.begin(), program.items.end(), [](const Item& item) { return std::holds_alternative<RepeatItem>(item.kind); });
+  return std::any_of(program.items.begin(), program.items.end(),
+                     [](const Item& item) { return std::holds_alternative<RepeatItem>(item.kind); });
 }
 
 double statements_in(const std::vector<Item>& items) {
@@ -158,14 +159,14 @@ class ProgramUnroller {
   DiagnosticSink& sink_;
   Numbered names_;
   std::vector<Item> result_;
-  std::vector<Pass> passes_;              // that are under way, the whole program first
+  std::vector<Pass> passes_;  // that are under way, the whole program first
   int pass_count_ = 0;
-  Meanings meanings_;                     // of names that do not stand for themselves, or not for ever
+  Meanings meanings_;  // of names that do not stand for themselves, or not for ever
   std::map<std::string, SourceRange> written_at_;
-  std::map<std::string, Lost> lost_;      // written in a pass that is over
-  std::set<std::string> inputs_, used_;   // fields that were read before they were written; all fields
+  std::map<std::string, Lost> lost_;                       // written in a pass that is over
+  std::set<std::string> inputs_, used_;                    // fields that were read before they were written; all fields
   std::vector<std::pair<SwapItem, SourceRange>> carried_;  // the first swap of each state in a repeat
-  std::set<std::string> swapped_;         // states of swaps outside of repeats
+  std::set<std::string> swapped_;                          // states of swaps outside of repeats
 };
 
 void ProgramUnroller::reserve_fields(const std::vector<Item>& items) {
@@ -253,7 +254,8 @@ void ProgramUnroller::add_run(RunItem run, const Item& item) {
   emit(std::move(run), item);
 }
 
-/// Behind `swap u, w` both names are the field that w was: a kernel that reads one and adds to the other cannot run any more.
+/// Behind `swap u, w` both names are the field that w was: a kernel that reads one and adds to the other cannot run any
+/// more.
 bool ProgramUnroller::reads_what_it_adds_to(const Kernel& kernel, const Fields& fields, SourceRange range) {
   const auto field_of = [&](const KernelParameter& parameter) {
     const auto known = fields.find(parameter.name.name);
@@ -265,8 +267,10 @@ bool ProgramUnroller::reads_what_it_adds_to(const Kernel& kernel, const Fields& 
       const bool is_read = other.role == KernelRole::in || other.role == KernelRole::inout;
       if (!is_read || other.name.name == added.name.name || field_of(other) != field_of(added)) continue;
       sink_.report("bad-program", range,
-                   {fmt::format("here {} and {} are one field, which {} would read and add to", other.name.name, added.name.name, kernel.name.name)},
-                   "behind a swap both its names mean the second field: let a kernel write the sum to a field of its own, out, and swap that");
+                   {fmt::format("here {} and {} are one field, which {} would read and add to", other.name.name,
+                                added.name.name, kernel.name.name)},
+                   "behind a swap both its names mean the second field: let a kernel write the sum to a field of its "
+                   "own, out, and swap that");
       return true;
     }
   }
@@ -299,13 +303,15 @@ void ProgramUnroller::check_swaps(const RepeatItem& repeat) {
     if (!swap) continue;
     const std::string& state = swap->state.name;
     const char* problem = state == swap->next.name ? "with itself" : !states.insert(state).second ? "twice" : nullptr;
-    if (problem) sink_.report("bad-program", swap->state.range, {fmt::format("the repeat swaps {} {}", state, problem)});
+    if (problem)
+      sink_.report("bad-program", swap->state.range, {fmt::format("the repeat swaps {} {}", state, problem)});
   }
 }
 
 void ProgramUnroller::add_repeat(const RepeatItem& repeat) {
   if (repeat.count < 1) {
-    sink_.report("bad-repeat", repeat.count_range, {std::to_string(max_repeated_statements), std::to_string(repeat.count)});
+    sink_.report("bad-repeat", repeat.count_range,
+                 {std::to_string(max_repeated_statements), std::to_string(repeat.count)});
   }
   check_swaps(repeat);
   for (int pass = 0; pass < std::max(repeat.count, 1); ++pass) {
@@ -334,8 +340,9 @@ void ProgramUnroller::report_lost(const std::string& name, SourceRange range, co
   const bool is_behind = passes_.size() < lost.depth;
   Diagnostic& diagnostic = sink_.report(
       "not-carried", range, {name, is_behind ? "out of it" : "to the next"},
-      is_behind ? fmt::format("write swap u, {0} in the repeat and use u behind it: u is then the {0} of the last pass", name)
-                : fmt::format("write to a second field, out {0}_next: field, and swap {0}, {0}_next in the repeat", name));
+      is_behind
+          ? fmt::format("write swap u, {0} in the repeat and use u behind it: u is then the {0} of the last pass", name)
+          : fmt::format("write to a second field, out {0}_next: field, and swap {0}, {0}_next in the repeat", name));
   diagnostic.notes.push_back({lost.write, "it is written here"});
 }
 
@@ -391,7 +398,9 @@ void ProgramUnroller::swap_inputs() {
   for (const auto& [swap, range] : carried_) {
     const std::string& state = swap.state.name;
     const auto meaning = meanings_.find(state);
-    if (meaning == meanings_.end() || meaning->second.field == state || !inputs_.contains(state) || swapped_.contains(state)) continue;
+    if (meaning == meanings_.end() || meaning->second.field == state || !inputs_.contains(state) ||
+        swapped_.contains(state))
+      continue;
     SwapItem next = swap;
     next.next.name = meaning->second.field;
     result_.push_back({next, range, {}});
@@ -418,7 +427,8 @@ Unrolled unrolled(const File& file, DiagnosticSink& sink) {
     if (const Kernel* kernel = std::get_if<Kernel>(&declaration.kind)) {
       for (Kernel& copy : copies.of(kernel->name.name)) {
         result.copies.insert(copy.name.name);
-        result.file.declarations.push_back({std::move(copy), declaration.range, {}, declaration.layout, declaration.imported});
+        result.file.declarations.push_back(
+            {std::move(copy), declaration.range, {}, declaration.layout, declaration.imported});
       }
     }
   }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// sin, cos, exp, log, tanh, pow, ... of cells: the same bits in whatever lane of a vector, remainder, tile or thread a cell is computed.
-// Emitted C++ includes this file; the JIT compiler walks through the same text with values of its IR in place of numbers. So there
-// are no branches here, and no product is added to anything but by fma(), which leaves compilers nothing to contract.
-// Arguments that a formula is not made for are told (`far`): the caller asks the C library for those, and for nothing else.
-// Errors, measured by tests/codegen/elementary_test.cpp, are in compiler/src/codegen/README.md.
+// sin, cos, exp, log, tanh, pow, ... of cells: the same bits in whatever lane of a vector, remainder, tile or thread a
+// cell is computed. Emitted C++ includes this file; the JIT compiler walks through the same text with values of its IR
+// in place of numbers. So there are no branches here, and no product is added to anything but by fma(), which leaves
+// compilers nothing to contract. Arguments that a formula is not made for are told (`far`): the caller asks the C
+// library for those, and for nothing else. Errors, measured by tests/codegen/elementary_test.cpp, are in
+// compiler/src/codegen/README.md.
 //
-// A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth); fma(a, b, c), size(a), root(a);
-// bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits), less(a, b), beyond(a, b): not
-// a <= b; wide(): Lanes of doubles, and widen(a) and narrow(b) between the two.
+// A `Lanes` has: Number, Bits (unsigned, of the same width), Truth, Scalar; number(c), integer(c), no() (a Truth);
+// fma(a, b, c), size(a), root(a); bits(number), number_of(bits), select(truth, a, b), is_set(bits), is_unset(bits),
+// less(a, b), beyond(a, b): not a <= b; wide(): Lanes of doubles, and widen(a) and narrow(b) between the two.
 #pragma once
 
 #include <math.h>
@@ -29,9 +30,10 @@ Number polynomial(const Lanes& lanes, const Number& x, double c, Rest... rest) {
 
 /// What differs between the precisions. Minimax polynomials:
 ///   sine    (sin(r)/r - 1)/r^2 of r^2, |r| <= pi/4         cosine     (cos(r) - 1 + r^2/2)/r^4 of r^2, |r| <= pi/4
-///   rest_of_exp  (exp(r) - 1 - r)/r^2, |r| <= log(2)/2     atanh      (2 atanh(s)/s - 2)/s^2 of s^2, |s| <= 3 - sqrt(8)
-///   sinh    (sinh(a)/a - 1)/a^2 of a^2, a <= 1             tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2, a <= 5/8 (Cephes)
-///   atan    (atan(q)/q - 1)/q^2 of q^2, |q| <= tan(pi/8)   asin       (asin(s)/s - 1)/s^2 of s^2, s <= 1/2
+///   rest_of_exp  (exp(r) - 1 - r)/r^2, |r| <= log(2)/2     atanh      (2 atanh(s)/s - 2)/s^2 of s^2, |s| <= 3 -
+///   sqrt(8) sinh    (sinh(a)/a - 1)/a^2 of a^2, a <= 1             tanh_above/tanh_below  (tanh(a)/a - 1)/a^2 of a^2,
+///   a <= 5/8 (Cephes) atan    (atan(q)/q - 1)/q^2 of q^2, |q| <= tan(pi/8)   asin       (asin(s)/s - 1)/s^2 of s^2, s
+///   <= 1/2
 template <class Scalar>
 struct Precise;
 
@@ -42,7 +44,8 @@ struct Precise<double> {
   static constexpr double shift = 6755399441055744.0;  // x + shift - shift is the whole number nearest to x
   static constexpr double count = 4503599627370496.0, bias = 1023;
   static constexpr double two_over_pi = 0.6366197723675814, log2_e = 1.4426950408889634;
-  static constexpr double pi_half_1 = 1.5707963267948966, pi_half_2 = 6.123233995736766e-17, pi_half_3 = -1.4973849048591698e-33;
+  static constexpr double pi_half_1 = 1.5707963267948966, pi_half_2 = 6.123233995736766e-17,
+                          pi_half_3 = -1.4973849048591698e-33;
   static constexpr double ln2_1 = 0.6931471805599453, ln2_2 = 2.3190468138462996e-17;
   static constexpr double most_turned = 1073741824.0;        // argument of sin, cos and tan
   static constexpr double least_exp = -746, most_exp = 710;  // 0 and infinity beyond
@@ -51,19 +54,19 @@ struct Precise<double> {
 
   template <class Lanes, class Number>
   static Number sine(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, -0.16666666666666632, 0.00833333333332237, -0.00019841269829771137, 2.7557313678663433e-06,
-                      -2.505075596189405e-08, 1.5896666572021065e-10);
+    return polynomial(lanes, x, -0.16666666666666632, 0.00833333333332237, -0.00019841269829771137,
+                      2.7557313678663433e-06, -2.505075596189405e-08, 1.5896666572021065e-10);
   }
   template <class Lanes, class Number>
   static Number cosine(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, 0.0416666666666666, -0.0013888888888874066, 2.4801587289443638e-05, -2.7557314340700875e-07,
-                      2.087572162903361e-09, -1.1359559595705707e-11);
+    return polynomial(lanes, x, 0.0416666666666666, -0.0013888888888874066, 2.4801587289443638e-05,
+                      -2.7557314340700875e-07, 2.087572162903361e-09, -1.1359559595705707e-11);
   }
   template <class Lanes, class Number>
   static Number rest_of_exp(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, 0.5, 0.16666666666666685, 0.04166666666666673, 0.008333333333316617, 0.0013888888888858209,
-                      0.00019841269897361943, 2.480158737409264e-05, 2.755723392954036e-06, 2.7557233106646933e-07,
-                      2.5112348416370125e-08, 2.0927013291924297e-09);
+    return polynomial(lanes, x, 0.5, 0.16666666666666685, 0.04166666666666673, 0.008333333333316617,
+                      0.0013888888888858209, 0.00019841269897361943, 2.480158737409264e-05, 2.755723392954036e-06,
+                      2.7557233106646933e-07, 2.5112348416370125e-08, 2.0927013291924297e-09);
   }
   template <class Lanes, class Number>
   static Number atanh(const Lanes& lanes, const Number& x) {
@@ -72,20 +75,21 @@ struct Precise<double> {
   }
   template <class Lanes, class Number>
   static Number sinh(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, 0.16666666666666669, 0.008333333333333139, 0.00019841269841437678, 2.755731915533766e-06, 2.505212339840952e-08,
-                      1.6057240353181863e-10, 7.759311842391483e-13);
+    return polynomial(lanes, x, 0.16666666666666669, 0.008333333333333139, 0.00019841269841437678,
+                      2.755731915533766e-06, 2.505212339840952e-08, 1.6057240353181863e-10, 7.759311842391483e-13);
   }
   template <class Lanes, class Number>
   static Number atan(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, -0.3333333333333333, 0.19999999999995513, -0.1428571428466482, 0.11111111015117626, -0.09090904572487347,
-                      0.07692183059894114, -0.06664509603255386, 0.05858132894427922, -0.05085365922344248, 0.03922923713835943,
-                      -0.01917392228554793);
+    return polynomial(lanes, x, -0.3333333333333333, 0.19999999999995513, -0.1428571428466482, 0.11111111015117626,
+                      -0.09090904572487347, 0.07692183059894114, -0.06664509603255386, 0.05858132894427922,
+                      -0.05085365922344248, 0.03922923713835943, -0.01917392228554793);
   }
   template <class Lanes, class Number>
   static Number asin(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, 0.16666666666666669, 0.07499999999998425, 0.04464285714637338, 0.030381944137085216, 0.022372173002005596,
-                      0.017352391265909227, 0.013971235301124539, 0.011478952690257387, 0.010324318288744113, 0.00545087818772055,
-                      0.017419357964884856, -0.014881409392818066, 0.02877844261259304);
+    return polynomial(lanes, x, 0.16666666666666669, 0.07499999999998425, 0.04464285714637338, 0.030381944137085216,
+                      0.022372173002005596, 0.017352391265909227, 0.013971235301124539, 0.011478952690257387,
+                      0.010324318288744113, 0.00545087818772055, 0.017419357964884856, -0.014881409392818066,
+                      0.02877844261259304);
   }
   template <class Lanes, class Number>
   static Number tanh_above(const Lanes& lanes, const Number& x) {
@@ -103,7 +107,8 @@ struct Precise<float> {
   static constexpr uint64_t one = 0x3f800000, root_half = 0x3f3504f3;
   static constexpr double shift = 12582912.0, count = 8388608.0, bias = 127;
   static constexpr double two_over_pi = 0.6366197466850281, log2_e = 1.4426950216293335;
-  static constexpr double pi_half_1 = 1.5707963705062866, pi_half_2 = -4.371138828673793e-08, pi_half_3 = -1.7151245100058819e-15;
+  static constexpr double pi_half_1 = 1.5707963705062866, pi_half_2 = -4.371138828673793e-08,
+                          pi_half_3 = -1.7151245100058819e-15;
   static constexpr double ln2_1 = 0.6931471824645996, ln2_2 = -1.9046542121259336e-09;
   static constexpr double most_turned = 131072.0, least_exp = -105, most_exp = 89, most_sinh = 88, most_tanh = 10;
   static constexpr double least_normal = 1.1754943508222875e-38, most = 3.4028234663852886e+38;
@@ -118,7 +123,8 @@ struct Precise<float> {
   }
   template <class Lanes, class Number>
   static Number rest_of_exp(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, 0.5, 0.1666666716337204, 0.041666269302368164, 0.008333263918757439, 0.0013946176040917635, 0.00019918559701181948);
+    return polynomial(lanes, x, 0.5, 0.1666666716337204, 0.041666269302368164, 0.008333263918757439,
+                      0.0013946176040917635, 0.00019918559701181948);
   }
   template <class Lanes, class Number>
   static Number atanh(const Lanes& lanes, const Number& x) {
@@ -130,16 +136,18 @@ struct Precise<float> {
   }
   template <class Lanes, class Number>
   static Number atan(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, -0.3333333134651184, 0.19999539852142334, -0.14263944327831268, 0.10743605345487595, -0.06451509147882462);
+    return polynomial(lanes, x, -0.3333333134651184, 0.19999539852142334, -0.14263944327831268, 0.10743605345487595,
+                      -0.06451509147882462);
   }
   template <class Lanes, class Number>
   static Number asin(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, 0.1666666567325592, 0.07500094920396805, 0.044599320739507675, 0.031101727858185768, 0.017143717035651207,
-                      0.03370072692632675);
+    return polynomial(lanes, x, 0.1666666567325592, 0.07500094920396805, 0.044599320739507675, 0.031101727858185768,
+                      0.017143717035651207, 0.03370072692632675);
   }
   template <class Lanes, class Number>
   static Number tanh_above(const Lanes& lanes, const Number& x) {
-    return polynomial(lanes, x, -0.3333328068256378, 0.13331441581249237, -0.05373971536755562, 0.0206390880048275, -0.0057049887254834175);
+    return polynomial(lanes, x, -0.3333328068256378, 0.13331441581249237, -0.05373971536755562, 0.0206390880048275,
+                      -0.0057049887254834175);
   }
   template <class Lanes, class Number>
   static Number tanh_below(const Lanes& lanes, const Number& x) {
@@ -198,13 +206,15 @@ struct Functions {
     const Number a = lanes.size(x);
     const Turned t = turned(a);
     const Bits sign = ((t.quarters & integer(2)) << (Of::width - 2)) ^ sign_of(x);
-    return {flipped(lanes.select(is_odd(t.quarters), t.cosine, t.sine), sign), lanes.beyond(a, number(Of::most_turned))};
+    return {flipped(lanes.select(is_odd(t.quarters), t.cosine, t.sine), sign),
+            lanes.beyond(a, number(Of::most_turned))};
   }
   Result cos(const Number& x) const {
     const Number a = lanes.size(x);
     const Turned t = turned(a);
     const Bits sign = ((t.quarters + integer(1)) & integer(2)) << (Of::width - 2);
-    return {flipped(lanes.select(is_odd(t.quarters), t.sine, t.cosine), sign), lanes.beyond(a, number(Of::most_turned))};
+    return {flipped(lanes.select(is_odd(t.quarters), t.sine, t.cosine), sign),
+            lanes.beyond(a, number(Of::most_turned))};
   }
   Result tan(const Number& x) const {
     const Number a = lanes.size(x);
@@ -217,15 +227,19 @@ struct Functions {
 
   // ---- asin, acos, atan ---------------------------------------------------------------------------------------------
 
-  /// atan(a) is that of q, |q| <= tan(pi/8): of a itself, of (a - 1)/(a + 1) beside an eighth of a turn, of -1/a beside a quarter.
+  /// atan(a) is that of q, |q| <= tan(pi/8): of a itself, of (a - 1)/(a + 1) beside an eighth of a turn, of -1/a beside
+  /// a quarter.
   Result atan(const Number& x) const {
     const Number a = lanes.size(x), none = number(0);
-    const Truth is_small = lanes.less(a, number(0.41421356237309503)), is_large = lanes.less(number(2.414213562373095), a);
+    const Truth is_small = lanes.less(a, number(0.41421356237309503)),
+                is_large = lanes.less(number(2.414213562373095), a);
     const Number top = lanes.select(is_small, a, lanes.select(is_large, number(-1), a - number(1)));
     const Number bottom = lanes.select(is_small, number(1), lanes.select(is_large, a, a + number(1)));
     const Number q = top / bottom, square = q * q;
-    const Number turn = lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_1), number(0.5 * Of::pi_half_1)));
-    const Number rest = lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_2), number(0.5 * Of::pi_half_2)));
+    const Number turn =
+        lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_1), number(0.5 * Of::pi_half_1)));
+    const Number rest =
+        lanes.select(is_small, none, lanes.select(is_large, number(Of::pi_half_2), number(0.5 * Of::pi_half_2)));
     return {flipped(turn + (q + lanes.fma(q * square, Of::atan(lanes, square), rest)), sign_of(x)), lanes.no()};
   }
   /// asin(s) = s + bent, with s = a up to 1/2, and beyond the root of (1 - a)/2: asin(a) is then pi/2 - 2 asin(s).
@@ -255,7 +269,8 @@ struct Functions {
 
   // ---- exp, sinh, cosh, tanh ----------------------------------------------------------------------------------------
 
-  /// exp(x + tail) = 2^n*(1 + rest), of which n is in the low bits of `whole`; x is finite and not far from where exp is.
+  /// exp(x + tail) = 2^n*(1 + rest), of which n is in the low bits of `whole`; x is finite and not far from where exp
+  /// is.
   struct Split {
     Bits whole;
     Number rest;
@@ -286,7 +301,9 @@ struct Functions {
     return lanes.fma(whole, s.rest, whole);
   }
   /// NaN stays NaN.
-  Number at_most(const Number& x, double most) const { return lanes.select(lanes.less(number(most), x), number(most), x); }
+  Number at_most(const Number& x, double most) const {
+    return lanes.select(lanes.less(number(most), x), number(most), x);
+  }
 
   Number exp_of(const Number& x) const {
     const Number above = lanes.select(lanes.less(x, number(Of::least_exp)), number(Of::least_exp), x);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions of elementary.h for C++: of one number, and of the vectors that g++ hands to functions in vectorised loops.
+// The functions of elementary.h for C++: of one number, and of the vectors that g++ hands to functions in vectorised
+// loops.
 #pragma once
 
 #include "dpde/elementary.h"
@@ -8,8 +9,8 @@ namespace dpde {
 namespace elementary {
 namespace {  // each file's own: other files may be compiled for other processors
 
-/// Lanes of one number. Truths are masks, all ones or all zeros: of bools and `truth ? a : b` compilers would make branches, and then
-/// not vectorise.
+/// Lanes of one number. Truths are masks, all ones or all zeros: of bools and `truth ? a : b` compilers would make
+/// branches, and then not vectorise.
 template <class T, class B>
 struct Plain {
   using Scalar = T;

@@ -37,15 +37,15 @@ typedef struct dpde_layout {
 
 /* Arguments of one row call. */
 typedef struct dpde_row {
-  void* const* streams;    /* one pointer a stream, at the row's first cell */
-  void* const* grids;      /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
-  const double* uniforms;  /* values common to all cells */
-  double* sums;            /* row functions add their sums here, in the order of dpde_kernel.sums */
-  int64_t count;           /* cells in the row */
-  int64_t first;           /* x of the first cell; negative on a grown region */
-  int64_t y, z;            /* place of the row */
+  void* const* streams;   /* one pointer a stream, at the row's first cell */
+  void* const* grids;     /* base pointers (cell (0,0,0)) of fields read or scattered to at computed places */
+  const double* uniforms; /* values common to all cells */
+  double* sums;           /* row functions add their sums here, in the order of dpde_kernel.sums */
+  int64_t count;          /* cells in the row */
+  int64_t first;          /* x of the first cell; negative on a grown region */
+  int64_t y, z;           /* place of the row */
   const dpde_layout* layout;
-  const double* own;       /* uniforms of this kernel, where others run the same row with theirs */
+  const double* own; /* uniforms of this kernel, where others run the same row with theirs */
 } dpde_row;
 typedef void (*dpde_row_fn)(const dpde_row* row);
 
@@ -58,7 +58,8 @@ typedef struct dpde_stream {
 /* Other code for a row that gives the same values to the last bit: which is fastest depends on processor and grid. */
 typedef struct dpde_variant {
   dpde_row_fn row;
-  int32_t streams; /* 1: what it writes goes past the caches and is better not read soon; written streams begin on 64 bytes */
+  int32_t streams; /* 1: what it writes goes past the caches and is better not read soon; written streams begin on 64
+                      bytes */
   int32_t ahead;   /* 1: fetches what it reads before it is used: for fields that lie outside the caches */
 } dpde_variant;
 
@@ -73,18 +74,26 @@ typedef struct dpde_kernel {
   const int32_t* sums; /* indices into dpde_program.sums */
   int32_t variant_count;
   const dpde_variant* variants;
-  int32_t own;         /* index of the first of its own uniforms: kernels that differ in these and in their fields only share a row */
+  int32_t own; /* index of the first of its own uniforms: kernels that differ in these and in their fields only share a
+                  row */
 } dpde_kernel;
 
-enum { DPDE_PERIODIC = 0, DPDE_VALUE = 1, DPDE_ZERO_GRADIENT = 2, DPDE_MIXED = 3, DPDE_ON_WALL = 4, DPDE_MIXED_ON_WALL = 5 };
+enum {
+  DPDE_PERIODIC = 0,
+  DPDE_VALUE = 1,
+  DPDE_ZERO_GRADIENT = 2,
+  DPDE_MIXED = 3,
+  DPDE_ON_WALL = 4,
+  DPDE_MIXED_ON_WALL = 5
+};
 /* One side of an axis, what a fill puts into cell -1-k from cell k, with m = 2k+1:
  *   DPDE_VALUE: 2c - u. DPDE_ZERO_GRADIENT: u. DPDE_MIXED: the v with a*(u+v)/2 + b*(v-u)/m = c.
- *   DPDE_ON_WALL and DPDE_MIXED_ON_WALL, at both sides or none: cells -1 and cells-1 are on the walls. The first makes them c, the
- *   second the w with a*w + b*(3w - 4u + u')/2 = c, u and u' one and two cells inside; with b*(w - u) where there are two cells. One
- *   cell: a high side that is mixed stays as it is, a low one gets that w. Then -1-k is made from cell k-1 and cells-1+k from cell
- *   cells-1-k as by DPDE_VALUE and DPDE_MIXED, with m = 2k, k >= 1.
- * value, a, b: index of the uniform that holds c, a, b; -1 for 0. field: index of the field that holds c at the place that
- * is filled (along periodic axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
+ *   DPDE_ON_WALL and DPDE_MIXED_ON_WALL, at both sides or none: cells -1 and cells-1 are on the walls. The first makes
+ * them c, the second the w with a*w + b*(3w - 4u + u')/2 = c, u and u' one and two cells inside; with b*(w - u) where
+ * there are two cells. One cell: a high side that is mixed stays as it is, a low one gets that w. Then -1-k is made
+ * from cell k-1 and cells-1+k from cell cells-1-k as by DPDE_VALUE and DPDE_MIXED, with m = 2k, k >= 1. value, a, b:
+ * index of the uniform that holds c, a, b; -1 for 0. field: index of the field that holds c at the place that is filled
+ * (along periodic axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
 typedef struct dpde_side {
   int32_t kind;
   int32_t value, a, b;
@@ -108,9 +117,9 @@ typedef struct dpde_reduce {
 } dpde_reduce;
 
 enum { DPDE_NETWORK_VALUE = 0, DPDE_NETWORK_TANGENT = 1, DPDE_NETWORK_ADJOINT = 2 };
-/* A network or its derivative, done to fields: indices into dpde_program.fields; -1 for a rate that is 0 and for a result that is
- * not wanted. Tangent: rates of the inputs to rates of the outputs. Adjoint: rates are the seeds of the outputs, results the
- * adjoints of the inputs. Interior cells only are read and written. */
+/* A network or its derivative, done to fields: indices into dpde_program.fields; -1 for a rate that is 0 and for a
+ * result that is not wanted. Tangent: rates of the inputs to rates of the outputs. Adjoint: rates are the seeds of the
+ * outputs, results the adjoints of the inputs. Interior cells only are read and written. */
 typedef struct dpde_inference {
   int32_t network; /* index into dpde_program.networks */
   int32_t mode;
@@ -122,23 +131,23 @@ typedef struct dpde_inference {
 /* Of one network, in its order. */
 typedef struct dpde_weights {
   const double* values;
-  const double* rates; /* null: 0 */
-  double* bars;        /* added to; may be null where no adjoint by the weights is run */
+  const double* rates;           /* null: 0 */
+  double* bars;                  /* added to; may be null where no adjoint by the weights is run */
   const dpde_host_network* host; /* of networks that the host computes */
 } dpde_weights;
 
 enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4 };
 typedef struct dpde_operation {
   int32_t kind;
-  dpde_fill fill;                      /* of DPDE_FILL and DPDE_FOLD */
-  int32_t kernel;                      /* of DPDE_SWEEP: index into dpde_program.kernels */
-  int64_t grow[DPDE_MAX_RANK];         /* DPDE_SWEEP: cells by which the region exceeds the interior on each side of the
-                                          axis; DPDE_FOLD: halo cells folded on each side; 0 on periodic axes */
-  int32_t serial;                      /* rows must run in order on one thread */
-  int32_t then_count;                  /* fills to be done with the sweep */
+  dpde_fill fill;              /* of DPDE_FILL and DPDE_FOLD */
+  int32_t kernel;              /* of DPDE_SWEEP: index into dpde_program.kernels */
+  int64_t grow[DPDE_MAX_RANK]; /* DPDE_SWEEP: cells by which the region exceeds the interior on each side of the
+                                  axis; DPDE_FOLD: halo cells folded on each side; 0 on periodic axes */
+  int32_t serial;              /* rows must run in order on one thread */
+  int32_t then_count;          /* fills to be done with the sweep */
   const dpde_fill* then;
-  dpde_reduce reduce;                  /* of DPDE_REDUCE */
-  dpde_inference inference;            /* of DPDE_NETWORK */
+  dpde_reduce reduce;       /* of DPDE_REDUCE */
+  dpde_inference inference; /* of DPDE_NETWORK */
 } dpde_operation;
 
 typedef struct dpde_swap {
@@ -146,21 +155,22 @@ typedef struct dpde_swap {
 } dpde_swap;
 
 enum { DPDE_LINK_FIELD = 0, DPDE_LINK_PARAM = 1, DPDE_LINK_SUM = 2 };
-/* In a tangent or an adjoint: what a value of the program it was made of became here. In a tangent the kind stays; in an adjoint
- * a parameter becomes a sum and a sum a parameter. What varies and has no link is an error of whoever asks for it. */
+/* In a tangent or an adjoint: what a value of the program it was made of became here. In a tangent the kind stays; in
+ * an adjoint a parameter becomes a sum and a sum a parameter. What varies and has no link is an error of whoever asks
+ * for it. */
 typedef struct dpde_link {
-  int32_t kind;         /* DPDE_LINK_...: of the value there */
-  const char* primal;   /* its name there */
+  int32_t kind;       /* DPDE_LINK_...: of the value there */
+  const char* primal; /* its name there */
   int32_t derived_kind;
-  int32_t derived;      /* index among the fields, params or sums here; -1: nothing acts through it, its derivative is 0 */
+  int32_t derived; /* index among the fields, params or sums here; -1: nothing acts through it, its derivative is 0 */
 } dpde_link;
 
 typedef struct dpde_program {
   int32_t version; /* DPDE_ABI_VERSION */
   const char* name;
   int32_t rank;
-  int32_t real;                /* of its rows: DPDE_F64, DPDE_F32 */
-  int64_t halo[DPDE_MAX_RANK]; /* least halo the layout must have */
+  int32_t real;                     /* of its rows: DPDE_F64, DPDE_F32 */
+  int64_t halo[DPDE_MAX_RANK];      /* least halo the layout must have */
   int32_t field_count, input_count; /* inputs come first */
   const char* const* fields;
   int32_t param_count;
@@ -183,7 +193,8 @@ typedef struct dpde_program {
   const dpde_link* links;
   /* Not null: runs the whole program in place of the operations above (the reference interpreter).
    * fields: base pointers, one a field. weights: one a network. sums: set to the program's sums. */
-  void (*interpret)(void* context, const dpde_layout* layout, void* const* fields, const double* params, const dpde_weights* weights, double* sums);
+  void (*interpret)(void* context, const dpde_layout* layout, void* const* fields, const double* params,
+                    const dpde_weights* weights, double* sums);
   void* context;
 } dpde_program;
 

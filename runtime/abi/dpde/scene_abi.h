@@ -39,8 +39,8 @@ typedef struct dpde_source {
   int32_t has_formula;
 } dpde_source;
 
-/* A field that is given. every > 0: a control field, one after the other for each of `count` intervals of so many steps. Its
- * formula is then a program of its own, run for each interval with t in the middle of it. */
+/* A field that is given. every > 0: a control field, one after the other for each of `count` intervals of so many
+ * steps. Its formula is then a program of its own, run for each interval with t in the middle of it. */
 typedef struct dpde_coefficient {
   const char* name;
   int32_t has_formula; /* of an unknown control field: where its task begins */
@@ -66,7 +66,8 @@ typedef struct dpde_datum {
   dpde_instants at;
 } dpde_datum;
 
-/* For products of second derivatives: a tangent and the adjoint of that. All tangents of a scene call the rate of a value alike. */
+/* For products of second derivatives: a tangent and the adjoint of that. All tangents of a scene call the rate of a
+ * value alike. */
 typedef struct dpde_second {
   const dpde_program* tangent;
   const dpde_program* adjoint;
@@ -77,15 +78,22 @@ typedef struct dpde_loss {
   const dpde_program* adjoint;
   dpde_instants at;
   dpde_second full;    /* null programs: see dpde_scene::no_second */
-  dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum of squares */
+  dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum
+                          of squares */
 } dpde_loss;
 
-enum { DPDE_UNKNOWN_PARAM = 0, DPDE_UNKNOWN_INITIAL = 1, DPDE_UNKNOWN_COEFFICIENT = 2, DPDE_UNKNOWN_CONTROL = 3, DPDE_UNKNOWN_NETWORK = 4 };
+enum {
+  DPDE_UNKNOWN_PARAM = 0,
+  DPDE_UNKNOWN_INITIAL = 1,
+  DPDE_UNKNOWN_COEFFICIENT = 2,
+  DPDE_UNKNOWN_CONTROL = 3,
+  DPDE_UNKNOWN_NETWORK = 4
+};
 enum { DPDE_START_SCENE = 0, DPDE_START_FORMULA = 1, DPDE_START_HOST = 2 };
 typedef struct dpde_unknown {
   const char* name;
   int32_t kind;
-  int32_t start; /* of a field: that of the scene, by the program `start`, or given by the host */
+  int32_t start;    /* of a field: that of the scene, by the program `start`, or given by the host */
   double low, high; /* infinite: no bounds */
 } dpde_unknown;
 
@@ -119,23 +127,25 @@ typedef struct dpde_scene {
   const dpde_noise* noises;
   int32_t network_count;
   const dpde_network* const* networks; /* those that programs apply */
-  const double* const* weights;        /* what each begins with; null: as initial_weights() of dpde/runtime/network.h says */
+  const double* const* weights; /* what each begins with; null: as initial_weights() of dpde/runtime/network.h says */
   int32_t sought_count;
-  const char* const* sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep their derivatives */
+  const char* const*
+      sought; /* coefficients that are unknowns, or whose formulas hold one: the adjoints keep their derivatives */
   const dpde_program* program;         /* one step */
   const dpde_program* adjoint;         /* null without a task, as are the others that do not apply */
   const dpde_program* initial;         /* keeps the states that have a formula */
   const dpde_program* initial_adjoint; /* reads the adjoints of the states, has the sums of parameters */
   const dpde_program* coefficient_formulas;
   const dpde_program* coefficient_adjoint; /* as initial_adjoint */
-  const dpde_program* start;   /* keeps the unknown fields with DPDE_START_FORMULA */
-  const dpde_program* observe; /* sums named as the observables are */
+  const dpde_program* start;               /* keeps the unknown fields with DPDE_START_FORMULA */
+  const dpde_program* observe;             /* sums named as the observables are */
   int32_t datum_count;
   const dpde_datum* data;
   int32_t loss_count;
   const dpde_loss* losses;
   int32_t unknown_count;
-  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls, weights of networks: the order of the vector of all of them */
+  const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls, weights of networks: the order of
+                                   the vector of all of them */
   dpde_optimiser optimiser;
   const char* no_second; /* why there are no programs of second derivatives; null: there are */
   dpde_second second, initial_second, coefficient_second; /* of the step and of the formulas */

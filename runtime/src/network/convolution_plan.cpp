@@ -38,10 +38,13 @@ std::vector<Tap> taps_of(const dpde_layer& layer, int32_t rank) {
   return taps;
 }
 
-int64_t distance(const Axes& shift, const Axes& stride) { return shift[0] * stride[0] + shift[1] * stride[1] + shift[2] * stride[2]; }
+int64_t distance(const Axes& shift, const Axes& stride) {
+  return shift[0] * stride[0] + shift[1] * stride[1] + shift[2] * stride[2];
+}
 
 /// Blocks of 8, 4, 2 and 1 channels over each of the groups.
-void add_blocks(Product& product, int64_t groups, int64_t channels, int64_t group_input, int64_t terms, int64_t widest) {
+void add_blocks(Product& product, int64_t groups, int64_t channels, int64_t group_input, int64_t terms,
+                int64_t widest) {
   int64_t packed = 0;
   for (int64_t group = 0; group < groups; ++group) {
     for (int64_t channel = 0; channel < channels;) {
@@ -67,32 +70,43 @@ void add_weights(Product& product, const Place& place) {
 struct Sizes {
   int64_t groups, in, out, taps;  // in, out: channels of a group
   int64_t weights;
-  int64_t place(int64_t out_channel, int64_t in_channel, int64_t tap) const { return weights + (out_channel * in + in_channel) * taps + tap; }
+  int64_t place(int64_t out_channel, int64_t in_channel, int64_t tap) const {
+    return weights + (out_channel * in + in_channel) * taps + tap;
+  }
 };
 
-Product forward_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape& source, int64_t phases, int64_t widest) {
+Product forward_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape& source, int64_t phases,
+                   int64_t widest) {
   Product product;
   for (int64_t channel = 0; channel < sizes.in; ++channel) {
-    for (const Tap& tap : taps) product.offsets.push_back((channel * phases + tap.phase) * source.plane + distance(tap.shift, source.stride));
+    for (const Tap& tap : taps)
+      product.offsets.push_back((channel * phases + tap.phase) * source.plane + distance(tap.shift, source.stride));
   }
-  add_blocks(product, sizes.groups, sizes.out, sizes.in * phases * source.plane, static_cast<int64_t>(product.offsets.size()), widest);
-  add_weights(product, [&](int64_t channel, int64_t term) { return sizes.place(channel, term / sizes.taps, term % sizes.taps); });
+  add_blocks(product, sizes.groups, sizes.out, sizes.in * phases * source.plane,
+             static_cast<int64_t>(product.offsets.size()), widest);
+  add_weights(product, [&](int64_t channel, int64_t term) {
+    return sizes.place(channel, term / sizes.taps, term % sizes.taps);
+  });
   return product;
 }
 
-Product reverse_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape& seeds, int64_t phase, int64_t widest) {
+Product reverse_of(const Sizes& sizes, const std::vector<Tap>& taps, const Shape& seeds, int64_t phase,
+                   int64_t widest) {
   Product product;
   std::vector<int64_t> own;
   for (int64_t tap = sizes.taps; tap-- > 0;) {  // so that what is read goes forward in memory
     if (taps[static_cast<size_t>(tap)].phase == phase) own.push_back(tap);
   }
   for (int64_t channel = 0; channel < sizes.out; ++channel) {
-    for (const int64_t tap : own) product.offsets.push_back(channel * seeds.plane - distance(taps[static_cast<size_t>(tap)].shift, seeds.stride));
+    for (const int64_t tap : own)
+      product.offsets.push_back(channel * seeds.plane - distance(taps[static_cast<size_t>(tap)].shift, seeds.stride));
   }
-  add_blocks(product, sizes.groups, sizes.in, sizes.out * seeds.plane, static_cast<int64_t>(product.offsets.size()), widest);
+  add_blocks(product, sizes.groups, sizes.in, sizes.out * seeds.plane, static_cast<int64_t>(product.offsets.size()),
+             widest);
   const auto count = static_cast<int64_t>(own.size());
   add_weights(product, [&](int64_t channel, int64_t term) {
-    return sizes.place(channel / sizes.in * sizes.out + term / count, channel % sizes.in, own[static_cast<size_t>(term % count)]);
+    return sizes.place(channel / sizes.in * sizes.out + term / count, channel % sizes.in,
+                       own[static_cast<size_t>(term % count)]);
   });
   return product;
 }
@@ -103,7 +117,8 @@ void set_reach(Convolution& convolution, const dpde_layer& layer, int32_t rank) 
   convolution.phased = layer.stride > 1;
   for (int32_t axis = 0; axis < rank; ++axis) convolution.phase_count *= layer.stride;
   for (const Tap& tap : taps_of(layer, rank)) {
-    for (size_t axis = 0; axis < 3; ++axis) convolution.reach[axis] = std::max(convolution.reach[axis], std::abs(tap.shift[axis]));
+    for (size_t axis = 0; axis < 3; ++axis)
+      convolution.reach[axis] = std::max(convolution.reach[axis], std::abs(tap.shift[axis]));
   }
 }
 
@@ -114,9 +129,11 @@ void plan_convolution(const Plan& plan, Step& step, const Value& result, int64_t
   const std::vector<Tap> taps = taps_of(layer, plan.network.rank);
   if (convolution.phased) {
     const int64_t line = 64 / (plan.network.real == DPDE_F32 ? 4 : 8);
-    convolution.phases = make_shape(input.channels * convolution.phase_count, result.cells, convolution.reach, plan.padding, line);
+    convolution.phases =
+        make_shape(input.channels * convolution.phase_count, result.cells, convolution.reach, plan.padding, line);
     for (size_t axis = 0; axis < 3; ++axis) {
-      const int64_t stride = static_cast<int32_t>(axis) < plan.network.rank ? layer.stride : 1, reach = convolution.reach[axis];
+      const int64_t stride = static_cast<int32_t>(axis) < plan.network.rank ? layer.stride : 1,
+                    reach = convolution.reach[axis];
       for (int64_t phase = 0; phase < stride; ++phase) {
         std::vector<int64_t>& from = convolution.from[axis].emplace_back();
         for (int64_t cell = -reach; cell < result.cells[axis] + reach; ++cell) {
@@ -126,7 +143,8 @@ void plan_convolution(const Plan& plan, Step& step, const Value& result, int64_t
     }
   }
   const Shape& source = convolution.phased ? convolution.phases : input.shape;
-  const Sizes sizes{layer.groups, input.channels / layer.groups, layer.channels / layer.groups, static_cast<int64_t>(taps.size()), layer.weights};
+  const Sizes sizes{layer.groups, input.channels / layer.groups, layer.channels / layer.groups,
+                    static_cast<int64_t>(taps.size()), layer.weights};
   convolution.forward = forward_of(sizes, taps, source, convolution.phase_count, widest_block);
   for (int64_t phase = 0; phase < convolution.phase_count; ++phase) {
     convolution.reverse.push_back(reverse_of(sizes, taps, result.adjoint, phase, widest_block));

@@ -21,14 +21,18 @@ int64_t phase_index(const Convolution& convolution, const Axes& phase) {
   return (phase[2] * count(1) + phase[1]) * count(0) + phase[0];
 }
 
-/// `f(row of the plane, y and z of the input's row or -1 in either, what is read along x)` for each row of one phase, margins too.
+/// `f(row of the plane, y and z of the input's row or -1 in either, what is read along x)` for each row of one phase,
+/// margins too.
 template <class F>
 void for_each_phase_row(const Convolution& convolution, const Axes& phase, const F& f) {
-  const auto from = [&](size_t axis) -> const std::vector<int64_t>& { return convolution.from[axis][static_cast<size_t>(phase[axis])]; };
+  const auto from = [&](size_t axis) -> const std::vector<int64_t>& {
+    return convolution.from[axis][static_cast<size_t>(phase[axis])];
+  };
   const Shape& shape = convolution.phases;
   for (size_t z = 0; z < from(2).size(); ++z) {
     for (size_t y = 0; y < from(1).size(); ++y) {
-      const int64_t place = (static_cast<int64_t>(y) - shape.margin[1]) * shape.stride[1] + (static_cast<int64_t>(z) - shape.margin[2]) * shape.stride[2];
+      const int64_t place = (static_cast<int64_t>(y) - shape.margin[1]) * shape.stride[1] +
+                            (static_cast<int64_t>(z) - shape.margin[2]) * shape.stride[2];
       f(place - shape.margin[0], from(1)[y], from(2)[z], from(0));
     }
   }
@@ -47,16 +51,18 @@ void for_each_phase(const Convolution& convolution, const F& f) {
 
 template <class Real>
 void pack(const Product& product, const double* weights, Real* packed) {
-  std::transform(product.weights.begin(), product.weights.end(), packed, [&](int64_t place) { return static_cast<Real>(weights[place]); });
+  std::transform(product.weights.begin(), product.weights.end(), packed,
+                 [&](int64_t place) { return static_cast<Real>(weights[place]); });
 }
 
 template <class Real>
-void convolve(const Team& team, const Product& product, const Real* packed, const View<Real>& source, const Target<Real>& target, const Range& range,
-              const Ends<Real>& ends) {
+void convolve(const Team& team, const Product& product, const Real* packed, const View<Real>& source,
+              const Target<Real>& target, const Range& range, const Ends<Real>& ends) {
   const Shape &from = *source.shape, &to = *target.result.shape;
   ConvolveCall<Real> call{};
   call.input = source.data;
-  call.output = target.result.plane(target.first_plane) + range.first[0] + range.first[1] * to.stride[1] + range.first[2] * to.stride[2];
+  call.output = target.result.plane(target.first_plane) + range.first[0] + range.first[1] * to.stride[1] +
+                range.first[2] * to.stride[2];
   call.first_x = range.first[0];
   call.cells = range.cells[0];
   call.rows_y = range.cells[1];
@@ -98,7 +104,8 @@ void convolve(const Team& team, const Product& product, const Real* packed, cons
 }
 
 template <class Real>
-void add_weight_gradient(const Team& team, const Product& forward, const View<Real>& source, const View<Real>& seeds, double* bars) {
+void add_weight_gradient(const Team& team, const Product& forward, const View<Real>& source, const View<Real>& seeds,
+                         double* bars) {
   WeightGradientCall<Real> call{};
   const Shape& shape = *seeds.shape;
   call.seeds = seeds.data;
@@ -118,13 +125,14 @@ void add_weight_gradient(const Team& team, const Product& forward, const View<Re
   constexpr int64_t least_terms = 24, pieces_per_thread = 2;
   const auto blocks = static_cast<int64_t>(forward.blocks.size());
   const int64_t wanted = team.threads() > 1 ? team.threads() * pieces_per_thread : 1;
-  const int64_t pieces = std::clamp<int64_t>(call.terms / least_terms, 1, wanted), groups = std::clamp<int64_t>(wanted / pieces, 1, blocks);
+  const int64_t pieces = std::clamp<int64_t>(call.terms / least_terms, 1, wanted),
+                groups = std::clamp<int64_t>(wanted / pieces, 1, blocks);
   const Kernels<Real>& code = kernels<Real>();
   parallel(team, pieces * groups, cost_of<Real>(forward, call.rows * call.cells), [&](int64_t task) {
     const int64_t piece = task % pieces, group = task / pieces;
     const Block* const first = forward.blocks.data();
-    code.weight_gradient(call, first + blocks * group / groups, first + blocks * (group + 1) / groups, call.terms * piece / pieces,
-                         call.terms * (piece + 1) / pieces);
+    code.weight_gradient(call, first + blocks * group / groups, first + blocks * (group + 1) / groups,
+                         call.terms * piece / pieces, call.terms * (piece + 1) / pieces);
   });
 }
 
@@ -134,40 +142,46 @@ void make_phases(const Team& team, const Convolution& convolution, const View<Re
   parallel(team, from.channels, to.channels * to.rows() * to.cells[0], [&](int64_t channel) {
     for_each_phase(convolution, [&](const Axes& phase) {
       Real* const plane = phases.plane(channel * convolution.phase_count + phase_index(convolution, phase));
-      for_each_phase_row(convolution, phase, [&](int64_t place, int64_t y, int64_t z, const std::vector<int64_t>& along_x) {
-        Real* const row = plane + place;
-        std::fill(row, row + to.stride[1], Real(0));
-        if (y < 0 || z < 0) return;
-        const Real* const cells = input.plane(channel) + y * from.stride[1] + z * from.stride[2];
-        for (size_t x = 0; x < along_x.size(); ++x) row[x] = along_x[x] < 0 ? Real(0) : cells[along_x[x]];
-      });
+      for_each_phase_row(convolution, phase,
+                         [&](int64_t place, int64_t y, int64_t z, const std::vector<int64_t>& along_x) {
+                           Real* const row = plane + place;
+                           std::fill(row, row + to.stride[1], Real(0));
+                           if (y < 0 || z < 0) return;
+                           const Real* const cells = input.plane(channel) + y * from.stride[1] + z * from.stride[2];
+                           for (size_t x = 0; x < along_x.size(); ++x)
+                             row[x] = along_x[x] < 0 ? Real(0) : cells[along_x[x]];
+                         });
     });
   });
 }
 
 template <class Real>
-void add_phases_adjoint(const Team& team, const Convolution& convolution, const View<Real>& phases_bar, const View<Real>& input_bar) {
+void add_phases_adjoint(const Team& team, const Convolution& convolution, const View<Real>& phases_bar,
+                        const View<Real>& input_bar) {
   const Shape& to = *input_bar.shape;
   const Shape& from = convolution.phases;
   parallel(team, to.channels, from.channels * from.rows() * from.cells[0], [&](int64_t channel) {
     for_each_phase(convolution, [&](const Axes& phase) {
       const Real* const plane = phases_bar.plane(channel * convolution.phase_count + phase_index(convolution, phase));
-      for_each_phase_row(convolution, phase, [&](int64_t place, int64_t y, int64_t z, const std::vector<int64_t>& along_x) {
-        if (y < 0 || z < 0) return;
-        const Real* const row = plane + place;
-        Real* const cells = input_bar.plane(channel) + y * to.stride[1] + z * to.stride[2];
-        for (size_t x = 0; x < along_x.size(); ++x) {
-          if (along_x[x] >= 0) cells[along_x[x]] += row[x];
-        }
-      });
+      for_each_phase_row(convolution, phase,
+                         [&](int64_t place, int64_t y, int64_t z, const std::vector<int64_t>& along_x) {
+                           if (y < 0 || z < 0) return;
+                           const Real* const row = plane + place;
+                           Real* const cells = input_bar.plane(channel) + y * to.stride[1] + z * to.stride[2];
+                           for (size_t x = 0; x < along_x.size(); ++x) {
+                             if (along_x[x] >= 0) cells[along_x[x]] += row[x];
+                           }
+                         });
     });
   });
 }
 
 template void pack(const Product&, const double*, float*);
 template void pack(const Product&, const double*, double*);
-template void convolve(const Team&, const Product&, const float*, const View<float>&, const Target<float>&, const Range&, const Ends<float>&);
-template void convolve(const Team&, const Product&, const double*, const View<double>&, const Target<double>&, const Range&, const Ends<double>&);
+template void convolve(const Team&, const Product&, const float*, const View<float>&, const Target<float>&,
+                       const Range&, const Ends<float>&);
+template void convolve(const Team&, const Product&, const double*, const View<double>&, const Target<double>&,
+                       const Range&, const Ends<double>&);
 template void add_weight_gradient(const Team&, const Product&, const View<float>&, const View<float>&, double*);
 template void add_weight_gradient(const Team&, const Product&, const View<double>&, const View<double>&, double*);
 template void make_phases(const Team&, const Convolution&, const View<float>&, const View<float>&);

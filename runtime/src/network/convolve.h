@@ -33,17 +33,19 @@ struct Target {
 };
 
 template <class Real>
-void convolve(const Team& team, const Product& product, const Real* packed, const View<Real>& source, const Target<Real>& target, const Range& range,
-              const Ends<Real>& ends);
+void convolve(const Team& team, const Product& product, const Real* packed, const View<Real>& source,
+              const Target<Real>& target, const Range& range, const Ends<Real>& ends);
 
 /// Added to `bars`, those of the network.
 template <class Real>
-void add_weight_gradient(const Team& team, const Product& forward, const View<Real>& source, const View<Real>& seeds, double* bars);
+void add_weight_gradient(const Team& team, const Product& forward, const View<Real>& source, const View<Real>& seeds,
+                         double* bars);
 
 /// Phases of a convolution from its input, and the transpose.
 template <class Real>
 void make_phases(const Team& team, const Convolution& convolution, const View<Real>& input, const View<Real>& phases);
 template <class Real>
-void add_phases_adjoint(const Team& team, const Convolution& convolution, const View<Real>& phases_bar, const View<Real>& input_bar);
+void add_phases_adjoint(const Team& team, const Convolution& convolution, const View<Real>& phases_bar,
+                        const View<Real>& input_bar);
 
 }  // namespace dpde::nn

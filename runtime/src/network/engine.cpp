@@ -18,8 +18,10 @@ void for_each_piece(const Ports& ports, Field* field, const Shape& shape, Real* 
   const dpde_layout& layout = *ports.layout;
   for (int64_t done = 0; done < ports.count;) {
     const int64_t cell = ports.first + done, x = cell % layout.cells[0], row = cell / layout.cells[0];
-    const int64_t own_x = done % shape.cells[0], count = std::min({layout.cells[0] - x, shape.cells[0] - own_x, ports.count - done});
-    f(field + index_of(layout, x, row % layout.cells[1], row / layout.cells[1]), plane + shape.row(done / shape.cells[0]) + own_x, count);
+    const int64_t own_x = done % shape.cells[0],
+                  count = std::min({layout.cells[0] - x, shape.cells[0] - own_x, ports.count - done});
+    f(field + index_of(layout, x, row % layout.cells[1], row / layout.cells[1]),
+      plane + shape.row(done / shape.cells[0]) + own_x, count);
     done += count;
   }
 }
@@ -37,7 +39,8 @@ Engine<Real>::Engine(const Plan& plan, const Team& team) : plan_(plan), team_(te
   packed_.resize(plan_.steps.size());
   weights_.resize(static_cast<size_t>(plan_.network.weight_count));
   for (const Step& step : plan_.steps) {
-    if (step.live && step.layer.kind == DPDE_CONV && !step.convolution.phased) margin_read_[static_cast<size_t>(step.layer.input)] = 1;
+    if (step.live && step.layer.kind == DPDE_CONV && !step.convolution.phased)
+      margin_read_[static_cast<size_t>(step.layer.input)] = 1;
   }
   lay_out(false);
   bytes_ = used_;
@@ -52,7 +55,9 @@ int64_t Engine<Real>::products() const {
   int64_t count = 0;
   for (size_t k = 0; k < plan_.steps.size(); ++k) {
     const Shape& result = plan_.values[k + 1].shape;
-    if (plan_.steps[k].live) count += static_cast<int64_t>(plan_.steps[k].convolution.forward.offsets.size()) * result.channels * result.rows() * result.cells[0];
+    if (plan_.steps[k].live)
+      count += static_cast<int64_t>(plan_.steps[k].convolution.forward.offsets.size()) * result.channels *
+               result.rows() * result.cells[0];
   }
   return count;
 }
@@ -91,7 +96,8 @@ void Engine<Real>::lay_out(bool place) {
     packed.bias = take(plan_.steps[k].layer.channels, place);
     packed.bias_rates = take(plan_.steps[k].layer.channels, place);
     packed.reverse.resize(convolution.reverse.size());
-    for (size_t phase = 0; phase < packed.reverse.size(); ++phase) packed.reverse[phase] = take(size(convolution.reverse[phase]), place);
+    for (size_t phase = 0; phase < packed.reverse.size(); ++phase)
+      packed.reverse[phase] = take(size(convolution.reverse[phase]), place);
     if (convolution.phased) phases = std::max(phases, convolution.phases.size);
   }
   phases_ = take(phases, place);
@@ -114,7 +120,8 @@ View<Real> Engine<Real>::adjoint_view(size_t value) const {
 
 template <class Real>
 bool Engine<Real>::set_weights(const double* weights) {
-  if (weights_.empty() || std::memcmp(weights, weights_.data(), weights_.size() * sizeof(double)) == 0) return false;  // at first all are 0
+  if (weights_.empty() || std::memcmp(weights, weights_.data(), weights_.size() * sizeof(double)) == 0)
+    return false;  // at first all are 0
   std::copy_n(weights, weights_.size(), weights_.begin());
   for (size_t k = 0; k < plan_.steps.size(); ++k) {
     const Step& step = plan_.steps[k];
@@ -136,7 +143,8 @@ void Engine<Real>::load(const Ports& ports, void* const* fields, const View<Real
     Real* const plane = view.plane(channel);
     void* const field = fields ? fields[channel] : nullptr;
     if (field == nullptr || ports.count < cells) {
-      for (int64_t number = 0; number < shape.rows(); ++number) std::fill_n(plane + shape.row(number), shape.cells[0], Real(0));
+      for (int64_t number = 0; number < shape.rows(); ++number)
+        std::fill_n(plane + shape.row(number), shape.cells[0], Real(0));
     }
     if (field == nullptr) return;
     with_field(ports.layout->real, field, [&](const auto* base) {
@@ -166,7 +174,8 @@ void Engine<Real>::finish(size_t value, const View<Real>& view) {
   if (!margin_read_[value]) return;
   const Shape& shape = *view.shape;
   const int64_t margins = shape.plane - shape.rows() * shape.cells[0];
-  parallel(team_, shape.channels, shape.channels * margins / 4, [&](int64_t channel) { fill_margin(shape, view.plane(channel)); });
+  parallel(team_, shape.channels, shape.channels * margins / 4,
+           [&](int64_t channel) { fill_margin(shape, view.plane(channel)); });
 }
 
 template <class Real>
@@ -181,7 +190,8 @@ void Engine<Real>::value(const Ports& ports, void* const* inputs, void* const* o
 /// One with the inputs that are loaded is the present run from then on.
 template <class Real>
 bool Engine<Real>::find_tape() {
-  char* const tape = read_from_ == nullptr ? nullptr : read_from_->find([&](const char* run) { return has_input(run); });
+  char* const tape =
+      read_from_ == nullptr ? nullptr : read_from_->find([&](const char* run) { return has_input(run); });
   if (tape != nullptr) now_ = tape;
   return tape != nullptr;
 }
@@ -193,7 +203,9 @@ bool Engine<Real>::has_input(const char* tape) const {
   const View<Real> own = value_view(0), other{reinterpret_cast<Real*>(const_cast<char*>(tape)) + places_[0], &shape};
   for (int64_t channel = 0; channel < shape.channels; ++channel) {
     for (int64_t row = 0; row < shape.rows(); ++row) {
-      if (std::memcmp(own.row(channel, row), other.row(channel, row), static_cast<size_t>(shape.cells[0]) * sizeof(Real)) != 0) return false;
+      if (std::memcmp(own.row(channel, row), other.row(channel, row),
+                      static_cast<size_t>(shape.cells[0]) * sizeof(Real)) != 0)
+        return false;
     }
   }
   return true;
@@ -213,7 +225,8 @@ void Engine<Real>::run_step(size_t k, bool keep) {
   if (step.layer.kind == DPDE_CONV) return run_convolution(k, keep);
   if (keep ? step.done_kept : step.done) return;
   const View<Real> input = value_view(static_cast<size_t>(step.layer.input));
-  run_layer(step, input, joins(step) ? value_view(static_cast<size_t>(step.layer.other)) : View<Real>{}, value_view(k + 1));
+  run_layer(step, input, joins(step) ? value_view(static_cast<size_t>(step.layer.other)) : View<Real>{},
+            value_view(k + 1));
   finish(k + 1, value_view(k + 1));
 }
 
@@ -245,12 +258,14 @@ void Engine<Real>::run_convolution(size_t k, bool keep) {
     }
   }
   const View<Real> source = read_by(step, value_view(static_cast<size_t>(step.layer.input)));
-  convolve(team_, step.convolution.forward, packed_[k].forward, source, {value_view(result)}, whole(plan_.values[k + 1]), ends);
+  convolve(team_, step.convolution.forward, packed_[k].forward, source, {value_view(result)},
+           whole(plan_.values[k + 1]), ends);
   finish(result, value_view(result));
 }
 
 template <class Real>
-void Engine<Real>::run_layer(const Step& step, const View<Real>& input, const View<Real>& other, const View<Real>& result) {
+void Engine<Real>::run_layer(const Step& step, const View<Real>& input, const View<Real>& other,
+                             const View<Real>& result) {
   const dpde_layer& layer = step.layer;
   const auto factor = static_cast<Real>(layer.factor);
   const int64_t channels = input.shape->channels, cells = input.shape->cells[0];

@@ -13,7 +13,8 @@
 
 namespace dpde::nn {
 
-/// Fields of a host, and which of their cells (counted as in dense arrays) those of the network are; fewer than it has: the rest is 0.
+/// Fields of a host, and which of their cells (counted as in dense arrays) those of the network are; fewer than it has:
+/// the rest is 0.
 struct Ports {
   const dpde_layout* layout;
   int64_t first, count;
@@ -32,8 +33,10 @@ class Engine {
   void write_tapes(Tapes* tapes) { written_to_ = tapes; }
   void read_tapes(Tapes* tapes) { read_from_ = tapes; }
   void value(const Ports& ports, void* const* inputs, void* const* outputs);
-  void tangent(const Ports& ports, void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates);
-  void adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
+  void tangent(const Ports& ports, void* const* inputs, void* const* input_rates, const double* weight_rates,
+               void* const* output_rates);
+  void adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars,
+               double* weight_bars);
   int64_t bytes() const { return bytes_; }
 
  private:
@@ -49,7 +52,9 @@ class Engine {
   // Memory: engine.cpp
   void lay_out(bool place);
   Real* take(int64_t count, bool place);
-  View<Real> value_view(size_t value) const { return {reinterpret_cast<Real*>(now_) + places_[value], &plan_.values[value].shape}; }
+  View<Real> value_view(size_t value) const {
+    return {reinterpret_cast<Real*>(now_) + places_[value], &plan_.values[value].shape};
+  }
   View<Real> rate_view(size_t value) const;
   View<Real> adjoint_view(size_t value) const;
   bool joins(const Step& step) const { return step.layer.kind == DPDE_ADD || step.layer.kind == DPDE_CONCAT; }
@@ -89,11 +94,11 @@ class Engine {
   Plan plan_;
   Team team_;
   const Kernels<Real>& kernels_;
-  std::vector<int64_t> places_;  // of cell (0, 0, 0) of each value behind the first byte of all of them
-  std::vector<Real*> roots_;     // memory that rates and adjoints share
-  std::vector<Packed> packed_;            // for each step
-  std::vector<char> margin_read_;         // for each value: its margin is read
-  std::vector<char> needed_, written_;    // for each value in a reverse run: its adjoint is wanted, holds something
+  std::vector<int64_t> places_;         // of cell (0, 0, 0) of each value behind the first byte of all of them
+  std::vector<Real*> roots_;            // memory that rates and adjoints share
+  std::vector<Packed> packed_;          // for each step
+  std::vector<char> margin_read_;       // for each value: its margin is read
+  std::vector<char> needed_, written_;  // for each value in a reverse run: its adjoint is wanted, holds something
   std::vector<double> weights_;
   bool reverse_packed_ = false;
   Real *phases_ = nullptr, *phases_bar_ = nullptr;

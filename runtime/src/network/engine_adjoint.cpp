@@ -10,7 +10,8 @@
 namespace dpde::nn {
 
 template <class Real>
-void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) {
+void Engine<Real>::adjoint(const Ports& ports, void* const* inputs, void* const* seeds, void* const* input_bars,
+                           double* weight_bars) {
   now_ = memory_.get();
   load(ports, inputs, value_view(0));
   if (find_tape()) {
@@ -89,7 +90,8 @@ void Engine<Real>::adjoint_convolution(size_t k, double* weight_bars) {
   const Step& step = plan_.steps[k];
   const View<Real> seeds = adjoint_view(k + 1);
   const int64_t margins = seeds.shape->plane * seeds.shape->channels / 4;
-  parallel(team_, seeds.shape->channels, margins, [&](int64_t channel) { clear_margin(*seeds.shape, seeds.plane(channel)); });
+  parallel(team_, seeds.shape->channels, margins,
+           [&](int64_t channel) { clear_margin(*seeds.shape, seeds.plane(channel)); });
   const auto input = static_cast<size_t>(step.layer.input);
   if (weight_bars != nullptr) {
     const View<Real> source = read_by(step, value_view(input));
@@ -106,20 +108,22 @@ void Engine<Real>::add_bias_gradient(const Step& step, const View<Real>& seeds, 
   const Shape& shape = *seeds.shape;
   parallel(team_, shape.channels, shape.channels * shape.rows() * shape.cells[0] / 10, [&](int64_t channel) {
     double sum = 0;
-    for (int64_t row = 0; row < shape.rows(); ++row) sum += static_cast<double>(kernels_.sum(seeds.row(channel, row), shape.cells[0]));
+    for (int64_t row = 0; row < shape.rows(); ++row)
+      sum += static_cast<double>(kernels_.sum(seeds.row(channel, row), shape.cells[0]));
     weight_bars[step.layer.bias + channel] += sum;
   });
 }
 
-/// With periodic axes seeds repeat beyond the ends; with others they end there, and what was read from a margin is given to the
-/// cells that the margin repeats.
+/// With periodic axes seeds repeat beyond the ends; with others they end there, and what was read from a margin is
+/// given to the cells that the margin repeats.
 template <class Real>
 void Engine<Real>::adjoint_of_input(size_t k) {
   const Step& step = plan_.steps[k];
   const auto input = static_cast<size_t>(step.layer.input);
   const View<Real> seeds = adjoint_view(k + 1), bars = adjoint_view(input);
   const auto each_channel = [&](const View<Real>& view, const auto& f) {
-    parallel(team_, view.shape->channels, (view.shape->plane - view.shape->rows() * view.shape->cells[0]) * view.shape->channels / 4, f);
+    parallel(team_, view.shape->channels,
+             (view.shape->plane - view.shape->rows() * view.shape->cells[0]) * view.shape->channels / 4, f);
   };
   each_channel(seeds, [&](int64_t channel) { fill_margin(*seeds.shape, seeds.plane(channel)); });
   const Axes& reach = step.convolution.reach;
@@ -133,9 +137,11 @@ void Engine<Real>::adjoint_of_input(size_t k) {
   }
   Ends<Real> ends;
   if (begin_adjoint(input)) ends.base = bars;
-  if (ends.base.data && is_larger) each_channel(bars, [&](int64_t channel) { clear_margin(*bars.shape, bars.plane(channel)); });
+  if (ends.base.data && is_larger)
+    each_channel(bars, [&](int64_t channel) { clear_margin(*bars.shape, bars.plane(channel)); });
   convolve(team_, step.convolution.reverse[0], packed_[k].reverse[0], seeds, {bars}, range, ends);
-  if (is_larger) each_channel(bars, [&](int64_t channel) { fold_margin(*bars.shape, plan_.padding, reach, bars.plane(channel)); });
+  if (is_larger)
+    each_channel(bars, [&](int64_t channel) { fold_margin(*bars.shape, plan_.padding, reach, bars.plane(channel)); });
 }
 
 template <class Real>
@@ -149,7 +155,8 @@ void Engine<Real>::adjoint_of_phases(size_t k) {
   }
   for (int64_t phase = 0; phase < convolution.phase_count; ++phase) {
     const auto number = static_cast<size_t>(phase);
-    convolve(team_, convolution.reverse[number], packed_[k].reverse[number], adjoint_view(k + 1), {phases, phase, convolution.phase_count}, range, {});
+    convolve(team_, convolution.reverse[number], packed_[k].reverse[number], adjoint_view(k + 1),
+             {phases, phase, convolution.phase_count}, range, {});
   }
   add_phases_adjoint(team_, convolution, phases, added_to(static_cast<size_t>(plan_.steps[k].layer.input)));
 }

@@ -9,7 +9,8 @@
 namespace dpde::nn {
 
 template <class Real>
-void Engine<Real>::tangent(const Ports& ports, void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) {
+void Engine<Real>::tangent(const Ports& ports, void* const* inputs, void* const* input_rates,
+                           const double* weight_rates, void* const* output_rates) {
   now_ = memory_.get();
   load(ports, inputs, value_view(0));
   run(true);
@@ -34,8 +35,8 @@ void Engine<Real>::rate_step(size_t k, const double* weight_rates) {
       const View<Real> at = value_view(of_result ? k + 1 : input);
       const auto rate = of_result ? kernels_.rate_of_result : kernels_.activation_rate;
       for_each_row_of(team_, *at.shape, 4, [&](int64_t channel, int64_t row) {
-        rate(layer.activation, static_cast<Real>(layer.factor), at.row(channel, row), rates.row(channel, row), result.row(channel, row), false,
-             at.shape->cells[0]);
+        rate(layer.activation, static_cast<Real>(layer.factor), at.row(channel, row), rates.row(channel, row),
+             result.row(channel, row), false, at.shape->cells[0]);
       });
       break;
     }
@@ -69,8 +70,8 @@ void Engine<Real>::rate_convolution(size_t k, const double* weight_rates) {
   Ends<Real> ends;
   ends.base = target.result;
   if (step.layer.bias >= 0) {
-    std::transform(weight_rates + step.layer.bias, weight_rates + step.layer.bias + step.layer.channels, packed_[k].bias_rates,
-                   [](double value) { return static_cast<Real>(value); });
+    std::transform(weight_rates + step.layer.bias, weight_rates + step.layer.bias + step.layer.channels,
+                   packed_[k].bias_rates, [](double value) { return static_cast<Real>(value); });
     ends.bias = packed_[k].bias_rates;
   }
   convolve(team_, product, packed_[k].rates, read_by(step, value_view(input)), target, range, ends);

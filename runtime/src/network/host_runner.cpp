@@ -18,7 +18,8 @@ class HostRunner final : public Runner {
  public:
   HostRunner(const dpde_network& network, const dpde_layout& layout)
       : name_(network.name), layout_(layout), cells_(static_cast<std::size_t>(cell_count(layout))) {
-    const auto inputs = cells_ * static_cast<std::size_t>(network.inputs), outputs = cells_ * static_cast<std::size_t>(network.outputs);
+    const auto inputs = cells_ * static_cast<std::size_t>(network.inputs),
+               outputs = cells_ * static_cast<std::size_t>(network.outputs);
     weights_.resize(static_cast<std::size_t>(network.weight_count));
     weight_bars_.resize(weights_.size());
     inputs_.resize(inputs);
@@ -39,24 +40,31 @@ class HostRunner final : public Runner {
   }
 
   void tangent(void* const*, void* const*, const double*, void* const*) override {
-    throw Error(ErrorKind::input, fmt::format("network {} is the host's own and has no rates: no second derivatives go through it", name_));
+    throw Error(
+        ErrorKind::input,
+        fmt::format("network {} is the host's own and has no rates: no second derivatives go through it", name_));
   }
 
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
     load(inputs, inputs_);
     load(seeds, outputs_);
-    host().vector_jacobian(host().context, inputs_.data(), weights_.data(), outputs_.data(), input_bars_.data(), weight_bars_.data());
+    host().vector_jacobian(host().context, inputs_.data(), weights_.data(), outputs_.data(), input_bars_.data(),
+                           weight_bars_.data());
     if (input_bars != nullptr) store(input_bars_, input_bars);
     for (std::size_t i = 0; weight_bars != nullptr && i < weight_bars_.size(); ++i) weight_bars[i] += weight_bars_[i];
   }
 
   int64_t bytes() const override {
-    return static_cast<int64_t>(sizeof(double) * (inputs_.size() + input_bars_.size() + outputs_.size() + weights_.size() + weight_bars_.size()));
+    return static_cast<int64_t>(sizeof(double) * (inputs_.size() + input_bars_.size() + outputs_.size() +
+                                                  weights_.size() + weight_bars_.size()));
   }
 
  private:
   const dpde_host_network& host() const {
-    if (host_ == nullptr) throw Error(ErrorKind::input, fmt::format("network {} is the host's own: a C++ program supplies it (dpde::Simulation::supply)", name_));
+    if (host_ == nullptr)
+      throw Error(
+          ErrorKind::input,
+          fmt::format("network {} is the host's own: a C++ program supplies it (dpde::Simulation::supply)", name_));
     return *host_;
   }
 
@@ -90,7 +98,8 @@ class HostRunner final : public Runner {
       if (field == nullptr) continue;
       const double* plane = from.data() + channel * cells_;
       for_each_row([&](std::size_t row, int64_t first) {
-        std::transform(plane + row * width, plane + (row + 1) * width, field + first, [](double value) { return static_cast<Real>(value); });
+        std::transform(plane + row * width, plane + (row + 1) * width, field + first,
+                       [](double value) { return static_cast<Real>(value); });
       });
     }
   }
@@ -105,7 +114,9 @@ class HostRunner final : public Runner {
 }  // namespace
 
 std::unique_ptr<Runner> make_host_runner(const dpde_network& network, const dpde_layout& layout) {
-  return with_real(layout.real, [&](auto real) -> std::unique_ptr<Runner> { return std::make_unique<HostRunner<decltype(real)>>(network, layout); });
+  return with_real(layout.real, [&](auto real) -> std::unique_ptr<Runner> {
+    return std::make_unique<HostRunner<decltype(real)>>(network, layout);
+  });
 }
 
 }  // namespace dpde::nn

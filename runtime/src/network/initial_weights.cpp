@@ -29,12 +29,15 @@ std::vector<double> initial_weights(const dpde_network& network, std::uint64_t s
     if (layer.kind != DPDE_CONV || layer.init == DPDE_INIT_ZERO) continue;
     std::int64_t taps = 1;
     for (std::int32_t axis = 0; axis < network.rank; ++axis) taps *= layer.extent;
-    const std::int64_t inputs = channels[static_cast<std::size_t>(layer.input)] / layer.groups, count = inputs * taps * layer.channels;
-    const auto fan_in = static_cast<double>(inputs * taps), fan_out = static_cast<double>(layer.channels / layer.groups * taps);
+    const std::int64_t inputs = channels[static_cast<std::size_t>(layer.input)] / layer.groups,
+                       count = inputs * taps * layer.channels;
+    const auto fan_in = static_cast<double>(inputs * taps),
+               fan_out = static_cast<double>(layer.channels / layer.groups * taps);
     for (std::int64_t i = 0; i < count; ++i) {
       const auto place = static_cast<std::uint64_t>(layer.weights + i);
-      weights[place] = layer.init == DPDE_INIT_HE ? layer.gain * std::sqrt(2 / fan_in) * normal(seed, place, stream)
-                                                  : layer.gain * std::sqrt(6 / (fan_in + fan_out)) * uniform(seed, place);
+      weights[place] = layer.init == DPDE_INIT_HE
+                           ? layer.gain * std::sqrt(2 / fan_in) * normal(seed, place, stream)
+                           : layer.gain * std::sqrt(6 / (fan_in + fan_out)) * uniform(seed, place);
     }
   }
   return weights;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is done to whole rows of planes in vectors. The same source is compiled for several instruction sets (vector_kernels.h);
-// `kernels` chooses when the program runs. All rows begin on 64 bytes and have room for whole vectors of 64 bytes: lanes beyond
-// the cells of a row are written too, and hold what means nothing.
+// What is done to whole rows of planes in vectors. The same source is compiled for several instruction sets
+// (vector_kernels.h); `kernels` chooses when the program runs. All rows begin on 64 bytes and have room for whole
+// vectors of 64 bytes: lanes beyond the cells of a row are written too, and hold what means nothing.
 #pragma once
 
 #include <stdint.h>
@@ -15,7 +15,8 @@ struct Block {
   int64_t weights;  // where those of the block begin: [term][width]
 };
 
-/// result[c](p) = bias[c] + base[c](p) + sum over terms t of weights[t][c] * input(p + offsets[t]), then the activation.
+/// result[c](p) = bias[c] + base[c](p) + sum over terms t of weights[t][c] * input(p + offsets[t]), then the
+/// activation.
 template <class Real>
 struct ConvolveCall {
   const Real* input;  // cell (0, 0, 0) of what is read, of the first plane
@@ -55,11 +56,14 @@ struct Kernels {
   /// Rows begin .. end-1, counted through y, then z.
   void (*convolve)(const ConvolveCall<Real>& call, int64_t begin, int64_t end);
   /// Terms begin .. end-1 of the channels of blocks.
-  void (*weight_gradient)(const WeightGradientCall<Real>& call, const Block* first, const Block* last, int64_t begin, int64_t end);
+  void (*weight_gradient)(const WeightGradientCall<Real>& call, const Block* first, const Block* last, int64_t begin,
+                          int64_t end);
   void (*activate)(int32_t kind, Real factor, const Real* values, Real* results, int64_t count);
   /// results (+)= f'(values) * rates; of the kinds that have_rate_of_result also with the results of f for values.
-  void (*activation_rate)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count);
-  void (*rate_of_result)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count);
+  void (*activation_rate)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add,
+                          int64_t count);
+  void (*rate_of_result)(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add,
+                         int64_t count);
   void (*scale)(Real factor, const Real* values, Real* results, bool add, int64_t count);
   Real (*sum)(const Real* values, int64_t count);
 };

@@ -7,7 +7,9 @@
 namespace dpde::nn {
 namespace {
 
-int64_t offset(const Shape& shape, const Axes& cell) { return cell[0] + cell[1] * shape.stride[1] + cell[2] * shape.stride[2]; }
+int64_t offset(const Shape& shape, const Axes& cell) {
+  return cell[0] + cell[1] * shape.stride[1] + cell[2] * shape.stride[2];
+}
 
 /// The rows of fine cells that one coarse row stands for.
 struct RowPool {
@@ -29,7 +31,8 @@ void for_each_coarse_row(int64_t stride, const Shape& fine, const Shape& coarse,
     for (int64_t y = 0; y < coarse.cells[1]; ++y) {
       const int64_t fine_y = y * stride, fine_z = z * stride;
       f(offset(coarse, {0, y, z}),
-        RowPool{{fine_y, fine_z}, {std::min(fine_y + stride, fine.cells[1]), std::min(fine_z + stride, fine.cells[2])}});
+        RowPool{{fine_y, fine_z},
+                {std::min(fine_y + stride, fine.cells[1]), std::min(fine_z + stride, fine.cells[2])}});
     }
   }
 }
@@ -61,7 +64,8 @@ void for_each_largest(int64_t stride, const Shape& fine, const Shape& coarse, co
       });
       const int64_t ny = pool.end[0] - pool.begin[0];
       for (int64_t x = 0; x < count; ++x) {
-        f(coarse_row + first + x, Axes{(first + x) * stride + column[x], pool.begin[0] + line[x] % ny, pool.begin[1] + line[x] / ny});
+        f(coarse_row + first + x,
+          Axes{(first + x) * stride + column[x], pool.begin[0] + line[x] % ny, pool.begin[1] + line[x] / ny});
       }
     }
   });
@@ -98,10 +102,11 @@ void add_pieces(int64_t stride, const Real* __restrict from, int64_t count, Real
   }
 }
 
-/// `f(row of the result, the cell of the input that its first one is, step from there to the next ones, sign)` for rows of a
-/// DPDE_REORIENT.
+/// `f(row of the result, the cell of the input that its first one is, step from there to the next ones, sign)` for rows
+/// of a DPDE_REORIENT.
 template <class Real, class F>
-void for_each_turned_row(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result, const F& f) {
+void for_each_turned_row(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result,
+                         const F& f) {
   const Shape &from = *input.shape, &to = *result.shape;
   Axes stride{};
   int64_t first = 0;
@@ -114,9 +119,11 @@ void for_each_turned_row(const Team& team, const Step& step, const View<Real>& i
   const int64_t rows = to.rows(), all = to.channels * rows;
   parallel_pieces(team, all, 1, all * to.cells[0], [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      const int64_t channel = i / rows, row = i % rows, source = step.order.empty() ? channel + 1 : step.order[static_cast<size_t>(channel)];
-      f(result.row(channel, row), input.plane(std::abs(source) - 1) + first + row % to.cells[1] * stride[1] + row / to.cells[1] * stride[2], stride[0],
-        source > 0 ? Real(1) : Real(-1));
+      const int64_t channel = i / rows, row = i % rows,
+                    source = step.order.empty() ? channel + 1 : step.order[static_cast<size_t>(channel)];
+      f(result.row(channel, row),
+        input.plane(std::abs(source) - 1) + first + row % to.cells[1] * stride[1] + row / to.cells[1] * stride[2],
+        stride[0], source > 0 ? Real(1) : Real(-1));
     }
   });
 }
@@ -129,7 +136,8 @@ void for_each_channel(const Team& team, const View<Real>& view, const F& f) {
 }  // namespace
 
 template <class Real>
-void copy_channels(const Team& team, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add) {
+void copy_channels(const Team& team, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first,
+                   int64_t count, bool add) {
   const int64_t cells = from.shape->cells[0];
   parallel(team, count, count * from.shape->rows() * cells / 4, [&](int64_t channel) {
     for (int64_t number = 0; number < from.shape->rows(); ++number) {
@@ -147,7 +155,8 @@ void copy_channels(const Team& team, const View<Real>& from, int64_t first, cons
 template <class Real>
 void clear_cells(const Team& team, const View<Real>& view) {
   for_each_channel(team, view, [&](int64_t channel) {
-    for (int64_t number = 0; number < view.shape->rows(); ++number) std::fill_n(view.row(channel, number), view.shape->cells[0], Real(0));
+    for (int64_t number = 0; number < view.shape->rows(); ++number)
+      std::fill_n(view.row(channel, number), view.shape->cells[0], Real(0));
   });
 }
 
@@ -158,7 +167,9 @@ void mean_pool(const Team& team, int64_t stride, const View<Real>& fine, const V
     for_each_coarse_row(stride, *fine.shape, *coarse.shape, [&](int64_t row, const RowPool& pool) {
       Real* const to = coarse.plane(channel) + row;
       std::fill_n(to, cells, Real(0));
-      pool.for_each(*fine.shape, [&](int64_t fine_row) { add_pieces(stride, fine.plane(channel) + fine_row, fine.shape->cells[0], to); });
+      pool.for_each(*fine.shape, [&](int64_t fine_row) {
+        add_pieces(stride, fine.plane(channel) + fine_row, fine.shape->cells[0], to);
+      });
       const Real share = Real(1) / static_cast<Real>(pool.rows() * stride);
       for (int64_t x = 0; x < cells - 1; ++x) to[x] *= share;
       to[cells - 1] *= Real(1) / static_cast<Real>(pool.rows() * cut);
@@ -172,7 +183,8 @@ void add_mean_pool_adjoint(const Team& team, int64_t stride, const View<Real>& c
   for_each_channel(team, fine_bar, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t row, const RowPool& pool) {
       const Real* const from = coarse_bar.plane(channel) + row;
-      const Real share = Real(1) / static_cast<Real>(pool.rows() * stride), last = from[cells - 1] / static_cast<Real>(pool.rows() * cut);
+      const Real share = Real(1) / static_cast<Real>(pool.rows() * stride),
+                 last = from[cells - 1] / static_cast<Real>(pool.rows() * cut);
       pool.for_each(*fine_bar.shape, [&](int64_t fine_row) {
         Real* const to = fine_bar.plane(channel) + fine_row;
         spread(stride, from, (cells - 1) * stride, to, [share](Real& target, Real value) { target += share * value; });
@@ -183,7 +195,8 @@ void add_mean_pool_adjoint(const Team& team, int64_t stride, const View<Real>& c
 }
 
 template <class Real>
-void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse) {
+void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& taken,
+              const View<Real>& coarse) {
   for_each_channel(team, fine, [&](int64_t channel) {
     const Real* const from = taken.plane(channel);
     Real* const to = coarse.plane(channel);
@@ -193,7 +206,8 @@ void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const Vi
 }
 
 template <class Real>
-void add_max_pool_adjoint(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar) {
+void add_max_pool_adjoint(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar,
+                          const View<Real>& fine_bar) {
   for_each_channel(team, fine, [&](int64_t channel) {
     const Real* const from = coarse_bar.plane(channel);
     Real* const to = fine_bar.plane(channel);
@@ -207,7 +221,8 @@ void upsample(const Team& team, int64_t stride, const View<Real>& coarse, const 
   for_each_channel(team, fine, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine.shape, *coarse.shape, [&](int64_t row, const RowPool& pool) {
       pool.for_each(*fine.shape, [&](int64_t fine_row) {
-        spread(stride, coarse.plane(channel) + row, fine.shape->cells[0], fine.plane(channel) + fine_row, [](Real& target, Real value) { target = value; });
+        spread(stride, coarse.plane(channel) + row, fine.shape->cells[0], fine.plane(channel) + fine_row,
+               [](Real& target, Real value) { target = value; });
       });
     });
   });
@@ -218,7 +233,8 @@ void add_upsample_adjoint(const Team& team, int64_t stride, const View<Real>& fi
   for_each_channel(team, fine_bar, [&](int64_t channel) {
     for_each_coarse_row(stride, *fine_bar.shape, *coarse_bar.shape, [&](int64_t row, const RowPool& pool) {
       pool.for_each(*fine_bar.shape, [&](int64_t fine_row) {
-        add_pieces(stride, fine_bar.plane(channel) + fine_row, fine_bar.shape->cells[0], coarse_bar.plane(channel) + row);
+        add_pieces(stride, fine_bar.plane(channel) + fine_row, fine_bar.shape->cells[0],
+                   coarse_bar.plane(channel) + row);
       });
     });
   });
@@ -255,11 +271,14 @@ void reorient(const Team& team, const Step& step, const View<Real>& input, const
 }
 
 template <class Real>
-void reorient_back(const Team& team, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add) {
+void reorient_back(const Team& team, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar,
+                   bool add) {
   const int64_t cells = result_bar.shape->cells[0];
-  for_each_turned_row(team, step, input_bar, result_bar, [cells, add](const Real* from, Real* to, int64_t apart, Real sign) {
-    for (int64_t x = 0; x < cells; ++x) to[x * apart] = (add ? to[x * apart] : Real(0)) + sign * from[x];
-  });
+  for_each_turned_row(team, step, input_bar, result_bar,
+                      [cells, add](const Real* from, Real* to, int64_t apart, Real sign) {
+                        for (int64_t x = 0; x < cells; ++x)
+                          to[x * apart] = (add ? to[x * apart] : Real(0)) + sign * from[x];
+                      });
 }
 
 template void copy_channels(const Team&, const View<float>&, int64_t, const View<float>&, int64_t, int64_t, bool);

@@ -9,7 +9,8 @@ namespace dpde::nn {
 
 /// Channels first .. of `from` to (added to) those of `to`.
 template <class Real>
-void copy_channels(const Team& team, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first, int64_t count, bool add);
+void copy_channels(const Team& team, const View<Real>& from, int64_t first, const View<Real>& to, int64_t to_first,
+                   int64_t count, bool add);
 
 template <class Real>
 void clear_cells(const Team& team, const View<Real>& view);
@@ -21,9 +22,11 @@ void add_mean_pool_adjoint(const Team& team, int64_t stride, const View<Real>& c
 
 /// `taken`: the values of the cells that are the largest of `fine`: `fine` itself, or its rates.
 template <class Real>
-void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& taken, const View<Real>& coarse);
+void max_pool(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& taken,
+              const View<Real>& coarse);
 template <class Real>
-void add_max_pool_adjoint(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar, const View<Real>& fine_bar);
+void add_max_pool_adjoint(const Team& team, int64_t stride, const View<Real>& fine, const View<Real>& coarse_bar,
+                          const View<Real>& fine_bar);
 
 template <class Real>
 void upsample(const Team& team, int64_t stride, const View<Real>& coarse, const View<Real>& fine);
@@ -38,6 +41,7 @@ void fix_sum(const Team& team, Real sum, const View<Real>& values, const View<Re
 template <class Real>
 void reorient(const Team& team, const Step& step, const View<Real>& input, const View<Real>& result);
 template <class Real>
-void reorient_back(const Team& team, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar, bool add);
+void reorient_back(const Team& team, const Step& step, const View<Real>& result_bar, const View<Real>& input_bar,
+                   bool add);
 
 }  // namespace dpde::nn

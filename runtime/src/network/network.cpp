@@ -36,7 +36,8 @@ void Network::set_weights(const double* weights) {
 }
 void Network::set_host(const dpde_host_network* host) { impl_->runner().set_host(host); }
 void Network::value(void* const* inputs, void* const* outputs) { impl_->runner().value(inputs, outputs); }
-void Network::tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) {
+void Network::tangent(void* const* inputs, void* const* input_rates, const double* weight_rates,
+                      void* const* output_rates) {
   impl_->runner().tangent(inputs, input_rates, weight_rates, output_rates);
 }
 void Network::adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) {

@@ -12,7 +12,9 @@
 namespace dpde::nn {
 
 /// Cell `k` of a margin of `margin` cells on either side: -margin .. -1, then cells .. cells+margin-1.
-inline int64_t margin_cell(int64_t k, int64_t margin, int64_t cells) { return k < margin ? k - margin : cells + k - margin; }
+inline int64_t margin_cell(int64_t k, int64_t margin, int64_t cells) {
+  return k < margin ? k - margin : cells + k - margin;
+}
 
 /// Margins from the cells, by shape.sources; what lies between margins becomes 0.
 template <class Real>

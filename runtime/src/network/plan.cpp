@@ -19,7 +19,8 @@ class Checks {
   explicit Checks(const dpde_network& network) : network_(network) {}
 
   void check(bool holds, const std::string& problem) const {
-    if (!holds) throw Error(ErrorKind::input, fmt::format("the network `{}` {}", network_.name ? network_.name : "", problem));
+    if (!holds)
+      throw Error(ErrorKind::input, fmt::format("the network `{}` {}", network_.name ? network_.name : "", problem));
   }
 
   void whole(const dpde_layout& layout) const {
@@ -28,13 +29,16 @@ class Checks {
     check(network_.inputs >= 1 && network_.outputs >= 1, "has no inputs or no outputs");
     check(network_.layer_count >= 0 && network_.weight_count >= 0, "has a negative number of layers or weights");
     for (int axis = 0; axis < network_.rank; ++axis) {
-      check(network_.padding[axis] >= DPDE_PAD_PERIODIC && network_.padding[axis] <= DPDE_PAD_REFLECT, "has a padding that does not exist");
+      check(network_.padding[axis] >= DPDE_PAD_PERIODIC && network_.padding[axis] <= DPDE_PAD_REFLECT,
+            "has a padding that does not exist");
     }
   }
 
   void layer(int number, const std::vector<Value>& values) const {
     const dpde_layer& layer = network_.layers[number];
-    const auto says = [&](bool holds, const std::string& problem) { check(holds, fmt::format("has a layer {} that {}", number + 1, problem)); };
+    const auto says = [&](bool holds, const std::string& problem) {
+      check(holds, fmt::format("has a layer {} that {}", number + 1, problem));
+    };
     const auto exists = [&](int32_t value) { return value >= 0 && value <= number; };
     says(layer.kind >= DPDE_CONV && layer.kind <= DPDE_REORIENT, "is of an unknown kind");
     says(exists(layer.input), "reads a value that is not there yet");
@@ -42,14 +46,18 @@ class Checks {
     if (layer.kind == DPDE_ADD || layer.kind == DPDE_CONCAT) {
       says(exists(layer.other), "reads a value that is not there yet");
       const Value& other = values[static_cast<size_t>(layer.other)];
-      says(input.level == other.level, fmt::format("joins values of grids coarser by {} and by {}", input.level, other.level));
+      says(input.level == other.level,
+           fmt::format("joins values of grids coarser by {} and by {}", input.level, other.level));
       const bool concat = layer.kind == DPDE_CONCAT;
-      says(concat || input.channels == other.channels, fmt::format("adds {} and {} channels", input.channels, other.channels));
+      says(concat || input.channels == other.channels,
+           fmt::format("adds {} and {} channels", input.channels, other.channels));
       says(layer.channels == input.channels + (concat ? other.channels : 0), "has a wrong number of channels");
     } else if (layer.kind == DPDE_CONV) {
       says(layer.extent >= 1 && layer.extent % 2 == 1, "has an extent that is not odd");
-      says(layer.stride >= 1 && layer.dilation >= 1 && layer.groups >= 1 && layer.channels >= 1, "has a number below 1");
-      says(input.channels % layer.groups == 0 && layer.channels % layer.groups == 0, "has channels that its groups do not divide");
+      says(layer.stride >= 1 && layer.dilation >= 1 && layer.groups >= 1 && layer.channels >= 1,
+           "has a number below 1");
+      says(input.channels % layer.groups == 0 && layer.channels % layer.groups == 0,
+           "has channels that its groups do not divide");
       int64_t count = input.channels / layer.groups * layer.channels;
       for (int axis = 0; axis < network_.rank; ++axis) count *= layer.extent;
       says(layer.weights >= 0 && layer.weights + count <= network_.weight_count, "has weights that are not there");
@@ -57,7 +65,8 @@ class Checks {
     } else {
       says(layer.channels == input.channels, "changes the number of channels");
       says(layer.kind < DPDE_MEAN_POOL || layer.kind > DPDE_UPSAMPLE || layer.stride >= 1, "has a stride below 1");
-      says(layer.kind != DPDE_ACTIVATE || (layer.activation >= DPDE_RELU && layer.activation <= DPDE_SILU), "is an unknown activation");
+      says(layer.kind != DPDE_ACTIVATE || (layer.activation >= DPDE_RELU && layer.activation <= DPDE_SILU),
+           "is an unknown activation");
       says(layer.kind != DPDE_UPSAMPLE || input.level % layer.stride == 0,
            fmt::format("makes a grid that is coarser by {} finer by {}", input.level, layer.stride));
       if (layer.kind == DPDE_REORIENT) orientation(number, input);
@@ -67,11 +76,14 @@ class Checks {
   /// Each axis and each channel comes from another one, axes from one of the same length.
   void orientation(int number, const Value& input) const {
     const dpde_layer& layer = network_.layers[number];
-    const auto fits = [&](bool holds) { check(holds, fmt::format("has a layer {} that exchanges what does not fit", number + 1)); };
+    const auto fits = [&](bool holds) {
+      check(holds, fmt::format("has a layer {} that exchanges what does not fit", number + 1));
+    };
     std::array<bool, 3> seen{};
     for (size_t axis = 0; axis < 3; ++axis) {
       const int32_t from = std::abs(layer.axes[axis]) - 1, own = static_cast<int32_t>(axis);
-      fits(from >= 0 && from < 3 && !seen[static_cast<size_t>(from)] && (own < network_.rank ? from < network_.rank : layer.axes[axis] == own + 1));
+      fits(from >= 0 && from < 3 && !seen[static_cast<size_t>(from)] &&
+           (own < network_.rank ? from < network_.rank : layer.axes[axis] == own + 1));
       seen[static_cast<size_t>(from)] = true;
       fits(input.cells[axis] == input.cells[static_cast<size_t>(from)]);
     }
@@ -92,9 +104,12 @@ bool coarsens(int32_t kind) { return kind == DPDE_CONV || kind == DPDE_MEAN_POOL
 Value value_of(const dpde_layer& layer, const Value& input, const dpde_layout& layout) {
   Value value;
   value.channels = layer.channels;
-  value.level = coarsens(layer.kind) ? input.level * layer.stride : layer.kind == DPDE_UPSAMPLE ? input.level / layer.stride : input.level;
+  value.level = coarsens(layer.kind)          ? input.level * layer.stride
+                : layer.kind == DPDE_UPSAMPLE ? input.level / layer.stride
+                                              : input.level;
   for (size_t axis = 0; axis < 3; ++axis) {
-    value.cells[axis] = static_cast<int32_t>(axis) < layout.rank ? (layout.cells[axis] + value.level - 1) / value.level : 1;
+    value.cells[axis] =
+        static_cast<int32_t>(axis) < layout.rank ? (layout.cells[axis] + value.level - 1) / value.level : 1;
   }
   return value;
 }
@@ -131,7 +146,8 @@ void fuse(Plan& plan, size_t k) {
   size_t result = k + 1;
   Step* reader = only_reader(plan, result);
   if (reader != nullptr && reader->layer.kind == DPDE_ADD) {
-    const int32_t own = static_cast<int32_t>(result), other = reader->layer.input == own ? reader->layer.other : reader->layer.input;
+    const int32_t own = static_cast<int32_t>(result),
+                  other = reader->layer.input == own ? reader->layer.other : reader->layer.input;
     if (other < own) {
       conv.base = other;
       reader->merged = own;
@@ -157,7 +173,8 @@ void find_what_goes_together(Plan& plan) {
     value.root = static_cast<int32_t>(v);
     const Step* reader = only_reader(plan, v);
     if (reader == nullptr) continue;
-    const bool in_place = reader->layer.kind == DPDE_ACTIVATE || reader->layer.kind == DPDE_SCALE || reader->merged == value.root;
+    const bool in_place =
+        reader->layer.kind == DPDE_ACTIVATE || reader->layer.kind == DPDE_SCALE || reader->merged == value.root;
     if (in_place) value.root = plan.values[static_cast<size_t>(value.reader) + 1].root;
   }
 }
@@ -186,7 +203,8 @@ void make_shapes(Plan& plan) {
     make_larger(adjoint[static_cast<size_t>(plan.values[k + 1].root)], read);
   }
   std::array<int32_t, 3> periodic{};
-  for (size_t axis = 0; axis < 3; ++axis) periodic[axis] = plan.padding[axis] == DPDE_PAD_PERIODIC ? DPDE_PAD_PERIODIC : DPDE_PAD_ZERO;
+  for (size_t axis = 0; axis < 3; ++axis)
+    periodic[axis] = plan.padding[axis] == DPDE_PAD_PERIODIC ? DPDE_PAD_PERIODIC : DPDE_PAD_ZERO;
   for (size_t v = 0; v < plan.values.size(); ++v) {
     Value& value = plan.values[v];
     value.shape = make_shape(value.channels, value.cells, margin[v], plan.padding, line);
@@ -212,7 +230,8 @@ Plan make_plan(const dpde_network& network, const dpde_layout& layout, int64_t w
   Plan plan;
   plan.network = network;
   plan.layout = layout;
-  for (size_t axis = 0; axis < 3; ++axis) plan.padding[axis] = static_cast<int32_t>(axis) < network.rank ? network.padding[axis] : DPDE_PAD_ZERO;
+  for (size_t axis = 0; axis < 3; ++axis)
+    plan.padding[axis] = static_cast<int32_t>(axis) < network.rank ? network.padding[axis] : DPDE_PAD_ZERO;
   dpde_layer input{};
   input.kind = DPDE_SCALE;
   input.channels = network.inputs;
@@ -221,13 +240,15 @@ Plan make_plan(const dpde_network& network, const dpde_layout& layout, int64_t w
     checks.layer(number, plan.values);
     Step step;
     step.layer = network.layers[number];
-    if (step.layer.kind == DPDE_REORIENT && step.layer.order != nullptr) step.order.assign(step.layer.order, step.layer.order + step.layer.channels);
+    if (step.layer.kind == DPDE_REORIENT && step.layer.order != nullptr)
+      step.order.assign(step.layer.order, step.layer.order + step.layer.channels);
     step.layer.order = nullptr;
     plan.values.push_back(value_of(step.layer, plan.values[static_cast<size_t>(step.layer.input)], layout));
     plan.steps.push_back(step);
   }
   const Value& last = plan.values.back();
-  checks.check(last.channels == network.outputs, fmt::format("ends with {} channels and has {} outputs", last.channels, network.outputs));
+  checks.check(last.channels == network.outputs,
+               fmt::format("ends with {} channels and has {} outputs", last.channels, network.outputs));
   checks.check(last.level == 1, fmt::format("ends on a grid that is coarser by {}", last.level));
   find_readers(plan);
   find_what_goes_together(plan);

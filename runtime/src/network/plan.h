@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a network is on one grid: the sizes and places of its values and the sums of its convolutions. No memory of values.
+// What a network is on one grid: the sizes and places of its values and the sums of its convolutions. No memory of
+// values.
 #pragma once
 
 #include <array>
@@ -20,14 +21,15 @@ struct Product {
   std::vector<int64_t> weights;  // for each packed weight its place among those of the network
 };
 
-/// A convolution of stride 1 reads its input with the margin it has; one of stride s reads phases: for each channel s^rank planes,
-/// that of (fx, fy, fz) holding the cells s*p + f, margins included.
+/// A convolution of stride 1 reads its input with the margin it has; one of stride s reads phases: for each channel
+/// s^rank planes, that of (fx, fy, fz) holding the cells s*p + f, margins included.
 struct Convolution {
   bool phased = false;
   int64_t phase_count = 1;
-  Axes reach{};                                          // cells of margin that are read
-  Shape phases;                                          // when phased
-  std::array<std::vector<std::vector<int64_t>>, 3> from;  // for axis, phase, place from -reach on: the cell of the input, -1: none
+  Axes reach{};  // cells of margin that are read
+  Shape phases;  // when phased
+  std::array<std::vector<std::vector<int64_t>>, 3>
+      from;  // for axis, phase, place from -reach on: the cell of the input, -1: none
   Product forward;
   std::vector<Product> reverse;  // for each phase, from the adjoint of the result to that of what is read
 };
@@ -35,12 +37,14 @@ struct Convolution {
 struct Step {
   dpde_layer layer{};
   std::vector<int32_t> order;  // of the channels of DPDE_REORIENT; those of the layer may go away
-  bool live = false;      // the output depends on it
-  // A convolution whose result has one reader, a sum with a value that is there before, begins with that value (`base`); where then
-  // one activation reads the result, that is done with it (`activation`, a step).
+  bool live = false;           // the output depends on it
+  // A convolution whose result has one reader, a sum with a value that is there before, begins with that value
+  // (`base`); where then one activation reads the result, that is done with it (`activation`, a step).
   int32_t base = -1, activation = -1;
-  int32_t merged = -1;  // sum: the operand, such a convolution, whose rates and adjoints lie in the memory of the result's
-  bool done = false;    // by the convolution before it, unless what derivatives need is to be kept; `done_kept`: even then
+  int32_t merged =
+      -1;  // sum: the operand, such a convolution, whose rates and adjoints lie in the memory of the result's
+  bool done =
+      false;  // by the convolution before it, unless what derivatives need is to be kept; `done_kept`: even then
   bool done_kept = false;
   Convolution convolution;
 };

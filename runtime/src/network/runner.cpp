@@ -14,12 +14,14 @@ namespace {
 template <class Real>
 class WholeGrid final : public Runner {
  public:
-  WholeGrid(const Plan& plan, const Team& team) : ports_{nullptr, 0, cell_count(plan.layout)}, layout_(plan.layout), engine_(plan, team) {
+  WholeGrid(const Plan& plan, const Team& team)
+      : ports_{nullptr, 0, cell_count(plan.layout)}, layout_(plan.layout), engine_(plan, team) {
     ports_.layout = &layout_;
   }
   bool set_weights(const double* weights) override { return engine_.set_weights(weights); }
   void value(void* const* inputs, void* const* outputs) override { engine_.value(ports_, inputs, outputs); }
-  void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) override {
+  void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates,
+               void* const* output_rates) override {
     engine_.tangent(ports_, inputs, input_rates, weight_rates, output_rates);
   }
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
@@ -37,11 +39,14 @@ class WholeGrid final : public Runner {
   Engine<Real> engine_;
 };
 
-constexpr int64_t least_products_for_threads = 500'000;  // a few microseconds of convolutions: as long as waking threads takes
-constexpr int64_t block_cells = 480;  // whole vectors three at a time; some hundred channels of them stay in the second cache
+constexpr int64_t least_products_for_threads =
+    500'000;  // a few microseconds of convolutions: as long as waking threads takes
+constexpr int64_t block_cells =
+    480;  // whole vectors three at a time; some hundred channels of them stay in the second cache
 
-/// A network without neighbours, all layers over one block of cells after the other. Blocks belong to shares, whose number depends
-/// on the grid alone: the weights' adjoints are summed in each and then over them, always in the same order.
+/// A network without neighbours, all layers over one block of cells after the other. Blocks belong to shares, whose
+/// number depends on the grid alone: the weights' adjoints are summed in each and then over them, always in the same
+/// order.
 template <class Real>
 class Blocks final : public Runner {
  public:
@@ -64,8 +69,11 @@ class Blocks final : public Runner {
   void value(void* const* inputs, void* const* outputs) override {
     for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t) { engine.value(ports, inputs, outputs); });
   }
-  void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) override {
-    for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t) { engine.tangent(ports, inputs, input_rates, weight_rates, output_rates); });
+  void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates,
+               void* const* output_rates) override {
+    for_each_block([&](Engine<Real>& engine, const Ports& ports, int64_t) {
+      engine.tangent(ports, inputs, input_rates, weight_rates, output_rates);
+    });
   }
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) override {
     std::fill(bars_.begin(), bars_.end(), 0.0);
@@ -74,11 +82,13 @@ class Blocks final : public Runner {
     });
     if (weight_bars == nullptr) return;
     for (int64_t share = 0; share < shares_; ++share) {
-      for (int64_t i = 0; i < weight_count_; ++i) weight_bars[i] += bars_[static_cast<size_t>(share * weight_count_ + i)];
+      for (int64_t i = 0; i < weight_count_; ++i)
+        weight_bars[i] += bars_[static_cast<size_t>(share * weight_count_ + i)];
     }
   }
   int64_t bytes() const override {
-    return static_cast<int64_t>(bars_.size() * sizeof(double)) + static_cast<int64_t>(engines_.size()) * engines_.front()->bytes();
+    return static_cast<int64_t>(bars_.size() * sizeof(double)) +
+           static_cast<int64_t>(engines_.size()) * engines_.front()->bytes();
   }
 
  private:
@@ -113,11 +123,13 @@ template <class Real>
 std::unique_ptr<Runner> make(const dpde_network& network, const dpde_layout& layout, const Team& team) {
   const int64_t widest = kernels<Real>().widest_block;
   const Plan plan = make_plan(network, layout, widest);
-  if (has_neighbours(network) || cell_count(layout) <= block_cells) return std::make_unique<WholeGrid<Real>>(plan, team);
+  if (has_neighbours(network) || cell_count(layout) <= block_cells)
+    return std::make_unique<WholeGrid<Real>>(plan, team);
   dpde_network block_network = network;
   block_network.rank = 1;
   const int64_t cells[] = {block_cells};
-  return std::make_unique<Blocks<Real>>(make_plan(block_network, make_layout(cells, {}, network.real), widest), layout, team);
+  return std::make_unique<Blocks<Real>>(make_plan(block_network, make_layout(cells, {}, network.real), widest), layout,
+                                        team);
 }
 
 }  // namespace

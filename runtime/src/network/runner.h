@@ -19,7 +19,8 @@ class Runner {
   /// Of networks that the host computes.
   virtual void set_host(const dpde_host_network* /*host*/) {}
   virtual void value(void* const* inputs, void* const* outputs) = 0;
-  virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates) = 0;
+  virtual void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates,
+                       void* const* output_rates) = 0;
   virtual void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars) = 0;
   virtual int64_t bytes() const = 0;
   // See Network.

@@ -35,13 +35,15 @@ int64_t padded(int32_t padding, int64_t cell, int64_t cells) {
   }
 }
 
-Shape make_shape(int64_t channels, const Axes& cells, const Axes& margin, const std::array<int32_t, 3>& padding, int64_t line) {
+Shape make_shape(int64_t channels, const Axes& cells, const Axes& margin, const std::array<int32_t, 3>& padding,
+                 int64_t line) {
   Shape shape;
   shape.channels = channels;
   shape.cells = cells;
   shape.margin = margin;
   const auto round_up = [line](int64_t value) { return (value + line - 1) / line * line; };
-  // Whole vectors may be written from cell 0 on, and from the first cell of the margin on over all cells and both margins.
+  // Whole vectors may be written from cell 0 on, and from the first cell of the margin on over all cells and both
+  // margins.
   const int64_t row = round_up(std::max(round_up(cells[0]) + margin[0], cells[0] + 2 * margin[0]));
   const int64_t slab = times(row, cells[1] + 2 * margin[1]);
   // An odd number of lines: the same cell of many channels does not meet the same few places of the cache.

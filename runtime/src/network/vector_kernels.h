@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of kernels.h in vectors of `Bytes` for a machine with `Registers` of them. See vector_math.h for what holds for
-// files that include this.
+// The kernels of kernels.h in vectors of `Bytes` for a machine with `Registers` of them. See vector_math.h for what
+// holds for files that include this.
 //
-// A convolution holds `width` channels times some vectors of cells in registers over the whole sum; its weights come one by one
-// and meet all of these vectors, its input comes once for all of these channels. A weight gradient holds channels times terms.
+// A convolution holds `width` channels times some vectors of cells in registers over the whole sum; its weights come
+// one by one and meet all of these vectors, its input comes once for all of these channels. A weight gradient holds
+// channels times terms.
 #pragma once
 
 #include "dpde/network_abi.h"
@@ -32,7 +33,8 @@ struct Code {
   }
   static int64_t vectors_of(int64_t cells) { return (cells + lanes - 1) / lanes; }
 
-  /// Vectors (terms) that blocks of a width hold at once, so that all fit the registers and enough sums do not wait for each other.
+  /// Vectors (terms) that blocks of a width hold at once, so that all fit the registers and enough sums do not wait for
+  /// each other.
   static constexpr int most(int width) {
     if (Registers >= 32) return width == 8 ? 3 : width == 4 ? 6 : 8;
     return width == 4 ? 3 : 4;
@@ -153,9 +155,15 @@ struct Code {
         case 1: tile<Width, 1>(call, block, place); break;
         case 2: tile<Width, 2>(call, block, place); break;
         case 3: tile<Width, 3>(call, block, place); break;
-        case 4: if constexpr (most(Width) >= 4) tile<Width, 4>(call, block, place); break;
-        case 6: if constexpr (most(Width) >= 6) tile<Width, 6>(call, block, place); break;
-        default: if constexpr (most(Width) >= 8) tile<Width, 8>(call, block, place); break;
+        case 4:
+          if constexpr (most(Width) >= 4) tile<Width, 4>(call, block, place);
+          break;
+        case 6:
+          if constexpr (most(Width) >= 6) tile<Width, 6>(call, block, place);
+          break;
+        default:
+          if constexpr (most(Width) >= 8) tile<Width, 8>(call, block, place);
+          break;
       }
       if (call.activation >= 0) finish(call, Width, place.output, n, place.output_step);
       count -= n;
@@ -178,18 +186,26 @@ struct Code {
   }
 
   static void blocks(const ConvolveCall<Real>& call, int64_t x, int64_t y, int64_t z, int64_t count, bool along_y) {
-    const Real* const input = call.input + call.first_x + x + (call.first[0] + y) * call.input_stride[0] + (call.first[1] + z) * call.input_stride[1];
+    const Real* const input = call.input + call.first_x + x + (call.first[0] + y) * call.input_stride[0] +
+                              (call.first[1] + z) * call.input_stride[1];
     Real* const output = call.output + x + y * call.output_stride[0] + z * call.output_stride[1];
     const Real* const base = call.base ? call.base + x + y * call.base_stride[0] + z * call.base_stride[1] : nullptr;
     for (const Block* block = call.blocks; block != call.blocks + call.block_count; ++block) {
-      Place place{input + block->input, output + block->first * call.output_plane, base ? base + block->first * call.base_plane : nullptr, lanes, lanes, lanes};
+      Place place{input + block->input,
+                  output + block->first * call.output_plane,
+                  base ? base + block->first * call.base_plane : nullptr,
+                  lanes,
+                  lanes,
+                  lanes};
       if (along_y) {
         place.input_step = call.input_stride[0];
         place.output_step = call.output_stride[0];
         place.base_step = call.base_stride[0];
       }
       switch (block->width) {
-        case 8: if constexpr (widest == 8) tiles<8>(call, *block, place, count); break;
+        case 8:
+          if constexpr (widest == 8) tiles<8>(call, *block, place, count);
+          break;
         case 4: tiles<4>(call, *block, place, count); break;
         case 2: tiles<2>(call, *block, place, count); break;
         default: tiles<1>(call, *block, place, count); break;
@@ -200,7 +216,10 @@ struct Code {
   static void convolve(const ConvolveCall<Real>& call, int64_t begin, int64_t end) {
     int64_t width = 1;
     for (int64_t b = 0; b < call.block_count; ++b) width = call.blocks[b].width > width ? call.blocks[b].width : width;
-    const int64_t vectors = vectors_of(call.cells), most_at_once = width == 8 ? most(8) : width == 4 ? most(4) : width == 2 ? most(2) : most(1);
+    const int64_t vectors = vectors_of(call.cells), most_at_once = width == 8   ? most(8)
+                                                                   : width == 4 ? most(4)
+                                                                   : width == 2 ? most(2)
+                                                                                : most(1);
     for (int64_t row = begin; row < end;) {
       const int64_t y = row % call.rows_y, z = row / call.rows_y;
       if (vectors == 1) {  // narrow: several rows together
@@ -258,7 +277,8 @@ struct Code {
   };
 
   template <int Width, int Count>
-  [[gnu::noinline]] static void gradient_tile(const WeightGradientCall<Real>& call, const Block& block, int64_t first_term, const Piece& piece) {
+  [[gnu::noinline]] static void gradient_tile(const WeightGradientCall<Real>& call, const Block& block,
+                                              int64_t first_term, const Piece& piece) {
     V sums[Width][Count] = {};
     const Real* seeds = call.seeds + block.first * call.seed_plane + piece.first_x;
     const Real* values = call.values + block.input + piece.first_x;
@@ -300,31 +320,43 @@ struct Code {
   }
 
   template <int Width>
-  static void gradient_terms(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end, const Piece& part) {
+  static void gradient_terms(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end,
+                             const Piece& part) {
     for (int64_t term = begin; term < end;) {
       const int64_t n = piece(end - term, most(Width));
       switch (n) {
         case 1: gradient_tile<Width, 1>(call, block, term, part); break;
         case 2: gradient_tile<Width, 2>(call, block, term, part); break;
         case 3: gradient_tile<Width, 3>(call, block, term, part); break;
-        case 4: if constexpr (most(Width) >= 4) gradient_tile<Width, 4>(call, block, term, part); break;
-        case 6: if constexpr (most(Width) >= 6) gradient_tile<Width, 6>(call, block, term, part); break;
-        default: if constexpr (most(Width) >= 8) gradient_tile<Width, 8>(call, block, term, part); break;
+        case 4:
+          if constexpr (most(Width) >= 4) gradient_tile<Width, 4>(call, block, term, part);
+          break;
+        case 6:
+          if constexpr (most(Width) >= 6) gradient_tile<Width, 6>(call, block, term, part);
+          break;
+        default:
+          if constexpr (most(Width) >= 8) gradient_tile<Width, 8>(call, block, term, part);
+          break;
       }
       term += n;
     }
   }
 
-  static void gradient_block(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end, const Piece& part) {
+  static void gradient_block(const WeightGradientCall<Real>& call, const Block& block, int64_t begin, int64_t end,
+                             const Piece& part) {
     switch (block.width) {
-      case 8: if constexpr (widest == 8) gradient_terms<8>(call, block, begin, end, part); break;
+      case 8:
+        if constexpr (widest == 8) gradient_terms<8>(call, block, begin, end, part);
+        break;
       case 4: gradient_terms<4>(call, block, begin, end, part); break;
       case 2: gradient_terms<2>(call, block, begin, end, part); break;
       default: gradient_terms<1>(call, block, begin, end, part); break;
     }
   }
-  /// So many cells at a time that seeds of a block stay in the first cache over all terms, and values in the second one over all blocks.
-  static void weight_gradient(const WeightGradientCall<Real>& call, const Block* first, const Block* last, int64_t begin, int64_t end) {
+  /// So many cells at a time that seeds of a block stay in the first cache over all terms, and values in the second one
+  /// over all blocks.
+  static void weight_gradient(const WeightGradientCall<Real>& call, const Block* first, const Block* last,
+                              int64_t begin, int64_t end) {
     const int64_t all = vectors_of(call.cells), fitting = 32 * 1024 / (8 * Bytes);
     const int64_t rows = all < fitting ? fitting / all : 1, vectors = all < fitting ? all : fitting;
     for (int64_t row = 0; row < call.rows; row += rows) {
@@ -341,7 +373,8 @@ struct Code {
       for (int64_t i = 0; i < count; i += lanes) store(results + i, activated(known.value, factor, load(values + i)));
     });
   }
-  static void activation_rate(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count) {
+  static void activation_rate(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add,
+                              int64_t count) {
     with_kind(kind, [=](auto known) {
       for (int64_t i = 0; i < count; i += lanes) {
         const V rate = derivative(known.value, factor, load(values + i)) * load(rates + i);
@@ -349,7 +382,8 @@ struct Code {
       }
     });
   }
-  static void rate_of_result(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add, int64_t count) {
+  static void rate_of_result(int32_t kind, Real factor, const Real* values, const Real* rates, Real* results, bool add,
+                             int64_t count) {
     with_kind(kind, [=](auto known) {
       for (int64_t i = 0; i < count; i += lanes) {
         const V rate = derivative_of_result(known.value, factor, load(values + i)) * load(rates + i);
@@ -373,7 +407,8 @@ struct Code {
 template <class Real, int Bytes, int Registers>
 Kernels<Real> kernels_of() {
   using C = Code<Real, Bytes, Registers>;
-  return {C::widest, C::convolve, C::weight_gradient, C::activate, C::activation_rate, C::rate_of_result, C::scale, C::sum};
+  return {C::widest,          C::convolve,       C::weight_gradient, C::activate,
+          C::activation_rate, C::rate_of_result, C::scale,           C::sum};
 }
 
 }  // namespace

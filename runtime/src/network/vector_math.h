@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elementary functions of vectors. Included by the files that are compiled for one instruction set each; all of it is without
-// names outside of the file, so that no linker takes one file's code for another's. For that reason nothing of the standard
-// library is used here that would be compiled into functions.
+// Elementary functions of vectors. Included by the files that are compiled for one instruction set each; all of it is
+// without names outside of the file, so that no linker takes one file's code for another's. For that reason nothing of
+// the standard library is used here that would be compiled into functions.
 #pragma once
 
 #include <stdint.h>
@@ -50,11 +50,13 @@ constexpr InverseFactorials inverse_factorials;
 /// Coefficients of Chebyshev polynomials of 2t-1, t = a/(a+z), whose sum is exp(z^2)*erfc(z)/t for z >= 0.
 constexpr double erfc_shape = 3.75;
 constexpr double erfc_coefficients[] = {
-    0.4214058601090404, 0.37747444362832, 0.14160448337558904, 0.04472136419492391, 0.0117959706715608,
-    0.0025349704447309527, 0.0004185659812464711, 4.4764300324499895e-05, 5.257805411800891e-07, -8.231924321753128e-07,
-    -1.316512185167472e-07, 2.5425950577591977e-09, 3.6155375955980613e-09, 2.8881129031517165e-10, -7.744049094712806e-11,
-    -1.4154099941115766e-11, 1.541532080291853e-12, 5.316760838441818e-13, -3.1266208417670866e-14, -1.931405980218627e-14,
-    7.681944620990154e-16, 7.212640982187403e-16, -2.9234747015733566e-17, -2.800417314058823e-17, 1.6437419195738499e-18};
+    0.4214058601090404,     0.37747444362832,       0.14160448337558904,     0.04472136419492391,
+    0.0117959706715608,     0.0025349704447309527,  0.0004185659812464711,   4.4764300324499895e-05,
+    5.257805411800891e-07,  -8.231924321753128e-07, -1.316512185167472e-07,  2.5425950577591977e-09,
+    3.6155375955980613e-09, 2.8881129031517165e-10, -7.744049094712806e-11,  -1.4154099941115766e-11,
+    1.541532080291853e-12,  5.316760838441818e-13,  -3.1266208417670866e-14, -1.931405980218627e-14,
+    7.681944620990154e-16,  7.212640982187403e-16,  -2.9234747015733566e-17, -2.800417314058823e-17,
+    1.6437419195738499e-18};
 
 template <class Real, int Bytes>
 struct Maths {
@@ -97,7 +99,8 @@ struct Maths {
     const V s = t / (static_cast<Real>(2) + t), square = s * s;
     V sum = all(0);
 #pragma GCC unroll 20
-    for (int k = N::logarithm_terms; k >= 0; --k) sum = sum * square + static_cast<Real>(2) / static_cast<Real>(2 * k + 1);
+    for (int k = N::logarithm_terms; k >= 0; --k)
+      sum = sum * square + static_cast<Real>(2) / static_cast<Real>(2 * k + 1);
     return sum * s;
   }
   static V tanh(V x) {

@@ -31,7 +31,8 @@ template <class F>
 void parallel_pieces(const Team& team, int64_t count, int64_t step, int64_t cost, const F& f) {
   constexpr int64_t pieces_per_thread = 4;
   const int64_t steps = (count + step - 1) / step, wanted = team.threads() > 1 ? team.threads() * pieces_per_thread : 1;
-  const int64_t pieces = steps < wanted ? steps : wanted, length = pieces > 0 ? (steps + pieces - 1) / pieces * step : 0;
+  const int64_t pieces = steps < wanted ? steps : wanted,
+                length = pieces > 0 ? (steps + pieces - 1) / pieces * step : 0;
   parallel(team, pieces, cost, [&](int64_t piece) {
     const int64_t begin = piece * length, end = begin + length < count ? begin + length : count;
     if (begin < end) f(begin, end);

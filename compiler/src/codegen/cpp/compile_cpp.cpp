@@ -76,12 +76,13 @@ std::vector<std::string> compiler_words(const std::string& compiler) {
 std::optional<std::string> run(const std::vector<std::string>& words, const fs::path& log) {
   const ProcessResult result = run_process(words, log);
   if (result.succeeded()) return std::nullopt;
-  if (result.error != 0) return fmt::format("cannot start the C++ compiler {}: {}", words[0], std::strerror(result.error));
+  if (result.error != 0)
+    return fmt::format("cannot start the C++ compiler {}: {}", words[0], std::strerror(result.error));
   return fmt::format("the C++ compiler {} failed:\n{}", words[0], read_text(log));
 }
 
-/// Whole 512-bit vectors; and the tuning of a processor that has them, since compilers older than the processor they run
-/// on take it for one that has not (measured with g++ 12: 1.2 to 1.6 times).
+/// Whole 512-bit vectors; and the tuning of a processor that has them, since compilers older than the processor they
+/// run on take it for one that has not (measured with g++ 12: 1.2 to 1.6 times).
 constexpr const char* vector_flags[] = {"-mprefer-vector-width=512", "-mtune=icelake-server"};
 
 /// The compiler's own description, which tells one release from another; "" when it gives none.
@@ -99,7 +100,8 @@ struct Build {
   fs::path library() const { return folder / "module.so"; }
   /// All that the library depends on.
   std::string key(const std::string& source) const {
-    return fmt::format("library\n{}\n{}\n{}\n{}\n{}", fmt::join(compiler, " "), version, fmt::join(flags, " "), abi_header_texts(), source);
+    return fmt::format("library\n{}\n{}\n{}\n{}\n{}", fmt::join(compiler, " "), version, fmt::join(flags, " "),
+                       abi_header_texts(), source);
   }
 };
 
@@ -125,7 +127,8 @@ std::optional<std::string> compile(const Build& build, const std::string& source
   if (!write_abi_headers(build.folder)) return fmt::format("cannot write {}", build.folder.string());
   std::vector<std::string> arguments = build.compiler;
   arguments.insert(arguments.end(), build.flags.begin(), build.flags.end());
-  arguments.insert(arguments.end(), {"-I", build.folder.string(), "-shared", "-o", build.library().string(), file.string()});
+  arguments.insert(arguments.end(),
+                   {"-I", build.folder.string(), "-shared", "-o", build.library().string(), file.string()});
   const auto error = run(arguments, log);
   if (!error || read_text(log).find("-mprefer-vector-width") == std::string::npos) return error;
   for (const char* flag : vector_flags) std::erase(arguments, flag);  // not options on this processor
@@ -152,14 +155,16 @@ CompileResult load(const loop::Module& module, const fs::path& path) {
 
 std::vector<std::string> cpp_flags(bool is_clang) {
   // C++14: <math.h> of later standards takes g++ twice the time.
-  std::vector<std::string> flags{"-std=c++14",
-          "-O3",
-          "-march=native",
-          is_clang ? "-ffp-contract=on" : "-ffp-contract=fast",  // with fast, clang does not hear where no product may be contracted
-          "-fno-math-errno",
-          "-fno-trapping-math",
-          "-fPIC",
-          "-fopenmp-simd"};
+  std::vector<std::string> flags{
+      "-std=c++14",
+      "-O3",
+      "-march=native",
+      is_clang ? "-ffp-contract=on"
+               : "-ffp-contract=fast",  // with fast, clang does not hear where no product may be contracted
+      "-fno-math-errno",
+      "-fno-trapping-math",
+      "-fPIC",
+      "-fopenmp-simd"};
   flags.insert(flags.end(), std::begin(vector_flags), std::end(vector_flags));
   // Its load-PRE chains u[i - 1], u[i], u[i + 1] through the loop, which then stays scalar.
   if (is_clang) flags.insert(flags.end(), {"-mllvm", "-enable-load-pre=false"});
@@ -169,7 +174,8 @@ std::vector<std::string> cpp_flags(bool is_clang) {
 CompileResult compile_cpp_source(const loop::Module& module, const std::string& source, const std::string& compiler,
                                  CodeCache* cache) {
   const TemporaryFolder folder;
-  if (folder.path().empty()) return {nullptr, false, fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
+  if (folder.path().empty())
+    return {nullptr, false, fmt::format("cannot make a temporary folder: {}", std::strerror(errno))};
   const Build build = build_with(compiler, folder.path());
   const bool may_keep = cache != nullptr && !build.version.empty();
   const std::string key = may_keep ? build.key(source) : "";

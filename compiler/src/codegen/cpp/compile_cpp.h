@@ -15,8 +15,8 @@ namespace dpde::codegen {
 struct CompileResult {
   std::shared_ptr<CompiledModule> module;  // null on failure
   bool from_cache = false;
-  std::string error;                       // what the compiler or the loader said
-  std::string key = {};                    // of the code in the cache; "" without one
+  std::string error;     // what the compiler or the loader said
+  std::string key = {};  // of the code in the cache; "" without one
 };
 
 /// `compiler` "": $CXX, else c++. All temporary files are gone when this returns.

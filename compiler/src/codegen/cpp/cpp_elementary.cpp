@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// g++ calls _ZGV<processor>N<lanes><v for each argument>_<function> for several cells of a function declared with attribute simd. It
-// would make those functions itself from one that it sees defined, but not vectorise what may call the C library; so they are
-// defined here beside a mere declaration. All of them stay inside the file.
+// g++ calls _ZGV<processor>N<lanes><v for each argument>_<function> for several cells of a function declared with
+// attribute simd. It would make those functions itself from one that it sees defined, but not vectorise what may call
+// the C library; so they are defined here beside a mere declaration. All of them stay inside the file.
 #include "codegen/cpp/cpp_elementary.h"
 
 #include <fmt/format.h>
@@ -25,7 +25,8 @@ struct Registers {
   int bytes;
   std::string_view needs;
 };
-constexpr std::array<Registers, 4> registers{{{'b', 16, "__SSE2__"}, {'c', 32, "__AVX__"}, {'d', 32, "__AVX2__"}, {'e', 64, "__AVX512F__"}}};
+constexpr std::array<Registers, 4> registers{
+    {{'b', 16, "__SSE2__"}, {'c', 32, "__AVX__"}, {'d', 32, "__AVX2__"}, {'e', 64, "__AVX512F__"}}};
 
 std::set<std::string> functions_of(const loop::Module& module) {
   std::set<std::string> names;
@@ -46,11 +47,14 @@ struct Function {
   std::string name, real, formula;  // dpde_sinf, float, dpde::elementary::Sin
   bool is_binary;
 
-  std::string parameters(const std::string& type) const { return is_binary ? fmt::format("{0} x, {0} y", type) : type + " x"; }
+  std::string parameters(const std::string& type) const {
+    return is_binary ? fmt::format("{0} x, {0} y", type) : type + " x";
+  }
   std::string arguments() const { return is_binary ? "x, y" : "x"; }
   std::string vectors(const Registers& in) const;
   std::string scalar(const std::string& head) const {
-    return fmt::format("{}({}) {{ return dpde::elementary::one<{}>({}); }}\n", head, parameters(real), formula, arguments());
+    return fmt::format("{}({}) {{ return dpde::elementary::one<{}>({}); }}\n", head, parameters(real), formula,
+                       arguments());
   }
   std::string for_gcc() const;
 };
@@ -61,12 +65,14 @@ std::string Function::vectors(const Registers& in) const {
   const std::string head = fmt::format("static {} {}_{}({})", vector, name, in.letter, parameters(vector));
   const std::string symbol = fmt::format("_ZGV{}N{}{}_{}", in.letter, count, is_binary ? "vv" : "v", name);
   return fmt::format("#ifdef {}\n{} __asm__(\"{}\") __attribute__((used));\n", in.needs, head, symbol) +
-         fmt::format("{} {{ return dpde::elementary::several<{}, {}, {}>({}); }}\n#endif\n", head, formula, real, count, arguments());
+         fmt::format("{} {{ return dpde::elementary::several<{}, {}, {}>({}); }}\n#endif\n", head, formula, real, count,
+                     arguments());
 }
 
 std::string Function::for_gcc() const {
-  std::string out = fmt::format("extern \"C\" {} {}({}) __attribute__((simd(\"notinbranch\"), const, nothrow, visibility(\"hidden\")));\n",
-                                real, name, parameters(real));
+  std::string out = fmt::format(
+      "extern \"C\" {} {}({}) __attribute__((simd(\"notinbranch\"), const, nothrow, visibility(\"hidden\")));\n", real,
+      name, parameters(real));
   out += fmt::format("static {0} {1}_1({2}) __asm__(\"{1}\") __attribute__((used));\n", real, name, parameters(real));
   out += scalar(fmt::format("static {} {}_1", real, name));
   for (const Registers& r : registers) out += vectors(r);
@@ -76,7 +82,8 @@ std::string Function::for_gcc() const {
 Function function(const std::string& name, Precision real) {
   std::string formula = "dpde::elementary::" + name;
   formula[formula.size() - name.size()] = static_cast<char>(std::toupper(name[0]));
-  return {cpp_elementary_prefix() + name + (real == Precision::f32 ? "f" : ""), std::string(cpp_real(real)), formula, name == "pow"};
+  return {cpp_elementary_prefix() + name + (real == Precision::f32 ? "f" : ""), std::string(cpp_real(real)), formula,
+          name == "pow"};
 }
 
 }  // namespace
@@ -91,8 +98,10 @@ std::string cpp_elementary(const loop::Module& module) {
     for_others += f.scalar(fmt::format("static inline {} {}", f.real, f.name));
   }
   if (for_gcc.empty()) return "";
-  return "\n// Functions of cells; those with _ZGV are what g++ calls for several cells at once. It decides to after link-time optimisation has\n"
-         "// dropped what nothing calls by name: compile this file with -fno-lto, also where the rest of the program is linked with -flto.\n"
+  return "\n// Functions of cells; those with _ZGV are what g++ calls for several cells at once. It decides to after "
+         "link-time optimisation has\n"
+         "// dropped what nothing calls by name: compile this file with -fno-lto, also where the rest of the program "
+         "is linked with -flto.\n"
          "#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__ELF__)\n" +
          for_gcc + "#else\n" + for_others + "#endif\n";
 }

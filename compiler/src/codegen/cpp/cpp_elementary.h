@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// sin, exp, pow, ... of cells in emitted C++: the functions of dpde/elementary_cells.h, under names that g++ finds when it vectorises
-// a loop.
+// sin, exp, pow, ... of cells in emitted C++: the functions of dpde/elementary_cells.h, under names that g++ finds when
+// it vectorises a loop.
 #pragma once
 
 #include <string>

@@ -97,7 +97,8 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
   }
   if (const loop::Literal* l = std::get_if<loop::Literal>(&e->kind)) return {l->value != 0 ? "true" : "false", atom};
   const loop::Binary* b = std::get_if<loop::Binary>(&e->kind);
-  if (!b || !is_condition(b->op)) return {fmt::format("{} != {}", number(e, comparison_precedence + 1), cpp_number(0, real_)), comparison_precedence};
+  if (!b || !is_condition(b->op))
+    return {fmt::format("{} != {}", number(e, comparison_precedence + 1), cpp_number(0, real_)), comparison_precedence};
   const int own = precedence(b->op);
   if (!is_logical(b->op)) {
     return {fmt::format("{} {} {}", number(b->left, own + 1), spelling(b->op), number(b->right, own + 1)), own};
@@ -113,7 +114,8 @@ CppExpression::Piece CppExpression::truth_piece(const loop::Expr& e) const {
 
 CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
   if (is_truth(e)) {
-    return {fmt::format("{} ? {} : {}", truth(e, comparison_precedence), cpp_number(1, real_), cpp_number(0, real_)), choice_precedence};
+    return {fmt::format("{} ? {} : {}", truth(e, comparison_precedence), cpp_number(1, real_), cpp_number(0, real_)),
+            choice_precedence};
   }
   return match(
       e->kind,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools, all else is double, or float
-// in single precision; each is converted where it meets the other.
+// Loop expressions as C++ expressions with the fewest parentheses. Conditions are C++ bools, all else is double, or
+// float in single precision; each is converted where it meets the other.
 #pragma once
 
 #include <functional>

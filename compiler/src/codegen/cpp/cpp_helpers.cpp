@@ -14,7 +14,8 @@ namespace dpde::codegen {
 namespace {
 
 struct Uses {
-  bool math = false, product = false, minimum = false, maximum = false, sign = false, fraction = false, inside = false, periodic = false, bounded = false;
+  bool math = false, product = false, minimum = false, maximum = false, sign = false, fraction = false, inside = false,
+       periodic = false, bounded = false;
   std::array<bool, loop::max_rank + 1> interp{}, scatter{};  // by rank
   std::array<bool, along_count> along{};
 };
@@ -293,7 +294,8 @@ std::string in_single_precision(const std::string& text) {
       i += word.size();
       return true;
     };
-    if (replace("double", "float") || replace("floor(", "floorf(") || replace("__builtin_fma(", "__builtin_fmaf(")) continue;
+    if (replace("double", "float") || replace("floor(", "floorf(") || replace("__builtin_fma(", "__builtin_fmaf("))
+      continue;
     out += text[i++];
     const bool ends_literal = i >= 3 && std::isdigit(text[i - 1]) && text[i - 2] == '.' && std::isdigit(text[i - 3]);
     if (ends_literal) out += 'f';  // all of them have one decimal

@@ -9,7 +9,8 @@
 
 namespace dpde::codegen {
 
-/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_fraction, dpde_inside and of interpolation for what `module` uses; may be "".
+/// Definitions of dpde_min, dpde_max, dpde_sign, dpde_fraction, dpde_inside and of interpolation for what `module`
+/// uses; may be "".
 std::string cpp_helpers(const loop::Module& module);
 
 /// The one of them that gives the cells and weights along an axis.

@@ -18,8 +18,8 @@ std::string cpp_identifier(const std::string& name);
 std::string cpp_stream_name(const loop::Stream& stream, int rank);
 std::string cpp_offset_suffix(const loop::Offset& offset, int rank);
 
-/// The identifiers of one emitted function, all different but for `streams`: reads of a field that differ only along the
-/// row share one pointer (fewer registers).
+/// The identifiers of one emitted function, all different but for `streams`: reads of a field that differ only along
+/// the row share one pointer (fewer registers).
 struct CppNames {
   std::vector<std::string> streams, grids, lets, sums;
   std::vector<std::string> uniforms;  // of the module; "" for those the row does not use

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict; reads of a field that
-// differ only along the row share one), so that g++ and clang turn it into vector instructions.
+// The loop has no calls through pointers, no remainders and no aliases (every pointer is __restrict; reads of a field
+// that differ only along the row share one), so that g++ and clang turn it into vector instructions.
 #include "codegen/cpp/cpp_row.h"
 
 #include <fmt/format.h>
@@ -63,7 +63,13 @@ std::string commented(const std::string& text) {
 class RowEmitter {
  public:
   RowEmitter(const loop::Module& module, const loop::Row& row, const SourceFile* source, const std::string& linkage)
-      : module_(module), row_(row), source_(source), linkage_(linkage), names_(cpp_names(module, row)), expression_(leaves_, module.real), real_(cpp_real(module.real)) {
+      : module_(module),
+        row_(row),
+        source_(source),
+        linkage_(linkage),
+        names_(cpp_names(module, row)),
+        expression_(leaves_, module.real),
+        real_(cpp_real(module.real)) {
     set_leaves();
     find_places();
   }
@@ -162,8 +168,9 @@ std::string RowEmitter::taps(const loop::Interp& i, const std::vector<std::strin
   std::vector<std::string> texts;
   for (int axis = 0; axis < row_.rank; ++axis) {
     const std::string place = axis == 0 ? "first + i" : fmt::format("place_{}", axis_names[axis]);
-    texts.push_back(fmt::format("{}(dpde_{}({}, {}, cells_{}))", cpp_taps(i.along[axis]), is_bounded(axis) ? "bounded" : "periodic",
-                                plus(place, i.offset[axis]), displacement[axis], axis_names[axis]));
+    texts.push_back(fmt::format("{}(dpde_{}({}, {}, cells_{}))", cpp_taps(i.along[axis]),
+                                is_bounded(axis) ? "bounded" : "periodic", plus(place, i.offset[axis]),
+                                displacement[axis], axis_names[axis]));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
 }
@@ -222,14 +229,16 @@ std::string RowEmitter::head() const {
     const bool is_read = !targets.contains(static_cast<int>(g));
     parameters.push_back(fmt::format("{}{}* __restrict {}", is_read ? "const " : "", real_, names_.grids[g]));
   }
-  for (const int u : loop::used_uniforms(row_)) parameters.push_back(fmt::format("const {} {}", real_, names_.uniforms[u]));
+  for (const int u : loop::used_uniforms(row_))
+    parameters.push_back(fmt::format("const {} {}", real_, names_.uniforms[u]));
   if (!row_.sums.empty()) parameters.push_back("double* __restrict sums");
   return wrapped(fmt::format("static void {}(", function_name()), parameters, ") {");
 }
 
 std::string RowEmitter::line_of(const loop::Store& store) const {
   if (!source_ || !store.origin.range.is_known()) return "";
-  return fmt::format("  // {}:{}", printable_line(source_->path_of(store.origin.range.begin)), source_->locate(store.origin.range.begin).line);
+  return fmt::format("  // {}:{}", printable_line(source_->path_of(store.origin.range.begin)),
+                     source_->locate(store.origin.range.begin).line);
 }
 
 std::string RowEmitter::loop() const {
@@ -277,7 +286,8 @@ std::string RowEmitter::wrapper() const {
   for (std::size_t g = 0; g < row_.grids.size(); ++g) arguments.push_back(fmt::format("({}*)row->grids[{}]", real_, g));
   const std::string_view rounded = is_single() ? "(float)" : "";
   for (const int u : loop::used_uniforms(row_)) {
-    arguments.push_back(row_.is_own(u) ? fmt::format("{}row->own[{}]", rounded, u - row_.own) : fmt::format("{}row->uniforms[{}]", rounded, u));
+    arguments.push_back(row_.is_own(u) ? fmt::format("{}row->own[{}]", rounded, u - row_.own)
+                                       : fmt::format("{}row->uniforms[{}]", rounded, u));
   }
   if (!row_.sums.empty()) arguments.push_back("row->sums");
   return fmt::format("{} {}(const dpde_row* row) {{\n", linkage_, symbol_of(row_.name)) +
@@ -286,7 +296,8 @@ std::string RowEmitter::wrapper() const {
 
 }  // namespace
 
-std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source, const std::string& linkage) {
+std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source,
+                         const std::string& linkage) {
   return RowEmitter(module, row, source, linkage).emit();
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One row function as C++: a plain loop over the cells with one pointer a stream, and its wrapper that unpacks dpde_row.
+// One row function as C++: a plain loop over the cells with one pointer a stream, and its wrapper that unpacks
+// dpde_row.
 #pragma once
 
 #include <string>
@@ -10,6 +11,7 @@
 namespace dpde::codegen {
 
 /// `linkage`: the words before the wrapper's name.
-std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source, const std::string& linkage);
+std::string emit_cpp_row(const loop::Module& module, const loop::Row& row, const SourceFile* source,
+                         const std::string& linkage);
 
 }  // namespace dpde::codegen

@@ -15,7 +15,9 @@ namespace dpde::codegen {
 
 namespace {
 
-std::string words_of(RowLinkage linkage) { return linkage == RowLinkage::exported ? "extern \"C\" void" : "static void"; }
+std::string words_of(RowLinkage linkage) {
+  return linkage == RowLinkage::exported ? "extern \"C\" void" : "static void";
+}
 
 std::string emit_uniforms(const loop::Module& module, RowLinkage linkage) {
   const CppUniformNames names = cpp_uniform_names(module);

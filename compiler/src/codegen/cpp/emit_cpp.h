@@ -14,7 +14,8 @@ namespace dpde::codegen {
 enum class RowLinkage { exported, within_the_file };
 
 /// Symbols: dpde_compute_uniforms and symbol_of(row) for each row. With `source`, stores show the line they come from.
-std::string emit_cpp(const loop::Module& module, const SourceFile* source = nullptr, RowLinkage linkage = RowLinkage::exported);
+std::string emit_cpp(const loop::Module& module, const SourceFile* source = nullptr,
+                     RowLinkage linkage = RowLinkage::exported);
 
 /// Name of the extern "C" function of a row.
 std::string symbol_of(const std::string& row);

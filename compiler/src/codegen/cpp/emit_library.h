@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene ahead of time: the emitted C++ with the tables the runtime needs beside its rows, a header with a class for the
-// scene, and what CMake has to know. The library needs nothing but C; the class needs the runtime (dpde::runtime).
+// A scene ahead of time: the emitted C++ with the tables the runtime needs beside its rows, a header with a class for
+// the scene, and what CMake has to know. The library needs nothing but C; the class needs the runtime (dpde::runtime).
 #pragma once
 
 #include <set>
@@ -15,7 +15,8 @@ namespace dpde::codegen {
 
 /// The rows of `module`, the programs that `scene` points to, and the scene as the symbol <name>_scene; nothing else is
 /// visible from outside. `scene` may come from tables without code.
-std::string emit_library_source(const loop::Module& module, const dpde_scene& scene, const std::string& name, const SourceFile& source);
+std::string emit_library_source(const loop::Module& module, const dpde_scene& scene, const std::string& name,
+                                const SourceFile& source);
 std::string emit_library_header(const dpde_scene& scene, const std::string& name, const SourceFile& source);
 /// Defines the imported target <name>.
 std::string emit_library_cmake(const std::string& name);

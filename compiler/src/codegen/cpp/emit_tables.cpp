@@ -23,7 +23,9 @@ std::vector<std::string> texts(const Item* items, int32_t count, const Text& tex
 
 std::string quoted(const char* text) { return text ? fmt::format("\"{}\"", text) : "nullptr"; }
 
-std::string side(const dpde_side& s) { return fmt::format("{{{}, {}, {}, {}, {}}}", s.kind, s.value, s.a, s.b, s.field); }
+std::string side(const dpde_side& s) {
+  return fmt::format("{{{}, {}, {}, {}, {}}}", s.kind, s.value, s.a, s.b, s.field);
+}
 std::string boundary(const dpde_boundary& b) { return fmt::format("{{{}, {}}}", side(b.low), side(b.high)); }
 
 std::string fill(const dpde_fill& f) {
@@ -53,7 +55,9 @@ class Tables {
   std::string network(const dpde_network* source);
   std::string instants(const dpde_instants& at) {
     if (at.count < 0) return "{-1, nullptr}";
-    return fmt::format("{{{}, {}}}", at.count, array("int32_t", "steps", texts(at.steps, at.count, [](int32_t k) { return fmt::format("{}", k); })));
+    return fmt::format(
+        "{{{}, {}}}", at.count,
+        array("int32_t", "steps", texts(at.steps, at.count, [](int32_t k) { return fmt::format("{}", k); })));
   }
   const std::string& text() const { return out_; }
 
@@ -77,7 +81,8 @@ std::string Tables::kernel(const dpde_kernel& k) {
   const std::string streams = array("dpde_stream", "streams", texts(k.streams, k.stream_count, stream));
   const std::string grids = array("int32_t", "grids", texts(k.grids, k.grid_count, number));
   const std::string sums = array("int32_t", "sums", texts(k.sums, k.sum_count, number));
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, 0, nullptr, {}}}", quoted(k.name), symbol_of(k.name), k.stream_count, streams, k.grid_count, grids, k.sum_count, sums, k.own);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, 0, nullptr, {}}}", quoted(k.name), symbol_of(k.name),
+                     k.stream_count, streams, k.grid_count, grids, k.sum_count, sums, k.own);
 }
 
 /// "nullptr" or the address of the network's struct, defined at its first use.
@@ -87,14 +92,16 @@ std::string Tables::network(const dpde_network* source) {
   const auto layer = [&](const dpde_layer& l) {
     const auto number = [](int32_t channel) { return fmt::format("{}", channel); };
     const std::string order = l.order ? array("int32_t", "orders", texts(l.order, l.channels, number)) : "nullptr";
-    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {{{}, {}, {}}}, {}}}", l.kind, l.input, l.other, l.channels, l.extent, l.stride,
-                       l.dilation, l.groups, l.activation, l.factor, l.weights, l.bias, l.init, l.gain, l.axes[0], l.axes[1], l.axes[2], order);
+    return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {{{}, {}, {}}}, {}}}", l.kind,
+                       l.input, l.other, l.channels, l.extent, l.stride, l.dilation, l.groups, l.activation, l.factor,
+                       l.weights, l.bias, l.init, l.gain, l.axes[0], l.axes[1], l.axes[2], order);
   };
   const dpde_network& n = *source;
   const std::string layers = array("dpde_layer", "layers", texts(n.layers, n.layer_count, layer));
   const std::string name = fmt::format("dpde_network_{}", networks_.size());
-  out_ += fmt::format("static const dpde_network {} = {{{}, {}, {}, {}, {}, {{{}, {}, {}}}, {}, {}u, {}, {}, {}}};\n", name, quoted(n.name), n.rank, n.real, n.inputs,
-                      n.outputs, n.padding[0], n.padding[1], n.padding[2], n.weight_count, n.seed, n.layer_count, layers, n.is_host);
+  out_ += fmt::format("static const dpde_network {} = {{{}, {}, {}, {}, {}, {{{}, {}, {}}}, {}, {}u, {}, {}, {}}};\n",
+                      name, quoted(n.name), n.rank, n.real, n.inputs, n.outputs, n.padding[0], n.padding[1],
+                      n.padding[2], n.weight_count, n.seed, n.layer_count, layers, n.is_host);
   return networks_[source->name] = "&" + name;
 }
 
@@ -113,9 +120,10 @@ std::string Tables::inference(const dpde_inference& i, const dpde_program& progr
 std::string Tables::operation(const dpde_operation& o, const dpde_program& program) {
   const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, fill));
   const dpde_reduce& r = o.reduce;
-  const std::string reduce = fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial, o.then_count, then, reduce,
-                     o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}");
+  const std::string reduce =
+      fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial,
+                     o.then_count, then, reduce, o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}");
 }
 
 std::string Tables::program(const dpde_program* source) {
@@ -125,22 +133,32 @@ std::string Tables::program(const dpde_program* source) {
   const dpde_program& p = *source;
   out_ += fmt::format("\n// program {}\n", p.name);
   const auto swap = [](const dpde_swap& s) { return fmt::format("{{{}, {}}}", s.state, s.next); };
-  const std::string fields = names(p.fields, p.field_count), params = names(p.params, p.param_count), sums = names(p.sums, p.sum_count);
-  const std::string kernels = array("dpde_kernel", "kernels", texts(p.kernels, p.kernel_count, [&](const dpde_kernel& k) { return kernel(k); }));
+  const std::string fields = names(p.fields, p.field_count), params = names(p.params, p.param_count),
+                    sums = names(p.sums, p.sum_count);
+  const std::string kernels = array("dpde_kernel", "kernels",
+                                    texts(p.kernels, p.kernel_count, [&](const dpde_kernel& k) { return kernel(k); }));
   const std::string prepare = array("dpde_fill", "fills", texts(p.prepare, p.prepare_count, fill));
   const std::string operations =
-      array("dpde_operation", "operations", texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o, p); }));
-  const std::string networks = array("dpde_network* const", "networks", texts(p.networks, p.network_count, [&](const dpde_network* n) { return network(n); }));
+      array("dpde_operation", "operations",
+            texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o, p); }));
+  const std::string networks =
+      array("dpde_network* const", "networks",
+            texts(p.networks, p.network_count, [&](const dpde_network* n) { return network(n); }));
   const std::string swaps = array("dpde_swap", "swaps", texts(p.swaps, p.swap_count, swap));
-  const auto link = [](const dpde_link& l) { return fmt::format("{{{}, {}, {}, {}}}", l.kind, quoted(l.primal), l.derived_kind, l.derived); };
+  const auto link = [](const dpde_link& l) {
+    return fmt::format("{{{}, {}, {}, {}}}", l.kind, quoted(l.primal), l.derived_kind, l.derived);
+  };
   const std::string links = array("dpde_link", "links", texts(p.links, p.link_count, link));
   const std::string name = fmt::format("dpde_program_{}", programs_.size());
   out_ += fmt::format("static const dpde_program {} = {{\n", name);
-  out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {}, {},\n", quoted(p.name), p.rank, p.real == DPDE_F32 ? "DPDE_F32" : "DPDE_F64", three(p.halo));
+  out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {}, {},\n", quoted(p.name), p.rank,
+                      p.real == DPDE_F32 ? "DPDE_F32" : "DPDE_F64", three(p.halo));
   out_ += fmt::format("    {}, {}, {},  // fields, inputs first\n", p.field_count, p.input_count, fields);
-  out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params, p.uniform_count);
+  out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params,
+                      p.uniform_count);
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
-  out_ += fmt::format("    {}, {}, {}, {}, {}, {},  // prepare, operations, swaps\n", p.prepare_count, prepare, p.operation_count, operations, p.swap_count, swaps);
+  out_ += fmt::format("    {}, {}, {}, {}, {}, {},  // prepare, operations, swaps\n", p.prepare_count, prepare,
+                      p.operation_count, operations, p.swap_count, swaps);
   out_ += fmt::format("    {}, {}, {}, {},  // networks, links\n", p.network_count, networks, p.link_count, links);
   out_ += "    nullptr, nullptr};\n";
   return programs_[source] = "&" + name;
@@ -162,40 +180,60 @@ std::string axis(const dpde_axis& a, Tables& tables) {
   return fmt::format("{{{}, {}, {}, {}, {}, {}}}", quoted(a.name), a.low, a.high, a.cells, a.is_periodic, centres);
 }
 
+std::string programs_of(const dpde_scene& s, Tables& tables) {
+  std::string programs;
+  for (const dpde_program* p : {s.program, s.adjoint, s.initial, s.initial_adjoint, s.coefficient_formulas,
+                                s.coefficient_adjoint, s.start, s.observe}) {
+    programs += tables.program(p) + ", ";
+  }
+  return programs;
+}
+
+/// A list a network, where the scene gives them.
+std::vector<std::string> weights_of(const dpde_scene& s, Tables& tables) {
+  std::vector<std::string> weights;
+  for (int32_t n = 0; n < s.network_count; ++n) {
+    const auto count = static_cast<int32_t>(s.networks[n]->weight_count);
+    weights.push_back(s.weights[n] ? tables.array("double", "weights", texts(s.weights[n], count, number)) : "nullptr");
+  }
+  return weights;
+}
+
 /// The scene's initialiser; what it points to goes to `tables`.
 std::string scene_text(const dpde_scene& s, Tables& tables) {
   const auto value = [](const dpde_value& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.value); };
   const auto source = [](const dpde_source& v) { return fmt::format("{{{}, {}}}", quoted(v.name), v.has_formula); };
-  const auto datum = [&](const dpde_datum& d) { return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at)); };
-  const auto unknown = [](const dpde_unknown& u) { return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(u.name), u.kind, u.start, number(u.low), number(u.high)); };
+  const auto datum = [&](const dpde_datum& d) {
+    return fmt::format("{{{}, {}}}", quoted(d.name), tables.instants(d.at));
+  };
+  const auto unknown = [](const dpde_unknown& u) {
+    return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(u.name), u.kind, u.start, number(u.low), number(u.high));
+  };
   const auto loss = [&](const dpde_loss& l) {
     const std::string program = tables.program(l.loss), adjoint = tables.program(l.adjoint);
     const std::string full = second(l.full, tables), squares = second(l.squares, tables);
     return fmt::format("{{{}, {}, {}, {}, {}}}", program, adjoint, tables.instants(l.at), full, squares);
   };
-  std::string programs;
-  for (const dpde_program* p : {s.program, s.adjoint, s.initial, s.initial_adjoint, s.coefficient_formulas, s.coefficient_adjoint, s.start, s.observe}) {
-    programs += tables.program(p) + ", ";
-  }
+  const std::string programs = programs_of(s, tables);
   const std::string params = tables.array("dpde_value", "params", texts(s.params, s.param_count, value));
   const auto control = [&](const dpde_control& c) {
-    return fmt::format("{{{}, {}, {}, {}}}", quoted(c.name), c.every, c.count, tables.array("double", "values", texts(c.values, c.count, number)));
+    return fmt::format("{{{}, {}, {}, {}}}", quoted(c.name), c.every, c.count,
+                       tables.array("double", "values", texts(c.values, c.count, number)));
   };
   const std::string controls = tables.array("dpde_control", "controls", texts(s.controls, s.control_count, control));
   const std::string states = tables.array("dpde_source", "states", texts(s.states, s.state_count, source));
   const auto coefficient = [&](const dpde_coefficient& c) {
-    return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(c.name), c.has_formula, c.every, c.count, tables.program(c.formula));
+    return fmt::format("{{{}, {}, {}, {}, {}}}", quoted(c.name), c.has_formula, c.every, c.count,
+                       tables.program(c.formula));
   };
   const auto noise = [](const dpde_noise& n) { return fmt::format("{{{}, {}u}}", quoted(n.name), n.seed); };
-  const std::string coefficients = tables.array("dpde_coefficient", "coefficients", texts(s.coefficients, s.coefficient_count, coefficient));
+  const std::string coefficients =
+      tables.array("dpde_coefficient", "coefficients", texts(s.coefficients, s.coefficient_count, coefficient));
   const std::string noises = tables.array("dpde_noise", "noises", texts(s.noises, s.noise_count, noise));
   const std::string networks =
-      tables.array("dpde_network* const", "networks", texts(s.networks, s.network_count, [&](const dpde_network* n) { return tables.network(n); }));
-  std::vector<std::string> weights;
-  for (int32_t n = 0; n < s.network_count; ++n) {
-    weights.push_back(s.weights[n] ? tables.array("double", "weights", texts(s.weights[n], static_cast<int32_t>(s.networks[n]->weight_count), number)) : "nullptr");
-  }
-  const std::string weight_lists = tables.array("double* const", "weight_lists", weights);
+      tables.array("dpde_network* const", "networks",
+                   texts(s.networks, s.network_count, [&](const dpde_network* n) { return tables.network(n); }));
+  const std::string weight_lists = tables.array("double* const", "weight_lists", weights_of(s, tables));
   const std::string sought = tables.names(s.sought, s.sought_count);
   const std::string data = tables.array("dpde_datum", "data", texts(s.data, s.datum_count, datum));
   const std::string losses = tables.array("dpde_loss", "losses", texts(s.losses, s.loss_count, loss));
@@ -206,26 +244,33 @@ std::string scene_text(const dpde_scene& s, Tables& tables) {
   std::string out = fmt::format("    DPDE_SCENE_VERSION, {}, {}, {},\n", quoted(s.name), quoted(s.task), s.rank);
   out += fmt::format("    {{{}}},  // axes\n", fmt::join(axes, ", "));
   out += fmt::format("    {}, {}, {},  // begin, step, steps\n", s.t_begin, s.step, s.steps);
-  out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params, s.control_count, controls,
-                     tables.program(s.rate), s.courant);
-  out += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, networks, sought coefficients\n", s.state_count, states, s.coefficient_count,
-                     coefficients, s.noise_count, noises, s.network_count, networks, weight_lists, s.sought_count, sought);
+  out += fmt::format("    {}, {}, {}, {}, {}, {},  // parameters, controls, Courant number\n", s.param_count, params,
+                     s.control_count, controls, tables.program(s.rate), s.courant);
+  out += fmt::format(
+      "    {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {},  // states, coefficients, noise, networks, sought "
+      "coefficients\n",
+      s.state_count, states, s.coefficient_count, coefficients, s.noise_count, noises, s.network_count, networks,
+      weight_lists, s.sought_count, sought);
   out += fmt::format("    {}\n", programs);
-  out += fmt::format("    {}, {}, {}, {}, {}, {},\n", s.datum_count, data, s.loss_count, losses, s.unknown_count, unknowns);
-  out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate, s.optimiser.gauss_newton, s.optimiser.iterations);
+  out += fmt::format("    {}, {}, {}, {}, {}, {},\n", s.datum_count, data, s.loss_count, losses, s.unknown_count,
+                     unknowns);
+  out += fmt::format("    {{{}, {}, {}, {}}},  // optimiser\n", s.optimiser.method, s.optimiser.rate,
+                     s.optimiser.gauss_newton, s.optimiser.iterations);
   out += fmt::format("    {}{}", quoted(s.no_second), seconds);
   return out;
 }
 
 }  // namespace
 
-std::string emit_library_source(const loop::Module& module, const dpde_scene& scene, const std::string& name, const SourceFile& source) {
+std::string emit_library_source(const loop::Module& module, const dpde_scene& scene, const std::string& name,
+                                const SourceFile& source) {
   std::string out = emit_cpp(module, &source, RowLinkage::within_the_file);
   out.insert(out.find("#include \"dpde/kernel_abi.h\""), "#include \"dpde/scene_abi.h\"\n");
   Tables tables;
   const std::string initialiser = scene_text(scene, tables);
   out += "\n// What the runtime has to know of the rows.\n" + tables.text();
-  out += fmt::format("\nextern \"C\" __attribute__((visibility(\"default\"))) const dpde_scene {}_scene = {{\n{}}};\n", name, initialiser);
+  out += fmt::format("\nextern \"C\" __attribute__((visibility(\"default\"))) const dpde_scene {}_scene = {{\n{}}};\n",
+                     name, initialiser);
   return out;
 }
 

@@ -26,7 +26,8 @@ struct Formula {
 
 /// The formula of dpde/elementary.h, for `count` numbers.
 template <class T>
-Formula formula_of(const std::string& name, llvm::IRBuilder<>& builder, unsigned count, const std::vector<llvm::Value*>& arguments) {
+Formula formula_of(const std::string& name, llvm::IRBuilder<>& builder, unsigned count,
+                   const std::vector<llvm::Value*>& arguments) {
   const elementary::Functions<IrLanes<T>> functions{IrLanes<T>(builder, count)};
   const IrNumber x{arguments.at(0), &builder};
   const auto formula = [](const auto& result) { return Formula{result.value.value, result.far.value}; };
@@ -57,7 +58,8 @@ llvm::FunctionType* type_of(const std::vector<llvm::Value*>& arguments) {
 }
 
 /// What the C library says, lane by lane.
-llvm::Value* emit_library(llvm::IRBuilder<>& builder, const std::string& name, unsigned count, const std::vector<llvm::Value*>& arguments) {
+llvm::Value* emit_library(llvm::IRBuilder<>& builder, const std::string& name, unsigned count,
+                          const std::vector<llvm::Value*>& arguments) {
   if (count == 1) return call_library(builder, name, arguments);
   llvm::Value* result = llvm::PoisonValue::get(arguments[0]->getType());
   for (unsigned lane = 0; lane < count; ++lane) {
@@ -74,7 +76,8 @@ void define(llvm::Function& function, const std::string& name, unsigned count) {
   std::vector<llvm::Value*> arguments;
   for (llvm::Argument& argument : function.args()) arguments.push_back(&argument);
   const bool is_single = function.getReturnType()->getScalarType()->isFloatTy();
-  const Formula formula = is_single ? formula_of<float>(name, builder, count, arguments) : formula_of<double>(name, builder, count, arguments);
+  const Formula formula = is_single ? formula_of<float>(name, builder, count, arguments)
+                                    : formula_of<double>(name, builder, count, arguments);
   const auto from_library = [&] { return emit_library(builder, name, count, arguments); };
   function.setLinkage(llvm::Function::InternalLinkage);
   if (formula.value == nullptr) {
@@ -101,18 +104,20 @@ void define(llvm::Function& function, const std::string& name, unsigned count) {
 
 std::string vector_name(const std::string& scalar, unsigned count) { return scalar + "_" + std::to_string(count); }
 
-/// Declares the functions of vectors. Returns what their caller says of them, in LLVM's words: _ZGV_LLVM_N<lanes><v for each
-/// argument>_<function>(<function of vectors>).
-std::string declare_vectors(llvm::Module& module, const std::string& name, const std::string& scalar, llvm::FunctionType* type) {
+/// Declares the functions of vectors. Returns what their caller says of them, in LLVM's words: _ZGV_LLVM_N<lanes><v for
+/// each argument>_<function>(<function of vectors>).
+std::string declare_vectors(llvm::Module& module, const std::string& name, const std::string& scalar,
+                            llvm::FunctionType* type) {
   std::string mappings;
   for (const unsigned count : lane_counts) {
     llvm::Type* vector = llvm::FixedVectorType::get(type->getReturnType(), count);
     auto* of_vectors = llvm::FunctionType::get(vector, std::vector<llvm::Type*>(type->getNumParams(), vector), false);
-    auto* function = llvm::Function::Create(of_vectors, llvm::Function::ExternalLinkage, vector_name(scalar, count), module);
+    auto* function =
+        llvm::Function::Create(of_vectors, llvm::Function::ExternalLinkage, vector_name(scalar, count), module);
     promise_pure(*function);
     function->addFnAttr(name_attribute, name);
-    mappings += (mappings.empty() ? "" : ",") + ("_ZGV_LLVM_N" + std::to_string(count)) + std::string(type->getNumParams(), 'v') + "_" +
-                scalar + "(" + vector_name(scalar, count) + ")";
+    mappings += (mappings.empty() ? "" : ",") + ("_ZGV_LLVM_N" + std::to_string(count)) +
+                std::string(type->getNumParams(), 'v') + "_" + scalar + "(" + vector_name(scalar, count) + ")";
   }
   return mappings;
 }
@@ -130,14 +135,16 @@ llvm::Function* function_of(llvm::Module& module, const std::string& name, llvm:
 
 }  // namespace
 
-llvm::Value* call_elementary(llvm::IRBuilder<>& builder, const std::string& name, const std::vector<llvm::Value*>& arguments) {
+llvm::Value* call_elementary(llvm::IRBuilder<>& builder, const std::string& name,
+                             const std::vector<llvm::Value*>& arguments) {
   return builder.CreateCall(function_of(*builder.GetInsertBlock()->getModule(), name, type_of(arguments)), arguments);
 }
 
-llvm::Value* call_library(llvm::IRBuilder<>& builder, const std::string& name, const std::vector<llvm::Value*>& arguments) {
+llvm::Value* call_library(llvm::IRBuilder<>& builder, const std::string& name,
+                          const std::vector<llvm::Value*>& arguments) {
   llvm::FunctionType* type = type_of(arguments);
-  llvm::FunctionCallee callee =
-      builder.GetInsertBlock()->getModule()->getOrInsertFunction(type->getReturnType()->isFloatTy() ? name + "f" : name, type);
+  llvm::FunctionCallee callee = builder.GetInsertBlock()->getModule()->getOrInsertFunction(
+      type->getReturnType()->isFloatTy() ? name + "f" : name, type);
   promise_pure(*llvm::cast<llvm::Function>(callee.getCallee()));
   return builder.CreateCall(callee, arguments);
 }
@@ -153,7 +160,8 @@ void define_vector_functions(llvm::Module& module) {
     const llvm::Function* scalar = module.getFunction(symbol.substr(0, symbol.rfind('_')));
     require(scalar != nullptr, "a function of vectors stands beside that of one number");
     const auto* type = llvm::cast<llvm::FixedVectorType>(function.getReturnType());
-    for (const char* attribute : {"target-cpu", "target-features"}) function.addFnAttr(scalar->getFnAttribute(attribute));
+    for (const char* attribute : {"target-cpu", "target-features"})
+      function.addFnAttr(scalar->getFnAttribute(attribute));
     function.addFnAttr("prefer-vector-width", std::to_string(type->getPrimitiveSizeInBits().getFixedValue()));
     define(function, function.getFnAttribute(name_attribute).getValueAsString().str(), type->getNumElements());
   }

@@ -84,8 +84,7 @@ llvm::Value* ExprEmitter::as_condition(llvm::Value* value) {
 
 llvm::Value* ExprEmitter::emit(const loop::Node& node) {
   return match(
-      node.kind,
-      [&](const loop::Literal& literal) -> llvm::Value* { return constant(literal.value); },
+      node.kind, [&](const loop::Literal& literal) -> llvm::Value* { return constant(literal.value); },
       [&](const loop::Uniform& uniform) { return leaves_.uniforms.at(uniform.index); },
       [&](const loop::Param& param) { return leaves_.params.at(param.index); },
       [&](const loop::Load& load) { return leaves_.loads.at(load.stream); },
@@ -160,7 +159,8 @@ llvm::Value* ExprEmitter::emit_power(const loop::Binary& binary) {
   return *exponent < 0 ? builder_.CreateFDiv(one, product) : product;
 }
 
-/// Cells take the module's own functions, which are the same in all lanes; uniforms, each computed once, those of the C library.
+/// Cells take the module's own functions, which are the same in all lanes; uniforms, each computed once, those of the C
+/// library.
 llvm::Value* ExprEmitter::elementary(const std::string& name, const std::vector<llvm::Value*>& arguments) {
   return place_ == nullptr ? call_library(builder_, name, arguments) : call_elementary(builder_, name, arguments);
 }
@@ -176,8 +176,7 @@ llvm::Value* ExprEmitter::emit_call(const loop::Call& call) {
     case Fn::floor: return intrinsic(llvm::Intrinsic::floor);
     case Fn::fraction: return builder_.CreateFSub(x, intrinsic(llvm::Intrinsic::floor));
     case Fn::sign: {
-      llvm::Value* negative =
-          builder_.CreateSelect(builder_.CreateFCmpOLT(x, constant(0)), constant(-1), constant(0));
+      llvm::Value* negative = builder_.CreateSelect(builder_.CreateFCmpOLT(x, constant(0)), constant(-1), constant(0));
       return builder_.CreateSelect(builder_.CreateFCmpOGT(x, constant(0)), constant(1), negative);
     }
     case Fn::min: return builder_.CreateSelect(builder_.CreateFCmpOLT(arguments.at(1), x), arguments.at(1), x);

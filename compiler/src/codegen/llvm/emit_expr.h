@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Private to codegen/llvm: expressions become straight-line IR. Every floating-point instruction carries `contract`
-// (but products that are Rounded) and no other fast-math flag, so that results do not depend on how the optimiser orders terms.
+// (but products that are Rounded) and no other fast-math flag, so that results do not depend on how the optimiser
+// orders terms.
 #pragma once
 
 #include <llvm/IR/IRBuilder.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interpolation at computed places and its transpose. Along every axis a few cells around the place have weights; the value
-// is the sum over their combinations of value times the weights along the axes.
+// Interpolation at computed places and its transpose. Along every axis a few cells around the place have weights; the
+// value is the sum over their combinations of value times the weights along the axes.
 #include <llvm/IR/Intrinsics.h>
 
 #include "codegen/llvm/emit_place.h"
@@ -84,7 +84,8 @@ PlaceEmitter::Taps PlaceEmitter::weigh(const Spot& spot, Along along) {
   return taps;
 }
 
-std::vector<PlaceEmitter::Taps> PlaceEmitter::taps(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement) {
+std::vector<PlaceEmitter::Taps> PlaceEmitter::taps(const loop::Interp& interp,
+                                                   const std::vector<llvm::Value*>& displacement) {
   std::vector<Taps> result;
   for (int axis = 0; axis < row_.rank; ++axis) {
     result.push_back(weigh(spot(axis, interp.offset.at(axis), displacement.at(axis)), interp.along.at(axis)));
@@ -116,9 +117,11 @@ llvm::Value* PlaceEmitter::interp(const loop::Interp& interp, const std::vector<
 }
 
 /// The transpose of gather: adds `share` times the weights along axes 0 to `axis`.
-void PlaceEmitter::spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share, llvm::Value* base) {
+void PlaceEmitter::spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share,
+                          llvm::Value* base) {
   if (axis >= 0) {
-    for (const Tap& tap : taps[axis]) spread(taps, axis - 1, moved(element, tap), body_.CreateFMul(share, tap.weight), base);
+    for (const Tap& tap : taps[axis])
+      spread(taps, axis - 1, moved(element, tap), body_.CreateFMul(share, tap.weight), base);
     return;
   }
   llvm::Value* address = body_.CreateInBoundsGEP(real_, base, element);
@@ -126,7 +129,8 @@ void PlaceEmitter::spread(const std::vector<Taps>& taps, int axis, llvm::Value* 
   body_.CreateAlignedStore(body_.CreateFAdd(old, share), address, alignment());
 }
 
-void PlaceEmitter::scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement, llvm::Value* value) {
+void PlaceEmitter::scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement,
+                           llvm::Value* value) {
   spread(taps(target, displacement), row_.rank - 1, nullptr, value, values_.grids.at(target.grid));
 }
 

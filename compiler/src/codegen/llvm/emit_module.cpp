@@ -47,7 +47,8 @@ void emit_uniforms(const loop::Module& module, llvm::Module& out) {
 
 bool may_vary(const loop::Row& row) { return row.sums.empty() && row.scatters.empty(); }
 
-std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context, const std::vector<RowVariant>& variants) {
+std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context,
+                                          const std::vector<RowVariant>& variants) {
   auto out = std::make_unique<llvm::Module>("dpde", context);
   emit_uniforms(module, *out);
   for (const loop::Row& row : module.rows) {

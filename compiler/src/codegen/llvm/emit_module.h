@@ -30,7 +30,8 @@ inline constexpr const char* streaming_attribute = "dpde-streams";
 /// Rows without sums and scatters, whose values do not depend on the order of cells, may have variants.
 bool may_vary(const loop::Row& row);
 
-std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context, const std::vector<RowVariant>& variants = {});
+std::unique_ptr<llvm::Module> emit_module(const loop::Module& module, llvm::LLVMContext& context,
+                                          const std::vector<RowVariant>& variants = {});
 
 /// Adds the function of one row (emit_row.cpp).
 void emit_row(const loop::Module& module, const loop::Row& row, llvm::Module& out, const RowVariant& variant = {});

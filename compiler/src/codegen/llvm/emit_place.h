@@ -25,7 +25,8 @@ class PlaceEmitter {
   };
 
   /// `before` adds what is the same for all cells in front of the loop; `body` is inside it, where the cell is
-  /// number `index` of the row. Places and weights are computed as `real`; numbers of cells are exact in either precision.
+  /// number `index` of the row. Places and weights are computed as `real`; numbers of cells are exact in either
+  /// precision.
   PlaceEmitter(const loop::Row& row, Row values, llvm::Type* real, llvm::IRBuilder<>& before, llvm::IRBuilder<>& body,
                llvm::Value* index);
 

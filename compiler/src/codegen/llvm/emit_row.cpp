@@ -10,9 +10,9 @@
 #include <tuple>
 #include <utility>
 
-#include "codegen/llvm/line_loads.h"
 #include "codegen/llvm/emit_expr.h"
 #include "codegen/llvm/emit_module.h"
+#include "codegen/llvm/line_loads.h"
 #include "dpde/kernel_abi.h"
 #include "loop/expressions.h"
 #include "support/assert.h"
@@ -34,7 +34,12 @@ struct Line {
 class RowEmitter {
  public:
   RowEmitter(const loop::Module& module, const loop::Row& row, llvm::Module& out, const RowVariant& variant)
-      : module_(module), row_(row), out_(out), variant_(variant), before_(out.getContext()), body_(out.getContext()),
+      : module_(module),
+        row_(row),
+        out_(out),
+        variant_(variant),
+        before_(out.getContext()),
+        body_(out.getContext()),
         real_(module.real == Precision::f32 ? before_.getFloatTy() : before_.getDoubleTy()) {
     llvm::FastMathFlags flags;
     flags.setAllowContract();
@@ -172,7 +177,8 @@ llvm::Type* RowEmitter::type_of(const Argument& argument) {
 bool RowEmitter::is_leading(int stream) const {
   const auto place = [](const loop::Stream& one) { return std::pair(one.offset[2], one.offset[1]); };
   const loop::Stream& line = row_.streams.at(stream);
-  return std::ranges::none_of(row_.streams, [&](const loop::Stream& other) { return other.field == line.field && place(other) > place(line); });
+  return std::ranges::none_of(
+      row_.streams, [&](const loop::Stream& other) { return other.field == line.field && place(other) > place(line); });
 }
 
 /// No two pointers of one row reach the same value unless both only read it.
@@ -188,7 +194,8 @@ void RowEmitter::set_attributes(llvm::Argument* target, const Argument& argument
     const int stream = lines_.at(argument.index).stream;
     const std::string start = std::to_string(row_.streams.at(stream).offset[0]);
     if (!is_written) target->addAttr(llvm::Attribute::get(out_.getContext(), line_start_attribute, start));
-    if (variant_.ahead && is_read && is_leading(stream)) target->addAttr(llvm::Attribute::get(out_.getContext(), leading_attribute));
+    if (variant_.ahead && is_read && is_leading(stream))
+      target->addAttr(llvm::Attribute::get(out_.getContext(), leading_attribute));
   }
   target->addAttr(llvm::Attribute::NoAlias);
   target->addAttr(llvm::Attribute::NoCapture);
@@ -258,8 +265,9 @@ void RowEmitter::load_uniforms() {
   for (std::size_t i = 0; i < module_.uniforms.size(); ++i) {
     if (!used_uniforms_[i]) continue;
     const bool is_own = row_.is_own(static_cast<int>(i));
-    llvm::Value* uniform = member((is_own ? i - static_cast<std::size_t>(row_.own) : i) * sizeof(double), before_.getDoubleTy(),
-                                  value_.at(is_own ? Source::own : Source::uniforms), module_.uniforms[i].name);
+    llvm::Value* uniform =
+        member((is_own ? i - static_cast<std::size_t>(row_.own) : i) * sizeof(double), before_.getDoubleTy(),
+               value_.at(is_own ? Source::own : Source::uniforms), module_.uniforms[i].name);
     leaves_.uniforms[i] = before_.CreateFPCast(uniform, real_);
   }
 }
@@ -344,8 +352,7 @@ void RowEmitter::emit_body() {
   }
   for (std::size_t s = 0; s < row_.streams.size(); ++s) {
     const bool is_read = row_.streams[s].mode != loop::Stream::Mode::out;
-    leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(real_, stream_pointer(s), alignment())
-                                    : nullptr);
+    leaves_.loads.push_back(is_read ? body_.CreateAlignedLoad(real_, stream_pointer(s), alignment()) : nullptr);
   }
   PlaceEmitter place(row_, place_, real_, before_, body_, index_);
   ExprEmitter emitter(body_, leaves_, real_, &place);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to codegen/llvm: values of IR as the numbers that dpde/elementary.h computes with, one or as many as a vector has lanes.
-// No instruction carries a fast-math flag: what is fused is fused in that text.
+// Private to codegen/llvm: values of IR as the numbers that dpde/elementary.h computes with, one or as many as a vector
+// has lanes. No instruction carries a fast-math flag: what is fused is fused in that text.
 #pragma once
 
 #include <llvm/IR/IRBuilder.h>
@@ -60,7 +60,9 @@ class IrLanes {
   IrNumber root(IrNumber a) const { return made(builder_->CreateUnaryIntrinsic(llvm::Intrinsic::sqrt, a.value)); }
   IrBits bits(IrNumber a) const { return {builder_->CreateBitCast(a.value, bits_type()), builder_}; }
   IrNumber number_of(IrBits b) const { return made(builder_->CreateBitCast(b.value, type())); }
-  IrNumber select(IrTruth truth, IrNumber a, IrNumber b) const { return made(builder_->CreateSelect(truth.value, a.value, b.value)); }
+  IrNumber select(IrTruth truth, IrNumber a, IrNumber b) const {
+    return made(builder_->CreateSelect(truth.value, a.value, b.value));
+  }
   IrTruth is_set(IrBits b) const { return {builder_->CreateICmpNE(b.value, integer(0).value), builder_}; }
   IrTruth is_unset(IrBits b) const { return {builder_->CreateICmpEQ(b.value, integer(0).value), builder_}; }
   IrTruth less(IrNumber a, IrNumber b) const { return {builder_->CreateFCmpOLT(a.value, b.value), builder_}; }

@@ -60,8 +60,7 @@ Object compile(llvm::Module& ir, llvm::TargetMachine& target, JitResult& result,
 
 /// A linker for one object. The object is complete, so none of what LLJIT does for whole programs (constructors, thread
 /// locals) is set up.
-llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object,
-                                                       const llvm::TargetMachine& target) {
+llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object, const llvm::TargetMachine& target) {
   llvm::orc::JITTargetMachineBuilder machine(target.getTargetTriple());
   auto linker = llvm::orc::LLJITBuilder()
                     .setJITTargetMachineBuilder(machine)
@@ -76,7 +75,8 @@ llvm::Expected<std::unique_ptr<llvm::orc::LLJIT>> link(Object object,
 }
 
 /// Links and looks up all rows; the reason in result.error when that fails.
-void load(const loop::Module& module, const std::vector<RowVariant>& variants, Object object, const llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
+void load(const loop::Module& module, const std::vector<RowVariant>& variants, Object object,
+          const llvm::TargetMachine& target, JitResult& result, Stopwatch& watch) {
   auto linker = link(std::move(object), target);
   if (!linker) {
     result.error = llvm::toString(linker.takeError());
@@ -92,7 +92,8 @@ void load(const loop::Module& module, const std::vector<RowVariant>& variants, O
     RowCode code(reinterpret_cast<dpde_row_fn>(find(row_symbol(row))));
     for (const RowVariant& variant : variants) {
       if (!may_vary(*module.find_row(row))) continue;
-      code.variants.push_back({reinterpret_cast<dpde_row_fn>(find(row_symbol(row) + variant.suffix)), variant.streams ? 1 : 0, variant.ahead ? 1 : 0});
+      code.variants.push_back({reinterpret_cast<dpde_row_fn>(find(row_symbol(row) + variant.suffix)),
+                               variant.streams ? 1 : 0, variant.ahead ? 1 : 0});
     }
     return code;
   };
@@ -132,8 +133,10 @@ std::string host_description() {
   LLVMGetVersion(&major, &minor, &patch);  // of the library that is loaded, not of its headers
   std::string error;
   const std::unique_ptr<llvm::TargetMachine> target = host_target(error);
-  const std::string processor = target == nullptr ? error : target->getTargetTriple().str() + ' ' + target->getTargetCPU().str() + ' ' +
-                                                                target->getTargetFeatureString().str();
+  const std::string processor = target == nullptr
+                                    ? error
+                                    : target->getTargetTriple().str() + ' ' + target->getTargetCPU().str() + ' ' +
+                                          target->getTargetFeatureString().str();
   return std::to_string(major) + '.' + std::to_string(minor) + '.' + std::to_string(patch) + ' ' + processor;
 }
 

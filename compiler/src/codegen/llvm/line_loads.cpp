@@ -24,7 +24,8 @@ namespace {
 
 constexpr int64_t prefetch_distance = 2048;  // bytes
 
-/// A load of one vector in a loop: the line it reads, and where in the first round, in bytes from the first cell of the row.
+/// A load of one vector in a loop: the line it reads, and where in the first round, in bytes from the first cell of the
+/// row.
 struct LineLoad {
   llvm::LoadInst* load;
   llvm::Argument* line;
@@ -37,7 +38,8 @@ int64_t bytes_of(llvm::Type* type) { return static_cast<int64_t>(type->getPrimit
 /// Down to the beginning of a cache line.
 int64_t line_below(int64_t place) { return place - ((place % cache_line) + cache_line) % cache_line; }
 
-/// Where a line's pointer points, in bytes from the first cell; nullopt for other pointers and for lines that are written.
+/// Where a line's pointer points, in bytes from the first cell; nullopt for other pointers and for lines that are
+/// written.
 std::optional<int64_t> start_of(const llvm::Argument* line, int64_t value_bytes) {
   if (line == nullptr || !line->hasAttribute(llvm::Attribute::ReadOnly)) return std::nullopt;
   const llvm::Attribute start = line->getParent()->getAttributes().getParamAttr(line->getArgNo(), line_start_attribute);
@@ -46,15 +48,19 @@ std::optional<int64_t> start_of(const llvm::Argument* line, int64_t value_bytes)
   return cells * value_bytes;
 }
 
-std::optional<LineLoad> line_load(llvm::Instruction& instruction, const llvm::Loop& loop, llvm::ScalarEvolution& evolution) {
+std::optional<LineLoad> line_load(llvm::Instruction& instruction, const llvm::Loop& loop,
+                                  llvm::ScalarEvolution& evolution) {
   auto* load = llvm::dyn_cast<llvm::LoadInst>(&instruction);
-  if (load == nullptr || !load->isSimple() || !load->getType()->isVectorTy() || bytes_of(load->getType()) != cache_line) return std::nullopt;
-  auto* line = const_cast<llvm::Argument*>(llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(load->getPointerOperand())));
+  if (load == nullptr || !load->isSimple() || !load->getType()->isVectorTy() || bytes_of(load->getType()) != cache_line)
+    return std::nullopt;
+  auto* line =
+      const_cast<llvm::Argument*>(llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(load->getPointerOperand())));
   const std::optional<int64_t> start = start_of(line, bytes_of(load->getType()->getScalarType()));
   const auto* pointer = llvm::dyn_cast<llvm::SCEVAddRecExpr>(evolution.getSCEV(load->getPointerOperand()));
   if (!start || pointer == nullptr || pointer->getLoop() != &loop || !pointer->isAffine()) return std::nullopt;
   const auto* step = llvm::dyn_cast<llvm::SCEVConstant>(pointer->getStepRecurrence(evolution));
-  const auto* distance = llvm::dyn_cast<llvm::SCEVConstant>(evolution.getMinusSCEV(pointer->getStart(), evolution.getSCEV(line)));
+  const auto* distance =
+      llvm::dyn_cast<llvm::SCEVConstant>(evolution.getMinusSCEV(pointer->getStart(), evolution.getSCEV(line)));
   if (step == nullptr || distance == nullptr) return std::nullopt;
   return LineLoad{load, line, *start + distance->getAPInt().getSExtValue(), step->getAPInt().getSExtValue()};
 }
@@ -62,8 +68,12 @@ std::optional<LineLoad> line_load(llvm::Instruction& instruction, const llvm::Lo
 /// The loads of one line in one loop.
 class Carried {
  public:
-  Carried(llvm::Loop& loop, std::vector<LineLoad> loads) : loop_(loop), loads_(std::move(loads)), type_(loads_.front().load->getType()),
-        bits_(llvm::VectorType::getInteger(llvm::cast<llvm::VectorType>(type_))), step_(loads_.front().step) {
+  Carried(llvm::Loop& loop, std::vector<LineLoad> loads)
+      : loop_(loop),
+        loads_(std::move(loads)),
+        type_(loads_.front().load->getType()),
+        bits_(llvm::VectorType::getInteger(llvm::cast<llvm::VectorType>(type_))),
+        step_(loads_.front().step) {
     for (const LineLoad& one : loads_) {
       needed_.insert(line_below(one.place));
       if (one.place % cache_line != 0) needed_.insert(line_below(one.place) + cache_line);
@@ -74,11 +84,13 @@ class Carried {
   bool pays() const {
     const auto is_loaded = [&](int64_t place) { return !needed_.contains(place + step_); };
     const auto is_alike = [&](const LineLoad& one) { return one.load->getType() == type_ && one.step == step_; };
-    return step_ % cache_line == 0 && std::ranges::all_of(loads_, is_alike) && std::ranges::count_if(needed_, is_loaded) < std::ssize(loads_);
+    return step_ % cache_line == 0 && std::ranges::all_of(loads_, is_alike) &&
+           std::ranges::count_if(needed_, is_loaded) < std::ssize(loads_);
   }
 
   void replace() {
-    for (auto place = needed_.rbegin(); place != needed_.rend(); ++place) {  // from above: what is there now is below in the next round
+    for (auto place = needed_.rbegin(); place != needed_.rend();
+         ++place) {  // from above: what is there now is below in the next round
       const auto next = whole_.find(*place + step_);
       whole_[*place] = next == whole_.end() ? load_in_loop(*place) : carry(*place, next->second);
     }
@@ -115,16 +127,18 @@ class Carried {
     std::vector<int> lanes(static_cast<size_t>(cache_line / bytes_of(type_->getScalarType())));
     std::iota(lanes.begin(), lanes.end(), static_cast<int>((one.place - below) / bytes_of(type_->getScalarType())));
     llvm::IRBuilder<> builder(one.load);
-    return builder.CreateBitCast(builder.CreateShuffleVector(whole_.at(below), whole_.at(below + cache_line), lanes), type_);
+    return builder.CreateBitCast(builder.CreateShuffleVector(whole_.at(below), whole_.at(below + cache_line), lanes),
+                                 type_);
   }
 
   llvm::Loop& loop_;
   std::vector<LineLoad> loads_;  // as they stand in the loop
   llvm::Type* type_;
-  llvm::Type* bits_;  // whole lines are kept as integers: of floating-point numbers LLVM 19 makes permutations by an index, which cost more than shifts
+  llvm::Type* bits_;  // whole lines are kept as integers: of floating-point numbers LLVM 19 makes permutations by an
+                      // index, which cost more than shifts
   int64_t step_;
-  std::set<int64_t> needed_;                 // places of whole cache lines
-  std::map<int64_t, llvm::Value*> whole_;    // their vectors
+  std::set<int64_t> needed_;               // places of whole cache lines
+  std::map<int64_t, llvm::Value*> whole_;  // their vectors
 };
 
 /// Every cache line of a leading line once.
@@ -132,8 +146,10 @@ bool prefetch(const LineLoad& first) {
   if (!first.line->getParent()->getAttributes().hasParamAttr(first.line->getArgNo(), leading_attribute)) return false;
   llvm::IRBuilder<> builder(first.load);
   for (int64_t byte = 0; byte < first.step; byte += cache_line) {
-    llvm::Value* ahead = builder.CreateGEP(builder.getInt8Ty(), first.load->getPointerOperand(), builder.getInt64(prefetch_distance + byte));
-    builder.CreateIntrinsic(llvm::Intrinsic::prefetch, {ahead->getType()}, {ahead, builder.getInt32(0), builder.getInt32(3), builder.getInt32(1)});
+    llvm::Value* ahead = builder.CreateGEP(builder.getInt8Ty(), first.load->getPointerOperand(),
+                                           builder.getInt64(prefetch_distance + byte));
+    builder.CreateIntrinsic(llvm::Intrinsic::prefetch, {ahead->getType()},
+                            {ahead, builder.getInt32(0), builder.getInt32(3), builder.getInt32(1)});
   }
   return true;
 }

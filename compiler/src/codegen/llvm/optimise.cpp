@@ -18,31 +18,36 @@
 
 #include <algorithm>
 
-#include "codegen/llvm/line_loads.h"
 #include "codegen/llvm/emit_elementary.h"
 #include "codegen/llvm/emit_module.h"
+#include "codegen/llvm/line_loads.h"
 
 namespace dpde::codegen {
 
 namespace {
 
-bool is_number_vector(const llvm::Type* type) { return type->isVectorTy() && type->getScalarType()->isFloatingPointTy(); }
+bool is_number_vector(const llvm::Type* type) {
+  return type->isVectorTy() && type->getScalarType()->isFloatingPointTy();
+}
 
-/// Stores past the caches, where a variant of a row asks for them: only vector stores that are aligned have such a form, so
-/// the vectoriser would give up where it saw the wish before. Rows begin on cache lines and vectors do not straddle them.
+/// Stores past the caches, where a variant of a row asks for them: only vector stores that are aligned have such a
+/// form, so the vectoriser would give up where it saw the wish before. Rows begin on cache lines and vectors do not
+/// straddle them.
 class StreamStores : public llvm::PassInfoMixin<StreamStores> {
  public:
   llvm::PreservedAnalyses run(llvm::Function& function, llvm::FunctionAnalysisManager&) {
     if (!function.hasFnAttribute(streaming_attribute)) return llvm::PreservedAnalyses::all();
     const llvm::DataLayout& layout = function.getParent()->getDataLayout();
     llvm::Type* one = llvm::Type::getInt32Ty(function.getContext());
-    llvm::MDNode* wish = llvm::MDNode::get(function.getContext(), llvm::ConstantAsMetadata::get(llvm::ConstantInt::get(one, 1)));
+    llvm::MDNode* wish =
+        llvm::MDNode::get(function.getContext(), llvm::ConstantAsMetadata::get(llvm::ConstantInt::get(one, 1)));
     for (llvm::Instruction& instruction : llvm::instructions(function)) {
       auto* store = llvm::dyn_cast<llvm::StoreInst>(&instruction);
       if (store == nullptr || !is_number_vector(store->getValueOperand()->getType())) continue;
       const auto* line = llvm::dyn_cast<llvm::Argument>(llvm::getUnderlyingObject(store->getPointerOperand()));
       if (line == nullptr || !line->hasAttribute(llvm::Attribute::WriteOnly)) continue;
-      store->setAlignment(llvm::Align(std::min<uint64_t>(cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
+      store->setAlignment(llvm::Align(std::min<uint64_t>(
+          cache_line, layout.getTypeStoreSize(store->getValueOperand()->getType()).getFixedValue())));
       store->setMetadata(llvm::LLVMContext::MD_nontemporal, wish);
     }
     return llvm::PreservedAnalyses::all();

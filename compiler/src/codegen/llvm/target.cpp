@@ -44,12 +44,14 @@ const Host& host() {
   return found;
 }
 
-/// Instructions of a function up to which they are scheduled twice. The second time, after registers are given, takes quadratic time and
-/// gains nothing in functions of this length: 225 terms compile in 1.8 s, not 5.0 s.
+/// Instructions of a function up to which they are scheduled twice. The second time, after registers are given, takes
+/// quadratic time and gains nothing in functions of this length: 225 terms compile in 1.8 s, not 5.0 s.
 constexpr unsigned most_scheduled_twice = 2000;
 
 llvm::CodeGenOptLevel level_for(const llvm::Module& module) {
-  const bool is_long = std::any_of(module.begin(), module.end(), [](const llvm::Function& f) { return f.getInstructionCount() > most_scheduled_twice; });
+  const bool is_long = std::any_of(module.begin(), module.end(), [](const llvm::Function& f) {
+    return f.getInstructionCount() > most_scheduled_twice;
+  });
   return is_long ? llvm::CodeGenOptLevel::Less : llvm::CodeGenOptLevel::Default;
 }
 
@@ -71,7 +73,8 @@ std::unique_ptr<llvm::TargetMachine> host_target(std::string& error) {
 
 std::vector<RowVariant> variants_for_host(const JitOptions& options) {
   if (!options.variants) return {};
-  const bool has_lines = options.vector_width == 0 && host().has_512_bits;  // vectors of a cache line: only then lines are fetched early
+  const bool has_lines =
+      options.vector_width == 0 && host().has_512_bits;  // vectors of a cache line: only then lines are fetched early
   std::vector<RowVariant> variants{{".streams", 0, true, has_lines}};
   if (!has_lines) return variants;
   variants.push_back({".ahead", 0, false, true});
@@ -87,7 +90,8 @@ void bind_to_target(llvm::Module& module, const llvm::TargetMachine& target, con
     if (function.isDeclaration()) continue;
     function.addFnAttr("target-cpu", target.getTargetCPU());
     function.addFnAttr("target-features", target.getTargetFeatureString());
-    if (!function.hasFnAttribute("prefer-vector-width")) function.addFnAttr("prefer-vector-width", std::to_string(width));
+    if (!function.hasFnAttribute("prefer-vector-width"))
+      function.addFnAttr("prefer-vector-width", std::to_string(width));
   }
 }
 

@@ -85,7 +85,8 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
   if (call && call->callee == "mixed") return mixed_side(draft, *call, field);
   if (call && call->callee == "on_wall") {
     draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
-                      "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, zero_gradient, gradient(g) or mixed(a, b, c)");
+                      "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
+                      "zero_gradient, gradient(g) or mixed(a, b, c)");
     return std::nullopt;
   }
   const auto number = Expressions(draft, Purpose::boundary, field).number(value);
@@ -149,7 +150,8 @@ bool holds_time(const std::vector<AxisSides>& boundary) {
     return param && param->name == "t";
   };
   return std::any_of(boundary.begin(), boundary.end(), [&](const AxisSides& sides) {
-    for (const Expr* e : {&sides.low.value, &sides.low.a, &sides.low.b, &sides.high.value, &sides.high.a, &sides.high.b}) {
+    for (const Expr* e :
+         {&sides.low.value, &sides.low.a, &sides.low.b, &sides.high.value, &sides.high.a, &sides.high.b}) {
       if (any_part(*e, is_time)) return true;
     }
     return false;
@@ -164,10 +166,11 @@ bool reads_around(const Problem& problem, const std::string& field) {
   };
   return std::any_of(problem.states.begin(), problem.states.end(), [&](const State& state) {
     return state.rhs && any_part(*state.rhs, [&](const Expr& part) {
-      const bool reads = std::holds_alternative<Derivative>(part->kind) || std::holds_alternative<Advect>(part->kind) ||
-                         std::holds_alternative<Interpolate>(part->kind);
-      return reads && any_part(part, is_field);
-    });
+             const bool reads = std::holds_alternative<Derivative>(part->kind) ||
+                                std::holds_alternative<Advect>(part->kind) ||
+                                std::holds_alternative<Interpolate>(part->kind);
+             return reads && any_part(part, is_field);
+           });
   });
 }
 
@@ -199,7 +202,8 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
     if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
     const Side set = value.value_or(Side{});
     const auto* call = std::get_if<ast::Call>(&side.value->kind);
-    if (set.kind == SideKind::mixed) draft.mixed_sides.push_back({into.field, i, set.a, set.b, call ? call->callee_range : side.place.range});
+    if (set.kind == SideKind::mixed)
+      draft.mixed_sides.push_back({into.field, i, set.a, set.b, call ? call->callee_range : side.place.range});
     const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before
@@ -217,11 +221,13 @@ ast::BoundarySide poisoned(const ast::BoundarySide& side) { return {side.place, 
 std::string component_of(const Draft& draft, const ast::BoundarySide& side, std::size_t index) {
   const auto* word = std::get_if<ast::Name>(&side.value->kind);
   const Meaning* meaning = word ? draft.scope.find(word->name) : nullptr;
-  const std::vector<std::string> names = meaning && meaning->is_vector ? components_of(draft, word->name) : std::vector<std::string>{};
+  const std::vector<std::string> names =
+      meaning && meaning->is_vector ? components_of(draft, word->name) : std::vector<std::string>{};
   return index < names.size() ? names[index] : "";
 }
 
-/// The line's side for one component of a vector: its part of a tuple or of another vector; 0 and words such as zero_gradient hold for all components.
+/// The line's side for one component of a vector: its part of a tuple or of another vector; 0 and words such as
+/// zero_gradient hold for all components.
 ast::BoundarySide part_of(Draft& draft, const ast::BoundarySide& side, std::size_t index, std::size_t count) {
   const std::string component = component_of(draft, side, index);
   if (!component.empty()) return {side.place, ast::Expr(ast::Node{ast::Name{component}, side.value.range()})};

@@ -15,9 +15,9 @@ namespace dpde::model {
 
 namespace {
 
-constexpr const char* operator_names[] = {"dx",  "dy",   "dz",   "d",  "lap",  "grad", "div",
-                                          "advect", "dot", "curl", "norm", "if", "mean", "sum",  "integral",
-                                          "inject", "sample", "interpolate", "random_field", "random_signal", "noise"};
+constexpr const char* operator_names[] = {
+    "dx", "dy",   "dz",  "d",        "lap",    "grad",   "div",         "advect",       "dot",           "curl", "norm",
+    "if", "mean", "sum", "integral", "inject", "sample", "interpolate", "random_field", "random_signal", "noise"};
 
 Typed number_of(Expr e) { return {Typed::Type::number, {std::move(e)}}; }
 
@@ -79,8 +79,9 @@ Typed Expressions::rate(const ast::Call& e, SourceRange range) {
   const auto* field = one ? std::get_if<ast::Name>(&e.arguments[0].value->kind) : nullptr;
   const bool moves = field && draft_.problem.velocity_of(components_of(draft_, field->name).front());
   if (moves) return name({velocity_name(field->name)}, range);
-  draft_.sink.report("not-allowed-here", e.callee_range, {"dt", "a formula"},
-                     "dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
+  draft_.sink.report(
+      "not-allowed-here", e.callee_range, {"dt", "a formula"},
+      "dt(u) is known where the model has dt(dt(u)) = ...; elsewhere put the right-hand side of dt(u) here");
   return {};
 }
 

@@ -24,7 +24,8 @@ std::vector<double> values_of(Draft& draft, const Control& control, const Expr& 
   }
   auto known = draft.values;
   for (int number = 0; number < count; ++number) {
-    known["t"] = problem.t_begin + (number + 0.5) * control.every * problem.step;  // of a whole interval, the last one too
+    known["t"] =
+        problem.t_begin + (number + 0.5) * control.every * problem.step;  // of a whole interval, the last one too
     const Value value = value_of(formula, known);
     if (!value.mistake.empty()) {
       draft.sink.report("not-finite", value.at.is_known() ? value.at : range, {value.mistake});
@@ -51,7 +52,8 @@ const ast::UnknownItem* unknown_of(const Draft& draft, const std::string& name) 
 }
 
 /// The formula as written and its values, none after a diagnostic.
-void bind_formula(Draft& draft, const Control& control, const ast::Expr& written, Expr& formula, std::vector<double>& values) {
+void bind_formula(Draft& draft, const Control& control, const ast::Expr& written, Expr& formula,
+                  std::vector<double>& values) {
   const auto read = Expressions(draft, Purpose::control, control.name).number(written);
   if (!read) return;
   formula = *read;

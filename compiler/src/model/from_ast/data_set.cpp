@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// dataset NAME : SCENE { runs 10; seed 0; vary nu in 0.01 .. 0.1; vary s from 100; frames every 0.1 from 3 to 23; coarsen 4; file "train.nc" }
+// dataset NAME : SCENE { runs 10; seed 0; vary nu in 0.01 .. 0.1; vary s from 100; frames every 0.1 from 3 to 23;
+// coarsen 4; file "train.nc" }
 #include "model/data_set.h"
 
 #include <fmt/format.h>
@@ -27,7 +28,8 @@ class Reader {
     set_.scene = source_.of.name;
     if (source_.scheme) set_.scheme = source_.scheme->name;
     if (find_declaration<ast::Scene>(draft_.file, set_.scene) == nullptr) {
-      draft_.sink.report("unknown-block", source_.of.range, {"scene", set_.scene}, did_you_mean(set_.scene, names_of<ast::Scene>(draft_.file)));
+      draft_.sink.report("unknown-block", source_.of.range, {"scene", set_.scene},
+                         did_you_mean(set_.scene, names_of<ast::Scene>(draft_.file)));
     }
     for (const auto& [item, range] : items_of<ast::OptionItem>(source_.items)) read_option(item, range);
     for (const auto& [item, range] : items_of<ast::FramesItem>(source_.items)) {
@@ -35,7 +37,8 @@ class Reader {
       set_.every = number(item.every);
       if (item.from) set_.from = number(*item.from);
       if (item.to) set_.to = number(*item.to);
-      if (!(set_.every > 0)) fail(item.every.range(), "frames every", fmt::format("must be positive, not {}", set_.every));
+      if (!(set_.every > 0))
+        fail(item.every.range(), "frames every", fmt::format("must be positive, not {}", set_.every));
     }
     for (const auto& [item, range] : items_of<ast::VaryItem>(source_.items)) read_vary(item);
     return set_;
@@ -50,7 +53,9 @@ class Reader {
   int whole(const ast::Expr& e, const std::string& option, double least, double largest = most) {
     const double value = number(e);
     if (value >= least && value <= largest && value == std::floor(value)) return static_cast<int>(value);
-    fail(e.range(), option, fmt::format("is a whole number from {} {}, not {}", least, value > largest ? fmt::format("to {}", largest) : "on", value));
+    fail(e.range(), option,
+         fmt::format("is a whole number from {} {}, not {}", least,
+                     value > largest ? fmt::format("to {}", largest) : "on", value));
     return 1;
   }
 
@@ -69,7 +74,8 @@ class Reader {
     const auto* text = std::get_if<ast::Text>(&item.value->kind);
     const bool fits = text && text->value.ends_with(".nc") && text->value.find('/') == std::string::npos;
     if (fits) set_.file = text->value;
-    if (!fits) fail(item.value.range(), name, "is the name of a .nc file in the folder of --out, as in file \"train.nc\"");
+    if (!fits)
+      fail(item.value.range(), name, "is the name of a .nc file in the folder of --out, as in file \"train.nc\"");
   }
 
   void read_vary(const ast::VaryItem& item) {
@@ -77,7 +83,9 @@ class Reader {
     DataSet::Vary vary{item.name.name, 0, 0, item.from.has_value(), item.name.range};
     vary.low = vary.high = item.from ? whole(*item.from, "vary " + item.name.name, 0) : number(*item.low);
     if (item.high) vary.high = number(*item.high);
-    if (vary.low > vary.high) fail(item.low->range(), "vary " + item.name.name, fmt::format("has no number from {} to {}", vary.low, vary.high));
+    if (vary.low > vary.high)
+      fail(item.low->range(), "vary " + item.name.name,
+           fmt::format("has no number from {} to {}", vary.low, vary.high));
     set_.vary.push_back(vary);
   }
 
@@ -92,7 +100,8 @@ class Reader {
 double DataSet::value_of(std::size_t number, int run) const {
   const Vary& each = vary[number];
   if (each.counts) return each.low + run;
-  std::seed_seq words{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), static_cast<std::uint32_t>(run), static_cast<std::uint32_t>(number)};
+  std::seed_seq words{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
+                      static_cast<std::uint32_t>(run), static_cast<std::uint32_t>(number)};
   std::mt19937_64 random(words);  // the standard says what both give
   return each.low + (each.high - each.low) * (static_cast<double>(random() >> 11) * 0x1p-53);
 }

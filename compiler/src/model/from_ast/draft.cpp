@@ -87,7 +87,8 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
   } else if (meaning->role != Role::state && !draft.scope.is_refused(name.name)) {
     const Coefficient* coefficient = draft.problem.find_coefficient(components_of(draft, name.name).front());
     const bool is_control = coefficient ? coefficient->is_control() : draft.controls.contains(name.name);
-    const std::string word = is_control ? (coefficient ? "control field" : "control") : std::string(word_for(meaning->role));
+    const std::string word =
+        is_control ? (coefficient ? "control field" : "control") : std::string(word_for(meaning->role));
     draft.sink.report("not-a-field", name.range, {name.name, word, thing});
   } else if (meaning->role == Role::state) {
     for (const std::string& component : components_of(draft, name.name)) {
@@ -102,8 +103,9 @@ std::vector<State*> find_states(Draft& draft, const ast::Identifier& written, co
 std::string written_name(const Draft& draft, const std::string& name) {
   const State* state = draft.problem.find_state(components_of(draft, name).front());
   if (!state || state->velocity_of.empty()) return name;
-  return fmt::format("dt({})", vector_of(name).empty() && !vector_of(state->name).empty() ? vector_of(state->velocity_of)
-                                                                                          : state->velocity_of);
+  return fmt::format("dt({})", vector_of(name).empty() && !vector_of(state->name).empty()
+                                   ? vector_of(state->velocity_of)
+                                   : state->velocity_of);
 }
 
 std::vector<std::string> states_not_in(const Draft& draft, const std::map<std::string, SourceRange>& seen) {

@@ -53,12 +53,12 @@ struct DeclaredNetwork {
   std::optional<network::Network> network = {};  // none: reported
   bool vector = false;                           // its output; else a number, or
   std::vector<std::string> outputs = {};         // what is called so
-  std::vector<bool> relative = {};               // for each input: it enters relative to its mean over the grid; none: none does
+  std::vector<bool> relative = {};  // for each input: it enters relative to its mean over the grid; none: none does
   struct Misfit {
     SourceRange range;
     std::string text, hint;
   };
-  std::vector<Misfit> misfits = {};              // why its symmetries are none of this grid: an error where something calls it
+  std::vector<Misfit> misfits = {};  // why its symmetries are none of this grid: an error where something calls it
 };
 
 /// The place of an inject or a sample that is not the same in every run.
@@ -94,7 +94,7 @@ struct Draft {
   Problem problem;
   Scope scope;
   std::map<std::string, Typed> lets;
-  int expansions = 0;  // of functions and operators of the file
+  int expansions = 0;                                   // of functions and operators of the file
   std::map<std::string, std::optional<double>> values;  // of parameters; nullopt after an error
   std::set<std::string> unknowns;                       // parameters that are unknowns of the task
   std::set<std::string> controls;                       // parameters that vary in time

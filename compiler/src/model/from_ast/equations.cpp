@@ -25,7 +25,8 @@ void bind_equations(Draft& draft) {
     const std::string rated = rated_field(item.field.name);
     const ast::Identifier name{rated.empty() ? item.field.name : rated, item.field.range};
     const std::vector<State*> moved = find_states(draft, name, "an equation");
-    const std::vector<State*> states = rated.empty() || moved.empty() ? moved : find_states(draft, item.field, "an equation");
+    const std::vector<State*> states =
+        rated.empty() || moved.empty() ? moved : find_states(draft, item.field, "an equation");
     if (states.empty() || !is_first(draft, "the equation", name, moved, seen)) continue;
     const std::string subject = fmt::format("dt({})", item.field.name);
     const auto rhs = Expressions(draft, Purpose::equation, subject).components(item.rhs, item.field.name);

@@ -22,20 +22,24 @@ std::vector<int> steps_at(Draft& draft, const std::vector<ast::Expr>& times) {
       if (step >= 1) {
         steps.push_back(step);
       } else {
-        draft.sink.report("not-allowed-here", time.range(), {"the begin of the run", "an event"}, "change the initial state");
+        draft.sink.report("not-allowed-here", time.range(), {"the begin of the run", "an event"},
+                          "change the initial state");
       }
     }
   }
   return steps;
 }
 
-void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& event, std::map<std::string, SourceRange>& seen) {
+void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& event,
+                 std::map<std::string, SourceRange>& seen) {
   const std::vector<State*> states = find_states(draft, update.field, "an event");
   if (states.empty() || !is_first(draft, "the new value", update.field, states, seen)) return;
-  const auto values = Expressions(draft, Purpose::equation, update.field.name).components(update.value, update.field.name);
+  const auto values =
+      Expressions(draft, Purpose::equation, update.field.name).components(update.value, update.field.name);
   for (std::size_t i = 0; values && i < states.size(); ++i) {
     const Expr here = field(states[i]->name, {update.field.range});
-    const Expr value = update.accumulate ? binary(BinaryOp::add, here, (*values)[i], {update.field.range}) : (*values)[i];
+    const Expr value =
+        update.accumulate ? binary(BinaryOp::add, here, (*values)[i], {update.field.range}) : (*values)[i];
     event.updates.push_back({states[i]->name, value});
   }
 }
@@ -45,7 +49,8 @@ void bind_update(Draft& draft, const ast::EventItem::Update& update, Event& even
 void bind_events(Draft& draft) {
   for (const auto& [item, range] : items_of<ast::EventItem>(draft.scene->items)) {
     if (draft.program) {
-      draft.sink.report("not-allowed-here", range, {"an event", "a scene of a program"}, "write the change in the program");
+      draft.sink.report("not-allowed-here", range, {"an event", "a scene of a program"},
+                        "write the change in the program");
       continue;
     }
     Event event;

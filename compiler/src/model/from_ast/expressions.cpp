@@ -24,41 +24,67 @@ constexpr int max_nested_order = 12;  // nested differences multiply: lap six ti
 
 /// What expressions of a purpose may be made of, beside numbers, parameters and functions.
 struct Rules {
-  bool fields, coordinates, time, derivatives, reductions, unknowns;
-  std::string_view place;
-  std::string_view hint;
+  std::string_view place, hint;
+  bool fields = false, coordinates = false, time = false, derivatives = false, reductions = false, unknowns = false;
 };
+
+Rules anything(std::string_view place) {
+  return {.place = place,
+          .fields = true,
+          .coordinates = true,
+          .time = true,
+          .derivatives = true,
+          .reductions = true,
+          .unknowns = true};
+}
 
 Rules rules_of(Purpose purpose) {
   switch (purpose) {
-    case Purpose::equation:
-      return {true, true, true, true, true, true, "an equation", ""};
+    case Purpose::equation: return anything("an equation");
+    case Purpose::quantity: return anything("a sum over space");
     case Purpose::initial:
-      return {false, true, false, false, false, true, "an initial state",
-              "an initial state is made of numbers, parameters and coordinates"};
+      return {.place = "an initial state",
+              .hint = "an initial state is made of numbers, parameters and coordinates",
+              .coordinates = true,
+              .unknowns = true};
     case Purpose::coefficient:
-      return {false, true, false, false, false, true, "a coefficient", "a coefficient is made of numbers, parameters and coordinates"};
+      return {.place = "a coefficient",
+              .hint = "a coefficient is made of numbers, parameters and coordinates",
+              .coordinates = true,
+              .unknowns = true};
     case Purpose::control_field:
-      return {false, true, true, false, false, false, "a control field", "a control field is made of numbers, parameters, coordinates and t"};
+      return {.place = "a control field",
+              .hint = "a control field is made of numbers, parameters, coordinates and t",
+              .coordinates = true,
+              .time = true};
     case Purpose::exact:
-      return {false, true, true, false, false, true, "an exact solution",
-              "an exact solution is made of numbers, parameters, coordinates and t"};
+      return {.place = "an exact solution",
+              .hint = "an exact solution is made of numbers, parameters, coordinates and t",
+              .coordinates = true,
+              .time = true,
+              .unknowns = true};
     case Purpose::boundary:
-      return {false, true, true, false, false, true, "a boundary value",
-              "a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres"};
+      return {
+          .place = "a boundary value",
+          .hint = "a boundary value is made of numbers, parameters, coordinates, t and coefficients at cell centres",
+          .coordinates = true,
+          .time = true,
+          .unknowns = true};
     case Purpose::control:
-      return {false, false, true, false, false, false, "a control", "a control is made of numbers, parameters and t"};
+      return {.place = "a control", .hint = "a control is made of numbers, parameters and t", .time = true};
     case Purpose::boundary_weight:
-      return {false, false, true, false, false, true, "a weight of mixed",
-              "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, parameters and t"};
+      return {.place = "a weight of mixed",
+              .hint =
+                  "in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, "
+                  "parameters and t",
+              .time = true,
+              .unknowns = true};
     case Purpose::number:
-      return {false, false, false, false, false, false, "a number of the scene",
-              "it is made of numbers and of parameters given above it"};
+      return {.place = "a number of the scene", .hint = "it is made of numbers and of parameters given above it"};
     case Purpose::stretch:
-      return {false, true, false, false, false, false, "a stretched axis",
-              "its formula is made of numbers, parameters and the coordinate of the axis itself"};
-    case Purpose::quantity:
-      return {true, true, true, true, true, true, "a sum over space", ""};
+      return {.place = "a stretched axis",
+              .hint = "its formula is made of numbers, parameters and the coordinate of the axis itself",
+              .coordinates = true};
   }
   unreachable("purpose");
 }
@@ -120,7 +146,8 @@ void for_each_name(const ast::Expr& e, const std::function<void(const std::strin
       [&](const ast::Tuple& t) {
         for (const ast::Expr& element : t.elements) for_each_name(element, f);
       },
-      [&](const ast::Component& c) { for_each_name(c.operand, f); }, [](const ast::Offsets&) {}, [](const ast::Error&) {});
+      [&](const ast::Component& c) { for_each_name(c.operand, f); }, [](const ast::Offsets&) {},
+      [](const ast::Error&) {});
 }
 
 }  // namespace
@@ -141,7 +168,8 @@ Typed Expressions::refuse(const std::string& what, SourceRange range, const std:
   const Rules rules = rules_of(purpose_);
   if (purpose_ == Purpose::boundary_weight && is_sought(name)) {
     draft_.sink.report("unknown-in-boundary", range, {name, subject_},
-                       "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and controls in c only");
+                       "in mixed(a, b, c) parameters that are sought may stand everywhere, sought coefficients and "
+                       "controls in c only");
     return {};
   }
   draft_.sink.report("not-allowed-here", range, {what, std::string(rules.place)}, std::string(rules.hint));
@@ -159,8 +187,7 @@ Typed Expressions::any(const ast::Expr& e) {
       [&](const ast::Name& n) { return name(n, range); }, [&](const ast::Unary& u) { return unary(u, range); },
       [&](const ast::Binary&) { return chain(e); }, [&](const ast::Call& c) { return call(c, range); },
       [&](const ast::Tuple& t) { return tuple(t); }, [&](const ast::Offsets& o) { return offsets(o, range); },
-      [&](const ast::Component& c) { return component(c, range); },
-      [](const ast::Error&) { return Typed{}; });
+      [&](const ast::Component& c) { return component(c, range); }, [](const ast::Error&) { return Typed{}; });
 }
 
 std::optional<Expr> Expressions::number(const ast::Expr& e) {
@@ -234,7 +261,8 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
     case Role::state:
     case Role::coefficient:
     case Role::datum:
-      if (!rules.fields && !is_known_at_walls(*meaning, e.name)) return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
+      if (!rules.fields && !is_known_at_walls(*meaning, e.name))
+        return refuse(fmt::format("{} {}", word_for(meaning->role), e.name), range, e.name);
       if (meaning->is_vector) return vector(e.name, range);
       draft_.used.insert(e.name);
       return number_of(field(e.name, {range}));
@@ -259,7 +287,8 @@ Typed Expressions::name(const ast::Name& e, SourceRange range) {
 bool Expressions::is_sought(const std::string& name) const {
   if (!draft_.task) return false;
   const auto unknowns = items_of<ast::UnknownItem>(draft_.task->items);
-  return std::any_of(unknowns.begin(), unknowns.end(), [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
+  return std::any_of(unknowns.begin(), unknowns.end(),
+                     [&](const auto& item) { return !item.kind.initial && item.kind.name.name == name; });
 }
 
 /// At a wall a coefficient has the value of the cell that touches it.
@@ -275,7 +304,8 @@ bool Expressions::is_known_at_walls(const Meaning& meaning, const std::string& n
 Typed Expressions::parameter(const std::string& name, SourceRange range) {
   draft_.used.insert(name);
   if (draft_.unknowns.contains(name) && !rules_of(purpose_).unknowns) {
-    const bool is_value = purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
+    const bool is_value =
+        purpose_ == Purpose::control || purpose_ == Purpose::control_field || subject_.starts_with("the value of ");
     draft_.sink.report("unknown-in-number", range, {name, subject_},
                        is_value ? "write the formula in the model with let, so that it can be differentiated"
                                 : "it must be known before the run: write a number, or a parameter that is not sought");
@@ -283,7 +313,8 @@ Typed Expressions::parameter(const std::string& name, SourceRange range) {
   }
   if (draft_.controls.contains(name)) {
     const bool may_vary = rules_of(purpose_).time || purpose_ == Purpose::quantity;
-    const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::control_field && purpose_ != Purpose::boundary_weight;
+    const bool is_allowed = may_vary && purpose_ != Purpose::control && purpose_ != Purpose::control_field &&
+                            purpose_ != Purpose::boundary_weight;
     return is_allowed ? number_of(param(name, {range})) : refuse("control " + name, range, name);
   }
   const bool is_number = purpose_ == Purpose::number || purpose_ == Purpose::stretch;
@@ -360,11 +391,11 @@ Typed Expressions::arithmetic(BinaryOp op, const Operand& left, const Operand& r
   const bool both = is_vector(left) && is_vector(right);
   const bool scales = (op == BinaryOp::multiply && !both) || (op == BinaryOp::divide && !is_vector(right));
   if (!(scales || (is_sum(op) && both))) {
-    draft_.sink.report("vector-operation", range,
-                       {fmt::format("'{}'", spelling(op)), both ? "two vectors" : "a vector and a number"},
-                       op == BinaryOp::multiply || op == BinaryOp::power ? "dot(a, b) multiplies vectors"
-                       : is_sum(op) ? "a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers"
-                                    : "");
+    draft_.sink.report(
+        "vector-operation", range, {fmt::format("'{}'", spelling(op)), both ? "two vectors" : "a vector and a number"},
+        op == BinaryOp::multiply || op == BinaryOp::power ? "dot(a, b) multiplies vectors"
+        : is_sum(op) ? "a number may scale a vector, not be added to it; div(v) and dot(a, b) make numbers"
+                     : "");
     return {};
   }
   if (both && left.value.parts.size() != right.value.parts.size()) {

@@ -13,7 +13,19 @@
 namespace dpde::model {
 
 /// Where an expression stands; this decides what it may be made of.
-enum class Purpose { equation, initial, coefficient, control_field, exact, boundary, boundary_weight, control, number, stretch, quantity };
+enum class Purpose {
+  equation,
+  initial,
+  coefficient,
+  control_field,
+  exact,
+  boundary,
+  boundary_weight,
+  control,
+  number,
+  stretch,
+  quantity
+};
 
 class Expressions {
  public:
@@ -90,7 +102,8 @@ class Expressions {
 
   // inferences.cpp
   bool may_infer(const DeclaredNetwork& declared, const ast::Call& e);
-  Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range);
+  Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
+                  SourceRange range);
   std::optional<std::vector<Expr>> counted_channels(const network::Network& network, const ast::Call& e);
   std::optional<std::vector<Expr>> channels(const DeclaredNetwork& declared, const ast::Call& e);
 
@@ -113,7 +126,8 @@ class Expressions {
   // points.cpp
   Typed sampling(const ast::Call& e, SourceRange range);
   Typed injection(const ast::Call& e, SourceRange range);
-  /// The place of a call f(..., at = place): one number an axis, the same at all points, within the grid where it is known.
+  /// The place of a call f(..., at = place): one number an axis, the same at all points, within the grid where it is
+  /// known.
   std::optional<std::vector<Expr>> point(const ast::Call& e);
 
   /// Whether the call has `count` arguments, all without names.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions and operators of the file: put in where they are called. A body knows its parameters, coordinates, t and pi,
-// and that of an operator the spacings and neighbours of its parameters.
+// Functions and operators of the file: put in where they are called. A body knows its parameters, coordinates, t and
+// pi, and that of an operator the spacings and neighbours of its parameters.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,7 +35,8 @@ Typed Expressions::user_call(const ast::Function& function, const ast::Call& e, 
   if (function.order && !is_equation) return refuse("the operator " + e.callee, e.callee_range);
   const std::string cycle = cycle_to(function, function_);
   if (!cycle.empty()) {
-    draft_.sink.report("recursive-function", e.callee_range, {e.callee, cycle}, "functions are put in where they are called");
+    draft_.sink.report("recursive-function", e.callee_range, {e.callee, cycle},
+                       "functions are put in where they are called");
     return {};
   }
   if (!takes(e, static_cast<int>(function.parameters.size()))) return {};
@@ -63,8 +64,8 @@ Typed Expressions::user_call(const ast::Function& function, const ast::Call& e, 
   return value;
 }
 
-/// The operator by itself, of fields of its own, so that its order can be found out. What it holds was checked before. Where a
-/// network is in it, it stays as it is used: networks are not measured.
+/// The operator by itself, of fields of its own, so that its order can be found out. What it holds was checked before.
+/// Where a network is in it, it stays as it is used: networks are not measured.
 void Expressions::note_order(const FunctionScope& call, const Typed& value) {
   if (is_measuring_) return;
   const ast::Function& function = call.function;
@@ -88,10 +89,12 @@ void Expressions::note_order(const FunctionScope& call, const Typed& value) {
   function_ = scope.outer;
   is_measuring_ = false;
   draft_.problem.dropped.resize(dropped);
-  const StatedOrder stated{function.name.name, *function.order, body.parts, purpose_ == Purpose::equation, {function.name.range}};
-  const bool is_known = std::any_of(draft_.problem.operators.begin(), draft_.problem.operators.end(), [&](const StatedOrder& other) {
-    return other.name == stated.name && other.body == stated.body && other.in_equations == stated.in_equations;
-  });
+  const StatedOrder stated{
+      function.name.name, *function.order, body.parts, purpose_ == Purpose::equation, {function.name.range}};
+  const bool is_known =
+      std::any_of(draft_.problem.operators.begin(), draft_.problem.operators.end(), [&](const StatedOrder& other) {
+        return other.name == stated.name && other.body == stated.body && other.in_equations == stated.in_equations;
+      });
   if (!is_known) draft_.problem.operators.push_back(stated);
 }
 
@@ -130,7 +133,8 @@ Typed Expressions::name_in_function(const std::string& name, SourceRange range) 
 
 Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {
   const bool in_operator = function_ && function_->function.order;
-  const auto argument = in_operator ? function_->arguments.find(e.name) : std::map<std::string, Typed>::const_iterator{};
+  const auto argument =
+      in_operator ? function_->arguments.find(e.name) : std::map<std::string, Typed>::const_iterator{};
   if (!in_operator) {
     draft_.sink.report("not-allowed-here", range, {fmt::format("the neighbour {}[...]", e.name), "a formula"},
                        "neighbours are read in kernels and operators; formulas have dx, lap and the like");
@@ -140,7 +144,8 @@ Typed Expressions::offsets(const ast::Offsets& e, SourceRange range) {
   Typed value = is_parameter ? argument->second : name_in_function(e.name, range);
   if (value.type == Typed::Type::none) return {};
   if (!is_parameter && !function_->arguments.contains(vector_of(e.name))) {
-    draft_.sink.report("not-allowed-here", range, {fmt::format("the neighbour {}[...]", e.name), "an operator"}, "neighbours are those of its parameters");
+    draft_.sink.report("not-allowed-here", range, {fmt::format("the neighbour {}[...]", e.name), "an operator"},
+                       "neighbours are those of its parameters");
     return {};
   }
   const int count = static_cast<int>(e.offsets.size());

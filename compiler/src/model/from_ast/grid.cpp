@@ -45,7 +45,9 @@ void check_precision(Draft& draft, const ast::GridItem& item, const Axis& axis) 
   constexpr int most_single_cells = 1 << 24;
   if (draft.problem.scheme.real == Precision::f64 || axis.cells <= most_single_cells) return;
   draft.sink.report("bad-setting", item.cells ? item.cells->range() : item.axis.range,
-                    {"real", "f32", fmt::format("axis {} has {} cells, and single precision tells {} of them apart", axis.name, axis.cells, most_single_cells)},
+                    {"real", "f32",
+                     fmt::format("axis {} has {} cells, and single precision tells {} of them apart", axis.name,
+                                 axis.cells, most_single_cells)},
                     "take fewer cells, or real = f64");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, leapfrog the value u_old. Both are states that
-// begin at 0: the first step does not use them. An equation of second order needs none with leapfrog, which keeps its velocity.
+// Time schemes with a memory: ab2 keeps the rate u_rate of the step before, leapfrog the value u_old. Both are states
+// that begin at 0: the first step does not use them. An equation of second order needs none with leapfrog, which keeps
+// its velocity.
 #include "model/build.h"
 #include "model/from_ast/parts.h"
 
@@ -40,7 +41,10 @@ void check_velocity(Draft& draft, const State& velocity) {
 /// u_rate of u, or u_rate_2 where something of the file is called so.
 std::string history_name(const Draft& draft, const State& state) {
   const std::string suffix = is_ab2(draft) ? "_rate" : "_old";
-  const auto is_taken = [&](const std::string& name) { return draft.scope.find(name) != nullptr || (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr); };
+  const auto is_taken = [&](const std::string& name) {
+    return draft.scope.find(name) != nullptr ||
+           (!vector_of(name).empty() && draft.scope.find(vector_of(name)) != nullptr);
+  };
   std::string name = name_beside(state.name, suffix);
   for (int n = 2; is_taken(name); ++n) name = name_beside(state.name, suffix + "_" + std::to_string(n));
   return name;
@@ -67,16 +71,19 @@ void check_histories(Draft& draft) {
   if (!draft.model || (!is_ab2(draft) && !is_leapfrog(draft))) return;
   const Problem& problem = draft.problem;
   if (follows_flow(problem.scheme.advect)) {
-    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "advection along the flow"},
+    draft.sink.report("schemes-do-not-fit", problem.states.front().origin.range,
+                      {is_ab2(draft) ? "ab2" : "leapfrog", "advection along the flow"},
                       "take time = rk2, or advect = central(2) or upwind(3)");
   }
   if (problem.courant > 0) {
-    draft.sink.report("schemes-do-not-fit", problem.time_origin.range, {is_ab2(draft) ? "ab2" : "leapfrog", "steps limited by a Courant number"},
+    draft.sink.report("schemes-do-not-fit", problem.time_origin.range,
+                      {is_ab2(draft) ? "ab2" : "leapfrog", "steps limited by a Courant number"},
                       "take time = rk2 or ssp_rk3");
   }
   if (!problem.events.empty()) {  // what they remember would still be that of before
     draft.sink.report("schemes-do-not-fit", problem.events.front().origin.range,
-                      {is_ab2(draft) ? "ab2" : "leapfrog", "values that change after steps"}, "take time = rk2 or verlet");
+                      {is_ab2(draft) ? "ab2" : "leapfrog", "values that change after steps"},
+                      "take time = rk2 or verlet");
   }
   if (!is_leapfrog(draft)) return;
   for (const State& state : problem.states) {

@@ -58,25 +58,34 @@ std::optional<std::vector<Expr>> Expressions::counted_channels(const network::Ne
 
 bool Expressions::may_infer(const DeclaredNetwork& declared, const ast::Call& e) {
   if (!declared.network && draft_.program) {
-    draft_.sink.report("bad-network", e.callee_range, {"the network " + e.callee + " is not for a program on these axes"}, "below the model inputs and outputs are numbers: network n(3) -> 2");
+    draft_.sink.report("bad-network", e.callee_range,
+                       {"the network " + e.callee + " is not for a program on these axes"},
+                       "below the model inputs and outputs are numbers: network n(3) -> 2");
     return false;
   }
   const bool is_formula = purpose_ == Purpose::initial || purpose_ == Purpose::coefficient;
   if (is_formula && !declared.relative.empty()) {
-    draft_.sink.report("not-allowed-here", e.callee_range, {"the mean that galilean takes", std::string(place_of(purpose_))},
+    draft_.sink.report("not-allowed-here", e.callee_range,
+                       {"the mean that galilean takes", std::string(place_of(purpose_))},
                        "use a network without it: what goes in here is known beforehand");
     return false;
   }
   if (is_formula || purpose_ == Purpose::equation || purpose_ == Purpose::quantity) return true;
   const bool is_boundary = purpose_ == Purpose::boundary || purpose_ == Purpose::boundary_weight;
-  const std::string hint = is_boundary ? "write c = " + e.callee + "(...) of coordinates and parameters for a coefficient c of the model, and c as the boundary value"
-                           : purpose_ == Purpose::control || purpose_ == Purpose::control_field ? "write the network where the control stands: in the equation or the event"
-                                                                                                  : "networks stand in equations, events, initial states, coefficients, observables, losses and tests";
-  draft_.sink.report("not-allowed-here", e.callee_range, {"the network " + e.callee, std::string(place_of(purpose_))}, hint);
+  const std::string hint =
+      is_boundary
+          ? "write c = " + e.callee +
+                "(...) of coordinates and parameters for a coefficient c of the model, and c as the boundary value"
+      : purpose_ == Purpose::control || purpose_ == Purpose::control_field
+          ? "write the network where the control stands: in the equation or the event"
+          : "networks stand in equations, events, initial states, coefficients, observables, losses and tests";
+  draft_.sink.report("not-allowed-here", e.callee_range, {"the network " + e.callee, std::string(place_of(purpose_))},
+                     hint);
   return false;
 }
 
-Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output, SourceRange range) {
+Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
+                             SourceRange range) {
   if (!may_infer(declared, e)) return {};
   const std::string& network = declared.source->name.name;
   const bool is_first_call = draft_.called_networks.insert(network).second;
@@ -90,15 +99,18 @@ Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e
   };
   if (declared.vector) {
     Typed result{axis_count() == 1 ? Typed::Type::number : Typed::Type::vector, {}};
-    for (int axis = 0; axis < axis_count(); ++axis) result.parts.push_back(value(axis, axis_count() == 1 ? "" : axis_name(axis)));
+    for (int axis = 0; axis < axis_count(); ++axis)
+      result.parts.push_back(value(axis, axis_count() == 1 ? "" : axis_name(axis)));
     return result;
   }
   const std::vector<std::string>& names = declared.outputs;
   if (names.empty()) return {Typed::Type::number, {value(0, "")}};
   const auto found = output ? std::ranges::find(names, output->name) : names.end();
-  if (found != names.end()) return {Typed::Type::number, {value(static_cast<int>(found - names.begin()), names.size() == 1 ? "" : *found)}};
+  if (found != names.end())
+    return {Typed::Type::number, {value(static_cast<int>(found - names.begin()), names.size() == 1 ? "" : *found)}};
   if (names.size() == 1 && !output) return {Typed::Type::number, {value(0, "")}};
-  draft_.sink.report("no-such-output", output ? output->range : e.callee_range, {e.callee, output ? output->name : "without a name"},
+  draft_.sink.report("no-such-output", output ? output->range : e.callee_range,
+                     {e.callee, output ? output->name : "without a name"},
                      output ? did_you_mean(output->name, names) : "write " + e.callee + "(...)." + names.front());
   return {};
 }

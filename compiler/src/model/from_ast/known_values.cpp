@@ -31,7 +31,8 @@ std::vector<double> times_of_run(const Problem& problem) {
   constexpr int most_times = 20000;
   const int halves = 2 * problem.steps, count = std::clamp(halves, 1, most_times);
   std::vector<double> times;
-  for (int i = 0; i <= count; ++i) times.push_back(problem.t_begin + std::round(static_cast<double>(i) * halves / count) * problem.step / 2);
+  for (int i = 0; i <= count; ++i)
+    times.push_back(problem.t_begin + std::round(static_cast<double>(i) * halves / count) * problem.step / 2);
   return times;
 }
 
@@ -39,7 +40,8 @@ KnownValues values_at_start(const Draft& draft) {
   KnownValues values = draft.values;
   for (const Unknown& unknown : draft.problem.task->unknowns) {
     if (unknown.kind != Unknown::Kind::parameter || !unknown.from.formula) continue;
-    if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind)) values[unknown.name] = number->value;
+    if (const Number* number = std::get_if<Number>(&(*unknown.from.formula)->kind))
+      values[unknown.name] = number->value;
   }
   return values;
 }

@@ -18,20 +18,9 @@ constexpr std::string_view axis_names[] = {"x", "y", "z"};
 constexpr std::size_t longest_list = 20;
 
 constexpr std::string_view reserved_words[] = {
-    "x",        "y",
-    "z",        "t",
-    "pi",       "dt",
-    "hx",       "hy",
-    "hz",       "if",
-    "and",      "or",
-    "not",      "let",
-    "loss",     "cells",
-    "courant_rate",
-    "inside",   "interp",
-    "in",       "out",
-    "sum",      "inout",
-    "grow",     "all",
-    "periodic", "zero_gradient",
+    "x",      "y",   "z",   "t",   "pi",    "dt",   "hx",    "hy",           "hz",
+    "if",     "and", "or",  "not", "let",   "loss", "cells", "courant_rate", "inside",
+    "interp", "in",  "out", "sum", "inout", "grow", "all",   "periodic",     "zero_gradient",
     "param",
 };
 
@@ -82,7 +71,7 @@ std::vector<std::string> Scope::names(Role role) const {
 
 bool is_reserved(const std::string& name) {
   if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // derivatives are called so
-  constexpr std::string_view noise = "noise_";  // fields of noise are called so
+  constexpr std::string_view noise = "noise_";                        // fields of noise are called so
   if (name.starts_with(noise) && name.find_first_not_of("0123456789", noise.size()) == std::string::npos) return true;
   return std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }

@@ -34,14 +34,16 @@ std::optional<Padding> padding_called(const ast::Identifier& name, DiagnosticSin
   for (const Padding padding : {Padding::periodic, Padding::zero, Padding::replicate, Padding::reflect}) {
     if (network::name_of(padding) == name.name) return padding;
   }
-  sink.report("bad-network", name.range, {fmt::format("{} is no padding", name.name)}, "choose one of: zero, replicate, reflect");
+  sink.report("bad-network", name.range, {fmt::format("{} is no padding", name.name)},
+              "choose one of: zero, replicate, reflect");
   return std::nullopt;
 }
 
 class PaddingReader {
  public:
   PaddingReader(const std::vector<Topology>& axes, DiagnosticSink& sink) : axes_(axes), sink_(sink) {
-    for (const Topology topology : axes) result_.push_back(topology == Topology::periodic ? Padding::periodic : Padding::replicate);
+    for (const Topology topology : axes)
+      result_.push_back(topology == Topology::periodic ? Padding::periodic : Padding::replicate);
   }
 
   void read(const ast::PaddingItem& item) {
@@ -51,7 +53,8 @@ class PaddingReader {
       if (!stated.name.name.empty()) {
         read_axis(stated, *padding);
       } else if (item.axes.size() > 1) {
-        sink_.report("bad-network", stated.padding.range, {"of several paddings each is that of an axis"}, "write padding x zero, y replicate");
+        sink_.report("bad-network", stated.padding.range, {"of several paddings each is that of an axis"},
+                     "write padding x zero, y replicate");
         return;
       } else {
         read_all(*padding, stated.padding.range);
@@ -85,8 +88,11 @@ class PaddingReader {
     result_[axis] = padding;
     if (is_periodic == (padding == Padding::periodic)) return;
     const std::string name = axis_name(static_cast<int>(axis));
-    sink_.report("bad-network", range, {fmt::format("axis {} is {}, and its padding cannot be {}", name, is_periodic ? "periodic" : "bounded", network::name_of(padding))},
-                 is_periodic ? "one word without an axis holds for bounded axes only" : "write zero, replicate or reflect");
+    sink_.report(
+        "bad-network", range,
+        {fmt::format("axis {} is {}, and its padding cannot be {}", name, is_periodic ? "periodic" : "bounded",
+                     network::name_of(padding))},
+        is_periodic ? "one word without an axis holds for bounded axes only" : "write zero, replicate or reflect");
   }
 
   const std::vector<Topology>& axes_;
@@ -108,7 +114,8 @@ std::optional<std::vector<Topology>> stated_axes(const ast::Network& source, Dia
     }
   }
   if (fine && !axes.empty()) return axes;
-  sink.report("bad-network", source.name.range, {fmt::format("network {} does not say its padding along x, then y, then z", source.name.name)},
+  sink.report("bad-network", source.name.range,
+              {fmt::format("network {} does not say its padding along x, then y, then z", source.name.name)},
               "write padding x periodic, y zero");
   return std::nullopt;
 }
@@ -117,7 +124,8 @@ std::optional<std::vector<Topology>> stated_axes(const ast::Network& source, Dia
 
 std::vector<Padding> paddings_of(const ast::Network& source, const std::vector<Topology>& axes, DiagnosticSink& sink) {
   PaddingReader reader(axes, sink);
-  for_only<ast::PaddingItem>(source, "the padding", sink, [&](const ast::PaddingItem& item, SourceRange) { reader.read(item); });
+  for_only<ast::PaddingItem>(source, "the padding", sink,
+                             [&](const ast::PaddingItem& item, SourceRange) { reader.read(item); });
   return reader.take();
 }
 
@@ -135,7 +143,8 @@ NetworkStart start_of(const ast::Network& source, const NumberOf& number_of, Dia
     const bool is_f64 = item.precision.name == "f64";
     start.real = is_f64 ? Precision::f64 : Precision::f32;
     if (is_f64 || item.precision.name == "f32") return;
-    sink.report("bad-network", item.precision.range, {fmt::format("{} is no precision", item.precision.name)}, "choose one of: f32, f64");
+    sink.report("bad-network", item.precision.range, {fmt::format("{} is no precision", item.precision.name)},
+                "choose one of: f32, f64");
   });
   return start;
 }
@@ -151,14 +160,18 @@ bool read_host(const ast::Network& source, const NumberOf& number_of, network::N
     if (*count >= 0 && *count <= most && *count == std::floor(*count)) {
       network.host_weights = static_cast<std::int64_t>(*count);
     } else {
-      sink.report("bad-network", item.weights.range(), {fmt::format("the number of weights is a whole number from 0 to {:.0f}, not {}", most, *count)});
+      sink.report("bad-network", item.weights.range(),
+                  {fmt::format("the number of weights is a whole number from 0 to {:.0f}, not {}", most, *count)});
     }
   });
   if (!network.is_host()) return false;
   network.real = Precision::f64;  // what the host gets
   for (const ast::Item& item : source.items) {
-    if (std::holds_alternative<ast::HostItem>(item.kind) || std::holds_alternative<ast::PaddingItem>(item.kind)) continue;
-    sink.report("bad-network", item.range, {fmt::format("network {} is the host's own: it has neither layers nor a start of its weights", source.name.name)},
+    if (std::holds_alternative<ast::HostItem>(item.kind) || std::holds_alternative<ast::PaddingItem>(item.kind))
+      continue;
+    sink.report("bad-network", item.range,
+                {fmt::format("network {} is the host's own: it has neither layers nor a start of its weights",
+                             source.name.name)},
                 "take this line out, or the line with host");
     return false;
   }
@@ -166,12 +179,14 @@ bool read_host(const ast::Network& source, const NumberOf& number_of, network::N
 }
 
 bool has_host(const ast::Network& source) {
-  return std::ranges::any_of(source.items, [](const ast::Item& item) { return std::holds_alternative<ast::HostItem>(item.kind); });
+  return std::ranges::any_of(source.items,
+                             [](const ast::Item& item) { return std::holds_alternative<ast::HostItem>(item.kind); });
 }
 
 }  // namespace
 
-std::optional<network::Network> network_from_ast(const ast::Network& source, const NetworkFrame& frame, const NumberOf& number_of, DiagnosticSink& sink) {
+std::optional<network::Network> network_from_ast(const ast::Network& source, const NetworkFrame& frame,
+                                                 const NumberOf& number_of, DiagnosticSink& sink) {
   const std::size_t before = sink.all().size();
   network::Network result;
   result.name = source.name.name;
@@ -181,7 +196,8 @@ std::optional<network::Network> network_from_ast(const ast::Network& source, con
   const NetworkStart start = start_of(source, number_of, sink);
   result.seed = start.seed;
   result.real = start.real.value_or(frame.real);
-  const bool fine = has_host(source) ? read_host(source, number_of, result, sink) : add_layers(source, start.init, number_of, result, sink);
+  const bool fine = has_host(source) ? read_host(source, number_of, result, sink)
+                                     : add_layers(source, start.init, number_of, result, sink);
   return fine && sink.all().size() == before ? std::optional(result) : std::nullopt;
 }
 
@@ -189,7 +205,8 @@ bool counts_channels(const ast::Network& source) { return source.input_channels 
 
 std::optional<network::Network> network_from_ast(const ast::Network& source, DiagnosticSink& sink) {
   if (!counts_channels(source) || *source.input_channels < 1 || *source.output_channels < 1) {
-    sink.report("bad-network", source.name.range, {fmt::format("network {} does not say how many channels it has", source.name.name)},
+    sink.report("bad-network", source.name.range,
+                {fmt::format("network {} does not say how many channels it has", source.name.name)},
                 fmt::format("below the model inputs and outputs are numbers: network {}(3) -> 2", source.name.name));
     return std::nullopt;
   }
@@ -197,7 +214,8 @@ std::optional<network::Network> network_from_ast(const ast::Network& source, Dia
   if (!axes) return std::nullopt;
   for (const ast::Item& item : source.items) {
     if (!std::holds_alternative<ast::SymmetryItem>(item.kind)) continue;
-    sink.report("bad-network", item.range, {"symmetric stands in networks whose inputs have names: what is a vector is not known here"},
+    sink.report("bad-network", item.range,
+                {"symmetric stands in networks whose inputs have names: what is a vector is not known here"},
                 "write out the copies: reorient(v, x = -x, channels = (-1, 2)), conv(..., weights = v1)");
     return std::nullopt;
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "model/from_ast/layer_words.h"
 #include "model/from_ast/names.h"
 #include "model/network_from_ast.h"
 #include "support/match.h"
@@ -21,56 +22,14 @@ using network::LayerKind;
 
 constexpr int most_channels = 65536, most_extent = 63, most_stride = 64, most_dilation = 1024;
 
-struct LayerWord {
-  std::string_view name;
-  LayerKind kind;
-  Activation activation = Activation::relu;
-  const char* example;
-};
-constexpr LayerWord layer_words[] = {
-    {"conv", LayerKind::conv, {}, "conv 32, 5"},
-    {"dense", LayerKind::conv, {}, "dense 32"},
-    {"relu", LayerKind::activate, Activation::relu, "relu"},
-    {"leaky_relu", LayerKind::activate, Activation::leaky_relu, "leaky_relu(0.2)"},
-    {"gelu", LayerKind::activate, Activation::gelu, "gelu"},
-    {"tanh", LayerKind::activate, Activation::tanh, "tanh"},
-    {"sigmoid", LayerKind::activate, Activation::sigmoid, "sigmoid"},
-    {"softplus", LayerKind::activate, Activation::softplus, "softplus"},
-    {"silu", LayerKind::activate, Activation::silu, "silu"},
-    {"scale", LayerKind::scale, {}, "scale 0.01"},
-    {"mean_pool", LayerKind::mean_pool, {}, "mean_pool 2"},
-    {"max_pool", LayerKind::max_pool, {}, "max_pool 2"},
-    {"upsample", LayerKind::upsample, {}, "upsample 2"},
-    {"fix_sum", LayerKind::fix_sum, {}, "fix_sum 1"},
-    {"add", LayerKind::add, {}, "let c = add(a, b)"},
-    {"concat", LayerKind::concat, {}, "let c = concat(a, b)"},
-    {"reorient", LayerKind::reorient, {}, "reorient x = -x, channels = (-1, 2)"},
-};
-constexpr const char* conv_options[] = {"stride", "dilation", "groups", "bias", "gain", "initial", "weights"};
-constexpr const char* reorient_options[] = {"x", "y", "z", "channels"};
-
-bool joins(LayerKind kind) { return kind == LayerKind::add || kind == LayerKind::concat; }
-bool is_dense(const LayerWord& word) { return word.name == "dense"; }
-std::vector<std::string> options_of(const LayerWord& word) {
-  if (word.kind == LayerKind::reorient) return {std::begin(reorient_options), std::end(reorient_options)};
-  if (word.kind != LayerKind::conv) return {};
-  std::vector<std::string> options(std::begin(conv_options), std::end(conv_options));
-  if (is_dense(word)) std::erase_if(options, [](const std::string& option) { return option == "stride" || option == "dilation"; });
-  return options;
+std::string grid_phrase(int size) {
+  return size == 1 ? "the grid of the fields" : fmt::format("a grid {} times coarser", size);
 }
-
-/// How many arguments a layer takes that have no name, the values it works on aside.
-std::pair<std::size_t, std::size_t> least_and_most_arguments(const LayerWord& word) {
-  if (word.kind == LayerKind::conv) return is_dense(word) ? std::pair(1, 1) : std::pair(2, 2);
-  if (word.kind == LayerKind::activate) return {0, word.activation == Activation::leaky_relu ? 1 : 0};
-  return joins(word.kind) || word.kind == LayerKind::reorient ? std::pair(0, 0) : std::pair(1, 1);
-}
-
-std::string grid_phrase(int size) { return size == 1 ? "the grid of the fields" : fmt::format("a grid {} times coarser", size); }
 
 class LayerReader {
  public:
-  LayerReader(const ast::Network& source, network::Init init, const NumberOf& number_of, network::Network& network, DiagnosticSink& sink)
+  LayerReader(const ast::Network& source, network::Init init, const NumberOf& number_of, network::Network& network,
+              DiagnosticSink& sink)
       : source_(source), init_(init), number_of_(number_of), network_(network), sink_(sink) {}
 
   bool run() {
@@ -89,11 +48,14 @@ class LayerReader {
 
   // ---- messages ----------------------------------------------------------------------------------------------------
   /// Further mistakes would follow from the first, whose result is not known.
-  void fail(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments, const std::string& hint = "") {
+  void fail(KindRef kind, SourceRange range, std::initializer_list<std::string> arguments,
+            const std::string& hint = "") {
     if (!failed_) sink_.report(kind, range, arguments, hint);
     failed_ = true;
   }
-  void refuse(SourceRange range, const std::string& text, const std::string& hint = "") { fail("bad-network", range, {text}, hint); }
+  void refuse(SourceRange range, const std::string& text, const std::string& hint = "") {
+    fail("bad-network", range, {text}, hint);
+  }
 
   // ---- what is known of values -------------------------------------------------------------------------------------
   int channels(int value) const { return network::channels_of(network_, value); }
@@ -107,16 +69,21 @@ class LayerReader {
       match(
           item.kind, [&](const ast::LayerItem& i) { read_word(i, item.range); },
           [&](const ast::BranchItem& i) { read_branch(i); }, [&](const ast::RepeatItem& i) { read_repeat(i); },
-          [&](const ast::LetItem& i) { read_let(i, item.range, inside); }, [&](const ast::AssignItem& i) { read_output(i, inside); },
+          [&](const ast::LetItem& i) { read_let(i, item.range, inside); },
+          [&](const ast::AssignItem& i) { read_output(i, inside); },
           [&](const auto&) {
-            if (inside) fail("not-allowed-here", item.range, {"this line", "a block of layers"}, "write it above the layers of the network");
+            if (inside)
+              fail("not-allowed-here", item.range, {"this line", "a block of layers"},
+                   "write it above the layers of the network");
           });
     }
   }
 
   /// Where values have names, layers cannot stand as words.
   bool refuses_words(SourceRange range) {
-    if (as_values_) refuse(range, "layers are written as words or as values, not as both", "write let v = relu(in), or no let and no out =");
+    if (as_values_)
+      refuse(range, "layers are written as words or as values, not as both",
+             "write let v = relu(in), or no let and no out =");
     return as_values_;
   }
 
@@ -126,7 +93,8 @@ class LayerReader {
     if (!word) return;
     if (joins(word->kind)) {
       const char* block = word->kind == LayerKind::add ? "residual" : "skip";
-      return refuse(range, fmt::format("{} takes two values", word->name), fmt::format("write {} {{ ... }}, or name the values: {}", block, word->example));
+      return refuse(range, fmt::format("{} takes two values", word->name),
+                    fmt::format("write {} {{ ... }}, or name the values: {}", block, word->example));
     }
     current_ = add(*word, item.layer.range, range, {current_}, item.arguments);
   }
@@ -137,8 +105,10 @@ class LayerReader {
     const int input = current_;
     read_items(branch.items, true);
     if (failed_) return;
-    if (current_ == input) return refuse(branch.word_range, fmt::format("the body of {} has no layers", adds ? "residual" : "skip"));
-    current_ = join(adds ? LayerKind::add : LayerKind::concat, adds ? "residual" : "skip", branch.word_range, input, current_);
+    if (current_ == input)
+      return refuse(branch.word_range, fmt::format("the body of {} has no layers", adds ? "residual" : "skip"));
+    current_ =
+        join(adds ? LayerKind::add : LayerKind::concat, adds ? "residual" : "skip", branch.word_range, input, current_);
   }
 
   void read_repeat(const ast::RepeatItem& repeat) {
@@ -164,7 +134,9 @@ class LayerReader {
       if (layer.kind != LayerKind::conv) continue;
       layer.weights_of = own.weights_of > 0 ? own.weights_of : static_cast<int>(first + i) + 1;
       if (channels(layer.input) == channels(own.input) && layer.channels == own.channels) continue;
-      refuse(range, fmt::format("a pass begins with {}, another one with {}: they cannot share weights", counted(channels(own.input), "channel"), channels(layer.input)),
+      refuse(range,
+             fmt::format("a pass begins with {}, another one with {}: they cannot share weights",
+                         counted(channels(own.input), "channel"), channels(layer.input)),
              "end the body with as many channels as go into it, or write repeat without shared");
     }
   }
@@ -173,7 +145,8 @@ class LayerReader {
   void read_let(const ast::LetItem& item, SourceRange range, bool inside) {
     if (refuses_values(range, inside)) return;
     if (item.name.name == "in" || item.name.name == "out") {
-      return fail("reserved-name", item.name.range, {item.name.name, "value"}, item.name.name == "out" ? "write out = ... without let" : "");
+      return fail("reserved-name", item.name.range, {item.name.name, "value"},
+                  item.name.name == "out" ? "write out = ... without let" : "");
     }
     if (values_.contains(item.name.name)) return fail("duplicate", item.name.range, {item.name.name});
     const int value = value_of(item.value);
@@ -183,7 +156,8 @@ class LayerReader {
   void read_output(const ast::AssignItem& item, bool inside) {
     if (refuses_values(item.target.range, inside)) return;
     if (item.target.name != "out") {
-      return refuse(item.target.range, fmt::format("{} has no let before it", item.target.name), fmt::format("write let {} = ...", item.target.name));
+      return refuse(item.target.range, fmt::format("{} has no let before it", item.target.name),
+                    fmt::format("write let {} = ...", item.target.name));
     }
     output_ = value_of(item.value);
   }
@@ -212,11 +186,14 @@ class LayerReader {
       inputs.push_back(value_of(argument.value));
     }
     if (!failed_ && inputs.size() < count) {
-      fail("wrong-argument-count", e.range(), {call->callee, counted(static_cast<int>(count), "value"), std::to_string(inputs.size())},
-           joins(word->kind) ? std::string("write ") + word->example : fmt::format("write let v = {}(in, ...)", call->callee));
+      fail("wrong-argument-count", e.range(),
+           {call->callee, counted(static_cast<int>(count), "value"), std::to_string(inputs.size())},
+           joins(word->kind) ? std::string("write ") + word->example
+                             : fmt::format("write let v = {}(in, ...)", call->callee));
     }
     if (failed_) return 0;
-    const std::vector<ast::Argument> rest(call->arguments.begin() + static_cast<std::ptrdiff_t>(count), call->arguments.end());
+    const std::vector<ast::Argument> rest(call->arguments.begin() + static_cast<std::ptrdiff_t>(count),
+                                          call->arguments.end());
     return add(*word, call->callee_range, e.range(), inputs, rest);
   }
 
@@ -234,7 +211,9 @@ class LayerReader {
   }
 
   void check_values() {
-    if (!failed_ && !output_) refuse(source_.name.range, fmt::format("network {} has no output", source_.name.name), "write out = and a value at its end");
+    if (!failed_ && !output_)
+      refuse(source_.name.range, fmt::format("network {} has no output", source_.name.name),
+             "write out = and a value at its end");
     for (const auto& [name, value] : values_) {
       if (!failed_ && !value.used) refuse(value.range, fmt::format("nothing uses the value {}", name));
     }
@@ -251,18 +230,21 @@ class LayerReader {
     }
     const std::string near = nearest_name(name.name.substr(0, 40), known);
     fail("unknown-layer", name.range, {name.name.substr(0, 40)},
-         near.empty() ? fmt::format("understood here: {}", fmt::join(known, ", ")) : fmt::format("did you mean {}?", near));
+         near.empty() ? fmt::format("understood here: {}", fmt::join(known, ", "))
+                      : fmt::format("did you mean {}?", near));
     return nullptr;
   }
 
   /// The number of the value that the layer makes of `inputs`; 0 after a diagnostic.
-  int add(const LayerWord& word, SourceRange word_range, SourceRange range, const std::vector<int>& inputs, const std::vector<ast::Argument>& arguments) {
+  int add(const LayerWord& word, SourceRange word_range, SourceRange range, const std::vector<int>& inputs,
+          const std::vector<ast::Argument>& arguments) {
     std::vector<ast::Expr> plain;
     LayerOptions options;
     sort_arguments(word, arguments, plain, options);
     const auto [least, most] = least_and_most_arguments(word);
     if (!failed_ && (plain.size() < least || plain.size() > most)) {
-      fail("wrong-argument-count", range, {std::string(word.name), counted(static_cast<int>(most), "argument"), std::to_string(plain.size())},
+      fail("wrong-argument-count", range,
+           {std::string(word.name), counted(static_cast<int>(most), "argument"), std::to_string(plain.size())},
            fmt::format("as in {}", word.example));
     }
     if (failed_) return 0;
@@ -277,7 +259,8 @@ class LayerReader {
       result_size *= layer.stride;
     } else if (word.kind == LayerKind::reorient) {
       failed_ = !read_orientation(options, range, network_.rank(), number_of_, layer, sink_);
-    } else if (word.kind == LayerKind::mean_pool || word.kind == LayerKind::max_pool || word.kind == LayerKind::upsample) {
+    } else if (word.kind == LayerKind::mean_pool || word.kind == LayerKind::max_pool ||
+               word.kind == LayerKind::upsample) {
       layer.stride = whole(plain[0], fmt::format("the factor of {}", word.name), 2, most_stride);
       if (!failed_) result_size = resized(word.kind, layer.stride, result_size, range);
     } else {
@@ -294,7 +277,8 @@ class LayerReader {
     for (const ast::Argument& argument : arguments) {
       if (argument.name.empty()) {
         plain.push_back(argument.value);
-      } else if (const std::vector<std::string> known = options_of(word); std::ranges::find(known, argument.name) == known.end()) {
+      } else if (const std::vector<std::string> known = options_of(word);
+                 std::ranges::find(known, argument.name) == known.end()) {
         fail("unknown-option", argument.name_range, {argument.name, std::string(word.name)},
              known.empty() ? fmt::format("it is written {}", word.example) : did_you_mean(argument.name, known));
       } else if (!options.emplace(argument.name, argument).second) {
@@ -303,7 +287,8 @@ class LayerReader {
     }
   }
 
-  void read_conv(const LayerWord& word, const std::vector<ast::Expr>& plain, const LayerOptions& options, Layer& layer) {
+  void read_conv(const LayerWord& word, const std::vector<ast::Expr>& plain, const LayerOptions& options,
+                 Layer& layer) {
     const int channels_in = layer.channels;
     layer.channels = channel_count(plain[0], word);
     if (!is_dense(word)) layer.extent = odd_extent(plain[1]);
@@ -322,24 +307,34 @@ class LayerReader {
     }
     if (options.contains("weights")) take_weights(options, layer);
     if (failed_ || (channels_in % layer.groups == 0 && layer.channels % layer.groups == 0)) return;
-    refuse(options.at("groups").value.range(), fmt::format("{} groups do not divide the channels: {} go in, {} come out", layer.groups, channels_in, layer.channels));
+    refuse(options.at("groups").value.range(),
+           fmt::format("{} groups do not divide the channels: {} go in, {} come out", layer.groups, channels_in,
+                       layer.channels));
   }
 
   /// weights = v2: those of another convolution, and how they begin.
   void take_weights(const LayerOptions& options, Layer& layer) {
     const ast::Expr& e = options.at("weights").value;
     for (const char* own : {"bias", "gain", "initial"}) {
-      if (!failed_ && options.contains(own)) refuse(options.at(own).name_range, fmt::format("{} is that of the weights of the other layer", own), "leave it out");
+      if (!failed_ && options.contains(own))
+        refuse(options.at(own).name_range, fmt::format("{} is that of the weights of the other layer", own),
+               "leave it out");
     }
     const auto* name = std::get_if<ast::Name>(&e->kind);
-    if (!name) refuse(e.range(), "weights are those of a value that has a name", "write weights = v1, where let v1 = conv(...) stands above");
+    if (!name)
+      refuse(e.range(), "weights are those of a value that has a name",
+             "write weights = v1, where let v1 = conv(...) stands above");
     if (failed_) return;
     int value = named_value(name->name, e.range());
-    if (value > 0 && network_.layers[static_cast<std::size_t>(value) - 1].weights_of > 0) value = network_.layers[static_cast<std::size_t>(value) - 1].weights_of;
+    if (value > 0 && network_.layers[static_cast<std::size_t>(value) - 1].weights_of > 0)
+      value = network_.layers[static_cast<std::size_t>(value) - 1].weights_of;
     const Layer* const own = value > 0 ? &network_.layers[static_cast<std::size_t>(value) - 1] : nullptr;
-    const bool fits = own && own->kind == LayerKind::conv && own->extent == layer.extent && own->channels == layer.channels && own->groups == layer.groups &&
+    const bool fits = own && own->kind == LayerKind::conv && own->extent == layer.extent &&
+                      own->channels == layer.channels && own->groups == layer.groups &&
                       channels(own->input) == channels(layer.input);
-    if (!failed_ && !fits) refuse(e.range(), fmt::format("{} is no convolution with the extent, the channels and the groups of this one", name->name));
+    if (!failed_ && !fits)
+      refuse(e.range(),
+             fmt::format("{} is no convolution with the extent, the channels and the groups of this one", name->name));
     if (failed_) return;
     layer.weights_of = value;
     layer.bias = own->bias;
@@ -357,7 +352,8 @@ class LayerReader {
   int odd_extent(const ast::Expr& e) {
     const int extent = whole(e, "the extent of conv", 1, most_extent);
     if (extent % 2 == 1) return extent;
-    const std::string neighbours = extent < most_extent - 1 ? fmt::format("write {} or {}", extent - 1, extent + 1) : "";
+    const std::string neighbours =
+        extent < most_extent - 1 ? fmt::format("write {} or {}", extent - 1, extent + 1) : "";
     refuse(e.range(), fmt::format("an extent of {} has no middle", extent), neighbours);
     return 1;
   }
@@ -387,7 +383,9 @@ class LayerReader {
   int resized(LayerKind kind, int stride, int input, SourceRange range) {
     if (kind != LayerKind::upsample) return input * stride;
     if (input % stride == 0) return input / stride;
-    refuse(range, fmt::format("upsample {} cannot undo what made the grid here: it is {}", stride, input == 1 ? grid_phrase(1) : grid_phrase(input)),
+    refuse(range,
+           fmt::format("upsample {} cannot undo what made the grid here: it is {}", stride,
+                       input == 1 ? grid_phrase(1) : grid_phrase(input)),
            input == 1 ? "a pool or a stride before it makes a coarser grid" : fmt::format("write upsample {}", input));
     return input;
   }
@@ -396,14 +394,21 @@ class LayerReader {
   int join(LayerKind kind, const char* word, SourceRange range, int first, int second) {
     const bool is_block = std::string_view(word) == "residual" || std::string_view(word) == "skip";
     if (size(first) != size(second)) {
-      const std::string text = is_block ? fmt::format("the body of {} begins on {} and ends on {}", word, grid_phrase(size(first)), grid_phrase(size(second)))
-                                        : fmt::format("{} has values on {} and on {}", word, grid_phrase(size(first)), grid_phrase(size(second)));
+      const std::string text = is_block ? fmt::format("the body of {} begins on {} and ends on {}", word,
+                                                      grid_phrase(size(first)), grid_phrase(size(second)))
+                                        : fmt::format("{} has values on {} and on {}", word, grid_phrase(size(first)),
+                                                      grid_phrase(size(second)));
       const bool is_coarser = size(second) % size(first) == 0;
       refuse(range, text, is_coarser ? fmt::format("write upsample {} at its end", size(second) / size(first)) : "");
     } else if (kind == LayerKind::add && channels(first) != channels(second)) {
-      const std::string text = is_block ? fmt::format("the body of residual makes {} of {}", counted(channels(second), "channel"), channels(first))
-                                        : fmt::format("add has values of {} and {} channels", channels(first), channels(second));
-      refuse(range, text, is_block ? fmt::format("end it with conv {}, 1, or write skip to keep the channels of both", channels(first)) : "");
+      const std::string text =
+          is_block ? fmt::format("the body of residual makes {} of {}", counted(channels(second), "channel"),
+                                 channels(first))
+                   : fmt::format("add has values of {} and {} channels", channels(first), channels(second));
+      refuse(range, text,
+             is_block
+                 ? fmt::format("end it with conv {}, 1, or write skip to keep the channels of both", channels(first))
+                 : "");
     }
     Layer layer;
     layer.kind = kind;
@@ -414,9 +419,13 @@ class LayerReader {
   }
 
   int push(const Layer& layer, int result_size, SourceRange range) {
-    if (!failed_ && network_.layers.size() == most_layers) refuse(range, fmt::format("the network has more than {} layers", most_layers));
-    if (!failed_ && layer.channels > most_channels) refuse(range, fmt::format("this makes {} channels, more than {}", layer.channels, most_channels));
-    if (!failed_ && result_size > most_size) refuse(range, fmt::format("the grid here is {} times coarser than that of the fields, more than {}", result_size, most_size));
+    if (!failed_ && network_.layers.size() == most_layers)
+      refuse(range, fmt::format("the network has more than {} layers", most_layers));
+    if (!failed_ && layer.channels > most_channels)
+      refuse(range, fmt::format("this makes {} channels, more than {}", layer.channels, most_channels));
+    if (!failed_ && result_size > most_size)
+      refuse(range, fmt::format("the grid here is {} times coarser than that of the fields, more than {}", result_size,
+                                most_size));
     if (failed_) return 0;
     network_.layers.push_back(layer);
     sizes_.push_back(result_size);
@@ -426,11 +435,16 @@ class LayerReader {
   /// As many channels as outputs, on the grid of the fields.
   void check_output() {
     const int last = static_cast<int>(network_.layers.size());
-    if (last == 0) return refuse(source_.name.range, fmt::format("network {} has no layers", source_.name.name), "write conv out, 3 at its end");
+    if (last == 0)
+      return refuse(source_.name.range, fmt::format("network {} has no layers", source_.name.name),
+                    "write conv out, 3 at its end");
     if (size(last) != 1) {
-      refuse(last_range_, fmt::format("the network ends on {}", grid_phrase(size(last))), fmt::format("write upsample {}", size(last)));
+      refuse(last_range_, fmt::format("the network ends on {}", grid_phrase(size(last))),
+             fmt::format("write upsample {}", size(last)));
     } else if (channels(last) != network_.outputs) {
-      refuse(last_range_, fmt::format("the last layer has {}, but the network has {}", counted(channels(last), "channel"), counted(network_.outputs, "output")),
+      refuse(last_range_,
+             fmt::format("the last layer has {}, but the network has {}", counted(channels(last), "channel"),
+                         counted(network_.outputs, "output")),
              "end with conv out, 1 or another extent");
     }
   }
@@ -465,7 +479,8 @@ std::optional<network::Init> find_init(std::string_view name) {
   return std::nullopt;
 }
 
-bool add_layers(const ast::Network& source, network::Init init, const NumberOf& number_of, network::Network& network, DiagnosticSink& sink) {
+bool add_layers(const ast::Network& source, network::Init init, const NumberOf& number_of, network::Network& network,
+                DiagnosticSink& sink) {
   return LayerReader(source, init, number_of, network, sink).run();
 }
 

@@ -16,7 +16,8 @@ using network::Layer;
 
 class OrientationReader {
  public:
-  OrientationReader(int rank, const NumberOf& number_of, DiagnosticSink& sink) : rank_(rank), number_of_(number_of), sink_(sink) {}
+  OrientationReader(int rank, const NumberOf& number_of, DiagnosticSink& sink)
+      : rank_(rank), number_of_(number_of), sink_(sink) {}
 
   bool read_axes(const LayerOptions& options, SourceRange range, Layer& layer) {
     std::array<bool, 3> taken{};
@@ -25,9 +26,12 @@ class OrientationReader {
       if (found == options.end() && axis >= rank_) continue;
       const int from = found == options.end() ? axis + 1 : signed_axis(found->second.value);
       if (from == 0) return false;
-      if (axis >= rank_ || std::abs(from) > rank_) return refuse(range, fmt::format("the network is on a grid of {} {}", rank_, rank_ == 1 ? "axis" : "axes"));
+      if (axis >= rank_ || std::abs(from) > rank_)
+        return refuse(range, fmt::format("the network is on a grid of {} {}", rank_, rank_ == 1 ? "axis" : "axes"));
       bool& is_taken = taken[static_cast<std::size_t>(std::abs(from)) - 1];
-      if (is_taken) return refuse(range, fmt::format("two axes lie along {}", axis_name(std::abs(from) - 1)), "each axis stands once: x = -y, y = x");
+      if (is_taken)
+        return refuse(range, fmt::format("two axes lie along {}", axis_name(std::abs(from) - 1)),
+                      "each axis stands once: x = -y, y = x");
       is_taken = true;
       layer.axes[static_cast<std::size_t>(axis)] = from;
     }
@@ -44,7 +48,8 @@ class OrientationReader {
       const double channel = std::abs(*from);
       const bool exists = channel >= 1 && channel <= layer.channels && channel == std::floor(channel);
       if (!exists || taken[static_cast<std::size_t>(channel) - 1]) {
-        const std::string what = fmt::format("each of the {} stands once, with - where its sign changes", counted(layer.channels, "channel"));
+        const std::string what = fmt::format("each of the {} stands once, with - where its sign changes",
+                                             counted(layer.channels, "channel"));
         return refuse(part.range(), what, "as in channels = (-2, 1)");
       }
       taken[static_cast<std::size_t>(channel) - 1] = true;
@@ -67,7 +72,8 @@ class OrientationReader {
     const ast::Expr& inner = is_back ? negative->operand : e;
     const auto* name = std::get_if<ast::Name>(&inner->kind);
     const int axis = name ? axis_of(name->name) : -1;
-    if (axis < 0) refuse(e.range(), "this is no axis", "write x = -x for the other direction, x = y, y = x for exchanged axes");
+    if (axis < 0)
+      refuse(e.range(), "this is no axis", "write x = -x for the other direction, x = y, y = x for exchanged axes");
     return is_back ? -(axis + 1) : axis + 1;
   }
 
@@ -78,7 +84,8 @@ class OrientationReader {
 
 }  // namespace
 
-bool read_orientation(const LayerOptions& options, SourceRange range, int rank, const NumberOf& number_of, network::Layer& layer, DiagnosticSink& sink) {
+bool read_orientation(const LayerOptions& options, SourceRange range, int rank, const NumberOf& number_of,
+                      network::Layer& layer, DiagnosticSink& sink) {
   OrientationReader reader(rank, number_of, sink);
   if (!reader.read_axes(options, range, layer)) return false;
   const auto order = options.find("channels");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// symmetric flips, rotations, galilean: which images of the grid a network knows, and which inputs count from their mean.
-#include "network/symmetrise.h"
-
+// symmetric flips, rotations, galilean: which images of the grid a network knows, and which inputs count from their
+// mean.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 
 #include "model/from_ast/parts.h"
 #include "model/network_from_ast.h"
+#include "network/symmetrise.h"
 
 namespace dpde::model {
 
@@ -20,7 +20,8 @@ constexpr Orientation as_it_is{1, 2, 3};
 
 class SymmetryReader {
  public:
-  SymmetryReader(Draft& draft, DeclaredNetwork& declared) : draft_(draft), declared_(declared), axes_(draft.problem.axes) {}
+  SymmetryReader(Draft& draft, DeclaredNetwork& declared)
+      : draft_(draft), declared_(declared), axes_(draft.problem.axes) {}
 
   /// The generators of the group; marks the inputs of galilean.
   std::vector<Orientation> run() {
@@ -42,7 +43,8 @@ class SymmetryReader {
     if (word == "flip" || word == "flips") return read_flips(part);
     if (word == "rotations") return read_rotations(part);
     if (word == "galilean") return read_galilean(part);
-    refuse(part.word.range, fmt::format("{} is no symmetry", word), "choose of: flips, flip x, rotations, rotations about z, galilean, galilean(u)");
+    refuse(part.word.range, fmt::format("{} is no symmetry", word),
+           "choose of: flips, flip x, rotations, rotations about z, galilean, galilean(u)");
   }
 
   void read_flips(const ast::SymmetryItem::Part& part) {
@@ -59,16 +61,21 @@ class SymmetryReader {
 
   /// One axis has no turns, and what is written is done or told.
   void check_turns(const ast::SymmetryItem& symmetries) {
-    const auto turns = std::ranges::find(symmetries.parts, "rotations", [](const ast::SymmetryItem::Part& part) { return part.word.name; });
+    const auto turns = std::ranges::find(symmetries.parts, "rotations",
+                                         [](const ast::SymmetryItem::Part& part) { return part.word.name; });
     if (rank() > 1 || turns == symmetries.parts.end() || turns->axis) return;
-    misfit(turns->word.range, "rotations turn one axis into another, and this scene has one axis: they would do nothing",
-           generators_.empty() ? "write flips for the mirror image, or leave rotations out" : "leave rotations out: flips alone are all that one axis has");
+    misfit(turns->word.range,
+           "rotations turn one axis into another, and this scene has one axis: they would do nothing",
+           generators_.empty() ? "write flips for the mirror image, or leave rotations out"
+                               : "leave rotations out: flips alone are all that one axis has");
   }
 
   /// Quarter turns, in the plane across the axis that is named or in each.
   void read_rotations(const ast::SymmetryItem::Part& part) {
     if (part.axis && rank() < 3) {
-      return misfit(part.axis->range, fmt::format("rotations about an axis need a scene with three axes; this one has {}", rank()), "write rotations");
+      return misfit(part.axis->range,
+                    fmt::format("rotations about an axis need a scene with three axes; this one has {}", rank()),
+                    "write rotations");
     }
     if (part.axis && !axis(*part.axis)) return;
     for (int first = 0; first < rank(); ++first) {
@@ -88,7 +95,8 @@ class SymmetryReader {
     const std::vector<ast::Network::Input>& inputs = declared_.source->inputs;
     declared_.relative.assign(inputs.size(), false);
     for (const ast::Identifier& name : part.inputs) {
-      const auto found = std::ranges::find(inputs, name.name, [](const ast::Network::Input& input) { return input.name.name; });
+      const auto found =
+          std::ranges::find(inputs, name.name, [](const ast::Network::Input& input) { return input.name.name; });
       if (found == inputs.end()) {
         std::vector<std::string> known;
         for (const ast::Network::Input& input : inputs) known.push_back(input.name.name);
@@ -99,7 +107,9 @@ class SymmetryReader {
     }
     for (std::size_t i = 0; part.inputs.empty() && i < inputs.size(); ++i) declared_.relative[i] = inputs[i].vector;
     if (std::ranges::find(declared_.relative, true) != declared_.relative.end() || !part.inputs.empty()) return;
-    refuse(part.word.range, fmt::format("network {} has no input that is a vector, and which one is a velocity is not said", declared_.source->name.name),
+    refuse(part.word.range,
+           fmt::format("network {} has no input that is a vector, and which one is a velocity is not said",
+                       declared_.source->name.name),
            inputs.empty() ? "" : fmt::format("write galilean({})", inputs.front().name.name));
   }
 
@@ -118,7 +128,8 @@ class SymmetryReader {
   bool is_stretched(int axis, SourceRange range) {
     const Axis& a = axes_[static_cast<std::size_t>(axis)];
     if (!a.stretch) return false;
-    misfit(range, fmt::format("axis {} is stretched, and its mirror image is another grid", a.name), "leave the symmetry out along this axis");
+    misfit(range, fmt::format("axis {} is stretched, and its mirror image is another grid", a.name),
+           "leave the symmetry out along this axis");
     return true;
   }
 
@@ -130,20 +141,27 @@ class SymmetryReader {
       misfit(range, fmt::format("a turn exchanges {} and {}, which {}", a.name, b.name, text), hint);
       return false;
     };
-    const char* instead = rank() == 3 ? "write rotations about the axis across two that are alike, or flips" : "write flips";
+    const char* instead =
+        rank() == 3 ? "write rotations about the axis across two that are alike, or flips" : "write flips";
     if (a.cells != b.cells) return differ(fmt::format("have {} and {} cells", a.cells, b.cells), instead);
-    if (std::abs(a.spacing() - b.spacing()) > 1e-12 * a.spacing()) return differ(fmt::format("have cells of {} and {}", a.spacing(), b.spacing()), instead);
+    if (std::abs(a.spacing() - b.spacing()) > 1e-12 * a.spacing())
+      return differ(fmt::format("have cells of {} and {}", a.spacing(), b.spacing()), instead);
     if (a.topology != b.topology) return differ(fmt::format("are {} and {}", word_of(a), word_of(b)), instead);
     const std::vector<network::Padding>& padding = declared_.network->padding;
     const auto of = [&](int axis) { return network::name_of(padding[static_cast<std::size_t>(axis)]); };
-    if (of(first) != of(second)) return differ(fmt::format("have the paddings {} and {}", of(first), of(second)), "give both the same padding");
+    if (of(first) != of(second))
+      return differ(fmt::format("have the paddings {} and {}", of(first), of(second)), "give both the same padding");
     return true;
   }
 
   static const char* word_of(const Axis& axis) { return axis.topology == Topology::periodic ? "periodic" : "bounded"; }
-  void refuse(SourceRange range, const std::string& text, const std::string& hint) { draft_.sink.report("bad-network", range, {text}, hint); }
+  void refuse(SourceRange range, const std::string& text, const std::string& hint) {
+    draft_.sink.report("bad-network", range, {text}, hint);
+  }
   /// Of this grid: other scenes of the file may call the network.
-  void misfit(SourceRange range, const std::string& text, const std::string& hint) { declared_.misfits.push_back({range, text, hint}); }
+  void misfit(SourceRange range, const std::string& text, const std::string& hint) {
+    declared_.misfits.push_back({range, text, hint});
+  }
   int rank() const { return static_cast<int>(axes_.size()); }
 
   Draft& draft_;
@@ -175,7 +193,9 @@ void bind_symmetries(Draft& draft, DeclaredNetwork& declared) {
   const std::size_t layers = declared.network->layers.size(), images = network::group_of(symmetry.generators).size();
   if (layers <= static_cast<std::size_t>(most_layers)) return;
   draft.sink.report("bad-network", symmetries_range(*declared.source),
-                    {fmt::format("for the {} images of the grid the network has {} layers, more than {}", images, layers, most_layers)}, "take fewer layers or a smaller symmetry");
+                    {fmt::format("for the {} images of the grid the network has {} layers, more than {}", images,
+                                 layers, most_layers)},
+                    "take fewer layers or a smaller symmetry");
   declared.network.reset();
 }
 

@@ -28,7 +28,9 @@ void bind_outputs(Draft& draft, DeclaredNetwork& declared) {
   const auto is_type = [](const ast::Identifier& name) { return name.name == "vector" || name.name == "scalar"; };
   const auto type = std::find_if(outputs.begin(), outputs.end(), is_type);
   if (outputs.size() > 1 && type != outputs.end()) {
-    draft.sink.report("bad-network", type->range, {fmt::format("{} stands alone, or each output has a name", type->name)}, "write -> vector, or -> a, b");
+    draft.sink.report("bad-network", type->range,
+                      {fmt::format("{} stands alone, or each output has a name", type->name)},
+                      "write -> vector, or -> a, b");
     return;
   }
   declared.vector = type != outputs.end() && type->name == "vector";
@@ -45,12 +47,15 @@ void bind_network(Draft& draft, DeclaredNetwork& declared) {
     return;
   }
   if (const Meaning* meaning = draft.scope.find(source.name.name)) {
-    draft.sink.report("name-taken", source.name.range, {source.name.name, "a " + std::string(word_for(meaning->role))}, "choose another name for the network");
+    draft.sink.report("name-taken", source.name.range, {source.name.name, "a " + std::string(word_for(meaning->role))},
+                      "choose another name for the network");
     return;
   }
   if (source.input_channels || source.output_channels) {
-    draft.sink.report("bad-network", source.name.range, {fmt::format("network {} counts its channels, which only hand-written programs do", source.name.name)},
-                      fmt::format("give its inputs names: network {}(u: vector, nu) -> vector", source.name.name));
+    draft.sink.report(
+        "bad-network", source.name.range,
+        {fmt::format("network {} counts its channels, which only hand-written programs do", source.name.name)},
+        fmt::format("give its inputs names: network {}(u: vector, nu) -> vector", source.name.name));
     return;
   }
   std::vector<ast::Identifier> inputs;
@@ -79,7 +84,8 @@ void bind_network_of_program(Draft& draft, DeclaredNetwork& declared) {
   if (!is_applied && !counts_channels(*declared.source)) return;
   if (is_applied) draft.called_networks.insert(declared.source->name.name);
   declared.network = network_from_ast(*declared.source, draft.sink);
-  for (int c = 1; declared.network && declared.network->outputs > 1 && c <= declared.network->outputs; ++c) declared.outputs.push_back(fmt::format("c{}", c));
+  for (int c = 1; declared.network && declared.network->outputs > 1 && c <= declared.network->outputs; ++c)
+    declared.outputs.push_back(fmt::format("c{}", c));
   const int axes = static_cast<int>(draft.problem.axes.size());
   if (!declared.network || declared.network->rank() == axes) return;
   if (!is_applied) {  // of another program, perhaps
@@ -87,8 +93,8 @@ void bind_network_of_program(Draft& draft, DeclaredNetwork& declared) {
     return;
   }
   draft.sink.report("bad-network", declared.source->name.range,
-                    {fmt::format("network {} is made for {} {}, but the scene has {}", declared.source->name.name, declared.network->rank(),
-                                 declared.network->rank() == 1 ? "axis" : "axes", axes)});
+                    {fmt::format("network {} is made for {} {}, but the scene has {}", declared.source->name.name,
+                                 declared.network->rank(), declared.network->rank() == 1 ? "axis" : "axes", axes)});
 }
 
 /// corrector = load("corrector.safetensors") of a scene.
@@ -100,9 +106,12 @@ void bind_weights(Draft& draft, const DeclaredNetwork& declared) {
     const auto [first, is_new] = seen.emplace(name, item.name.range);
     if (!is_new) report_duplicate(draft, name, item.name.range, first->second);
     const auto* load = std::get_if<ast::Call>(&item.value->kind);
-    const auto* file = load && load->callee == "load" && load->arguments.size() == 1 ? std::get_if<ast::Text>(&load->arguments[0].value->kind) : nullptr;
+    const auto* file = load && load->callee == "load" && load->arguments.size() == 1
+                           ? std::get_if<ast::Text>(&load->arguments[0].value->kind)
+                           : nullptr;
     if (!file || !(file->value.ends_with(".safetensors") || file->value.ends_with(".npz"))) {
-      draft.sink.report("bad-network", item.value.range(), {fmt::format("the weights of network {} come from a file", name)},
+      draft.sink.report("bad-network", item.value.range(),
+                        {fmt::format("the weights of network {} come from a file", name)},
                         fmt::format("write {} = load(\"{}.safetensors\"), or .npz", name, name));
       continue;
     }
@@ -123,7 +132,8 @@ void check_exchanges(Draft& draft, DeclaredNetwork& declared) {
       const Axis &to = draft.problem.axes[axis], &source = draft.problem.axes[from];
       if (to.cells == source.cells) continue;
       draft.sink.report("bad-network", declared.source->name.range,
-                        {fmt::format("network {} exchanges {} and {}, which have {} and {} cells", declared.source->name.name, to.name, source.name, to.cells, source.cells)},
+                        {fmt::format("network {} exchanges {} and {}, which have {} and {} cells",
+                                     declared.source->name.name, to.name, source.name, to.cells, source.cells)},
                         "give both axes as many cells");
       declared.network.reset();
       return;
@@ -151,12 +161,14 @@ void bind_networks(Draft& draft) {
 }
 
 const DeclaredNetwork* find_network(const Draft& draft, const std::string& name) {
-  const auto found = std::ranges::find_if(draft.networks, [&](const DeclaredNetwork& declared) { return declared.source->name.name == name; });
+  const auto found = std::ranges::find_if(
+      draft.networks, [&](const DeclaredNetwork& declared) { return declared.source->name.name == name; });
   return found == draft.networks.end() ? nullptr : &*found;
 }
 
 void keep_called_networks(Draft& draft) {
-  std::erase_if(draft.problem.weights, [&](const GivenWeights& given) { return !draft.called_networks.contains(given.network); });
+  std::erase_if(draft.problem.weights,
+                [&](const GivenWeights& given) { return !draft.called_networks.contains(given.network); });
   for (const DeclaredNetwork& declared : draft.networks) {
     if (!declared.network) continue;
     if (draft.called_networks.contains(declared.source->name.name)) {

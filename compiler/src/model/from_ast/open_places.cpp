@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places that follow t or an unknown, with all the values that they are known to take before the run. (Beyond a wall they would stay at
-// the wall, as they do during a search.)
+// Places that follow t or an unknown, with all the values that they are known to take before the run. (Beyond a wall
+// they would stay at the wall, as they do during a search.)
 #include <fmt/format.h>
 
 #include "model/from_ast/known_values.h"
@@ -15,7 +15,8 @@ std::optional<std::string> leaves_grid(const Problem& problem, const OpenPlace& 
   for (std::size_t axis = 0; axis < place.position.size(); ++axis) {
     const Axis& grid = problem.axes[axis];
     const bool varies = holds_time(place.position[axis]);
-    if (grid.topology == Topology::periodic || grid.stretch) continue;  // there it comes back on the other side; stretched axes have another coordinate by now
+    if (grid.topology == Topology::periodic || grid.stretch)
+      continue;  // there it comes back on the other side; stretched axes have another coordinate by now
     for (const double t : varies ? times_of_run(problem) : std::vector{problem.t_begin}) {
       values["t"] = t;
       const std::optional<double> at = known_value(place.position[axis], values);
@@ -38,7 +39,8 @@ void check_open_places(Draft& draft) {
       outside = leaves_grid(draft.problem, place, values_at_start(draft));
     }
     if (!outside) continue;
-    draft.sink.report("outside-the-grid", place.range, {place.callee, *outside + when}, "where it shall stay at a wall say so: at = min(max(x0 + t, 0), 1)");
+    draft.sink.report("outside-the-grid", place.range, {place.callee, *outside + when},
+                      "where it shall stay at a wall say so: at = min(max(x0 + t, 0), 1)");
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Operators of the file whose adjoint is given: not put in where they are called, but fields of their own, so that the adjoint
-// has something to stand for. Body and formulas know the parameters as fields, whatever the arguments are.
+// Operators of the file whose adjoint is given: not put in where they are called, but fields of their own, so that the
+// adjoint has something to stand for. Body and formulas know the parameters as fields, whatever the arguments are.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,12 +34,15 @@ bool has_mixed_axes(const Problem& problem) {
 std::vector<std::string> parts_of(const std::string& parameter, const Typed& argument) {
   if (argument.type != Typed::Type::vector) return {parameter};
   std::vector<std::string> parts;
-  for (std::size_t axis = 0; axis < argument.parts.size(); ++axis) parts.push_back(fmt::format("{}.{}", parameter, "xyz"[axis]));
+  for (std::size_t axis = 0; axis < argument.parts.size(); ++axis)
+    parts.push_back(fmt::format("{}.{}", parameter, "xyz"[axis]));
   return parts;
 }
 
 /// Formulas of coordinates, and what is interpolated: stored wherever the operator takes them.
-bool is_free(const Placements& placements, const Expr& value) { return !is_uniform(value) && !placements.is_series(value) && !placements.natural(value); }
+bool is_free(const Placements& placements, const Expr& value) {
+  return !is_uniform(value) && !placements.is_series(value) && !placements.natural(value);
+}
 
 /// Where the free arguments may lie: where others do, or at the centres.
 std::vector<Placement> places_of_others(const Placements& placements, const Apply& application) {
@@ -67,7 +70,8 @@ bool Expressions::can_apply(const FunctionScope& call, const ast::Call& e, Sourc
     return false;
   }
   for (std::size_t i = 0; i < e.arguments.size(); ++i) {
-    if (!can_pass(call.arguments.at(call.function.parameters[i].name), e.arguments[i].value.range(), what)) return false;
+    if (!can_pass(call.arguments.at(call.function.parameters[i].name), e.arguments[i].value.range(), what))
+      return false;
   }
   return true;
 }
@@ -85,7 +89,8 @@ bool Expressions::can_pass(const Typed& argument, SourceRange at, const std::str
       return false;
     }
     if (is_plain_field(value) || is_uniform(value)) continue;
-    if (holds_part_reduction(value)) return refuse_here("a reduction along some axes", "an argument of " + what, derive_it);
+    if (holds_part_reduction(value))
+      return refuse_here("a reduction along some axes", "an argument of " + what, derive_it);
     if (has_mixed_axes(draft_.problem)) {
       return refuse_here("an expression", "an argument of " + what + ", on a grid with walls along some axes only",
                          "pass fields and numbers, or leave the lines adjoint ... out: what is not given is derived");
@@ -110,37 +115,50 @@ Typed Expressions::formula_of_parameters(const FunctionScope& call, const ast::E
   if (value.type == Typed::Type::condition || value.type == Typed::Type::none) return {};
   const bool is_simple = std::none_of(value.parts.begin(), value.parts.end(), [](const Expr& component) {
     return any_part(component, [](const Expr& part) {
-      return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) || std::holds_alternative<Advect>(part->kind) ||
-             std::holds_alternative<Infer>(part->kind);
+      return std::holds_alternative<Reduce>(part->kind) || std::holds_alternative<Apply>(part->kind) ||
+             std::holds_alternative<Advect>(part->kind) || std::holds_alternative<Infer>(part->kind);
     });
   });
   if (is_simple) return value;
-  draft_.sink.report("not-allowed-here", e.range(), {"a reduction, advect, a network or another operator whose adjoint is given", "an operator whose adjoint is given"},
+  draft_.sink.report("not-allowed-here", e.range(),
+                     {"a reduction, advect, a network or another operator whose adjoint is given",
+                      "an operator whose adjoint is given"},
                      "pass what it gives as an argument");
   return {};
 }
 
 /// One formula for each component of a parameter; 0 is a vector too.
-bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const Typed& seed, Operator& function) {
+bool Expressions::add_adjoint(const FunctionScope& call, const ast::AdjointItem& item, const Typed& seed,
+                              Operator& function) {
   const ast::Function& source = call.function;
-  const auto parameter = std::find_if(source.parameters.begin(), source.parameters.end(),
-                                      [&](const ast::Identifier& name) { return bar_of(name.name) == item.target.name; });
-  const std::vector<std::string> parts = parameter == source.parameters.end() ? std::vector<std::string>{} : parts_of(parameter->name, call.arguments.at(parameter->name));
-  const auto known = std::find_if(function.adjoints.begin(), function.adjoints.end(), [&](const Operator::Adjoint& other) {
-    return !parts.empty() && other.parameter == parts.front() && other.of_field == !item.accumulate;
-  });
+  const auto parameter =
+      std::find_if(source.parameters.begin(), source.parameters.end(),
+                   [&](const ast::Identifier& name) { return bar_of(name.name) == item.target.name; });
+  const std::vector<std::string> parts = parameter == source.parameters.end()
+                                             ? std::vector<std::string>{}
+                                             : parts_of(parameter->name, call.arguments.at(parameter->name));
+  const auto known =
+      std::find_if(function.adjoints.begin(), function.adjoints.end(), [&](const Operator::Adjoint& other) {
+        return !parts.empty() && other.parameter == parts.front() && other.of_field == !item.accumulate;
+      });
   if (parts.empty() || known != function.adjoints.end()) {
-    draft_.sink.report("bad-given-adjoint", item.target.range, {item.target.name, source.name.name, parts.empty() ? "belongs to no parameter" : "is there already"},
-                       fmt::format("the adjoint of a parameter u is u_bar, made of {}; that of a vector is a vector, u_bar = (..., ...)", bar_of(source.name.name)));
+    draft_.sink.report(
+        "bad-given-adjoint", item.target.range,
+        {item.target.name, source.name.name, parts.empty() ? "belongs to no parameter" : "is there already"},
+        fmt::format(
+            "the adjoint of a parameter u is u_bar, made of {}; that of a vector is a vector, u_bar = (..., ...)",
+            bar_of(source.name.name)));
     return false;
   }
   Typed value = formula_of_parameters(call, item.value, &seed);
   if (value.type == Typed::Type::none) return false;
   const bool is_vector = call.arguments.at(parameter->name).type == Typed::Type::vector;
-  if (is_vector && value.type == Typed::Type::number && is_constant(value.parts.front(), 0)) value.parts.resize(parts.size(), value.parts.front());
+  if (is_vector && value.type == Typed::Type::number && is_constant(value.parts.front(), 0))
+    value.parts.resize(parts.size(), value.parts.front());
   if (is_vector && !as_vector(value, item.value.range())) return false;
   if (!is_vector && !as_number(value, item.value.range())) return false;
-  for (std::size_t i = 0; i < parts.size(); ++i) function.adjoints.push_back({parts[i], !item.accumulate, value.parts[i], {item.value.range()}});
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    function.adjoints.push_back({parts[i], !item.accumulate, value.parts[i], {item.value.range()}});
   return true;
 }
 
@@ -155,8 +173,10 @@ bool Expressions::lay_out(Apply& result, SourceRange range) {
     }
     result.results.assign(count, Placement{});
     const Placements inside = placements.inside(result, {});
-    for (std::size_t c = 0; c < count; ++c) result.results[c] = inside.natural(result.function.body[c]).value_or(Placement{});
-    const auto mistake = placements.is_staggered() ? placements.find_mistake_inside(result, result.results.front()) : std::nullopt;
+    for (std::size_t c = 0; c < count; ++c)
+      result.results[c] = inside.natural(result.function.body[c]).value_or(Placement{});
+    const auto mistake =
+        placements.is_staggered() ? placements.find_mistake_inside(result, result.results.front()) : std::nullopt;
     if (!mistake) return true;
     if (!first) first = mistake;
   }
@@ -176,7 +196,8 @@ Typed Expressions::application(const FunctionScope& call, const ast::Call& e, So
     for (const Expr& value : argument.parts) {
       result.arguments.push_back(value);
       const bool is_everywhere = is_uniform(value) || placements.is_series(value);
-      result.places.push_back(is_everywhere ? std::nullopt : std::optional(placements.natural(value).value_or(Placement{})));
+      result.places.push_back(is_everywhere ? std::nullopt
+                                            : std::optional(placements.natural(value).value_or(Placement{})));
     }
   }
   const Typed body = formula_of_parameters(call, function.body, nullptr);

@@ -47,7 +47,8 @@ bool bind_hessian(Draft& draft, const ast::Call& call, const ast::Argument& argu
   const auto* word = std::get_if<ast::Name>(&argument.value->kind);
   optimiser.gauss_newton = word && word->name == "gauss_newton";
   if (word && (optimiser.gauss_newton || word->name == "full")) return true;
-  draft.sink.report("bad-optimiser-option", argument.value.range(), {"hessian", call.callee, "is full or gauss_newton"});
+  draft.sink.report("bad-optimiser-option", argument.value.range(),
+                    {"hessian", call.callee, "is full or gauss_newton"});
   return true;
 }
 
@@ -59,13 +60,18 @@ std::string example_of(const OptimiserKind& kind) {
 /// momentum of gradient descent, decay of both methods that take a rate; false where the argument is another one.
 bool bind_memory(Draft& draft, const ast::Call& call, const ast::Argument& argument, Optimiser& optimiser) {
   const bool is_momentum = argument.name == "momentum" && optimiser.kind == Optimiser::Kind::gradient_descent;
-  const bool is_decay = argument.name == "decay" && (optimiser.kind == Optimiser::Kind::gradient_descent || optimiser.kind == Optimiser::Kind::adam);
+  const bool is_decay = argument.name == "decay" && (optimiser.kind == Optimiser::Kind::gradient_descent ||
+                                                     optimiser.kind == Optimiser::Kind::adam);
   if (!is_momentum && !is_decay) return false;
   const auto value = evaluate(draft, argument.value, argument.name);
   if (!value) return true;
-  const std::string what = !learns_from_trajectories(draft) ? "is for tasks that learn from trajectories"
-                           : *value < 0 || (is_momentum && *value >= 1) ? fmt::format("must be {}, not {}", is_momentum ? "from 0 on and below 1" : "0 or more", *value) : "";
-  if (!what.empty()) draft.sink.report("bad-optimiser-option", argument.value.range(), {argument.name, call.callee, what});
+  const std::string what =
+      !learns_from_trajectories(draft) ? "is for tasks that learn from trajectories"
+      : *value < 0 || (is_momentum && *value >= 1)
+          ? fmt::format("must be {}, not {}", is_momentum ? "from 0 on and below 1" : "0 or more", *value)
+          : "";
+  if (!what.empty())
+    draft.sink.report("bad-optimiser-option", argument.value.range(), {argument.name, call.callee, what});
   (is_momentum ? optimiser.momentum : optimiser.decay) = *value;
   return true;
 }
@@ -77,8 +83,8 @@ void bind_options(Draft& draft, const ast::Call& call, const OptimiserKind& kind
     if (bind_hessian(draft, call, argument, optimiser)) continue;
     if (!kind.takes_rate || argument.name != "rate") {
       const std::string name = argument.name.empty() ? "a number without name" : argument.name;
-      draft.sink.report(
-          "bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"}, example_of(kind));
+      draft.sink.report("bad-optimiser-option", argument.value.range(), {name, call.callee, "is not understood"},
+                        example_of(kind));
       return;
     }
     if (has_rate) report_duplicate(draft, "the rate", argument.value.range(), {});
@@ -109,9 +115,12 @@ void bind_options(Draft& draft, const ast::UsingItem& item, Optimiser& optimiser
     if (option.name == "iterations") {
       bind_iterations(draft, option.value, optimiser);
     } else if (!is_training_option(option.name)) {
-      draft.sink.report("unknown-option", option.name_range, {option.name, "using"}, "understood here: iterations, and where a task learns from trajectories batch, epochs, unroll, cut, noise, clip, validate, patience, schedule, seed, trials");
+      draft.sink.report("unknown-option", option.name_range, {option.name, "using"},
+                        "understood here: iterations, and where a task learns from trajectories batch, epochs, unroll, "
+                        "cut, noise, clip, validate, patience, schedule, seed, trials");
     } else if (!learns_from_trajectories(draft)) {
-      draft.sink.report("not-allowed-here", option.name_range, {option.name, "a task that does not learn from trajectories"}, "understood here: iterations");
+      draft.sink.report("not-allowed-here", option.name_range,
+                        {option.name, "a task that does not learn from trajectories"}, "understood here: iterations");
     }
   }
 }

@@ -23,7 +23,8 @@ std::optional<ast::Model> coupled_model(const ast::File& file, const ast::Scene&
 void declare_model(Draft& draft);
 void bind_fields(Draft& draft);
 // placements.cpp: where fields have their values, and whether expressions are taken where they can be
-/// Of the component `component` of a vector, or of a number (-1); centres where nothing is written or after a diagnostic.
+/// Of the component `component` of a vector, or of a number (-1); centres where nothing is written or after a
+/// diagnostic.
 Placement placement_of(Draft& draft, const std::optional<ast::Identifier>& on, int component);
 /// The same for a scene of `axes` axes, without diagnostics.
 std::optional<Placement> placement_named(const std::string& on, int component, int axes);

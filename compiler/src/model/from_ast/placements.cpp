@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Placements as declared, and the check that every expression is taken where it can be.
-#include "model/placement.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include "model/build.h"
 #include "model/from_ast/expressions.h"
 #include "model/from_ast/parts.h"
+#include "model/placement.h"
 #include "model/print_model.h"
 
 namespace dpde::model {
@@ -31,14 +30,15 @@ void check_quantity(Draft& draft, const Placements& placements, const Expr& e, S
 /// The bounded axis along which a field is staggered; -1: there is none.
 int walled_axis(const Draft& draft, const Placement& placement) {
   for (int axis = 0; axis < axis_count(draft); ++axis) {
-    if (placement[static_cast<std::size_t>(axis)] && draft.problem.axes[axis].topology == Topology::bounded) return axis;
+    if (placement[static_cast<std::size_t>(axis)] && draft.problem.axes[axis].topology == Topology::bounded)
+      return axis;
   }
   return -1;
 }
 
 bool moves(const Expr& e) {
-  return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) || std::holds_alternative<Advect>(e->kind) ||
-         std::holds_alternative<Shift>(e->kind);
+  return std::holds_alternative<Derivative>(e->kind) || std::holds_alternative<Interpolate>(e->kind) ||
+         std::holds_alternative<Advect>(e->kind) || std::holds_alternative<Shift>(e->kind);
 }
 
 /// Whether the body of an operator takes a parameter elsewhere than at the point itself.
@@ -49,12 +49,14 @@ bool takes_elsewhere(const Expr& e, const std::string& parameter, bool inside) {
   return found;
 }
 
-/// Coefficients and data have no boundary: what is staggered between walls is known on the high wall, not on the low one.
+/// Coefficients and data have no boundary: what is staggered between walls is known on the high wall, not on the low
+/// one.
 void check_no_wall_values(Draft& draft, const Placements& placements, const Expr& e, bool inside, SourceRange where) {
   if (const auto* field = std::get_if<Field>(&e->kind)) {
     const int axis = walled_axis(draft, placements.of(field->name));
     if (!inside || axis < 0 || draft.problem.find_state(field->name)) return;
-    draft.sink.report("no-wall-value", e->origin.range.is_known() ? e->origin.range : where, {field->name, draft.problem.axes[axis].name},
+    draft.sink.report("no-wall-value", e->origin.range.is_known() ? e->origin.range : where,
+                      {field->name, draft.problem.axes[axis].name},
                       fmt::format("a field has a boundary: make it one, with dt({}) = 0", field->name));
     return;
   }
@@ -63,7 +65,9 @@ void check_no_wall_values(Draft& draft, const Placements& placements, const Expr
   }
   if (const auto* applied = std::get_if<Apply>(&e->kind)) {
     for (std::size_t i = 0; i < applied->arguments.size(); ++i) {
-      const bool elsewhere = std::ranges::any_of(applied->function.body, [&](const Expr& body) { return takes_elsewhere(body, applied->function.parameters[i], inside); });
+      const bool elsewhere = std::ranges::any_of(applied->function.body, [&](const Expr& body) {
+        return takes_elsewhere(body, applied->function.parameters[i], inside);
+      });
       check_no_wall_values(draft, placements, applied->arguments[i], inside || elsewhere, where);
     }
     return;
@@ -86,7 +90,8 @@ void check_coupling(Draft& draft) {
         const auto placement = placement_named(item.on->name, item.vector ? 0 : -1, axis_count(draft));
         if (!state || placement == state->placement) continue;
         draft.sink.report("misplaced", item.on->range,
-                          {first, describe(state->placement, axis_count(draft)), placement ? describe(*placement, axis_count(draft)) : item.on->name},
+                          {first, describe(state->placement, axis_count(draft)),
+                           placement ? describe(*placement, axis_count(draft)) : item.on->name},
                           "the coefficient is the field of the other model: leave its placement out");
       }
     }
@@ -100,10 +105,12 @@ void report_misplaced(Draft& draft, const Placements::Mistake& mistake, SourceRa
   const SourceRange range = own.is_known() ? own : where;
   const std::string text = print(mistake.part);
   if (!mistake.has) {
-    draft.sink.report("nothing-to-interpolate", range, {}, "numbers and formulas of coordinates are known everywhere: leave interpolate out");
+    draft.sink.report("nothing-to-interpolate", range, {},
+                      "numbers and formulas of coordinates are known everywhere: leave interpolate out");
     return;
   }
-  draft.sink.report("misplaced", range, {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
+  draft.sink.report("misplaced", range,
+                    {text, describe(*mistake.has, axis_count(draft)), describe(mistake.wanted, axis_count(draft))},
                     fmt::format("write interpolate({})", text));
 }
 
@@ -141,13 +148,17 @@ void check_formula(Draft& draft, const Placements& placements, const Source& sou
   if (!source.formula || wanted == Placement{} || !any_part(*source.formula, is_network)) return;
   const auto mistake = placements.find_mistake(*source.formula, wanted);
   if (!mistake || !mistake->has) return;
-  draft.sink.report("misplaced", source.origin.range, {"what a network makes", describe(*mistake->has, axis_count(draft)), describe(mistake->wanted, axis_count(draft))},
-                    "give the network to a field or coefficient at the cell centres, and interpolate that where it is used");
+  draft.sink.report(
+      "misplaced", source.origin.range,
+      {"what a network makes", describe(*mistake->has, axis_count(draft)),
+       describe(mistake->wanted, axis_count(draft))},
+      "give the network to a field or coefficient at the cell centres, and interpolate that where it is used");
 }
 
 void check_formulas(Draft& draft, const Placements& placements) {
   for (const State& state : draft.problem.states) check_formula(draft, placements, state.initial, state.placement);
-  for (const Coefficient& coefficient : draft.problem.coefficients) check_formula(draft, placements, coefficient.value, coefficient.placement);
+  for (const Coefficient& coefficient : draft.problem.coefficients)
+    check_formula(draft, placements, coefficient.value, coefficient.placement);
   if (!draft.problem.task) return;
   for (const Unknown& unknown : draft.problem.task->unknowns) {
     if (unknown.is_field()) check_formula(draft, placements, unknown.from, placements.of(unknown.name));
@@ -165,19 +176,23 @@ void check_placements(Draft& draft) {
   };
   for (const State& state : draft.problem.states) {
     if (follows_flow(draft.problem.scheme.advect) && state.placement != Placement{}) {
-      draft.sink.report("transport-of-staggered", state.origin.range, {state.name}, "take advect = central(2) or upwind(3) in the scheme");
+      draft.sink.report("transport-of-staggered", state.origin.range, {state.name},
+                        "take advect = central(2) or upwind(3) in the scheme");
     }
     if (!state.rhs) continue;
-    if (const auto mistake = placements.find_mistake(*state.rhs, state.placement)) report_misplaced(draft, *mistake, state.origin.range);
+    if (const auto mistake = placements.find_mistake(*state.rhs, state.placement))
+      report_misplaced(draft, *mistake, state.origin.range);
     check_no_wall_values(draft, placements, *state.rhs, false, state.origin.range);
   }
   if (draft.problem.rate) {
-    if (const auto mistake = placements.find_mistake(*draft.problem.rate, Placement{})) report_misplaced(draft, *mistake, draft.problem.time_origin.range);
+    if (const auto mistake = placements.find_mistake(*draft.problem.rate, Placement{}))
+      report_misplaced(draft, *mistake, draft.problem.time_origin.range);
     check_no_wall_values(draft, placements, *draft.problem.rate, false, draft.problem.time_origin.range);
   }
   for (const Event& event : draft.problem.events) {
     for (const Event::Update& update : event.updates) {
-      if (const auto mistake = placements.find_mistake(update.value, placements.of(update.state))) report_misplaced(draft, *mistake, event.origin.range);
+      if (const auto mistake = placements.find_mistake(update.value, placements.of(update.state)))
+        report_misplaced(draft, *mistake, event.origin.range);
       check_no_wall_values(draft, placements, update.value, false, event.origin.range);
     }
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points between cells: inject(f, at = (x0, y0)), a density whose sum over the cells times their volume is f, and sample, the
-// value of a field there. They are spelled out here in functions that exist, so that discretising and differentiating them
-// need no rule of their own. Formulas of coordinates are known at every placement: what is a hat around each cell's centre
-// is one around each face, where values on faces are wanted.
+// Points between cells: inject(f, at = (x0, y0)), a density whose sum over the cells times their volume is f, and
+// sample, the value of a field there. They are spelled out here in functions that exist, so that discretising and
+// differentiating them need no rule of their own. Formulas of coordinates are known at every placement: what is a hat
+// around each cell's centre is one around each face, where values on faces are wanted.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,19 +27,22 @@ Expr smaller(const Expr& a, const Expr& b) { return call(Fn::min, {a, b}); }
 /// hx, hy, hz: bound by the grid that the scene is run on.
 Expr spacing(int axis) { return param("h" + axis_name(axis)); }
 
-/// The smaller of the two where that is positive, else 0: what a point takes of the cell x when it lies by `left` of the way
-/// from the cell before to x, and `right` of that from the one behind, so that both are 1 at x. By the rules for ties its slope
-/// where the hat begins, at its top and at its end is the right-hand one in the position of the point, as `interp` has it.
+/// The smaller of the two where that is positive, else 0: what a point takes of the cell x when it lies by `left` of
+/// the way from the cell before to x, and `right` of that from the one behind, so that both are 1 at x. By the rules
+/// for ties its slope where the hat begins, at its top and at its end is the right-hand one in the position of the
+/// point, as `interp` has it.
 Expr hat(const Expr& left, const Expr& right) { return larger(smaller(left, larger(0.0, right)), 0.0); }
 
 /// The place so many cells behind the low end of an axis, and before the high one.
 Expr place_after(const Axis& axis, int number_of_axis, double cells) {
   if (!axis.stretch) return plus(axis.low, times(cells, spacing(number_of_axis)));
-  return at_place(axis.stretch->map, smaller(plus(axis.low, times(cells, param(uniform_spacing_name(axis)))), axis.high));
+  return at_place(axis.stretch->map,
+                  smaller(plus(axis.low, times(cells, param(uniform_spacing_name(axis)))), axis.high));
 }
 Expr place_before(const Axis& axis, int number_of_axis, double cells) {
   if (!axis.stretch) return minus(axis.high, times(cells, spacing(number_of_axis)));
-  return at_place(axis.stretch->map, larger(minus(axis.high, times(cells, param(uniform_spacing_name(axis)))), axis.low));
+  return at_place(axis.stretch->map,
+                  larger(minus(axis.high, times(cells, param(uniform_spacing_name(axis)))), axis.low));
 }
 
 /// What one source gives along the axes of a scene.
@@ -52,13 +55,15 @@ class Hats {
     for (const State& state : problem.states) note(state);
   }
 
-  /// What a cell takes of a point at `position` along an axis. Along a periodic axis the point has images one period away. Between
-  /// walls the first and the last point that are no walls themselves take all that lies beyond them.
+  /// What a cell takes of a point at `position` along an axis. Along a periodic axis the point has images one period
+  /// away. Between walls the first and the last point that are no walls themselves take all that lies beyond them.
   Expr along(int number_of_axis, const Expr& position) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
     if (axis.topology == Topology::periodic) {
       const double period = axis.high - axis.low;
-      const auto hat_at = [&](const Expr& point) { return hat(left(number_of_axis, point), right(number_of_axis, point)); };
+      const auto hat_at = [&](const Expr& point) {
+        return hat(left(number_of_axis, point), right(number_of_axis, point));
+      };
       return plus(plus(hat_at(position), hat_at(minus(position, period))), hat_at(plus(position, period)));
     }
     if (!axis.stretch && !is_staggered_[static_cast<std::size_t>(number_of_axis)]) {
@@ -68,8 +73,10 @@ class Hats {
     }
     const Expr x = coordinate(number_of_axis);
     const auto at = [&](BinaryOp op, const Expr& limit) { return binary(op, x, limit); };
-    const Expr is_first = at(BinaryOp::less, place_after(axis, number_of_axis, 1.25)), is_last = at(BinaryOp::greater, place_before(axis, number_of_axis, 1.25));
-    const Expr share = hat(select(is_first, 1.0, left(number_of_axis, position)), select(is_last, 1.0, right(number_of_axis, position)));
+    const Expr is_first = at(BinaryOp::less, place_after(axis, number_of_axis, 1.25)),
+               is_last = at(BinaryOp::greater, place_before(axis, number_of_axis, 1.25));
+    const Expr share = hat(select(is_first, 1.0, left(number_of_axis, position)),
+                           select(is_last, 1.0, right(number_of_axis, position)));
     if (!is_staggered_[static_cast<std::size_t>(number_of_axis)]) return share;
     return select(at(BinaryOp::greater, place_before(axis, number_of_axis, 0.25)), 0.0, share);
   }
@@ -89,7 +96,9 @@ class Hats {
     const Expr behind = neighbour(axis, +1);
     return binary(BinaryOp::divide, minus(behind, point), minus(behind, coordinate(axis)));
   }
-  static Expr way(int axis, const Expr& point) { return binary(BinaryOp::divide, minus(coordinate(axis), point), spacing(axis)); }
+  static Expr way(int axis, const Expr& point) {
+    return binary(BinaryOp::divide, minus(coordinate(axis), point), spacing(axis));
+  }
   /// The place of the point before (-1) or behind (+1). Coordinates wrap around along periodic axes.
   Expr neighbour(int number_of_axis, int cells) const {
     const Axis& axis = problem_.axes[static_cast<std::size_t>(number_of_axis)];
@@ -98,7 +107,8 @@ class Hats {
     const Expr x = coordinate(number_of_axis), place = shift(x, std::move(offset));
     if (axis.topology == Topology::bounded) return place;
     const double period = axis.high - axis.low;
-    if (cells < 0) return select(binary(BinaryOp::less, place, x), place, minus(place, period));  // of one cell it is x itself
+    if (cells < 0)
+      return select(binary(BinaryOp::less, place, x), place, minus(place, period));  // of one cell it is x itself
     return select(binary(BinaryOp::greater, place, x), place, plus(place, period));
   }
 
@@ -182,10 +192,10 @@ bool is_fixed(const Draft& draft, const Expr& e) {
 
 std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
   if (e.arguments.size() != 2 || !e.arguments[0].name.empty() || e.arguments[1].name != "at") {
-    draft_.sink.report("wrong-argument-count", e.callee_range,
-                       {e.callee, "a formula and a place", "this"},
-                       axis_count() == 1 ? fmt::format("write {}(f, at = x0)", e.callee)
-                                         : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
+    draft_.sink.report("wrong-argument-count", e.callee_range, {e.callee, "a formula and a place", "this"},
+                       axis_count() == 1
+                           ? fmt::format("write {}(f, at = x0)", e.callee)
+                           : fmt::format("write {}(f, at = (x0, y0{}))", e.callee, axis_count() == 3 ? ", z0" : ""));
     return std::nullopt;
   }
   const ast::Expr& place = e.arguments[1].value;
@@ -202,19 +212,20 @@ std::optional<std::vector<Expr>> Expressions::point(const ast::Call& e) {
     if (!is_fixed(draft_, along)) continue;
     const Value value = value_of(along, draft_.values);
     if (value.mistake.empty() && value.number >= grid.low && value.number <= grid.high) continue;
-    draft_.sink.report("outside-the-grid", place.range(),
-                       {e.callee, fmt::format("{} = {}", grid.name, value.number)},
+    draft_.sink.report("outside-the-grid", place.range(), {e.callee, fmt::format("{} = {}", grid.name, value.number)},
                        fmt::format("axis {} reaches from {} to {}", grid.name, grid.low, grid.high));
     return std::nullopt;
   }
-  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_fixed(draft_, along); })) draft_.open_places.push_back({e.callee, *position, place.range()});
+  if (!std::ranges::all_of(*position, [&](const Expr& along) { return is_fixed(draft_, along); }))
+    draft_.open_places.push_back({e.callee, *position, place.range()});
   return position;
 }
 
 Typed Expressions::injection(const ast::Call& e, SourceRange range) {
   if (purpose_ != Purpose::equation) return refuse("the point source inject", e.callee_range);
   const auto position = point(e);
-  const auto strength = e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
+  const auto strength =
+      e.arguments.empty() ? std::nullopt : as_number(any(e.arguments[0].value), e.arguments[0].value.range());
   if (!position || !strength) return {};
   const Hats hats(draft_.problem);
   Expr volume = 1.0;

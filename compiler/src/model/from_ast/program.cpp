@@ -76,8 +76,8 @@ void declare_names_of(Draft& draft, const ast::Expr& e, const std::set<std::stri
       [&](const ast::Call& c) {
         for (const ast::Argument& argument : c.arguments) declare_names_of(draft, argument.value, written);
       },
-      [&](const ast::Component& c) { declare_names_of(draft, c.operand, written); }, [](const ast::Tuple&) {}, [](const ast::Offsets&) {},
-      [](const ast::Error&) {});
+      [&](const ast::Component& c) { declare_names_of(draft, c.operand, written); }, [](const ast::Tuple&) {},
+      [](const ast::Offsets&) {}, [](const ast::Error&) {});
 }
 
 int largest_rank(const ast::Expr& e) {
@@ -93,8 +93,8 @@ int largest_rank(const ast::Expr& e) {
       [&](const ast::Call& c) {
         for (const ast::Argument& argument : c.arguments) look(argument.value);
       },
-      [&](const ast::Component& c) { look(c.operand); }, [](const ast::Tuple&) {}, [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); },
-      [](const ast::Error&) {});
+      [&](const ast::Component& c) { look(c.operand); }, [](const ast::Tuple&) {},
+      [&](const ast::Offsets& o) { rank = static_cast<int>(o.offsets.size()); }, [](const ast::Error&) {});
   return rank;
 }
 
@@ -106,7 +106,8 @@ int rank_of(const ast::Kernel& kernel) {
     if (const auto* let = std::get_if<ast::LetItem>(&item.kind)) rank = std::max(rank, largest_rank(let->value));
     if (const auto* assign = std::get_if<ast::AssignItem>(&item.kind))
       rank = std::max(rank, largest_rank(assign->value));
-    if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind)) rank = std::max(rank, largest_rank(adjoint->value));
+    if (const auto* adjoint = std::get_if<ast::AdjointItem>(&item.kind))
+      rank = std::max(rank, largest_rank(adjoint->value));
     if (const auto* scatter = std::get_if<ast::ScatterItem>(&item.kind)) {
       rank = std::max({rank, largest_rank(scatter->target), largest_rank(scatter->value)});
     }
@@ -152,12 +153,14 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
   return side.place.name == "all" || side.place.name.substr(0, side.place.name.find('.')) == axis.name;
 }
 
-/// Whether a value is a field that the program computes: the model level knows no such thing, and what it knows of a program's boundaries
-/// is for readers only.
+/// Whether a value is a field that the program computes: the model level knows no such thing, and what it knows of a
+/// program's boundaries is for readers only.
 bool is_computed(const Draft& draft, const ast::Expr& e) {
-  if (const auto* name = std::get_if<ast::Name>(&e->kind)) return !is_word_of_fill(name->name) && !draft.scope.find(name->name);
+  if (const auto* name = std::get_if<ast::Name>(&e->kind))
+    return !is_word_of_fill(name->name) && !draft.scope.find(name->name);
   const auto* call = std::get_if<ast::Call>(&e->kind);
-  return call && std::ranges::any_of(call->arguments, [&](const ast::Argument& argument) { return is_computed(draft, argument.value); });
+  return call && std::ranges::any_of(call->arguments,
+                                     [&](const ast::Argument& argument) { return is_computed(draft, argument.value); });
 }
 
 void bind_fill(Draft& draft, const ast::FillItem& fill, State& state) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// random_field(seed = 1, lowest = 2, highest = 8, slope = -2) and random_signal of the same arguments: sums of waves with
-// random phases. They are formulas, so they are the same on every grid and in every program, and go wherever a formula may.
-// noise(7) is a number of its own in each cell: no formula, but data that the runtime draws (dpde/runtime/random.h).
+// random_field(seed = 1, lowest = 2, highest = 8, slope = -2) and random_signal of the same arguments: sums of waves
+// with random phases. They are formulas, so they are the same on every grid and in every program, and go wherever a
+// formula may. noise(7) is a number of its own in each cell: no formula, but data that the runtime draws
+// (dpde/runtime/random.h).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,12 +59,14 @@ std::vector<Wave> waves_between(double lowest, double highest, double slope, int
   return waves;
 }
 
-/// Of too many, `most_waves`: those of large energy surely, of the others some with probabilities as their energies, which are
-/// then of the same energy. So each wave has its energy in the mean, and all that are drawn together have that of all.
+/// Of too many, `most_waves`: those of large energy surely, of the others some with probabilities as their energies,
+/// which are then of the same energy. So each wave has its energy in the mean, and all that are drawn together have
+/// that of all.
 void choose(std::vector<Wave>& waves, std::mt19937_64& random) {
   if (waves.size() <= most_waves) return;
   std::ranges::stable_sort(waves, std::ranges::greater{}, &Wave::weight);
-  std::vector<double> rest(waves.size() + 1, 0);  // energy of all from one on, added up from the small end so that nothing cancels
+  std::vector<double> rest(waves.size() + 1,
+                           0);  // energy of all from one on, added up from the small end so that nothing cancels
   for (std::size_t i = waves.size(); i-- > 0;) rest[i] = rest[i + 1] + waves[i].weight;
   std::size_t sure = 0;
   while (sure < most_waves && waves[sure].weight * static_cast<double>(most_waves - sure) >= rest[sure]) ++sure;
@@ -108,7 +111,8 @@ Expr sum_of(const std::vector<Wave>& waves, const std::vector<Direction>& direct
       angle = angle ? plus(*angle, times(rate, directions[d].place)) : times(rate, directions[d].place);
     }
     // the mean of cos^2 is 1/2: all of them together have mean square 1
-    const Expr term = times(std::sqrt(2 * wave.weight / energy), call(Fn::cos, {plus(*angle, std::remainder(phase, two_pi))}));
+    const Expr term =
+        times(std::sqrt(2 * wave.weight / energy), call(Fn::cos, {plus(*angle, std::remainder(phase, two_pi))}));
     sum = sum ? plus(*sum, term) : term;
   }
   return *sum;
@@ -118,7 +122,8 @@ Expr sum_of(const std::vector<Wave>& waves, const std::vector<Direction>& direct
 
 std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
   Spectrum result;
-  const std::pair<const char*, double*> known[] = {{"seed", &result.seed}, {"lowest", &result.lowest}, {"highest", &result.highest}, {"slope", &result.slope}};
+  const std::pair<const char*, double*> known[] = {
+      {"seed", &result.seed}, {"lowest", &result.lowest}, {"highest", &result.highest}, {"slope", &result.slope}};
   std::vector<std::string> given;
   bool fine = true;
   for (const ast::Argument& argument : e.arguments) {
@@ -132,14 +137,18 @@ std::optional<Expressions::Spectrum> Expressions::spectrum(const ast::Call& e) {
   }
   for (const char* name : {"seed", "lowest", "highest"}) fine = fine && std::ranges::count(given, name) == 1;
   if (!fine) {
-    draft_.sink.report("wrong-argument-count", e.callee_range, {e.callee, "seed, lowest, highest and, if it is not 0, slope", "this"},
+    draft_.sink.report("wrong-argument-count", e.callee_range,
+                       {e.callee, "seed, lowest, highest and, if it is not 0, slope", "this"},
                        fmt::format("write {}(seed = 1, lowest = 2, highest = 8, slope = -2)", e.callee));
     return std::nullopt;
   }
-  const bool has_waves = result.lowest > 0 && std::floor(result.highest) >= std::ceil(result.lowest) && result.highest <= highest_number;
+  const bool has_waves =
+      result.lowest > 0 && std::floor(result.highest) >= std::ceil(result.lowest) && result.highest <= highest_number;
   if (is_seed(result.seed) && has_waves && std::abs(result.slope) <= 20) return result;
   draft_.sink.report("bad-spectrum", e.callee_range, {e.callee},
-                     fmt::format("seed is a whole number from 0 on; a whole number lies between lowest > 0 and highest <= {}; slope is between -20 and 20", highest_number));
+                     fmt::format("seed is a whole number from 0 on; a whole number lies between lowest > 0 and highest "
+                                 "<= {}; slope is between -20 and 20",
+                                 highest_number));
   return std::nullopt;
 }
 
@@ -154,8 +163,9 @@ Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
     const Typed place = name({in_time ? "t" : axis_name(axis)}, range);
     if (place.type == Typed::Type::none) break;
     const Axis& along = problem.axes[static_cast<std::size_t>(axis)];
-    directions.push_back(in_time ? Direction{place.parts[0], problem.t_begin, problem.steps > 0 ? problem.steps * problem.step : 1}
-                                 : Direction{place.parts[0], along.low, along.high - along.low});
+    directions.push_back(
+        in_time ? Direction{place.parts[0], problem.t_begin, problem.steps > 0 ? problem.steps * problem.step : 1}
+                : Direction{place.parts[0], along.low, along.high - along.low});
   }
   function_ = function;
   const int count = static_cast<int>(directions.size());
@@ -170,8 +180,9 @@ Typed Expressions::random_waves(const ast::Call& e, SourceRange range) {
 /// Only where it is evaluated once: in an equation it would look like noise in time.
 Typed Expressions::white_noise(const ast::Call& e, SourceRange range) {
   if (purpose_ != Purpose::initial && purpose_ != Purpose::coefficient && purpose_ != Purpose::control_field) {
-    draft_.sink.report("not-allowed-here", e.callee_range, {"noise", std::string(place_of(purpose_))},
-                       "noise is drawn once a run: write coefficient f in the model, f = noise(7) in the scene, and f here");
+    draft_.sink.report(
+        "not-allowed-here", e.callee_range, {"noise", std::string(place_of(purpose_))},
+        "noise is drawn once a run: write coefficient f in the model, f = noise(7) in the scene, and f here");
     return {};
   }
   const bool one = e.arguments.size() == 1 && (e.arguments[0].name.empty() || e.arguments[0].name == "seed");

@@ -19,7 +19,8 @@ std::optional<Reduce::Kind> Expressions::reduction_called(const ast::Call& e) {
 }
 
 Typed Expressions::reduction(Reduce::Kind kind, const ast::Call& e, SourceRange range) {
-  if (purpose_ != Purpose::quantity && purpose_ != Purpose::equation) return refuse("the reduction " + e.callee, e.callee_range);
+  if (purpose_ != Purpose::quantity && purpose_ != Purpose::equation)
+    return refuse("the reduction " + e.callee, e.callee_range);
   const bool has_operand = !e.arguments.empty() && e.arguments[0].name.empty();
   if (!has_operand) {
     takes(e, 1);
@@ -40,12 +41,14 @@ std::optional<std::array<bool, 3>> Expressions::axes_of_reduction(const ast::Cal
     const ast::Argument& argument = e.arguments[i];
     const bool is_alone = argument.name == "over" && e.arguments.size() == 2;
     if (!is_alone && !argument.name.empty()) {
-      draft_.sink.report("wrong-argument-count", argument.value.range(), {e.callee, "what it reduces and axes", "one called " + argument.name},
+      draft_.sink.report("wrong-argument-count", argument.value.range(),
+                         {e.callee, "what it reduces and axes", "one called " + argument.name},
                          "write " + e.callee + "(u, over = y)");
       return std::nullopt;
     }
     const auto* several = is_alone ? std::get_if<ast::Tuple>(&argument.value->kind) : nullptr;
-    const bool fine = several ? std::all_of(several->elements.begin(), several->elements.end(), [&](const ast::Expr& axis) { return add_axis(axis, over); })
+    const bool fine = several ? std::all_of(several->elements.begin(), several->elements.end(),
+                                            [&](const ast::Expr& axis) { return add_axis(axis, over); })
                               : add_axis(argument.value, over);
     if (!fine) return std::nullopt;
   }

@@ -139,7 +139,9 @@ bool select_model(Draft& draft) {
 ast::Item without(ast::Item item, const std::set<std::pair<std::string, bool>>& provided) {
   auto* given = std::get_if<ast::CoefficientItem>(&item.kind);
   if (!given || given->control) return item;
-  std::erase_if(given->names, [&](const ast::Identifier& name) { return provided.contains({name.name, given->vector}); });
+  std::erase_if(given->names, [&](const ast::Identifier& name) {
+    return provided.contains({name.name, given->vector});
+  });
   return item;
 }
 

@@ -63,7 +63,8 @@ const Expr* find_mistake(const Expr& e) {
 /// A max or min over the grid is the mean of itself, which is a sum.
 Expr extremes_as_means(const Expr& e) {
   if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(extremes_as_means(neg->operand), e->origin);
-  if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, extremes_as_means(b->left), extremes_as_means(b->right), e->origin);
+  if (const auto* b = std::get_if<Binary>(&e->kind))
+    return binary(b->op, extremes_as_means(b->left), extremes_as_means(b->right), e->origin);
   const auto* reduce = std::get_if<Reduce>(&e->kind);
   const bool is_extreme = reduce && (reduce->reduction == Reduce::Kind::max || reduce->reduction == Reduce::Kind::min);
   return is_extreme && reduce->is_over_all() ? model::reduce(Reduce::Kind::mean, e, e->origin) : e;
@@ -154,7 +155,8 @@ void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::st
   const std::vector<std::string> names = components_of(draft, item.name.name);
   for (const std::string& name : names) {
     const auto [first, is_new] = seen.emplace(name, item.name.range);
-    if (!is_new) return report_duplicate(draft, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
+    if (!is_new)
+      return report_duplicate(draft, names.size() == 1 ? name : item.name.name, item.name.range, first->second);
   }
   const Coefficient* first = draft.problem.find_coefficient(names.front());
   const bool is_control = first && first->is_control();
@@ -162,8 +164,10 @@ void bind_coefficient(Draft& draft, const ast::ValueItem& item, std::map<std::st
     draft.sink.report("not-allowed-here", item.every->range(), {"an interval", "the value of " + item.name.name},
                       fmt::format("declare it in the model: control field {}", item.name.name));
   }
-  const int every = is_control && item.every ? interval_of(draft, *item.every, "a control field").value_or(1) : is_control;
-  const std::vector<Source> sources = sources_of(draft, item.value, is_control ? Purpose::control_field : Purpose::coefficient, item.name.name);
+  const int every =
+      is_control && item.every ? interval_of(draft, *item.every, "a control field").value_or(1) : is_control;
+  const std::vector<Source> sources =
+      sources_of(draft, item.value, is_control ? Purpose::control_field : Purpose::coefficient, item.name.name);
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (Coefficient& coefficient : draft.problem.coefficients) {
       if (coefficient.name != names[i]) continue;
@@ -191,7 +195,8 @@ void bind_coefficients(Draft& draft) {
   for (const Coefficient& coefficient : draft.problem.coefficients) {
     if (seen.contains(coefficient.name)) continue;
     Diagnostic& diagnostic = draft.sink.report(
-        "missing-value", draft.scene->name.range, {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
+        "missing-value", draft.scene->name.range,
+        {coefficient.is_control() ? "control field" : "coefficient", coefficient.name},
         fmt::format("write {0} = 1 or {0} = load(\"name.npy\") in scene {1}", coefficient.name, draft.problem.scene));
     diagnostic.notes.push_back({draft.scope.find(coefficient.name)->declared, "it is declared here"});
   }

@@ -32,11 +32,13 @@ struct Checked {
 
 /// `e` with the values of its parameters: a grid is made once.
 Expr with_values(const Draft& draft, const Expr& e) {
-  if (const auto* param = std::get_if<Param>(&e->kind)) return number(draft.values.at(param->name).value_or(0), e->origin);
+  if (const auto* param = std::get_if<Param>(&e->kind))
+    return number(draft.values.at(param->name).value_or(0), e->origin);
   const auto same = [&](const Expr& part) { return with_values(draft, part); };
   if (const auto* neg = std::get_if<Neg>(&e->kind)) return negate(same(neg->operand), e->origin);
   if (const auto* b = std::get_if<Binary>(&e->kind)) return binary(b->op, same(b->left), same(b->right), e->origin);
-  if (const auto* s = std::get_if<Select>(&e->kind)) return select(same(s->condition), same(s->yes), same(s->no), e->origin);
+  if (const auto* s = std::get_if<Select>(&e->kind))
+    return select(same(s->condition), same(s->yes), same(s->no), e->origin);
   const auto* c = std::get_if<Call>(&e->kind);
   if (!c) return e;
   std::vector<Expr> arguments;
@@ -60,8 +62,11 @@ std::optional<Expr> formula_of(Draft& draft, const ast::Expr& e, int axis) {
 
 /// What maps the axis onto itself, made of the formula f that reaches from `from` to `to`.
 std::string scaled(const Axis& axis, double from, double to) {
-  if (!(to > from)) return fmt::format("the formula has to give {} at {} = {} and {} at {} = {}", axis.low, axis.name, axis.low, axis.high, axis.name, axis.high);
-  const bool is_a_multiple = axis.high != 0 && to != 0 && std::abs(from * axis.high - axis.low * to) <= end_tolerance * std::abs(axis.high * to);
+  if (!(to > from))
+    return fmt::format("the formula has to give {} at {} = {} and {} at {} = {}", axis.low, axis.name, axis.low,
+                       axis.high, axis.name, axis.high);
+  const bool is_a_multiple = axis.high != 0 && to != 0 &&
+                             std::abs(from * axis.high - axis.low * to) <= end_tolerance * std::abs(axis.high * to);
   if (is_a_multiple) return fmt::format("write f/({}), f this formula", to / axis.high);
   return fmt::format("write {} + (f - ({}))*{}, f this formula", axis.low, from, (axis.high - axis.low) / (to - from));
 }
@@ -70,7 +75,9 @@ bool reaches_ends(const Checked& it, const Expr& map) {
   const double from = value_at(map, it.axis.low), to = value_at(map, it.axis.high);
   const double tolerance = end_tolerance * (it.axis.high - it.axis.low);
   if (std::abs(from - it.axis.low) <= tolerance && std::abs(to - it.axis.high) <= tolerance) return true;
-  return it.fail("stretch-ends", {it.axis.name, fmt::format("{}", from), fmt::format("{}", to), fmt::format("{}", it.axis.low), fmt::format("{}", it.axis.high)},
+  return it.fail("stretch-ends",
+                 {it.axis.name, fmt::format("{}", from), fmt::format("{}", to), fmt::format("{}", it.axis.low),
+                  fmt::format("{}", it.axis.high)},
                  scaled(it.axis, from, to));
 }
 
@@ -87,7 +94,10 @@ bool increases(const Checked& it, const Expr& map) {
   for (int i = 0; i < it.axis.cells; ++i) {
     const double from = value_at(map, it.start(i)), to = value_at(map, it.start(i + 1));
     if (from < to) continue;
-    return it.fail("stretch-not-increasing", {name, fmt::format("from {} = {} to {} it goes from {} to {}", name, it.start(i), it.start(i + 1), from, to)}, "");
+    return it.fail(
+        "stretch-not-increasing",
+        {name, fmt::format("from {} = {} to {} it goes from {} to {}", name, it.start(i), it.start(i + 1), from, to)},
+        "");
   }
   const Expr slope = slope_of(map);
   std::vector<double> places{it.axis.low, it.axis.high};
@@ -106,22 +116,25 @@ bool is_as_periodic_as(const Checked& it, const Expr& map) {
   const Expr slope = slope_of(map);
   const double begin = value_at(slope, it.axis.low), end = value_at(slope, it.axis.high);
   if (std::abs(begin - end) <= slope_tolerance * std::max(begin, end)) return true;
-  return it.fail("stretch-not-periodic", {it.axis.name, fmt::format("{}", begin), fmt::format("{}", end)},
-                 fmt::format("add a periodic function to the coordinate, as {0} + 0.1*sin(2*pi*{0}) on 0 .. 1", it.axis.name));
+  return it.fail(
+      "stretch-not-periodic", {it.axis.name, fmt::format("{}", begin), fmt::format("{}", end)},
+      fmt::format("add a periodic function to the coordinate, as {0} + 0.1*sin(2*pi*{0}) on 0 .. 1", it.axis.name));
 }
 
 }  // namespace
 
 void bind_stretch(Draft& draft, const ast::Expr& formula, int axis) {
   if (draft.program) {
-    draft.sink.report("not-allowed-here", formula.range(), {"a stretched axis", "a scene of a program"}, "the kernels of a program say what their spacings are");
+    draft.sink.report("not-allowed-here", formula.range(), {"a stretched axis", "a scene of a program"},
+                      "the kernels of a program say what their spacings are");
     return;
   }
   Axis& stretched = draft.problem.axes[static_cast<std::size_t>(axis)];
   const std::optional<Expr> map = formula_of(draft, formula, axis);
   if (!map) return;
   const Checked it{draft, stretched, formula.range()};
-  const bool is_map = is_finite(it, *map) && reaches_ends(it, *map) && increases(it, *map) && is_as_periodic_as(it, *map);
+  const bool is_map =
+      is_finite(it, *map) && reaches_ends(it, *map) && increases(it, *map) && is_as_periodic_as(it, *map);
   if (is_map) stretched.stretch = Stretch{*map, stretched.low, stretched.high};
 }
 

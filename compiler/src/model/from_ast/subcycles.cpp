@@ -22,17 +22,22 @@ int parts_of(Draft& draft, const ast::Expr& written) {
   return 1;
 }
 
-/// Schemes that remember the step before know nothing of its parts; semi-Lagrangian advection has no limit that parts would help.
+/// Schemes that remember the step before know nothing of its parts; semi-Lagrangian advection has no limit that parts
+/// would help.
 bool fits(Draft& draft, SourceRange range) {
   const Scheme& scheme = draft.problem.scheme;
   const bool remembers = scheme.time == TimeScheme::ab2 || scheme.time == TimeScheme::leapfrog;
   if (remembers) {
-    draft.sink.report("schemes-do-not-fit", range, {scheme.time == TimeScheme::ab2 ? "ab2" : "leapfrog", "equations that make several steps within each"},
-                      "take time = rk2 or verlet");
+    draft.sink.report(
+        "schemes-do-not-fit", range,
+        {scheme.time == TimeScheme::ab2 ? "ab2" : "leapfrog", "equations that make several steps within each"},
+        "take time = rk2 or verlet");
   } else if (draft.program) {
-    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"}, "run the kernels several times in the program");
+    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene of a program"},
+                      "run the kernels several times in the program");
   } else if (follows_flow(scheme.advect)) {
-    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"}, "take advect = upwind(3) or central(4)");
+    draft.sink.report("not-allowed-here", range, {"subcycle", "a scene whose advection follows the flow"},
+                      "take advect = upwind(3) or central(4)");
   } else {
     return true;
   }

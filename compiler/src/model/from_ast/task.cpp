@@ -40,7 +40,8 @@ std::vector<OtherField> fields_of(const Draft& draft, const ast::Scene& scene) {
     for (const auto& [item, range] : items_of<ast::EquationItem>(model->items)) {
       const std::string moved = rated_field(item.field.name);
       const auto found = std::ranges::find(fields, moved, &OtherField::name);
-      if (!moved.empty()) fields.push_back({state_name(item.field.name), found == fields.end() ? Placement{} : found->placement});
+      if (!moved.empty())
+        fields.push_back({state_name(item.field.name), found == fields.end() ? Placement{} : found->placement});
     }
   } else if (const auto* program = find_declaration<ast::Program>(draft.file, scene.of.name)) {
     for (const auto& [swap, range] : items_of<ast::SwapItem>(program->items)) fields.push_back({swap.state.name});
@@ -49,7 +50,8 @@ std::vector<OtherField> fields_of(const Draft& draft, const ast::Scene& scene) {
 }
 
 /// The fields of a scene that `name` means, of a vector its components; none after a diagnostic.
-std::vector<OtherField> fields_called(Draft& draft, const ast::Scene& scene, const std::string& name, SourceRange range) {
+std::vector<OtherField> fields_called(Draft& draft, const ast::Scene& scene, const std::string& name,
+                                      SourceRange range) {
   std::vector<OtherField> found;
   std::vector<std::string> known;
   for (const OtherField& field : fields_of(draft, scene)) {
@@ -99,7 +101,8 @@ std::vector<Datum> data_of_run(Draft& draft, const ast::DataItem& item) {
     datum.placement = other.placement;
   }
   if (item.on) {
-    draft.sink.report("not-allowed-here", item.on->range, {"a placement", "data of a scene"}, "data are placed as the field that they come from");
+    draft.sink.report("not-allowed-here", item.on->range, {"a placement", "data of a scene"},
+                      "data are placed as the field that they come from");
   }
   return data;
 }
@@ -131,7 +134,9 @@ bool is_component(const ast::DataItem& item, const Datum& datum) {
 
 void bind_datum(Draft& draft, const ast::DataItem& item, SourceRange range) {
   const std::optional<std::vector<Datum>> trajectories = item.scene ? std::nullopt : data_of_trajectories(draft, item);
-  std::vector<Datum> data = trajectories ? *trajectories : item.scene ? data_of_run(draft, item) : data_of_files(draft, item);
+  std::vector<Datum> data = trajectories ? *trajectories
+                            : item.scene ? data_of_run(draft, item)
+                                         : data_of_files(draft, item);
   const bool is_vector = data.size() > 1 || (!data.empty() && !data[0].field.empty() && is_component(item, data[0]));
   const When when = when_of(draft, item.when, item.scene && item.scene->name == draft.problem.scene);
   if (!declare(draft, item.name, Role::datum, is_vector)) return;
@@ -226,15 +231,16 @@ void bind_bounds(Draft& draft, const ast::UnknownItem& item, Unknown& unknown) {
                     "write the smaller number first: unknown nu from 0.01 in 0 .. 1");
 }
 
-/// The values that an unknown begins with, as far as they are known here: fields that vary in space are looked at when they
-/// are computed.
+/// The values that an unknown begins with, as far as they are known here: fields that vary in space are looked at when
+/// they are computed.
 std::vector<double> starts_of(const Draft& draft, const Unknown& unknown) {
   if (unknown.kind == Unknown::Kind::control) return draft.problem.find_control(unknown.name)->start;
   const auto is_open = [&](const Expr& part) {
     const Param* param = std::get_if<Param>(&part->kind);
     return param && !draft.values.contains(param->name);
   };
-  if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open)) return {};
+  if (!unknown.from.formula || !is_uniform(*unknown.from.formula) || any_part(*unknown.from.formula, is_open))
+    return {};
   const Value value = value_of(*unknown.from.formula, draft.values);
   return value.mistake.empty() ? std::vector<double>{value.number} : std::vector<double>{};
 }
@@ -243,9 +249,12 @@ void check_start(Draft& draft, const ast::UnknownItem& item, const Unknown& unkn
   if (!(unknown.low < unknown.high)) return;  // reported
   for (const double start : starts_of(draft, unknown)) {
     if (start >= unknown.low && start <= unknown.high) continue;
-    draft.sink.report("start-out-of-bounds", item.from ? item.from->range() : item.name.range,
-                      {unknown.name, fmt::format("at {}", start), fmt::format("{}", unknown.low), fmt::format("{}", unknown.high)},
-                      item.from ? "begin within the bounds, or widen them" : fmt::format("without from it begins with the scene's value: write from {}, or other bounds", unknown.low));
+    draft.sink.report(
+        "start-out-of-bounds", item.from ? item.from->range() : item.name.range,
+        {unknown.name, fmt::format("at {}", start), fmt::format("{}", unknown.low), fmt::format("{}", unknown.high)},
+        item.from ? "begin within the bounds, or widen them"
+                  : fmt::format("without from it begins with the scene's value: write from {}, or other bounds",
+                                unknown.low));
     return;
   }
 }
@@ -271,16 +280,20 @@ void bind_unknowns(Draft& draft) {
       bind_unknown_values(draft, item, unknown);
     }
     const std::vector<Unknown>& bound = draft.problem.task->unknowns;
-    for (std::size_t i = before; i < bound.size() && draft.sink.all().size() == mistakes; ++i) check_start(draft, item, bound[i]);
+    for (std::size_t i = before; i < bound.size() && draft.sink.all().size() == mistakes; ++i)
+      check_start(draft, item, bound[i]);
   }
   if (!seen.empty() || !items_of<ast::LearnItem>(draft.task->items).empty()) return;
-  draft.sink.report("incomplete-task", draft.task->name.range, {draft.task->name.name, "find"},
-                    "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
+  draft.sink.report(
+      "incomplete-task", draft.task->name.range, {draft.task->name.name, "find"},
+      "write unknown initial u from 0, or unknown and the name of a parameter, or learn and the name of a network");
 }
 
 /// A loss of which nothing varies has no derivative that anybody wants: a factor of 0, or a number alone.
 bool check_loss(Draft& draft, const ast::MinimiseItem& item, const Expr& value) {
-  const bool varies = any_part(value, [](const Expr& part) { return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Param>(part->kind); });
+  const bool varies = any_part(value, [](const Expr& part) {
+    return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Param>(part->kind);
+  });
   if (varies) return true;
   draft.sink.report("constant-loss", item.loss.range(), {is_constant(value, 0) ? "0" : "the same"},
                     "leave the line out, or write a loss of the state, as mean((u - u_ref)^2)");
@@ -302,7 +315,9 @@ void bind_losses(Draft& draft) {
 /// Of the task as another scene meets it, only what names that scene.
 bool is_asked_here(const Draft& draft, const ast::TestItem& item) {
   const std::string& scene = draft.selection.beside;
-  return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Beside& beside) { return beside.scene.name == scene; });
+  return scene.empty() || std::ranges::any_of(item.beside, [&](const ast::TestItem::Beside& beside) {
+           return beside.scene.name == scene;
+         });
 }
 
 /// A number, or the components of a field. False after a diagnostic.
@@ -358,7 +373,8 @@ void bind_learned(Draft& draft) {
     const std::string& name = item.network.name;
     const auto [first, is_new] = seen.emplace(name, item.network.range);
     if (!find_declaration<ast::Network>(draft.file, name)) {
-      draft.sink.report("unknown-block", item.network.range, {"network", name}, did_you_mean(name, names_of<ast::Network>(draft.file)));
+      draft.sink.report("unknown-block", item.network.range, {"network", name},
+                        did_you_mean(name, names_of<ast::Network>(draft.file)));
     } else if (!is_new) {
       report_duplicate(draft, name, item.network.range, first->second);
     } else if (!draft.called_networks.contains(name)) {

@@ -18,7 +18,9 @@ constexpr double usual_threshold = 0.8;
 bool has_waves(Draft& draft, SourceRange range) {
   for (const Axis& axis : draft.problem.axes) {
     if (axis.topology == Topology::periodic && !axis.stretch) continue;
-    draft.sink.report("not-allowed-here", range, {"a spectrum", fmt::format("a scene whose axis {} is {}", axis.name, axis.stretch ? "stretched" : "not periodic")},
+    draft.sink.report("not-allowed-here", range,
+                      {"a spectrum", fmt::format("a scene whose axis {} is {}", axis.name,
+                                                 axis.stretch ? "stretched" : "not periodic")},
                       "its waves need periodic axes with cells of one width; statistic and correlation do without");
     return false;
   }
@@ -29,7 +31,8 @@ double threshold_of(Draft& draft, const ast::TestItem& item) {
   if (!item.above) return usual_threshold;
   const auto value = evaluate(draft, *item.above, "the threshold");
   if (!value || (*value > 0 && *value < 1)) return value.value_or(usual_threshold);
-  draft.sink.report("bad-optimiser-option", item.above->range(), {"the threshold", item.name.name, fmt::format("lies between 0 and 1: {} does not", *value)});
+  draft.sink.report("bad-optimiser-option", item.above->range(),
+                    {"the threshold", item.name.name, fmt::format("lies between 0 and 1: {} does not", *value)});
   return usual_threshold;
 }
 
@@ -50,7 +53,8 @@ bool bind_fields(Draft& draft, const ast::TestItem& item, Test& test) {
   Expr energy = 0.0;
   for (const Expr& each : value.parts) {
     const Expr square = binary(BinaryOp::multiply, each, each, {range});
-    energy = binary(BinaryOp::add, energy, binary(BinaryOp::multiply, 0.5, reduce(Reduce::Kind::mean, square, {range}), {range}), {range});
+    energy = binary(BinaryOp::add, energy,
+                    binary(BinaryOp::multiply, 0.5, reduce(Reduce::Kind::mean, square, {range}), {range}), {range});
   }
   test.quantity.value = energy;
   test.fields = value.parts;

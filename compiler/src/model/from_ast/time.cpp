@@ -158,7 +158,8 @@ void bind_courant(Draft& draft) {
   const double courant = courant_of(draft, time);
   if (courant == 0) return;
   if (draft.program) {
-    draft.sink.report("not-allowed-here", time ? time->range : SourceRange{}, {"a Courant number", "a scene of a program"}, "give the step alone");
+    draft.sink.report("not-allowed-here", time ? time->range : SourceRange{},
+                      {"a Courant number", "a scene of a program"}, "give the step alone");
     return;
   }
   problem.courant = courant;
@@ -201,13 +202,15 @@ When when_of(Draft& draft, const ast::When& when, bool on_steps) {
   if (std::holds_alternative<ast::WhenOver>(when)) return {When::Kind::over, {}};
   if (const auto* steps = std::get_if<ast::WhenSteps>(&when)) {
     if (!learns_from_trajectories(draft)) {
-      draft.sink.report("not-allowed-here", steps->steps.range(), {"a number of steps", "a task that does not learn from trajectories"},
+      draft.sink.report("not-allowed-here", steps->steps.range(),
+                        {"a number of steps", "a task that does not learn from trajectories"},
                         "write over time, or at t = 1");
       return {};
     }
     const auto count = evaluate(draft, steps->steps, "a number of steps");
     if (!count) return {When::Kind::steps, {}, 1};
-    if (*count >= 1 && *count <= 1e6 && *count == std::floor(*count)) return {When::Kind::steps, {}, static_cast<int>(*count)};
+    if (*count >= 1 && *count <= 1e6 && *count == std::floor(*count))
+      return {When::Kind::steps, {}, static_cast<int>(*count)};
     draft.sink.report("not-whole", steps->steps.range(), {fmt::format("{}", *count)});
     return {When::Kind::steps, {}, 1};
   }

@@ -17,7 +17,8 @@ namespace {
 
 constexpr const char* subject = "a task that learns from trajectories";
 constexpr double most = 1e9;
-constexpr std::array<std::string_view, 11> option_names{"trials", "batch", "epochs", "seed", "unroll", "cut", "noise", "clip", "validate", "patience", "schedule"};
+constexpr std::array<std::string_view, 11> option_names{"trials", "batch", "epochs",   "seed",     "unroll",  "cut",
+                                                        "noise",  "clip",  "validate", "patience", "schedule"};
 
 void refuse(Draft& draft, SourceRange range, const std::string& what, const std::string& hint = "") {
   draft.sink.report("not-allowed-here", range, {what, subject}, hint);
@@ -32,9 +33,11 @@ const ast::Call* as_trajectories(const ast::Expr& e) {
 /// The name of the file; "" after a diagnostic.
 std::string file_in(Draft& draft, const ast::Expr& e, std::size_t arguments) {
   const ast::Call* call = as_trajectories(e);
-  const auto* file = call && call->arguments.size() == arguments ? std::get_if<ast::Text>(&call->arguments[0].value->kind) : nullptr;
+  const auto* file =
+      call && call->arguments.size() == arguments ? std::get_if<ast::Text>(&call->arguments[0].value->kind) : nullptr;
   if (file && file->value.ends_with(".nc")) return file->value;
-  draft.sink.report("bad-data", e.range(), {}, arguments == 2 ? "write trajectories(\"train.nc\", u)" : "write trajectories(\"test.nc\")");
+  draft.sink.report("bad-data", e.range(), {},
+                    arguments == 2 ? "write trajectories(\"train.nc\", u)" : "write trajectories(\"test.nc\")");
   return "";
 }
 
@@ -42,15 +45,18 @@ double at_least(Draft& draft, const ast::Expr& e, const std::string& option, dou
   const auto value = evaluate(draft, e, option);
   if (!value) return otherwise;
   if (*value >= least && *value <= most) return *value;
-  draft.sink.report("bad-optimiser-option", e.range(), {option, "using", fmt::format("must be {} or more, not {}", least, *value)});
+  draft.sink.report("bad-optimiser-option", e.range(),
+                    {option, "using", fmt::format("must be {} or more, not {}", least, *value)});
   return otherwise;
 }
 
-std::int64_t whole(Draft& draft, const ast::Expr& e, const std::string& option, double least, std::int64_t otherwise, const std::string& of = "using") {
+std::int64_t whole(Draft& draft, const ast::Expr& e, const std::string& option, double least, std::int64_t otherwise,
+                   const std::string& of = "using") {
   const auto value = evaluate(draft, e, option);
   if (!value) return otherwise;
   if (*value >= least && *value <= most && *value == std::floor(*value)) return static_cast<std::int64_t>(*value);
-  draft.sink.report("bad-optimiser-option", e.range(), {option, of, fmt::format("is a whole number from {} on, not {}", least, *value)});
+  draft.sink.report("bad-optimiser-option", e.range(),
+                    {option, of, fmt::format("is a whole number from {} on, not {}", least, *value)});
   return otherwise;
 }
 
@@ -70,7 +76,8 @@ RateSchedule schedule_of(Draft& draft, const ast::Expr& e) {
 std::vector<int> lengths_of(Draft& draft, const ast::Expr& e) {
   std::vector<int> lengths;
   const auto* tuple = std::get_if<ast::Tuple>(&e->kind);
-  for (const ast::Expr& each : tuple ? tuple->elements : std::vector<ast::Expr>{e}) lengths.push_back(static_cast<int>(whole(draft, each, "unroll", 1, 1)));
+  for (const ast::Expr& each : tuple ? tuple->elements : std::vector<ast::Expr>{e})
+    lengths.push_back(static_cast<int>(whole(draft, each, "unroll", 1, 1)));
   return lengths;
 }
 
@@ -89,7 +96,8 @@ void bind_option(Draft& draft, const ast::Argument& option, Training& training) 
   if (option.name != "validate") return;
   training.validate = at_least(draft, value, option.name, 0, 0);
   if (training.validate < 1) return;
-  draft.sink.report("bad-optimiser-option", value.range(), {"validate", "using", fmt::format("is a share of the runs, below 1, not {}", training.validate)});
+  draft.sink.report("bad-optimiser-option", value.range(),
+                    {"validate", "using", fmt::format("is a share of the runs, below 1, not {}", training.validate)});
 }
 
 /// How many states the losses look at: the same of all.
@@ -97,7 +105,8 @@ int length_of_losses(Draft& draft) {
   int length = 0;
   for (const Loss& loss : draft.problem.task->losses) {
     if (loss.when.kind != When::Kind::steps) {
-      refuse(draft, loss.origin.range, "a loss that is not over a number of steps", "write minimise mean((u - u_ref)^2) over 4 steps");
+      refuse(draft, loss.origin.range, "a loss that is not over a number of steps",
+             "write minimise mean((u - u_ref)^2) over 4 steps");
     } else if (length != 0 && loss.when.count != length) {
       refuse(draft, loss.origin.range, fmt::format("a loss over {} steps beside one over {}", loss.when.count, length));
     } else {
@@ -114,7 +123,9 @@ void check_data(Draft& draft) {
     if (!datum.trajectories) {
       refuse(draft, datum.origin.range, "data that are no trajectories");
     } else if (datum.file != first->file) {
-      refuse(draft, datum.origin.range, fmt::format("a second file of trajectories ({} and {})", first->file, datum.file), "one file holds all fields of its runs");
+      refuse(draft, datum.origin.range,
+             fmt::format("a second file of trajectories ({} and {})", first->file, datum.file),
+             "one file holds all fields of its runs");
     }
   }
 }
@@ -126,29 +137,39 @@ bool is_sought(const Problem& problem, const std::string& name) {
 /// Controls that are sought are found for each window by itself.
 bool seeks_controls(const Problem& problem) {
   const auto is_control = [](const Coefficient& coefficient) { return coefficient.is_control(); };
-  return std::ranges::any_of(problem.controls, [&](const Control& control) { return is_sought(problem, control.name); }) ||
-         std::ranges::any_of(problem.coefficients, [&](const Coefficient& coefficient) { return is_control(coefficient) && is_sought(problem, coefficient.name); });
+  return std::ranges::any_of(problem.controls,
+                             [&](const Control& control) { return is_sought(problem, control.name); }) ||
+         std::ranges::any_of(problem.coefficients, [&](const Coefficient& coefficient) {
+           return is_control(coefficient) && is_sought(problem, coefficient.name);
+         });
 }
 
 /// All that is sought is each window's own then, and nothing is learnt from one for another.
 void check_for_controls(Draft& draft, const std::vector<Found<ast::UsingItem>>& lines) {
   constexpr const char* such_task = "a task that seeks controls for each window of trajectories";
   const Problem& problem = draft.problem;
-  const auto refuse_here = [&](SourceRange range, const std::string& what, const std::string& hint) { draft.sink.report("not-allowed-here", range, {what, such_task}, hint); };
+  const auto refuse_here = [&](SourceRange range, const std::string& what, const std::string& hint) {
+    draft.sink.report("not-allowed-here", range, {what, such_task}, hint);
+  };
   for (const Unknown& unknown : problem.task->unknowns) {
     const Coefficient* coefficient = problem.find_coefficient(unknown.name);
     if (unknown.kind == Unknown::Kind::control || (coefficient != nullptr && coefficient->is_control())) continue;
-    refuse_here(unknown.origin.range, fmt::format("unknown {}", unknown.name), "what all windows share is learnt by a task without unknown controls");
+    refuse_here(unknown.origin.range, fmt::format("unknown {}", unknown.name),
+                "what all windows share is learnt by a task without unknown controls");
   }
   for (const auto& [item, range] : lines) {
     for (const ast::Argument& option : item.options) {
-      if (option.name != "iterations") refuse_here(option.name_range, option.name, "understood here: iterations, of each window");
+      if (option.name != "iterations")
+        refuse_here(option.name_range, option.name, "understood here: iterations, of each window");
     }
   }
   const std::optional<Optimiser>& optimiser = problem.task->optimiser;
-  if (optimiser && (optimiser->momentum > 0 || optimiser->decay > 0)) refuse_here(lines[0].range, "momentum or decay", "write using lbfgs(), iterations 50");
+  if (optimiser && (optimiser->momentum > 0 || optimiser->decay > 0))
+    refuse_here(lines[0].range, "momentum or decay", "write using lbfgs(), iterations 50");
   for (const std::vector<Test>* tests : {&problem.task->tests, &problem.task->growths}) {
-    for (const Test& test : *tests) refuse_here(test.quantity.origin.range, "a test", "other trajectories have no controls; a task that learns from the file can have tests");
+    for (const Test& test : *tests)
+      refuse_here(test.quantity.origin.range, "a test",
+                  "other trajectories have no controls; a task that learns from the file can have tests");
   }
 }
 
@@ -156,18 +177,25 @@ void check_for_controls(Draft& draft, const std::vector<Found<ast::UsingItem>>& 
 void check_scene(Draft& draft) {
   const Problem& problem = draft.problem;
   for (const Unknown& unknown : problem.task->unknowns) {
-    if (unknown.kind == Unknown::Kind::initial) refuse(draft, unknown.origin.range, "an unknown initial state", "each window begins with a state of the data");
+    if (unknown.kind == Unknown::Kind::initial)
+      refuse(draft, unknown.origin.range, "an unknown initial state", "each window begins with a state of the data");
   }
-  const std::string hint = "it counts steps from the begin of the scene, which windows do not begin with; one that is sought has its own values in each window";
+  const std::string hint =
+      "it counts steps from the begin of the scene, which windows do not begin with; one that is sought has its own "
+      "values in each window";
   for (const Control& control : problem.controls) {
-    if (!is_sought(problem, control.name)) refuse(draft, control.origin.range, fmt::format("control {}", control.name), hint);
+    if (!is_sought(problem, control.name))
+      refuse(draft, control.origin.range, fmt::format("control {}", control.name), hint);
   }
   for (const Coefficient& coefficient : problem.coefficients) {
-    if (coefficient.is_control() && !is_sought(problem, coefficient.name)) refuse(draft, coefficient.value.origin.range, fmt::format("control {}", coefficient.name), hint);
+    if (coefficient.is_control() && !is_sought(problem, coefficient.name))
+      refuse(draft, coefficient.value.origin.range, fmt::format("control {}", coefficient.name), hint);
   }
   for (const Event& event : problem.events) {
     const bool is_each_step = event.after_step || event.every == 1;
-    if (!is_each_step) refuse(draft, event.origin.range, "an event that is not after each step", "it counts steps from the begin of the scene, which windows do not begin with");
+    if (!is_each_step)
+      refuse(draft, event.origin.range, "an event that is not after each step",
+             "it counts steps from the begin of the scene, which windows do not begin with");
   }
 }
 
@@ -177,16 +205,20 @@ void check_for_lbfgs(Draft& draft, const ast::UsingItem& item, const Training& t
   for (const ast::Argument& option : item.options) {
     const bool grows = option.name == "unroll" && training.unroll.size() > 1;
     if (!grows && std::ranges::find(of_batches, option.name) == of_batches.end()) continue;
-    draft.sink.report("not-allowed-here", option.name_range, {grows ? "unroll with several lengths" : option.name, "a task that learns by lbfgs, whose iterations see all windows at once"},
+    draft.sink.report("not-allowed-here", option.name_range,
+                      {grows ? "unroll with several lengths" : option.name,
+                       "a task that learns by lbfgs, whose iterations see all windows at once"},
                       "leave it out, or write using adam(rate = 1e-3), batch 4, epochs 20");
   }
 }
 
 void check_optimiser(Draft& draft, const ast::UsingItem& item, SourceRange range, const Training& training) {
   const std::optional<Optimiser>& optimiser = draft.problem.task->optimiser;
-  if (!optimiser || optimiser->kind == Optimiser::Kind::adam || optimiser->kind == Optimiser::Kind::gradient_descent) return;
+  if (!optimiser || optimiser->kind == Optimiser::Kind::adam || optimiser->kind == Optimiser::Kind::gradient_descent)
+    return;
   if (optimiser->kind == Optimiser::Kind::lbfgs) return check_for_lbfgs(draft, item, training);
-  refuse(draft, range, "an optimiser with second derivatives", "write using lbfgs(), epochs 20, or adam(rate = 1e-3), batch 4, epochs 20");
+  refuse(draft, range, "an optimiser with second derivatives",
+         "write using lbfgs(), epochs 20, or adam(rate = 1e-3), batch 4, epochs 20");
 }
 
 /// Each from the same file as the task's own scene, unless it has one of its own.
@@ -195,23 +227,29 @@ void bind_beside(Draft& draft, const ast::TestItem& item, Test& test) {
   for (const ast::TestItem::Beside& beside : item.beside) {
     const auto [first, is_new] = seen.emplace(beside.scene.name, beside.scene.range);
     if (!find_declaration<ast::Scene>(draft.file, beside.scene.name)) {
-      draft.sink.report("unknown-block", beside.scene.range, {"scene", beside.scene.name}, did_you_mean(beside.scene.name, names_of<ast::Scene>(draft.file)));
+      draft.sink.report("unknown-block", beside.scene.range, {"scene", beside.scene.name},
+                        did_you_mean(beside.scene.name, names_of<ast::Scene>(draft.file)));
     } else if (!is_new) {
       report_duplicate(draft, "scene " + beside.scene.name, beside.scene.range, first->second);
     } else {
-      test.beside.push_back({beside.scene.name, beside.on ? file_in(draft, *beside.on, 1) : test.on, {beside.scene.range}});
+      test.beside.push_back(
+          {beside.scene.name, beside.on ? file_in(draft, *beside.on, 1) : test.on, {beside.scene.range}});
     }
   }
 }
 
 void check_lengths(Draft& draft, SourceRange range, const Training& training, int length) {
   if (training.unroll.size() > static_cast<std::size_t>(training.epochs)) {
-    draft.sink.report("bad-optimiser-option", range, {"unroll", "using", fmt::format("has {} lengths for {} epochs: the last ones would have none", training.unroll.size(), training.epochs)},
+    draft.sink.report("bad-optimiser-option", range,
+                      {"unroll", "using",
+                       fmt::format("has {} lengths for {} epochs: the last ones would have none",
+                                   training.unroll.size(), training.epochs)},
                       fmt::format("write epochs {} or more", training.unroll.size()));
   }
   for (const int each : training.unroll) {
     if (each <= length) continue;
-    draft.sink.report("bad-optimiser-option", range, {"unroll", "using", fmt::format("is at most the {} steps of the loss, not {}", length, each)});
+    draft.sink.report("bad-optimiser-option", range,
+                      {"unroll", "using", fmt::format("is at most the {} steps of the loss, not {}", length, each)});
   }
 }
 
@@ -230,7 +268,8 @@ std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::
   if (!call) return std::nullopt;
   std::vector<Datum> data;
   const std::string file = file_in(draft, item.value, 2);
-  const auto* variable = call->arguments.size() == 2 ? std::get_if<ast::Name>(&call->arguments[1].value->kind) : nullptr;
+  const auto* variable =
+      call->arguments.size() == 2 ? std::get_if<ast::Name>(&call->arguments[1].value->kind) : nullptr;
   if (file.empty()) return data;
   if (!variable) {
     draft.sink.report("bad-data", item.value.range(), {}, "write trajectories(\"train.nc\", u)");
@@ -243,18 +282,22 @@ std::optional<std::vector<Datum>> data_of_trajectories(Draft& draft, const ast::
     datum.variable = name;
     datum.trajectories = true;
     const State* state = draft.problem.find_state(name);
-    datum.placement = state ? state->placement : placement_of(draft, item.on, names.size() > 1 ? static_cast<int>(data.size()) - 1 : -1);
+    datum.placement = state ? state->placement
+                            : placement_of(draft, item.on, names.size() > 1 ? static_cast<int>(data.size()) - 1 : -1);
   }
   return data;
 }
 
 void bind_test_on(Draft& draft, const ast::TestItem& item, Test& test) {
   if (!item.on) {
-    if (learns_from_trajectories(draft)) refuse(draft, test.quantity.origin.range, "a test on the run of the scene", "write test e = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 100 steps");
+    if (learns_from_trajectories(draft))
+      refuse(draft, test.quantity.origin.range, "a test on the run of the scene",
+             "write test e = mean(abs(u - u_ref)) on trajectories(\"test.nc\") for 100 steps");
     return;
   }
   if (!learns_from_trajectories(draft)) {
-    draft.sink.report("not-allowed-here", item.on->range(), {"a set of trajectories", "a task that does not learn from trajectories"});
+    draft.sink.report("not-allowed-here", item.on->range(),
+                      {"a set of trajectories", "a task that does not learn from trajectories"});
     return;
   }
   test.on = file_in(draft, *item.on, 1);
@@ -286,7 +329,8 @@ void bind_training(Draft& draft) {
   if (by_window) {
     check_for_controls(draft, lines);
   } else if (lines.empty()) {
-    refuse(draft, draft.task->name.range, "the want of an optimiser", "write using adam(rate = 1e-3), batch 4, epochs 20");
+    refuse(draft, draft.task->name.range, "the want of an optimiser",
+           "write using adam(rate = 1e-3), batch 4, epochs 20");
   } else {
     check_optimiser(draft, lines[0].kind, lines[0].range, training);
     check_lengths(draft, lines[0].range, training, length);

@@ -186,9 +186,7 @@ Typed Expressions::curl(const ast::Call& e, SourceRange range) {
   }
   const auto v = as_vector(value, e.arguments[0].value.range());
   if (!v) return {};
-  const auto turn = [&](int a, int b) {
-    return binary(BinaryOp::subtract, d((*v)[b], a), d((*v)[a], b), {range});
-  };
+  const auto turn = [&](int a, int b) { return binary(BinaryOp::subtract, d((*v)[b], a), d((*v)[a], b), {range}); };
   if (axis_count() == 2) return number_of(turn(0, 1));
   return {Typed::Type::vector, {turn(1, 2), turn(2, 0), turn(0, 1)}};
 }

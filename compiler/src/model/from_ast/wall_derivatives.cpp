@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Second derivatives that losses, tests and observables take beside walls that have values. There the value u_0 of the first cell is
-// mirrored, 2a - u_0, with which equations are of order 2 as a whole. That image errs by h^2 u''/4, so that (u_1 - 2 u_0 + image)/h^2 in
-// the first cell is 3/4 of u'' on the finest grid too.
+// Second derivatives that losses, tests and observables take beside walls that have values. There the value u_0 of the
+// first cell is mirrored, 2a - u_0, with which equations are of order 2 as a whole. That image errs by h^2 u''/4, so
+// that (u_1 - 2 u_0 + image)/h^2 in the first cell is 3/4 of u'' on the finest grid too.
 #include <variant>
 
 #include "model/build.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The weights of conditions at walls, with all the values that they are known to take before the run: those of the scene, and those
-// that unknowns begin with.
+// The weights of conditions at walls, with all the values that they are known to take before the run: those of the
+// scene, and those that unknowns begin with.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,9 +17,10 @@ namespace dpde::model {
 
 namespace {
 
-/// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b have opposite signs
-/// and h is not, the factor vanishes or turns round: the image is then anything.
-std::optional<WallMisfit> misfit_at(const Problem& problem, const std::string& field, int axis, double a, double b, const std::string& when) {
+/// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b
+/// have opposite signs and h is not, the factor vanishes or turns round: the image is then anything.
+std::optional<WallMisfit> misfit_at(const Problem& problem, const std::string& field, int axis, double a, double b,
+                                    const std::string& when) {
   if (!(a * b < 0)) return std::nullopt;
   const State* state = problem.find_state(field);
   const bool on_wall = state && state->placement[static_cast<std::size_t>(axis)];
@@ -27,8 +28,10 @@ std::optional<WallMisfit> misfit_at(const Problem& problem, const std::string& f
   const double h = along.spacing(), limit = on_wall ? 1.5 * std::abs(b / a) : 2 * std::abs(b / a);
   if (h < limit * (1 - 1e-9)) return std::nullopt;
   return WallMisfit{fmt::format("mixed({}, {}, ...) of {}{}", a, b, field, when),
-                    fmt::format("a and b have opposite signs, and the spacing {} along {} is not below {}*|b/a| = {}", h, along.name, on_wall ? 1.5 : 2, limit),
-                    fmt::format("take more than {:.0f} cells, or check the signs: du/dn is the derivative outwards, so that u decays inwards where a and b have the same sign",
+                    fmt::format("a and b have opposite signs, and the spacing {} along {} is not below {}*|b/a| = {}",
+                                h, along.name, on_wall ? 1.5 : 2, limit),
+                    fmt::format("take more than {:.0f} cells, or check the signs: du/dn is the derivative outwards, so "
+                                "that u decays inwards where a and b have the same sign",
                                 std::floor((along.high - along.low) / limit))};
 }
 
@@ -43,7 +46,8 @@ bool may_change(const Problem& problem, const Expr& e) {
 
 }  // namespace
 
-std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const std::string& field, int axis, const Expr& a, const Expr& b, KnownValues values) {
+std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const std::string& field, int axis, const Expr& a,
+                                         const Expr& b, KnownValues values) {
   const bool varies = holds_time(a) || holds_time(b);
   for (const double t : varies ? times_of_run(problem) : std::vector{problem.t_begin}) {
     values["t"] = t;
@@ -75,7 +79,8 @@ void check_wall_weights(Draft& draft) {
   for (const MixedSide& side : draft.mixed_sides) {
     if (told.contains(side.range.begin)) continue;
     std::string when;
-    std::optional<WallMisfit> misfit = misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, draft.values);
+    std::optional<WallMisfit> misfit =
+        misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, draft.values);
     if (!misfit && draft.problem.task) {
       when = fmt::format(" where task {} begins", draft.problem.task->name);
       misfit = misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, values_at_start(draft));

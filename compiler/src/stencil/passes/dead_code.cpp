@@ -59,8 +59,8 @@ class Liveness {
     for (auto statement = program_.body.rbegin(); statement != program_.body.rend(); ++statement) {
       const bool has_effect = match(
           *statement, [&](const Fill& fill) { return pass_fill(fill); },
-          [&](const Fold& fold) { return pass_fold(fold); },
-          [&](const Reduce& reduce) { return pass_reduce(reduce); }, [&](const Infer& infer) { return pass_infer(infer); }, [&](const Run& run) { return pass_run(run); });
+          [&](const Fold& fold) { return pass_fold(fold); }, [&](const Reduce& reduce) { return pass_reduce(reduce); },
+          [&](const Infer& infer) { return pass_infer(infer); }, [&](const Run& run) { return pass_run(run); });
       if (!has_effect) continue;
       kept.push_back(match(
           *statement, [](const Fill& fill) -> Statement { return fill; },

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Algebra that saves multiplications once uniform factors are combined: dt*(nu*a/hx^2 + v*b/(2*hx)) has two uniform factors
-// outside and two inside, dt*nu/hx^2*a + v*dt/(2*hx)*b none more than the terms had. Equal but for rounding.
+// Algebra that saves multiplications once uniform factors are combined: dt*(nu*a/hx^2 + v*b/(2*hx)) has two uniform
+// factors outside and two inside, dt*nu/hx^2*a + v*dt/(2*hx)*b none more than the terms had. Equal but for rounding.
 #include <map>
 #include <vector>
 
@@ -85,7 +85,8 @@ Expr pushed_down(Chain chain) {
 }
 
 Expr each_scaled(const Expr& e, const Expr& uniform) {
-  if (const Binary* sum = as_sum(e)) return binary(sum->op, each_scaled(sum->left, uniform), each_scaled(sum->right, uniform));
+  if (const Binary* sum = as_sum(e))
+    return binary(sum->op, each_scaled(sum->left, uniform), each_scaled(sum->right, uniform));
   if (const Neg* n = std::get_if<Neg>(&e->kind)) return -each_scaled(n->operand, uniform);
   Chain chain = chain_of(e);
   chain.uniform = uniform * chain.uniform;

@@ -134,7 +134,8 @@ class Factoring {
       const Polynomial terms = terms_at(place, candidate.divisor);
       if (terms.empty()) continue;
       for (const auto& [monomial, c] : terms) place.sum->erase(monomial);
-      *place.sum = sum(*place.sum, {{product({{place.atom, 1}}, {{atom, 1}}), place.negative ? negated(unit_coefficient) : unit_coefficient}});
+      *place.sum = sum(*place.sum, {{product({{place.atom, 1}}, {{atom, 1}}),
+                                     place.negative ? negated(unit_coefficient) : unit_coefficient}});
     }
     result_.definitions.emplace(atom, candidate.divisor);
   }
@@ -173,6 +174,8 @@ int degree(const Monomial& monomial) {
   return total;
 }
 
-Factored factor(const std::vector<Polynomial>& sums, Atoms& atoms, First first) { return Factoring(sums, atoms, first).run(); }
+Factored factor(const std::vector<Polynomial>& sums, Atoms& atoms, First first) {
+  return Factoring(sums, atoms, first).run();
+}
 
 }  // namespace dpde::stencil

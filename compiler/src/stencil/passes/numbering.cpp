@@ -36,9 +36,7 @@ std::string describe(const Expr& e, Value& value) {
         return fmt::format("inside {} {} {} {}", i.offset[0], i.offset[1], i.offset[2], i.grow);
       },
       [](const Neg&) { return std::string("neg"); },
-      [&](const Binary& b) {
-        return costs(b.op == BinaryOp::power ? 4 : 1), fmt::format("binary {}", spelling(b.op));
-      },
+      [&](const Binary& b) { return costs(b.op == BinaryOp::power ? 4 : 1), fmt::format("binary {}", spelling(b.op)); },
       [&](const Call& c) { return costs(4), fmt::format("call {}", name_of(c.fn)); },
       [&](const Select&) { return costs(1), std::string("select"); });
 }

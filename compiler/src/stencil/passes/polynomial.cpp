@@ -25,7 +25,6 @@ void add_to(Map& map, const typename Map::key_type& key, const typename Map::map
   }
 }
 
-
 /// Equal expressions have equal hashes.
 std::size_t hash_of(const Expr& e) {
   std::size_t hash = e->kind.index();
@@ -166,7 +165,8 @@ Polynomial Expansion::expand(const Expr& e, const std::set<std::string>& carried
     return value.empty() ? Polynomial{} : Polynomial{{{}, value}};
   }
   if (const Local* l = std::get_if<Local>(&e->kind)) {
-    const auto let = std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
+    const auto let =
+        std::find_if(kernel_.lets.begin(), kernel_.lets.end(), [&](const Let& x) { return x.name == l->name; });
     require(let != kernel_.lets.end(), "a let is defined before its use");
     return expand(let->value, carried);
   }
@@ -176,7 +176,8 @@ Polynomial Expansion::expand(const Expr& e, const std::set<std::string>& carried
 }
 
 Polynomial Expansion::expand_binary(const Expr& e, const Binary& b, const std::set<std::string>& carried) {
-  const std::optional<Coefficient> below = b.op == BinaryOp::divide && is_uniform(b.right) ? inverse(b.right) : std::nullopt;
+  const std::optional<Coefficient> below =
+      b.op == BinaryOp::divide && is_uniform(b.right) ? inverse(b.right) : std::nullopt;
   const Literal* exponent = std::get_if<Literal>(&b.right->kind);
   const bool square = b.op == BinaryOp::power && exponent && exponent->value == 2;
   const bool both = b.op == BinaryOp::add || b.op == BinaryOp::subtract || b.op == BinaryOp::multiply;
@@ -208,10 +209,13 @@ Polynomial Expansion::closed(const Polynomial& p, const std::set<std::string>& c
   for (const auto& term : p) (is_open(term.first, carried) ? open : rest).insert(term);
   if (rest.size() < 2) return p;
   const Coefficient first = rest.begin()->second;
-  const bool shared = std::all_of(rest.begin(), rest.end(), [&](const auto& term) { return term.second == first || negated(term.second) == first; });
+  const bool shared = std::all_of(rest.begin(), rest.end(), [&](const auto& term) {
+    return term.second == first || negated(term.second) == first;
+  });
   if (!shared) return sum(std::move(open), {{{{atoms_.of(rest), 1}}, unit_coefficient}});
   Polynomial signs;
-  for (const auto& [monomial, coefficient] : rest) signs[monomial] = coefficient == first ? unit_coefficient : negated(unit_coefficient);
+  for (const auto& [monomial, coefficient] : rest)
+    signs[monomial] = coefficient == first ? unit_coefficient : negated(unit_coefficient);
   return sum(std::move(open), {{{{atoms_.of(signs), 1}}, first}});
 }
 
@@ -231,7 +235,8 @@ std::optional<Coefficient> Expansion::uniform_binary(const Binary& b) {
 }
 
 Coefficient Expansion::uniform(const Expr& e) {
-  if (const Literal* l = std::get_if<Literal>(&e->kind)) return l->value == 0 ? Coefficient{} : Coefficient{{{}, l->value}};
+  if (const Literal* l = std::get_if<Literal>(&e->kind))
+    return l->value == 0 ? Coefficient{} : Coefficient{{{}, l->value}};
   if (const Neg* n = std::get_if<Neg>(&e->kind)) return negated(uniform(n->operand));
   if (const Binary* b = std::get_if<Binary>(&e->kind)) {
     const std::optional<Coefficient> sum = uniform_binary(*b);

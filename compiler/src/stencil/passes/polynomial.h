@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of products, for the algebra of updates: sum over k of coefficient[k] * product of atoms^exponent. An atom is what
-// is not taken apart: a read, a function, a sum that stays together. Coefficients are sums of products of uniform atoms.
+// Sums of products, for the algebra of updates: sum over k of coefficient[k] * product of atoms^exponent. An atom is
+// what is not taken apart: a read, a function, a sum that stays together. Coefficients are sums of products of uniform
+// atoms.
 #pragma once
 
 #include <cstddef>
@@ -60,8 +61,8 @@ class Expansion {
   Polynomial expand(const Expr& e, const std::set<std::string>& carried);
   /// False once lets of lets, or sums multiplied out, have taken too long; what `expand` gives is not to be used then.
   bool is_complete() const { return work_ <= most_work; }
-  /// Fields u with a term u[k] * (number + ...) in `e`: an update u + dt*(...) has rounding errors of the size of u's, so
-  /// that c*u[k] may be added to it in any order while |c| is at most about 1.
+  /// Fields u with a term u[k] * (number + ...) in `e`: an update u + dt*(...) has rounding errors of the size of u's,
+  /// so that c*u[k] may be added to it in any order while |c| is at most about 1.
   std::set<std::string> carried_fields(const Expr& e);
   /// Of an update of fields at the point itself, u + dt*(...) or (u + 2*v)/3 + dt*(...): their weights, numbers.
   std::map<std::string, double> weights(const Expr& e);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Algebra of updates: u - dt*(u*(u[+1] - u[-1])/(2*h) - ...) becomes u + centre*u + west*u[-1] + east*u[+1] with
 // west = c + a*u, which the stores of all components share. A kernel is rewritten only where it has fewer instructions.
-// What is made of the states at the point itself stays as it is written, u and (u_1 - u)/3: in (1 + centre)*u the rounding of 1 + centre
-// would move u in the same direction in each step, and u_1/3 - u/3 that of 1/3.
+// What is made of the states at the point itself stays as it is written, u and (u_1 - u)/3: in (1 + centre)*u the
+// rounding of 1 + centre would move u in the same direction in each step, and u_1/3 - u/3 that of 1/3.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -110,7 +110,8 @@ class Writer {
   }
 
   static bool is_leaf(const Atom& atom) {
-    return atom.uniform || std::holds_alternative<Access>(atom.value->kind) || std::holds_alternative<Inside>(atom.value->kind);
+    return atom.uniform || std::holds_alternative<Access>(atom.value->kind) ||
+           std::holds_alternative<Inside>(atom.value->kind);
   }
 
   std::string fresh_name() {
@@ -140,11 +141,13 @@ bool is_finite(const Polynomial& p) {
 
 /// Linear in states at the point itself, with weights that are numbers.
 bool is_of_states(const Expr& e, const std::set<std::string>& states) {
-  if (const Access* access = std::get_if<Access>(&e->kind)) return access->offset == Offset{} && states.contains(access->field);
+  if (const Access* access = std::get_if<Access>(&e->kind))
+    return access->offset == Offset{} && states.contains(access->field);
   if (const Neg* n = std::get_if<Neg>(&e->kind)) return is_of_states(n->operand, states);
   const Binary* b = std::get_if<Binary>(&e->kind);
   if (!b) return false;
-  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract) return is_of_states(b->left, states) && is_of_states(b->right, states);
+  if (b->op == BinaryOp::add || b->op == BinaryOp::subtract)
+    return is_of_states(b->left, states) && is_of_states(b->right, states);
   if (b->op == BinaryOp::divide) return is_literal(b->right) && is_of_states(b->left, states);
   return b->op == BinaryOp::multiply && is_literal(b->left) && is_of_states(b->right, states);
 }
@@ -160,7 +163,8 @@ struct Parts {
       part = negative ? part - e : part + e;
     } else if (const Neg* n = std::get_if<Neg>(&e->kind)) {
       add(n->operand, !negative, states);
-    } else if (const Binary* b = std::get_if<Binary>(&e->kind); b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
+    } else if (const Binary* b = std::get_if<Binary>(&e->kind);
+               b && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
       add(b->left, negative, states);
       add(b->right, negative != (b->op == BinaryOp::subtract), states);
     } else {
@@ -177,8 +181,9 @@ struct Updates {
   std::vector<Polynomial> values;
 };
 
-/// Which fields are stages of which one: u_1 = u + dt*(...), u_2 = (3*u + u_1)/4 + dt*(...). They are of its size, and so are the
-/// rounding errors of c*u_1[k] in an update of u. What is a mean of several, or a difference, is a stage of none.
+/// Which fields are stages of which one: u_1 = u + dt*(...), u_2 = (3*u + u_1)/4 + dt*(...). They are of its size, and
+/// so are the rounding errors of c*u_1[k] in an update of u. What is a mean of several, or a difference, is a stage of
+/// none.
 class Stages {
  public:
   explicit Stages(const Module& module) {
@@ -260,7 +265,8 @@ Kernel regrouped(const Kernel& kernel, Updates updates, First first) {
     const Parts& parts = updates.parts[i];
     const bool is_alone = is_literal(parts.differences, 0);
     Expr& value = result.stores[updates.stores[i]].value;
-    value = is_alone ? writer.write(factored.sums[i], parts.state) : parts.state + writer.write(factored.sums[i], parts.differences);
+    value = is_alone ? writer.write(factored.sums[i], parts.state)
+                     : parts.state + writer.write(factored.sums[i], parts.differences);
   }
   result.lets.insert(result.lets.end(), writer.lets().begin(), writer.lets().end());
   return with_lets_inlined(result);

@@ -38,7 +38,9 @@ Kernel simplify_kernel(const Kernel& kernel) {
     }
   }
   result = map_kernel(result, [&](const Expr& e) { return rebuild(e, values); });
-  std::erase_if(result.stores, [&](const Store& store) { return result.given.empty() && store.accumulate && is_literal(store.value, 0); });
+  std::erase_if(result.stores, [&](const Store& store) {
+    return result.given.empty() && store.accumulate && is_literal(store.value, 0);
+  });
   std::erase_if(result.scatters, [](const Scatter& scatter) { return is_literal(scatter.value, 0); });
   return result;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of very many stores as several. The time that a back end takes for a row grows with the square of its streams, so that
-// 200 fields in one row compile several times as long as in seven.
+// Kernels of very many stores as several. The time that a back end takes for a row grows with the square of its
+// streams, so that 200 fields in one row compile several times as long as in seven.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -16,7 +16,8 @@ namespace dpde::stencil {
 
 namespace {
 
-/// Stores of a kernel from which on it is split, and of each part. Parts read again what they share: with so many stores that is little.
+/// Stores of a kernel from which on it is split, and of each part. Parts read again what they share: with so many
+/// stores that is little.
 constexpr std::size_t widest = 48, part_width = 32;
 
 /// Of all parts, over those of the whole: lets that several parts need are computed in each.
@@ -79,7 +80,8 @@ std::vector<Kernel> parts_of(const Kernel& kernel) {
   if (kernel.stores.size() <= widest || !kernel.scatters.empty()) return {kernel};
   const std::size_t count = (kernel.stores.size() + part_width - 1) / part_width;
   std::vector<Kernel> parts(count, Kernel{kernel.name, kernel.rank, {}, {}, {}, {}});
-  for (std::size_t i = 0; i < kernel.stores.size(); ++i) parts[i * count / kernel.stores.size()].stores.push_back(kernel.stores[i]);
+  for (std::size_t i = 0; i < kernel.stores.size(); ++i)
+    parts[i * count / kernel.stores.size()].stores.push_back(kernel.stores[i]);
   for (const Sum& sum : kernel.sums) share_out(sum, parts);
   int work = 0;
   for (Kernel& part : parts) {

@@ -11,8 +11,8 @@ namespace dpde {
 /// Bytes of whole pages, which are huge ones from 4 MiB on.
 int64_t allocated_bytes(int64_t wanted);
 
-/// Bytes that one of many fields takes on the mean: that, its shift against the others (half a page on the mean), and what the
-/// system leaves free before whole pages.
+/// Bytes that one of many fields takes on the mean: that, its shift against the others (half a page on the mean), and
+/// what the system leaves free before whole pages.
 int64_t bytes_of_field(const dpde_layout& layout);
 
 }  // namespace dpde

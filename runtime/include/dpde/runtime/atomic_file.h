@@ -9,7 +9,8 @@
 namespace dpde {
 
 /// Writes the parts one after the other. When anything fails the temporary file is removed and a file that was there
-/// before under `path` is untouched. The folder must exist. An existing special file (a device, a pipe) is written directly.
+/// before under `path` is untouched. The folder must exist. An existing special file (a device, a pipe) is written
+/// directly.
 /// @throws Error(machine) naming the file and the operating system's reason.
 void write_file_atomically(const std::filesystem::path& path, std::initializer_list<std::string_view> parts);
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);

@@ -27,10 +27,10 @@ struct Action {
   bool operator==(const Action&) const = default;
 };
 
-/// Actions in order, one after the other as they are asked for: what is kept is a number for each slot, whatever the steps.
-/// The first stores state 0 in slot 0. steps >= 0; slots >= 1 (more than steps are never used).
-/// The forward step steps - 1, whose result the reversal starts with, is not among them: whoever executes the first
-/// `reverse` runs it before (it overwrites no stored state).
+/// Actions in order, one after the other as they are asked for: what is kept is a number for each slot, whatever the
+/// steps. The first stores state 0 in slot 0. steps >= 0; slots >= 1 (more than steps are never used). The forward step
+/// steps - 1, whose result the reversal starts with, is not among them: whoever executes the first `reverse` runs it
+/// before (it overwrites no stored state).
 class Schedule {
  public:
   Schedule() = default;  // of no steps
@@ -47,16 +47,17 @@ class Schedule {
   void add(const Action& action) { turn_[static_cast<std::size_t>(count_++)] = action; }
 
   int steps_ = 0, last_ = 0;
-  int end_ = 0;                  // steps end - 1 .. 0 are still to be reversed
-  std::vector<int> stored_;      // entry i: the state in slot i
-  std::array<Action, 3> turn_{}; // those of this turn
+  int end_ = 0;                   // steps end - 1 .. 0 are still to be reversed
+  std::vector<int> stored_;       // entry i: the state in slot i
+  std::array<Action, 3> turn_{};  // those of this turn
   int count_ = 0, at_ = 0;
 };
 
 /// Steps that a schedule advances: steps - 1 when nothing is recomputed. Closed form.
 int64_t advanced_steps(int steps, int slots);
 
-/// How many slots to use when slots and the two working states may together take `memory_bytes`: 1 .. max(1, steps - 1).
+/// How many slots to use when slots and the two working states may together take `memory_bytes`: 1 .. max(1, steps -
+/// 1).
 /// @throws Error(input) when less than four states of `state_bytes` fit.
 int slots_for(int64_t memory_bytes, int64_t state_bytes, int steps);
 

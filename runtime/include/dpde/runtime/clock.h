@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the time of gradients goes, for those that ask: two looks at the clock a program and a network, none where nobody asks.
+// Where the time of gradients goes, for those that ask: two looks at the clock a program and a network, none where
+// nobody asks.
 #pragma once
 
 #include <chrono>

@@ -47,8 +47,8 @@ class Executor {
   void bind(int field, void* base) { fields_[static_cast<size_t>(field)] = base; }
   void* bound(int field) const { return fields_[static_cast<size_t>(field)]; }
 
-  /// Weights, their rates and where their gradient is added: doubles, in the order of the network. They must stay; after every
-  /// change of the values update_weights().
+  /// Weights, their rates and where their gradient is added: doubles, in the order of the network. They must stay;
+  /// after every change of the values update_weights().
   void bind_weights(int network, const dpde_weights& weights) { weights_[static_cast<size_t>(network)] = weights; }
   void update_weights();
   /// Null where the program runs it in another way.
@@ -59,7 +59,8 @@ class Executor {
   /// Takes effect at the next update_uniforms(). All parameters are 0 at first.
   void set_param(int param, double value) {
     double& own = params_[static_cast<size_t>(param)];
-    uniforms_are_stale_ = uniforms_are_stale_ || std::bit_cast<std::uint64_t>(own) != std::bit_cast<std::uint64_t>(value);
+    uniforms_are_stale_ =
+        uniforms_are_stale_ || std::bit_cast<std::uint64_t>(own) != std::bit_cast<std::uint64_t>(value);
     own = value;
   }
   double param(int param) const { return params_[static_cast<size_t>(param)]; }
@@ -82,8 +83,8 @@ class Executor {
   void make_frame(void** frame) const;
   void run_frame(void* const* frame);
 
-  /// Sweeps over large fields find out while they are used which of several equal ways is fastest on this machine. What they
-  /// found, a line a sweep: "" until all of them know, and where there is nothing to choose.
+  /// Sweeps over large fields find out while they are used which of several equal ways is fastest on this machine. What
+  /// they found, a line a sweep: "" until all of them know, and where there is nothing to choose.
   std::string tuning() const;
   /// True while a sweep still tries ways.
   bool is_tuning() const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A field: aligned memory with a layout, and copies between fields and dense arrays. Its values are doubles or floats, as
-// the layout says; dense arrays are doubles, and single values are given and taken as doubles, in any case.
+// A field: aligned memory with a layout, and copies between fields and dense arrays. Its values are doubles or floats,
+// as the layout says; dense arrays are doubles, and single values are given and taken as doubles, in any case.
 //
 // Dense arrays hold the interior only, x fastest: C order of shape (nz, ny, nx). A new field is zero, halo included.
 #pragma once

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The processor's floating-point mode. While programs run it is set to treat subnormal numbers (below 1e-308, of floats below
-// 1e-38) as 0, read or computed: they take a hundred times as long as others, and say nothing that a step could use.
+// The processor's floating-point mode. While programs run it is set to treat subnormal numbers (below 1e-308, of floats
+// below 1e-38) as 0, read or computed: they take a hundred times as long as others, and say nothing that a step could
+// use.
 //
-// The mode belongs to a thread. Whoever runs programs holds a FloatScope, in every back end: none keeps a subnormal number. A product
-// that one back end rounds and another one fuses with a sum may be 0 or the smallest normal number. Hosts have their own mode again when it ends, by an exception too. Elsewhere than on x86 and 64-bit ARM nothing is set.
+// The mode belongs to a thread. Whoever runs programs holds a FloatScope, in every back end: none keeps a subnormal
+// number. A product that one back end rounds and another one fuses with a sum may be 0 or the smallest normal number.
+// Hosts have their own mode again when it ends, by an exception too. Elsewhere than on x86 and 64-bit ARM nothing is
+// set.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network that the program around the scene computes itself: with a library of its own, on an accelerator, from a table.
+// A network that the program around the scene computes itself: with a library of its own, on an accelerator, from a
+// table.
 //
 //   network closure(u, ux) { host weights 120 }       # in the model, in place of layers
 //   sim.supply("closure", {value, vector_jacobian});
@@ -10,9 +11,10 @@
 
 namespace dpde {
 
-/// All arrays are dense and of doubles: the interior cells of the grid, channel after channel, x fastest; channels as the model
-/// declares them, a vector one an axis. The results are to be set as a whole. What is thrown goes through to who runs the scene.
-/// The functions are called in the floating-point mode of programs: subnormal numbers are 0 (float_mode.h).
+/// All arrays are dense and of doubles: the interior cells of the grid, channel after channel, x fastest; channels as
+/// the model declares them, a vector one an axis. The results are to be set as a whole. What is thrown goes through to
+/// who runs the scene. The functions are called in the floating-point mode of programs: subnormal numbers are 0
+/// (float_mode.h).
 struct HostNetwork {
   using In = std::span<const double>;
   using Out = std::span<double>;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the cells of a field lie in memory. Holds for every layout made here:
 //  - cell (0, y, z) of every row starts on a 64-byte boundary when the allocation does;
-//  - at least max(halo, one line of 64 bytes) elements lie before and after the cells of a row, and one line more before
+//  - at least max(halo, one line of 64 bytes) elements lie before and after the cells of a row, and one line more
+//  before
 //    the first and after the last row: kernels read whole lines, wherever a row begins;
 //  - the strides of y and z are multiples of 64 bytes and no multiples of 4 KiB (stores and loads do not collide).
 #pragma once
@@ -16,8 +17,8 @@ namespace dpde {
 
 /// Layout of a grid of `cells` (x, y, z order, 1 to 3 entries >= 1) with `halo` cells on each side (entries beyond the
 /// rank are not looked at), of values that are `real` (DPDE_F64, DPDE_F32).
-/// @throws Error(input) for a rank that is not 1..3, cells < 1, halo < 0, and in single precision for more than 2^24 cells
-/// along an axis (their centres would not be different numbers); Error(machine) for more bytes than addressable.
+/// @throws Error(input) for a rank that is not 1..3, cells < 1, halo < 0, and in single precision for more than 2^24
+/// cells along an axis (their centres would not be different numbers); Error(machine) for more bytes than addressable.
 dpde_layout make_layout(std::span<const int64_t> cells, const std::array<int64_t, 3>& halo, int32_t real = DPDE_F64);
 
 /// Bytes of one value.

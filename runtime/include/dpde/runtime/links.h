@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a value of a program became in its tangent or adjoint: see dpde_link. Nothing here looks at the letters of a name.
+// What a value of a program became in its tangent or adjoint: see dpde_link. Nothing here looks at the letters of a
+// name.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +38,9 @@ inline bool is_seed_of_field(const dpde_program& adjoint, const dpde_link& link)
 inline std::string_view rate_in(const dpde_program& tangent, int kind, std::string_view primal) {
   const int derived = find_derived(tangent, kind, primal);
   if (derived < 0) return "";
-  return kind == DPDE_LINK_FIELD ? tangent.fields[derived] : kind == DPDE_LINK_PARAM ? tangent.params[derived] : tangent.sums[derived];
+  return kind == DPDE_LINK_FIELD   ? tangent.fields[derived]
+         : kind == DPDE_LINK_PARAM ? tangent.params[derived]
+                                   : tangent.sums[derived];
 }
 
 }  // namespace dpde

@@ -47,8 +47,8 @@ class NetcdfReader {
   };
 
   /// `name` stands for the file in messages.
-  /// @throws Error(input) when the bytes are no such file, or one of dpde that was changed since. Damage in files of others
-  /// is found by the NetCDF library, as far as it does.
+  /// @throws Error(input) when the bytes are no such file, or one of dpde that was changed since. Damage in files of
+  /// others is found by the NetCDF library, as far as it does.
   NetcdfReader(std::string bytes, std::string name);
   ~NetcdfReader();
   NetcdfReader(const NetcdfReader&) = delete;
@@ -58,8 +58,8 @@ class NetcdfReader {
   const std::vector<Variable>& variables() const { return variables_; }
   /// nullptr when there is none of that name.
   const Variable* find(const std::string& name) const;
-  /// All values, or those at `index` of the first dimension. scale_factor and add_offset are applied; _FillValue becomes
-  /// NaN. @throws Error(input) when the file is damaged there.
+  /// All values, or those at `index` of the first dimension. scale_factor and add_offset are applied; _FillValue
+  /// becomes NaN. @throws Error(input) when the file is damaged there.
   std::vector<double> read(const Variable& variable, std::optional<std::int64_t> index = std::nullopt) const;
   /// A text attribute of a variable, or of the file ("").
   std::optional<std::string> text(const std::string& variable, const std::string& attribute) const;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Neural networks over the cells of a grid, as network_abi.h describes them: their values, rates and adjoints.
 //
-// Values are planes with margins, one a channel; convolutions of any rank, dilation and number of groups are sums over lists of
-// places in them. Networks without neighbours run through all their layers in blocks of cells that stay in the cache.
+// Values are planes with margins, one a channel; convolutions of any rank, dilation and number of groups are sums over
+// lists of places in them. Networks without neighbours run through all their layers in blocks of cells that stay in the
+// cache.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +17,12 @@
 
 namespace dpde {
 
-/// The weights that the network begins with, doubles in the order of network_abi.h. A weight depends on the seed and on its place
-/// among the weights, on nothing else.
+/// The weights that the network begins with, doubles in the order of network_abi.h. A weight depends on the seed and on
+/// its place among the weights, on nothing else.
 std::vector<double> initial_weights(const dpde_network& network, std::uint64_t seed);
 
-/// One network on one grid with all memory it works in: what runs allocates nothing. Results do not depend on the number of
-/// threads. To be used by one thread at a time.
+/// One network on one grid with all memory it works in: what runs allocates nothing. Results do not depend on the
+/// number of threads. To be used by one thread at a time.
 class Network {
  public:
   /// Weights are 0 until they are set. The network may go away.
@@ -36,23 +37,25 @@ class Network {
   /// What a network that the host computes runs from now on; it must stay.
   void set_host(const dpde_host_network* host);
 
-  // Fields: pointers to cell (0, 0, 0) of memory with the layout, of doubles or floats by layout.real. Interior cells only are read
-  // and written. Inputs and outputs may be the same fields.
+  // Fields: pointers to cell (0, 0, 0) of memory with the layout, of doubles or floats by layout.real. Interior cells
+  // only are read and written. Inputs and outputs may be the same fields.
 
   void value(void* const* inputs, void* const* outputs);
 
   /// Rates of the outputs for those of the inputs and of the weights; null ones are 0.
   void tangent(void* const* inputs, void* const* input_rates, const double* weight_rates, void* const* output_rates);
 
-  /// Adjoints of the inputs and weights from those of the outputs (`seeds`; null ones are 0). Null `input_bars`, and null ones among
-  /// them, are not wanted; what is there is replaced. `weight_bars`, unless null, are added to. Runs forward by itself where no tape tells.
+  /// Adjoints of the inputs and weights from those of the outputs (`seeds`; null ones are 0). Null `input_bars`, and
+  /// null ones among them, are not wanted; what is there is replaced. `weight_bars`, unless null, are added to. Runs
+  /// forward by itself where no tape tells.
   void adjoint(void* const* inputs, void* const* seeds, void* const* input_bars, double* weight_bars);
 
   /// Of memory.
   std::int64_t bytes() const;
 
-  /// What value() computes on the way for the adjoint() of another object of the same network, grid and weights: one keeps it while
-  /// the tapes are recording, the other one looks there before it runs forward. Results are the same to the last bit.
+  /// What value() computes on the way for the adjoint() of another object of the same network, grid and weights: one
+  /// keeps it while the tapes are recording, the other one looks there before it runs forward. Results are the same to
+  /// the last bit.
   void write_tapes(std::shared_ptr<Tapes> tapes);
   void read_tapes(std::shared_ptr<Tapes> tapes);
   /// Of one run; 0 where computing it again costs no more than keeping it.

@@ -15,7 +15,8 @@ namespace dpde {
 using Objective = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd& gradient)>;
 
 /// Sets product (already of the size of x) to the Hessian at x, or what stands for it, times v.
-using HessianProduct = std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& product)>;
+using HessianProduct =
+    std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& product)>;
 
 /// low <= x <= high in every component; empty vectors: no bounds.
 struct Bounds {
@@ -38,13 +39,13 @@ struct Iteration {
 using IterationObserver = std::function<bool(const Iteration&)>;
 
 struct OptimiseResult {
-  Eigen::VectorXd x;          // after the last update; the best seen when the reason is not_finite
-  double loss = 0;            // at x
-  std::vector<double> losses; // entry k: the loss before update k; one entry more than updates were made
+  Eigen::VectorXd x;           // after the last update; the best seen when the reason is not_finite
+  double loss = 0;             // at x
+  std::vector<double> losses;  // entry k: the loss before update k; one entry more than updates were made
   StopReason reason = StopReason::iterations;
-  int iterations = 0;         // updates made
-  int evaluations = 0;        // calls of the objective
-  int hessian_products = 0;   // calls of the Hessian's product (Newton)
+  int iterations = 0;        // updates made
+  int evaluations = 0;       // calls of the objective
+  int hessian_products = 0;  // calls of the Hessian's product (Newton)
 };
 
 struct GradientDescent {
@@ -61,19 +62,22 @@ struct NewtonCg {
   int inner_iterations = 100;  // at most so many products an iteration
 };
 
-/// Makes up to `iterations` updates from x, each projected onto the bounds. Stops when the gradient's norm is <= gradient_tolerance.
+/// Makes up to `iterations` updates from x, each projected onto the bounds. Stops when the gradient's norm is <=
+/// gradient_tolerance.
 OptimiseResult minimise(const GradientDescent& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+                        const IterationObserver& observer = {}, double gradient_tolerance = 0,
+                        const Bounds& bounds = {});
 OptimiseResult minimise(const Adam& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+                        const IterationObserver& observer = {}, double gradient_tolerance = 0,
+                        const Bounds& bounds = {});
 /// Limited-memory BFGS with a strong-Wolfe line search; a loss that is not finite during the search shortens the step.
-/// With bounds: on the components that are free, along the projected path, shorter until the loss has fallen enough (Armijo) and
-/// longer while it falls as steeply as at the start.
-/// Stops with no_progress where changes of the loss are rounding: below 4 units of its last place, or below (16 units)^2 of
-/// the first loss (what residuals of the first one's size leave of a sum of squares), not what the slopes say, and the
-/// gradient no longer halves.
+/// With bounds: on the components that are free, along the projected path, shorter until the loss has fallen enough
+/// (Armijo) and longer while it falls as steeply as at the start. Stops with no_progress where changes of the loss are
+/// rounding: below 4 units of its last place, or below (16 units)^2 of the first loss (what residuals of the first
+/// one's size leave of a sum of squares), not what the slopes say, and the gradient no longer halves.
 OptimiseResult minimise(const Lbfgs& method, const Objective& objective, Eigen::VectorXd x, int iterations,
-                        const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+                        const IterationObserver& observer = {}, double gradient_tolerance = 0,
+                        const Bounds& bounds = {});
 
 /// All that the next iteration of L-BFGS depends on: what is kept goes on as if it had never stopped.
 struct LbfgsState {
@@ -85,12 +89,15 @@ struct LbfgsState {
   double loss = 0;
   std::deque<Pair> pairs;
 };
-/// Makes one iteration from a state whose loss and gradient are those at x. False when no step lowers the loss; x is then what it was.
+/// Makes one iteration from a state whose loss and gradient are those at x. False when no step lowers the loss; x is
+/// then what it was.
 bool iterate(const Lbfgs& method, LbfgsState& state, const Objective& objective, const Bounds& bounds = {});
 
-/// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The Hessian need not be positive.
-OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
-                        int iterations, const IterationObserver& observer = {}, double gradient_tolerance = 0, const Bounds& bounds = {});
+/// Newton's method, each step by conjugate gradients on the free components within a trust region (Steihaug). The
+/// Hessian need not be positive.
+OptimiseResult minimise(const NewtonCg& method, const Objective& objective, const HessianProduct& hessian,
+                        Eigen::VectorXd x, int iterations, const IterationObserver& observer = {},
+                        double gradient_tolerance = 0, const Bounds& bounds = {});
 
 /// One of them, as a task names it.
 struct Method {
@@ -98,7 +105,8 @@ struct Method {
   double rate = 0;  // of gradient_descent and adam
 };
 /// `hessian` is asked by newton_cg alone.
-OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian, Eigen::VectorXd x,
-                        int iterations, const IterationObserver& observer = {}, const Bounds& bounds = {});
+OptimiseResult minimise(const Method& method, const Objective& objective, const HessianProduct& hessian,
+                        Eigen::VectorXd x, int iterations, const IterationObserver& observer = {},
+                        const Bounds& bounds = {});
 
 }  // namespace dpde

@@ -34,11 +34,11 @@ struct OptimiserProgress {
 using OptimiserCallback = std::function<bool(const OptimiserProgress&)>;
 
 enum class StopReason {
-  iterations,       // all wanted updates were made
-  gradient_zero,    // the gradient's norm is below the tolerance
-  no_progress,      // L-BFGS, Newton: no step along the direction lowers the loss any more, or what changes is rounding
-  not_finite,       // the loss or the gradient is not a finite number
-  observer,         // the observer said so
+  iterations,     // all wanted updates were made
+  gradient_zero,  // the gradient's norm is below the tolerance
+  no_progress,    // L-BFGS, Newton: no step along the direction lowers the loss any more, or what changes is rounding
+  not_finite,     // the loss or the gradient is not a finite number
+  observer,       // the observer said so
 };
 std::string describe(StopReason reason);
 

@@ -3,18 +3,22 @@
 //
 //  - State k is the state after k steps, at the time t0 + k * dt; state 0 is initial().
 //  - loss = sum over terms and their steps k of weight * (sum `loss` of the term's program at state k).
-//  - The gradient is the exact adjoint of the loop; it is bit-identical for every number of checkpoint slots and threads.
+//  - The gradient is the exact adjoint of the loop; it is bit-identical for every number of checkpoint slots and
+//  threads.
 //    Where the adjoints of several steps are done in one pass (block_steps), states are stored between blocks only.
-//  - In single precision states and their adjoints are floats; what is added up over steps (losses, gradients of parameters
+//  - In single precision states and their adjoints are floats; what is added up over steps (losses, gradients of
+//  parameters
 //    and of sought fields) is added up in doubles.
-//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field, but for the
+//  - All memory is allocated in the constructor; run(), loss() and gradient() allocate nothing of the size of a field,
+//  but for the
 //    states between the parts of steps that a Courant number splits: those once, when they are first needed.
 //
-// The step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds of u_next and swaps these with the
-// adjoint of u; a loss adjoint reads the seed of the loss (see LossTerm::sum), a parameter, and keeps the adjoint of u. Sums of both
-// are the gradient with respect to parameters. Which is which say the adjoints' links (dpde/runtime/links.h), no names. Parameters `t`
-// (time at the start of the step, or of the loss's state) are set by the rollout; all others by the caller. A field of the caller that
-// is `sought` has its gradient kept by those adjoints that depend on it; the rollout adds up what all steps and losses contribute.
+// The step program swaps (u, u_next); its adjoint reads u (when it needs it) and the seeds of u_next and swaps these
+// with the adjoint of u; a loss adjoint reads the seed of the loss (see LossTerm::sum), a parameter, and keeps the
+// adjoint of u. Sums of both are the gradient with respect to parameters. Which is which say the adjoints' links
+// (dpde/runtime/links.h), no names. Parameters `t` (time at the start of the step, or of the loss's state) are set by
+// the rollout; all others by the caller. A field of the caller that is `sought` has its gradient kept by those adjoints
+// that depend on it; the rollout adds up what all steps and losses contribute.
 #pragma once
 
 #include <algorithm>
@@ -42,8 +46,8 @@ struct BoundField {
   std::string name;
   void* base = nullptr;
 };
-/// A field of the caller that is another one in each interval: at[n / every] in step n and in losses at state n, the last one
-/// beyond. It is among RolloutSetup::fields too.
+/// A field of the caller that is another one in each interval: at[n / every] in step n and in losses at state n, the
+/// last one beyond. It is among RolloutSetup::fields too.
 struct ControlField {
   std::string name;
   int every = 1;
@@ -57,12 +61,12 @@ struct BoundParam {
 struct BoundWeights {
   std::string network;
   const double* values = nullptr;
-  const double* rates = nullptr;  // null: 0
-  bool learned = false;  // gradient() computes d loss / d weights, where the adjoints have it
+  const double* rates = nullptr;            // null: 0
+  bool learned = false;                     // gradient() computes d loss / d weights, where the adjoints have it
   const dpde_host_network* host = nullptr;  // of a network that the host computes
 };
-/// An input of a loss program that is neither state nor one of RolloutSetup::fields: one pointer for all steps, or one for
-/// each entry of at_steps.
+/// An input of a loss program that is neither state nor one of RolloutSetup::fields: one pointer for all steps, or one
+/// for each entry of at_steps.
 struct LossData {
   std::string name;
   std::vector<void*> at;
@@ -73,7 +77,7 @@ struct LossTerm {
   std::vector<int> at_steps;              // strictly increasing, 0 .. steps
   double weight = 1;
   std::vector<LossData> data;
-  std::string sum = "loss";               // the sum that counts
+  std::string sum = "loss";  // the sum that counts
 };
 
 /// Which of `count` intervals of `every` steps step n, or the state after n steps, lies in; the last one beyond.
@@ -94,23 +98,25 @@ struct RolloutSetup {
   std::vector<BoundWeights> weights;
   std::vector<std::string> sought;  // names among `fields`: gradient() computes d loss / d field for them
   std::vector<LossTerm> losses;
-  /// Not null: steps limited by a Courant number. The program keeps a field `courant_rate`, speed over spacing added up over the axes;
-  /// with r its largest value at the state a step begins with, that step is done as ceil(dt*r/courant) equal ones. States, losses
-  /// and controls are those of whole steps. The number of parts has no derivative: it is constant but at jumps.
+  /// Not null: steps limited by a Courant number. The program keeps a field `courant_rate`, speed over spacing added up
+  /// over the axes; with r its largest value at the state a step begins with, that step is done as ceil(dt*r/courant)
+  /// equal ones. States, losses and controls are those of whole steps. The number of parts has no derivative: it is
+  /// constant but at jumps.
   const dpde_program* rate = nullptr;
   double courant = 1;
-  /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its steps as then fit;
-  /// slots > 0 overrides it.
+  /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its
+  /// steps as then fit; slots > 0 overrides it.
   int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
   int slots = 0;
   /// Not empty: the states of gradient() lie in a file of this folder.
   std::string checkpoint_folder;
-  /// Steps of run(), loss() and gradient() done in one pass over memory (temporal blocking); 0: as many as pay, 1: one. States and
-  /// fields of gradients are the same to the last bit; gradients of parameters are added up in another order. Programs that
-  /// cannot be blocked run step by step, and so do adjoints between bounded axes.
+  /// Steps of run(), loss() and gradient() done in one pass over memory (temporal blocking); 0: as many as pay, 1: one.
+  /// States and fields of gradients are the same to the last bit; gradients of parameters are added up in another
+  /// order. Programs that cannot be blocked run step by step, and so do adjoints between bounded axes.
   int block_steps = 0;
-  /// > 0: gradient() leaves out what acts through more than so many steps. The adjoints of the states are dropped at the states cut,
-  /// 2*cut, ...; what the losses say of such a state goes on into the steps before it. The steps are then reversed one by one.
+  /// > 0: gradient() leaves out what acts through more than so many steps. The adjoints of the states are dropped at
+  /// the states cut, 2*cut, ...; what the losses say of such a state goes on into the steps before it. The steps are
+  /// then reversed one by one.
   int cut = 0;
   /// What tuning() of a rollout of the same programs, layout and threads has said; "": nothing is known.
   std::string tuning;
@@ -120,7 +126,8 @@ struct RolloutSetup {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Called with the first state, those whose number is a multiple of `every`, and the last one. `states` are base pointers, halos filled.
+/// Called with the first state, those whose number is a multiple of `every`, and the last one. `states` are base
+/// pointers, halos filled.
 struct Snapshot {
   int step;
   double t;
@@ -132,8 +139,8 @@ struct Observer {
 };
 
 struct BlowUp {
-  int step;  // number of the first state that is not finite
-  double t;  // its time
+  int step;   // number of the first state that is not finite
+  double t;   // its time
   int state;  // index of the state field, and its first bad cell
   Cell cell;
   double value;
@@ -148,30 +155,32 @@ struct RunResult {
 
 struct GradientResult {
   double loss = 0;
-  bool stopped = false;                    // nothing else is valid then
-  std::vector<FieldView> state_bars;       // d loss / d initial(i), valid until the next call
-  std::vector<FieldView> field_bars;       // d loss / d sought field, in the order of RolloutSetup::sought, of a control field one an interval: always doubles
-  std::vector<double> param_bars;          // in the order of param_bar_names()
+  bool stopped = false;               // nothing else is valid then
+  std::vector<FieldView> state_bars;  // d loss / d initial(i), valid until the next call
+  std::vector<FieldView> field_bars;  // d loss / d sought field, in the order of RolloutSetup::sought, of a control
+                                      // field one an interval: always doubles
+  std::vector<double> param_bars;     // in the order of param_bar_names()
   std::vector<std::vector<double>> control_bars;  // in that order: of a control one an interval, else none
-  int stored_states = 0;                   // checkpoints held beside the initial state
-  int64_t recomputed_steps = 0;            // forward steps beyond the first pass
-  int64_t checkpoint_bytes = 0;            // of the states allocated for gradient(), working states included
-  int64_t tape_bytes = 0;                  // of what networks computed, kept for their adjoints
-  int64_t tapes_used = 0;                  // runs of networks that their adjoints did not make again
+  int stored_states = 0;                          // checkpoints held beside the initial state
+  int64_t recomputed_steps = 0;                   // forward steps beyond the first pass
+  int64_t checkpoint_bytes = 0;                   // of the states allocated for gradient(), working states included
+  int64_t tape_bytes = 0;                         // of what networks computed, kept for their adjoints
+  int64_t tapes_used = 0;                         // runs of networks that their adjoints did not make again
   double forward_seconds = 0, total_seconds = 0;
 };
 
 /// What gradient() will store, as in GradientResult, and what it makes again.
 struct GradientPlan {
-  bool stores_states = false;   // false: the way back reads no state but the last
-  int block_steps = 1;          // whose adjoints are done in one pass
+  bool stores_states = false;  // false: the way back reads no state but the last
+  int block_steps = 1;         // whose adjoints are done in one pass
   int stored_states = 0;
   int64_t recomputed_steps = 0, checkpoint_bytes = 0;
-  int64_t tape_bytes = 0;       // of what networks compute, beside that
-  int64_t field_bytes = 0;      // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints and what networks work in among them
+  int64_t tape_bytes = 0;   // of what networks compute, beside that
+  int64_t field_bytes = 0;  // of all states, adjoints and temporaries that a rollout holds in memory, checkpoints and
+                            // what networks work in among them
 };
-/// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be bound, and
-/// nothing of the size of a field is allocated.
+/// The plan of a rollout of `setup`, made as the rollout makes it. Fields, parameters, weights and data need not be
+/// bound, and nothing of the size of a field is allocated.
 GradientPlan plan_gradient(RolloutSetup setup);
 
 class Rollout {
@@ -184,14 +193,15 @@ class Rollout {
   Rollout(Rollout&&) noexcept;
   Rollout& operator=(Rollout&&) noexcept;
 
-  /// Which ways to sweep over large fields were found fastest here, for other rollouts of the same programs, layout and threads;
-  /// results do not depend on it.
+  /// Which ways to sweep over large fields were found fastest here, for other rollouts of the same programs, layout and
+  /// threads; results do not depend on it.
   std::string tuning() const;
 
   int state_count() const;
   /// Steps that run() and loss() do in one pass over memory; 1 where nothing is blocked.
   int block_steps() const;
-  /// Steps whose adjoints gradient() does in one pass, making the states between them again; 1 where nothing is blocked.
+  /// Steps whose adjoints gradient() does in one pass, making the states between them again; 1 where nothing is
+  /// blocked.
   int gradient_block_steps() const;
   const std::string& state_name(int state) const;
   /// -1 when there is no such state.
@@ -209,19 +219,20 @@ class Rollout {
   /// @throws Error(input) for every < 1 or no values.
   void set_control(std::string_view name, int every, std::span<const double> values);
 
-  /// Takes over what the caller has changed in the weights of networks, for advance(); run(), loss(), gradient() and restart() do it anyway.
+  /// Takes over what the caller has changed in the weights of networks, for advance(); run(), loss(), gradient() and
+  /// restart() do it anyway.
   void update_weights();
 
-  /// Forward from initial(); keeps the last state. Looks for values that are not finite at intervals and, when there are
-  /// some, runs again from the last good state to find the first. Losses are not evaluated. initial() may hold the state
-  /// after `first` steps, to go on from there to the same end.
+  /// Forward from initial(); keeps the last state. Looks for values that are not finite at intervals and, when there
+  /// are some, runs again from the last good state to find the first. Losses are not evaluated. initial() may hold the
+  /// state after `first` steps, to go on from there to the same end.
   RunResult run(const Observer& observer = {}, int first = 0);
   /// Base pointers of the states where the last run() ended, halos filled; valid until the next call.
   const std::vector<void*>& final_states() const;
 
   /// Stepping by hand: restart() makes a copy of initial() the present state and advance() goes on from it, beyond the
-  /// setup's steps too; no losses, no look for values that are not finite. In between the caller may change the interior of
-  /// present(). run(), loss() and gradient() lose the present state: restart() again.
+  /// setup's steps too; no losses, no look for values that are not finite. In between the caller may change the
+  /// interior of present(). run(), loss() and gradient() lose the present state: restart() again.
   void restart();
   RunResult advance(int steps);
   const std::vector<void*>& present() const;
@@ -238,7 +249,8 @@ class Rollout {
   FieldView bar_of(std::string_view field) const;
   /// The interior of that; of a control field those of all intervals, one after the other.
   void copy_field_bar(std::string_view field, std::span<double> to) const;
-  /// Of a parameter, of a control for each interval, or of the weights of a network; zeros where the loss does not depend on it.
+  /// Of a parameter, of a control for each interval, or of the weights of a network; zeros where the loss does not
+  /// depend on it.
   void copy_param_bar(std::string_view param, std::span<double> to) const;
   /// Parameters whose gradient the adjoint programs compute.
   const std::vector<std::string>& param_bar_names() const;

@@ -12,7 +12,8 @@
 //   sim.optimise();                            // as the task says; then sim.value_of("nu")[0]
 //
 //  - loss() and gradient() start from the initial state: the scene's, or the `from` of the task's unknowns, or what
-//    set_initial() gave. They leave the state reached by stepping as it is. reset() makes the initial state the present one.
+//    set_initial() gave. They leave the state reached by stepping as it is. reset() makes the initial state the present
+//    one.
 //  - Formulas of initial states and coefficients are evaluated again after set(), except where the host gave values.
 //    Numbers that the .dpde file computed from parameters (extents, cells, other parameters) stay.
 //  - The vector of unknowns holds those of unknowns() one after the other.
@@ -43,8 +44,8 @@ struct SimulationOptions {
   /// For the stored states of gradient(); what does not fit is computed again (checkpoints). slots > 0 overrides it.
   std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
   int slots = 0;
-  /// > 0: gradient() leaves out what acts through more than so many steps (RolloutSetup::cut); 1: nothing acts through the solver's
-  /// steps. It is then not the derivative of loss(). hessian_vector() knows nothing of it.
+  /// > 0: gradient() leaves out what acts through more than so many steps (RolloutSetup::cut); 1: nothing acts through
+  /// the solver's steps. It is then not the derivative of loss(). hessian_vector() knows nothing of it.
   int cut = 0;
   /// Looked at before each step: when it becomes true, step() and run() return false, loss() and gradient() NaN.
   const std::atomic<bool>* stop = nullptr;
@@ -52,7 +53,8 @@ struct SimulationOptions {
   GradientSeconds* seconds = nullptr;
 };
 
-/// The Hessian of the loss, or what Gauss and Newton put in its place: without the curvature of the model, never negative.
+/// The Hessian of the loss, or what Gauss and Newton put in its place: without the curvature of the model, never
+/// negative.
 enum class Curvature { full, gauss_newton };
 
 /// What an optimiser did. The unknowns of the simulation have the values it found.
@@ -67,7 +69,8 @@ class Simulation {
  public:
   /// The scene's data and programs must stay; `keep` is held as long (the code of a scene compiled in memory).
   /// @throws Error(input) for cells that do not fit, Error(machine) when memory runs out.
-  explicit Simulation(const dpde_scene& scene, const SimulationOptions& options = {}, std::shared_ptr<const void> keep = nullptr);
+  explicit Simulation(const dpde_scene& scene, const SimulationOptions& options = {},
+                      std::shared_ptr<const void> keep = nullptr);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -88,8 +91,9 @@ class Simulation {
   void set_weights(std::string_view network, Values values);
   std::vector<double> weights(std::string_view network) const;
   std::vector<std::string> networks() const;
-  /// What a network computes that says `host` in place of layers; to be given before anything runs. Its vector-Jacobian product is
-  /// compared with differences of its value when it is used first. @throws Error(input) for a network with layers.
+  /// What a network computes that says `host` in place of layers; to be given before anything runs. Its vector-Jacobian
+  /// product is compared with differences of its value when it is used first. @throws Error(input) for a network with
+  /// layers.
   void supply(std::string_view network, HostNetwork functions);
   /// One value for each interval of time; of a control field one field, as set_field does.
   void set_control(std::string_view name, Values values);
@@ -112,19 +116,20 @@ class Simulation {
   double time_step() const;
   int steps_done() const;
   void reset();
-  /// False when stopped. @throws NotFinite when a state is no longer finite (looked at every 64 steps, by run and by state).
+  /// False when stopped. @throws NotFinite when a state is no longer finite (looked at every 64 steps, by run and by
+  /// state).
   bool step(int count = 1);
   /// To the first step that ends at `time` or later; to the end of the scene.
   bool run_to(double time, const ProgressCallback& progress = {}, int every = 64);
   bool run(const ProgressCallback& progress = {}, int every = 64);
 
-  // With a task only. @throws NotFinite where the run blows up: which state, after which step, in which cell; and where a
-  // loss, a gradient or a product is not finite though all states are.
+  // With a task only. @throws NotFinite where the run blows up: which state, after which step, in which cell; and where
+  // a loss, a gradient or a product is not finite though all states are.
   double loss();
   /// The loss; its gradient with respect to each unknown is kept.
   double gradient();
-  /// Of the last gradient(), valid until the next: size() values for an initial state or coefficient and for each interval of a control field, one
-  /// for a parameter, one an interval for a control.
+  /// Of the last gradient(), valid until the next: size() values for an initial state or coefficient and for each
+  /// interval of a control field, one for a parameter, one an interval for a control.
   std::span<const double> gradient_of(std::string_view unknown) const;
   /// The same of all unknowns, one after the other.
   std::span<const double> gradient_vector() const;
@@ -134,17 +139,19 @@ class Simulation {
   void set_unknowns(Values values);
 
   /// Second derivatives of the loss at the present values of the unknowns, times a vector; not a number when stopped.
-  /// @throws Error(input) when the scene was compiled without them (HostOptions::second_order, dpde build --second-order),
-  /// when it has none, and for gauss_newton when a loss is not a sum of squares.
+  /// @throws Error(input) when the scene was compiled without them (HostOptions::second_order, dpde build
+  /// --second-order), when it has none, and for gauss_newton when a loss is not a sum of squares.
   std::vector<double> hessian_vector(Values direction, Curvature curvature = Curvature::full);
   void hessian_vector(Values direction, Target product, Curvature curvature = Curvature::full);
 
-  /// The task's own optimiser within its bounds, from the present values of the unknowns. iterations > 0 overrides the task's.
-  /// Stopped, by `progress` or whatever stops gradients, it leaves the unknowns as they were after the last update.
+  /// The task's own optimiser within its bounds, from the present values of the unknowns. iterations > 0 overrides the
+  /// task's. Stopped, by `progress` or whatever stops gradients, it leaves the unknowns as they were after the last
+  /// update.
   Optimised optimise(const OptimiserCallback& progress = {}, int iterations = 0);
 
-  /// Calls `progress` every so many steps of each gradient and product from now on, those of optimise() too. When it returns
-  /// false, gradient() and products are not a number and optimise() ends with StopReason::observer. An empty one ends it.
+  /// Calls `progress` every so many steps of each gradient and product from now on, those of optimise() too. When it
+  /// returns false, gradient() and products are not a number and optimise() ends with StopReason::observer. An empty
+  /// one ends it.
   void watch_gradients(GradientCallback progress, int every = 64);
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What forward runs of a network computed on the way, one tape a run, for the adjoints of the same runs. A tape is found by its
-// inputs, compared to the last bit: whoever finds one has what computing it again would give, wherever the run was made. All memory
-// is there from the beginning; where it is full the tape that was taken first is given up.
+// What forward runs of a network computed on the way, one tape a run, for the adjoints of the same runs. A tape is
+// found by its inputs, compared to the last bit: whoever finds one has what computing it again would give, wherever the
+// run was made. All memory is there from the beginning; where it is full the tape that was taken first is given up.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,8 @@ class Tapes {
   /// The last one that `matches(tape)`; null: none among those taken last.
   template <class Matches>
   char* find(const Matches& matches) {
-    const auto end = taken_.rend() - taken_.rbegin() > most_looked_at ? taken_.rbegin() + most_looked_at : taken_.rend();
+    const auto end =
+        taken_.rend() - taken_.rbegin() > most_looked_at ? taken_.rbegin() + most_looked_at : taken_.rend();
     const auto found = std::find_if(taken_.rbegin(), end, matches);
     ++(found == end ? missed_ : found_);
     was_useful_ = was_useful_ || found != end;
@@ -49,7 +50,8 @@ class Tapes {
     void operator()(char* memory) const { std::free(memory); }
   };
   static constexpr int64_t most_looked_at = 64, patience = 64;
-  // Where many were looked for and none has ever been there readers compute their inputs another way than writers: no use in keeping them.
+  // Where many were looked for and none has ever been there readers compute their inputs another way than writers: no
+  // use in keeping them.
   bool was_useful_ = false, is_useless_ = false;
   int64_t bytes_, found_ = 0, missed_ = 0;
   bool records_ = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Updates by gradients that change from one to the next, as those of mini-batches do: gradient descent with momentum, and Adam,
-// with decay, clipping and a rate that falls. Deterministic: equal gradients give equal values.
+// Updates by gradients that change from one to the next, as those of mini-batches do: gradient descent with momentum,
+// and Adam, with decay, clipping and a rate that falls. Deterministic: equal gradients give equal values.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,6 +35,7 @@ struct UpdateState {
 UpdateState begin_updates(const UpdateRule& rule, const Eigen::VectorXd& x);
 
 /// Makes one update of `updates` in all, then projects onto the bounds. `gradient` is shortened where it is clipped.
-void update(const UpdateRule& rule, UpdateState& state, Eigen::VectorXd& gradient, std::int64_t updates, const Bounds& bounds = {});
+void update(const UpdateRule& rule, UpdateState& state, Eigen::VectorXd& gradient, std::int64_t updates,
+            const Bounds& bounds = {});
 
 }  // namespace dpde

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of a host as the interfaces take them: spans, vectors, arrays, Eigen vectors, matrices and maps, or a pointer and
-// a count. Always the interior values of a field, contiguous, x fastest: value (x, y, z) is number x + nx*(y + ny*z). An
-// Eigen matrix is taken as it lies in memory: an ArrayXXd of nx rows and ny columns fits, so does a row-major (ny, nx).
+// Arrays of a host as the interfaces take them: spans, vectors, arrays, Eigen vectors, matrices and maps, or a pointer
+// and a count. Always the interior values of a field, contiguous, x fastest: value (x, y, z) is number x + nx*(y +
+// ny*z). An Eigen matrix is taken as it lies in memory: an ArrayXXd of nx rows and ny columns fits, so does a row-major
+// (ny, nx).
 #pragma once
 
 #include <concepts>
@@ -21,7 +22,12 @@ concept ArrayOf = requires(Array& a) {
 /// @throws Error(input) for an Eigen expression whose values do not lie one after the other.
 template <class Array>
 void require_contiguous(const Array& array) {
-  if constexpr (requires { array.innerStride(); array.outerStride(); array.innerSize(); array.outerSize(); }) {
+  if constexpr (requires {
+                  array.innerStride();
+                  array.outerStride();
+                  array.innerSize();
+                  array.outerSize();
+                }) {
     const bool rows = array.innerSize() > 1 && array.innerStride() != 1;
     if (rows || (array.outerSize() > 1 && array.outerStride() != array.innerSize())) {
       throw Error(ErrorKind::input, "the values of this Eigen expression are not contiguous; copy it to a vector");
@@ -34,8 +40,8 @@ class Values : public std::span<const double> {
  public:
   Values(const double* first, std::size_t count) : span(first, count) {}
   template <class Array>
-    requires ArrayOf<const Array, const double>
-  Values(const Array& array) : span(array.data(), static_cast<std::size_t>(array.size())) {  // NOLINT: implicit
+  requires ArrayOf<const Array, const double> Values(const Array& array)
+      : span(array.data(), static_cast<std::size_t>(array.size())) {  // NOLINT: implicit
     require_contiguous(array);
   }
 };
@@ -45,8 +51,8 @@ class Target : public std::span<double> {
  public:
   Target(double* first, std::size_t count) : span(first, count) {}
   template <class Array>
-    requires ArrayOf<std::remove_reference_t<Array>, double>
-  Target(Array&& array) : span(array.data(), static_cast<std::size_t>(array.size())) {  // NOLINT: implicit
+  requires ArrayOf < std::remove_reference_t<Array>,
+  double > Target(Array&& array) : span(array.data(), static_cast<std::size_t>(array.size())) {  // NOLINT: implicit
     require_contiguous(array);
   }
 };

@@ -28,18 +28,20 @@ std::vector<NamedArray> read_weights(const std::filesystem::path& path);
 std::vector<NamedArray> parse_weights(std::string_view bytes, const std::string& name);
 
 /// Writes doubles, or floats where `is_single`, atomically (see atomic_file.h).
-/// @throws Error(input) for another ending of the name and for shapes that do not fit, Error(machine) when the file cannot be written.
+/// @throws Error(input) for another ending of the name and for shapes that do not fit, Error(machine) when the file
+/// cannot be written.
 void write_weights(const std::filesystem::path& path, std::span<const NamedArray> arrays, bool is_single = false);
 
-/// The weights of a network as arrays called <network>.v<layer>.weight, shape (channels, channels in / groups, then `extent` an
-/// axis), and <network>.v<layer>.bias, shape (channels). Layers count from 1, as `dpde emit` prints them. Of a network
-/// that the host computes, one array <network>.weights.
+/// The weights of a network as arrays called <network>.v<layer>.weight, shape (channels, channels in / groups, then
+/// `extent` an axis), and <network>.v<layer>.bias, shape (channels). Layers count from 1, as `dpde emit` prints them.
+/// Of a network that the host computes, one array <network>.weights.
 std::vector<NamedArray> arrays_of(const dpde_network& network, std::span<const double> weights);
 
-/// The other way: every array of the network must be among `arrays`, with its shape and finite values; others of another
-/// network may be there. `file` stands for where they come from in messages. Where the arrays have one other prefix
-/// throughout (weights of a network that was called otherwise), that is taken.
+/// The other way: every array of the network must be among `arrays`, with its shape and finite values; others of
+/// another network may be there. `file` stands for where they come from in messages. Where the arrays have one other
+/// prefix throughout (weights of a network that was called otherwise), that is taken.
 /// @throws Error(input) that names the first array that does not fit, what is wanted and what is there.
-std::vector<double> weights_of(const dpde_network& network, std::span<const NamedArray> arrays, const std::string& file);
+std::vector<double> weights_of(const dpde_network& network, std::span<const NamedArray> arrays,
+                               const std::string& file);
 
 }  // namespace dpde
