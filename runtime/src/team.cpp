@@ -46,10 +46,10 @@ std::uint32_t changed(const std::atomic<std::uint32_t>& value, std::uint32_t old
 
 /// The units from `front` to `back` that nobody has begun, in the work of number `epoch`: the number is part of the
 /// word, so that a thread that comes late takes nothing of later work.
-struct Range {
+struct UnitRange {
   std::uint32_t epoch, front, back;
   std::uint64_t word() const { return std::uint64_t{epoch} << 32 | std::uint64_t{front} << 16 | back; }
-  static Range of(std::uint64_t word) {
+  static UnitRange of(std::uint64_t word) {
     return {static_cast<std::uint32_t>(word >> 32), static_cast<std::uint32_t>(word >> 16 & 0xffff),
             static_cast<std::uint32_t>(word & 0xffff)};
   }
@@ -65,7 +65,7 @@ struct alignas(64) Share {
   std::int64_t take(std::uint32_t epoch, bool is_own) {
     std::uint64_t word = range.load(std::memory_order_relaxed);
     for (;;) {
-      Range left = Range::of(word);
+      UnitRange left = UnitRange::of(word);
       if (left.epoch != epoch || left.front == left.back) return -1;
       const std::uint32_t unit = is_own ? left.front++ : --left.back;
       if (range.compare_exchange_weak(word, left.word(), std::memory_order_acq_rel, std::memory_order_relaxed))
@@ -169,7 +169,7 @@ void Team::Crew::deal(std::int64_t units) {
   const auto threads = static_cast<std::int64_t>(shares_.size());
   for (std::int64_t t = 0; t < threads; ++t) {
     const std::int64_t count = units * (t + 1) / threads - units * t / threads;
-    shares_[static_cast<std::size_t>(t)].range.store(Range{epoch, 0, static_cast<std::uint32_t>(count)}.word(),
+    shares_[static_cast<std::size_t>(t)].range.store(UnitRange{epoch, 0, static_cast<std::uint32_t>(count)}.word(),
                                                      std::memory_order_relaxed);
   }
   epoch_.store(epoch, std::memory_order_release);

@@ -45,6 +45,13 @@ TEST(IdleWalls, AWarningWhereNothingIsLost) {
   EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", "2"), "s"), "W0502 2");
   EXPECT_EQ(told(channel("x = 0", "x = zero_gradient", "", "", "sin(pi*x)*A"), "s"), "W0502 0");
   EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "2 + x^2"), "s"), "W0502 2; W0502 3");
+  // what an unknown makes of it cannot be told, nor what a task begins with
+  for (const std::string begin : {"if(x > A - 10, 2, 3)", "max(2, 3*A)"}) {
+    EXPECT_EQ(told(channel("x = 2", "x = zero_gradient", "", "", begin), "t"), "W0502 2") << begin;
+  }
+  std::string sought = channel("x = 2", "x = zero_gradient");
+  sought.replace(sought.find("unknown A"), 9, "unknown initial eta from 2");
+  EXPECT_EQ(told(sought, "t"), "W0502 2");
 }
 
 /// It begins with something else, or the condition is none of its value: what is written would not happen.

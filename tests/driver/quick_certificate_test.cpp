@@ -118,7 +118,12 @@ TEST_F(QuickCertificates, MayTakeATenthOfTheCompilationOfCodeFromTheCacheToo) {
   const auto first = compile();
   EXPECT_FALSE(first->code_from_cache);
   first->seconds = 1e3;
-  EXPECT_FALSE(driver::certify_quickly(source, first, Certifying::never, sink).has_value());
+  for (const Certifying how : {Certifying::never, Certifying::always}) {
+    cache->entries.erase(first->code_key + "\nseconds\n");
+    driver::certify_quickly(source, first, how, sink);
+    EXPECT_TRUE(cache->entries.contains(first->code_key + "\nseconds\n"));
+  }
+  for (std::string* certificate : kept()) *certificate = "none";
   const auto second = compile();
   EXPECT_TRUE(second->code_from_cache);
   second->seconds = 0;

@@ -6,6 +6,7 @@
 #include "driver/inverse.h"
 #include "driver/session.h"
 #include "driver_support.h"
+#include "stencil/print_stencil.h"
 
 namespace dpde::testing {
 namespace {
@@ -96,16 +97,19 @@ TEST(Ties, GradientsBetweenWallsAreThoseOfRuns) {
   }
 }
 
-/// What is compared is worth storing once for all displacements: a stored one is rounded otherwise than one that is
-/// not.
-TEST(Ties, WhatIsComparedIsNotStoredForOneSideAlone) {
-  const std::string text =
-      R"(operator wide(q, s) order 0 = if(s > s[+1], 0.1*q[+1], 0) + if(s > s[-1], 0.2*q[-1], 0) + if(s > s[+2], 0.3*q[+2], 0) + if(s > s[-2], 0.15*q[-2], 0) + if(s > s[+3], 0.25*q[+3], 0) + if(s > s[-3], 0.35*q[-3], 0)
+/// s, which is compared between all neighbours, and a factor of what is then added.
+std::string wide(const std::string& factor) {
+  std::string sum;
+  for (const std::string offset : {"+1", "-1", "+2", "-2", "+3", "-3"}) {
+    sum += " + if(s > s[" + offset + "], 0.1*f*q[" + offset + "], 0)";
+  }
+  return "operator wide(q, s, f) order 0 = 0" + sum + R"(
 model m {
   field u
   coefficient c
   let s = sqrt(c/(1 + c^2)) + exp(-1.3*c)*c + c^3/(3 + c)
-  dt(u) = wide(u, s) - u
+  dt(u) = wide(u, s, )" +
+         factor + R"() - u
 }
 scheme plain { time = euler }
 scene w : m with plain {
@@ -117,14 +121,32 @@ scene w : m with plain {
 }
 task t : w { unknown initial u; minimise integral(u^3) at t = 0.5 }
 )";
+}
+
+/// What is compared is worth storing once for all displacements: a stored one is rounded otherwise than one that is
+/// not.
+TEST(Ties, WhatIsComparedIsNotStoredForOneSideAlone) {
   for (const Backend backend : {Backend::jit, Backend::cpp}) {
     SCOPED_TRACE(backend == Backend::jit ? "jit" : "cpp");
     for (const std::string cells : {"5", "8", "16"}) {
       SCOPED_TRACE(cells);
-      std::string other = text;
-      expect_right(other.replace(other.find("cells 8"), 7, "cells " + cells), backend);
+      std::string text = wide("2");
+      expect_right(text.replace(text.find("cells 8"), 7, "cells " + cells), backend);
     }
   }
+}
+
+/// The factor is stored, with s in it; where s is compared it stays as it is written.
+TEST(Ties, WhatIsComparedStaysAsItIsBesideWhatIsStored) {
+  const std::string text = wide("exp(-c)*sin(c)*cos(2*c)*tanh(c)*log(c + 2)*sin(3*c)*exp(c^2)*cosh(c)*s");
+  const SourceFile source("t.dpde", text);
+  driver::CompileOptions options;
+  options.selection.name = "t";
+  options.adjoint = true;
+  const auto scene = compiled(source, options);
+  EXPECT_NE(stencil::print(scene->stencil).find("0.1*shared_bar[+1]"), std::string::npos);
+  EXPECT_EQ(stencil::print(scene->stencil).find("> shared_bar"), std::string::npos);
+  for (const Backend backend : {Backend::jit, Backend::cpp}) expect_right(text, backend);
 }
 
 TEST(Ties, EmittedCppChoosesAsTheInterpreter) { expect_right(tube("euler", "max", "initial r"), Backend::cpp); }

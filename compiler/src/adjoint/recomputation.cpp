@@ -16,13 +16,8 @@ namespace {
 
 /// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
 bool refills(const Program& program, size_t index, const Fill& fill) {
-  const Program before{program.name,
-                       program.axes,
-                       {program.body.begin(), program.body.begin() + static_cast<std::ptrdiff_t>(index)},
-                       {},
-                       {}};
   bool result = false;
-  for_each_fill(before, [&](const Fill& other) {
+  for_each_fill(std::span(program.body).first(index), [&](const Fill& other) {
     if (other.field == fill.field) result = other != fill || !wall_fields(fill.axes).empty();
   });
   return result;

@@ -304,7 +304,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   Eigen::VectorXd gradient(inverse->size());
   certificate.start_is_finite =
       std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
-  certificate.kinks = kinks_at_start(*inverse, random);
+  if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   const auto hessian = SecondOrder::open(*session, *inverse, Curvature::full);

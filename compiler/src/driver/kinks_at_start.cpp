@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "driver/taylor.h"
 
@@ -29,19 +30,25 @@ bool has_kink(const std::vector<Quotient>& quotients, Quotient& at) {
 
 std::vector<KinkAtStart> kinks_at_start(Inverse& inverse, std::mt19937_64& random) {
   const Eigen::VectorXd start = inverse.start();
-  Eigen::VectorXd gradient(inverse.size());
+  Eigen::VectorXd gradient(inverse.size()), all(inverse.size());
   if (!std::isfinite(inverse.value_and_gradient(start, gradient))) return {};
+  std::uniform_real_distribution<double> part_of_one(0.5, 1.5);
+  for (double& one : all) one = part_of_one(random);
   std::vector<double> steps;
   for (int k = 0; k < 12; ++k) steps.push_back(1e-2 * std::exp2(-2 * k));
-  std::uniform_real_distribution<double> part_of_one(0.5, 1.5);
-  std::vector<KinkAtStart> found;
-  for (const Inverse::Part& part : inverse.parts()) {
-    Eigen::VectorXd direction = Eigen::VectorXd::Zero(inverse.size());
-    for (std::ptrdiff_t i = 0; i < part.size; ++i) direction[part.offset + i] = part_of_one(random);
+  const auto look = [&](const Eigen::VectorXd& direction) -> std::optional<Quotient> {
     const Line along = [&](double step) { return inverse.value(start + step * direction); };
     Quotient at{};
-    if (!has_kink(quotients_of(along, steps, rounding_of(along, 1e-8, 0x1p-52)), at)) continue;
-    found.push_back({part.name, at.ahead, at.behind, gradient.dot(direction)});
+    const bool found = has_kink(quotients_of(along, steps, rounding_of(along, 1e-8, 0x1p-52)), at);
+    return found ? std::optional(at) : std::nullopt;
+  };
+  std::vector<KinkAtStart> found;
+  if (!look(all)) return found;
+  for (const Inverse::Part& part : inverse.parts()) {
+    Eigen::VectorXd direction = Eigen::VectorXd::Zero(inverse.size());
+    direction.segment(part.offset, part.size) = all.segment(part.offset, part.size);
+    const std::optional<Quotient> at = look(direction);
+    if (at) found.push_back({part.name, at->ahead, at->behind, gradient.dot(direction)});
   }
   return found;
 }

@@ -21,6 +21,7 @@ struct KinkAtStart {
 
 /// One entry for each unknown along whose direction the slopes differ, for steps as small as rounding lets them be
 /// told.
+/// A direction in all unknowns is looked at first: where that has one slope, the others are not.
 std::vector<KinkAtStart> kinks_at_start(Inverse& inverse, std::mt19937_64& random);
 
 }  // namespace dpde::driver

@@ -31,7 +31,7 @@ class SceneWriter {
     for (const ast::Item& item : model.items) {
       if (const auto* fields = std::get_if<ast::FieldItem>(&item.kind)) {
         for (const ast::Identifier& name : fields->names) {
-          add(scene, ast::InitialItem{called(name.name), number(0), {}});
+          if (given_.insert(name.name).second) add(scene, ast::InitialItem{called(name.name), number(0), {}});
         }
       } else if (const auto* params = std::get_if<ast::ParamItem>(&item.kind)) {
         give_values(scene, params->names);
@@ -51,10 +51,13 @@ class SceneWriter {
   ast::Expr number(double value) { return ast::Expr(ast::Node{ast::Number{value, fmt::format("{}", value)}, place()}); }
   void add(ast::Scene& scene, ast::ItemKind item) { scene.items.push_back({std::move(item), place(), {}}); }
   void give_values(ast::Scene& scene, const std::vector<ast::Identifier>& names) {
-    for (const ast::Identifier& name : names) add(scene, ast::ValueItem{called(name.name), number(0.5), {}});
+    for (const ast::Identifier& name : names) {
+      if (given_.insert(name.name).second) add(scene, ast::ValueItem{called(name.name), number(0.5), {}});
+    }
   }
 
   int last_;
+  std::set<std::string> given_;  // once each: a name that stands twice is the model's mistake
 };
 
 /// What models may use of their file, found by name.

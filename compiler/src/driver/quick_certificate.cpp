@@ -115,14 +115,14 @@ bool is_single(const Compiled& compiled, const std::string& program) {
          });
 }
 
-/// Tangent against adjoint of one program, on those grids where both are finite; none where it has no tangent.
-std::vector<DotCase> cases_of(const Compiled& compiled, const std::string& name, bool single,
-                              std::vector<double>& scales) {
+/// Tangent against adjoint of one program, on those grids where both are finite; nullopt where it has no tangent.
+std::optional<std::vector<DotCase>> cases_of(const Compiled& compiled, const std::string& name, bool single,
+                                             std::vector<double>& scales) {
   const stencil::Program& program = *compiled.stencil.find_program(name);
   DiagnosticSink silent;
   const adjoint::Derivative tangent =
       adjoint::tangent(extract(compiled.stencil, {name}), name, active_inputs(compiled, name), silent);
-  if (silent.has_errors()) return {};
+  if (silent.has_errors()) return std::nullopt;
   const auto code = interpreted(tangent.module, loop::from_stencil(tangent.module, {tangent.program}, Precision::f64));
   std::mt19937_64 random(20240229);
   std::vector<DotCase> cases;
@@ -141,7 +141,8 @@ bool certify_program(const Compiled& compiled, const std::string& name, QuickCer
   const bool single = is_single(compiled, name);
   const double most = single ? largest_single_error : largest_dot_error;
   std::vector<double> scales;
-  const std::vector<DotCase> cases = cases_of(compiled, name, single, scales);
+  const std::optional<std::vector<DotCase>> found = cases_of(compiled, name, single, scales);
+  const std::vector<DotCase> cases = found.value_or(std::vector<DotCase>());
   const double least = (single ? single_rounding_of_loss : rounding_of_loss) * usual_scale(scales);
   bool is_compared = false;
   for (const DotCase& result : cases) {
@@ -160,8 +161,9 @@ bool certify_program(const Compiled& compiled, const std::string& name, QuickCer
     worst.grid = result.grid;
   }
   if (!is_compared) {
-    const char* const why = cases.empty() ? "its derivatives are not finite on a few cells"
-                                          : "its derivatives are below rounding on a few cells";
+    const char* const why = !found          ? "it has no tangent"
+                            : cases.empty() ? "its derivatives are not finite on a few cells"
+                                            : "its derivatives are below rounding on a few cells";
     worst.left_out.push_back(fmt::format("program {}: {}", name, why));
   }
   return true;
@@ -213,8 +215,8 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
                                                 const std::shared_ptr<const Compiled>& compiled, Certifying how,
                                                 DiagnosticSink& sink) {
   codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
-  const double affordable =
-      how == Certifying::always ? INFINITY : largest_share * seconds_from_nothing(*compiled, cache);
+  const double compiling = seconds_from_nothing(*compiled, cache);
+  const double affordable = how == Certifying::always ? INFINITY : largest_share * compiling;
   if (how == Certifying::never || !compiled->code) return std::nullopt;
   if (std::ranges::any_of(compiled->stencil.networks,
                           [](const network::Network& network) { return network.is_host(); })) {
@@ -242,7 +244,7 @@ std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
     return std::nullopt;
   }
   result.left_out.insert(result.left_out.end(), result.run.left_out.begin(), result.run.left_out.end());
-  if (cache != nullptr && !result.run.lacked_time) cache->store(key, text_of(result));
+  if (cache != nullptr && !result.run.lacked_time && !result.run.is_in_doubt) cache->store(key, text_of(result));
   result.seconds = seconds();
   return result;
 }

@@ -26,6 +26,7 @@ struct RunCheck {
   std::vector<std::string> left_out;  // what was not checked, and why
   std::string wrong;                  // not empty: the quotients agree on another number
   bool lacked_time = false;
+  bool is_in_doubt = false;  // they do so at one point, and no other one was finite
 };
 
 /// Takes about `seconds`, and says what it has left out for lack of time.

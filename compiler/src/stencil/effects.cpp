@@ -26,12 +26,6 @@ NameList params_of(const std::vector<AxisBoundary>& axes) {
   return params;
 }
 
-const Kernel& kernel_of(const Module& module, const std::string& name) {
-  const Kernel* kernel = module.find_kernel(name);
-  require(kernel != nullptr, "a program runs a kernel of its module");
-  return *kernel;
-}
-
 Effects of_fill(const Fill& fill) {
   Effects e{.reads = {fill.field}, .fills = {fill.field}, .params = params_of(fill.axes)};
   for (const std::string& wall : wall_fields(fill.axes)) add_new(e.reads, wall);
@@ -63,22 +57,18 @@ Effects of_run(const Kernel& kernel) {
 
 }  // namespace
 
-bool Effects::changes(const std::string& field) const {
-  return std::ranges::find(writes, field) != writes.end() || std::ranges::find(updates, field) != updates.end();
-}
-
 Effects effects(const Module& module, const Statement& statement) {
   return match(
       statement, [](const Fill& fill) { return of_fill(fill); }, [](const Fold& fold) { return of_fold(fold); },
       [](const Reduce& reduce) { return Effects{.reads = {reduce.field}, .writes = {reduce.result}}; },
       [](const Infer& infer) { return of_infer(infer); },
-      [&](const Run& run) { return of_run(kernel_of(module, run.kernel)); });
+      [&](const Run& run) { return of_run(kernel_of(module, run)); });
 }
 
 std::vector<const Kernel*> kernels_run(const Module& module, const Program& program) {
   std::vector<const Kernel*> kernels;
   for_each_run(program, [&](const Run& run) {
-    const Kernel* kernel = &kernel_of(module, run.kernel);
+    const Kernel* kernel = &kernel_of(module, run);
     if (std::ranges::find(kernels, kernel) == kernels.end()) kernels.push_back(kernel);
   });
   return kernels;

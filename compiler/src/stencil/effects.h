@@ -3,6 +3,7 @@
 // kind does not compile before each of them knows it: tests/house refuses anything that looks for one kind alone.
 #pragma once
 
+#include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -21,12 +22,11 @@ struct Effects {
   std::vector<std::string> params;   // of kernels and of boundary values
   std::vector<std::string> sums;
   std::vector<std::string> kernels, networks;  // that it runs and applies
-
-  /// Whether the field is among those it writes or adds to.
-  bool changes(const std::string& field) const;
 };
 Effects effects(const Module& module, const Statement& statement);
 
+/// That the run runs, which is in the module.
+const Kernel& kernel_of(const Module& module, const Run& run);
 /// The kernels that the program runs, each once, in order.
 std::vector<const Kernel*> kernels_run(const Module& module, const Program& program);
 
@@ -39,12 +39,16 @@ Parts parts_of(const std::vector<Program>& programs);
 
 /// `f` on each fill.
 template <class F>
-void for_each_fill(const Program& program, const F& f) {
-  for (const Statement& statement : program.body) {
+void for_each_fill(std::span<const Statement> statements, const F& f) {
+  for (const Statement& statement : statements) {
     match(
         statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
         [](const Run&) {});
   }
+}
+template <class F>
+void for_each_fill(const Program& program, const F& f) {
+  for_each_fill(std::span(program.body), f);
 }
 
 /// `f` on each run of a kernel, which it may change where the program may be changed.

@@ -152,33 +152,48 @@ bool varies(const model::Problem& problem, const model::Side& side) {
 
 using WallPlace = std::array<double, max_rank>;
 
-/// What a formula of numbers, parameters and coordinates is at a place; nullopt where more stands in it.
+/// What a formula of numbers, parameters and coordinates is at a place; nullopt where more stands in it, or it is no
+/// number.
 std::optional<double> number_at(const model::Problem& problem, const model::Expr& e, const WallPlace& place) {
-  const auto at = [&](const model::Expr& part) { return number_at(problem, part, place).value_or(NAN); };
+  const auto at = [&](const model::Expr& part) { return number_at(problem, part, place); };
   std::optional<double> value;
   if (const auto* number = std::get_if<model::Number>(&e->kind)) value = number->value;
-  if (const auto* coordinate = std::get_if<model::Coordinate>(&e->kind))
+  if (const auto* coordinate = std::get_if<model::Coordinate>(&e->kind)) {
     value = place[static_cast<std::size_t>(coordinate->axis)];
+  }
   if (const auto* param = std::get_if<model::Param>(&e->kind)) {
     const model::Parameter* known = problem.find_param(param->name);
     if (known != nullptr && !known->unknown) value = known->value;
   }
-  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) value = -at(neg->operand);
-  if (const auto* b = std::get_if<model::Binary>(&e->kind)) value = evaluate_binary(b->op, at(b->left), at(b->right));
-  if (const auto* call = std::get_if<model::Call>(&e->kind)) {
-    value =
-        evaluate_call(call->fn, at(call->arguments.front()), call->arguments.size() > 1 ? at(call->arguments[1]) : 0);
+  if (const auto* neg = std::get_if<model::Neg>(&e->kind)) {
+    if (const auto operand = at(neg->operand)) value = -*operand;
   }
-  if (const auto* select = std::get_if<model::Select>(&e->kind))
-    value = at(select->condition) != 0 ? at(select->yes) : at(select->no);
+  if (const auto* b = std::get_if<model::Binary>(&e->kind)) {
+    const auto left = at(b->left), right = at(b->right);
+    if (left && right) value = evaluate_binary(b->op, *left, *right);
+  }
+  if (const auto* call = std::get_if<model::Call>(&e->kind)) {
+    const auto first = at(call->arguments.front());
+    const auto second = call->arguments.size() > 1 ? at(call->arguments[1]) : std::optional(0.0);
+    if (first && second) value = evaluate_call(call->fn, *first, *second);
+  }
+  if (const auto* select = std::get_if<model::Select>(&e->kind)) {
+    if (const auto condition = at(select->condition)) return at(*condition != 0 ? select->yes : select->no);
+  }
   return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+bool is_sought(const model::Problem& problem, const model::State& state) {
+  return problem.task && std::ranges::any_of(problem.task->unknowns, [&](const model::Unknown& unknown) {
+           return unknown.kind == model::Unknown::Kind::initial && unknown.name == state.name;
+         });
 }
 
 /// False where the state is known to begin with something else at the wall than the condition wants there.
 bool may_begin_with(const model::Problem& problem, const model::State& state, int axis, bool is_high,
                     const model::Side& side) {
   if (side.kind != SideKind::value) return false;
-  if (!state.initial.formula) return true;
+  if (!state.initial.formula || is_sought(problem, state)) return true;
   for (const double part : {0.1, 0.5, 0.8}) {  // along the wall
     WallPlace place{};
     for (std::size_t a = 0; a < problem.axes.size(); ++a) {

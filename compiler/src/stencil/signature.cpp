@@ -91,13 +91,13 @@ void add_read_halo(std::map<std::string, Halo>& result, const Expr& e, const Hal
   }
 }
 
+}  // namespace
+
 const Kernel& kernel_of(const Module& module, const Run& run) {
   const Kernel* kernel = module.find_kernel(run.kernel);
   require(kernel != nullptr, "a program runs a kernel of its module");
   return *kernel;
 }
-
-}  // namespace
 
 const Kernel* Module::find_kernel(const std::string& name) const {
   const auto found = std::find_if(kernels.begin(), kernels.end(), [&](const Kernel& k) { return k.name == name; });
