@@ -15,6 +15,11 @@ namespace {
 
 class PeakMemory : public Command {
  protected:
+  void SetUp() override {
+    Command::SetUp();
+    if (is_sanitized) GTEST_SKIP() << "the sanitizers hold memory of their own";
+  }
+
   /// Largest resident set of `dpde <arguments>` in bytes.
   double peak(const std::vector<std::string>& arguments) const {
     std::vector<std::string> words{"dpde"};
