@@ -109,7 +109,10 @@ void plan_datum(Planner& planner, const Compiled& compiled, const model::Datum& 
     CompileOptions options = options_of_maker(compiled, datum);
     options.backend.reset();
     const std::optional<Compiled> maker = compile(source, options, silent);
-    if (maker && maker->problem) planner.note(peak_of_run(*maker) + planner.array());
+    if (!maker || !maker->problem) return;
+    // Each state is copied out on the grid of the run, and averaged on the own one.
+    const double copied = 8 * static_cast<double>(cell_count(layout_of(*maker)));
+    planner.note(peak_of_run(*maker) + copied + planner.array());
   } else if (!datum.file.empty()) {
     planner.note(count * planner.array());
   }
