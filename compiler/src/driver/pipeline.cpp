@@ -480,7 +480,7 @@ stencil::Module extract(const stencil::Module& module, const std::vector<std::st
   }
   const stencil::Parts parts = stencil::parts_of(result.programs);
   for (const stencil::Kernel& kernel : module.kernels) {
-    if (parts.has_kernel(kernel.name)) result.kernels.push_back(kernel);
+    if (parts.kernels.contains(kernel.name)) result.kernels.push_back(kernel);
   }
   for (const std::string& network : parts.networks) add_networks(result, {*module.find_network(network)});
   for (const stencil::Loop& loop : module.loops) {

@@ -74,8 +74,6 @@ std::vector<const Kernel*> kernels_run(const Module& module, const Program& prog
   return kernels;
 }
 
-bool Parts::has_kernel(const std::string& name) const { return std::ranges::find(kernels, name) != kernels.end(); }
-
 Parts parts_of(const std::vector<Program>& programs) {
   Parts parts;
   for (const Program& program : programs) {
@@ -83,7 +81,7 @@ Parts parts_of(const std::vector<Program>& programs) {
       match(
           statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
           [&](const Infer& infer) { add_new(parts.networks, infer.network); },
-          [&](const Run& run) { add_new(parts.kernels, run.kernel); });
+          [&](const Run& run) { parts.kernels.insert(run.kernel); });
     }
   }
   return parts;

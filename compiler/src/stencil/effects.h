@@ -3,6 +3,7 @@
 // kind does not compile before each of them knows it: tests/house refuses anything that looks for one kind alone.
 #pragma once
 
+#include <set>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -30,10 +31,10 @@ const Kernel& kernel_of(const Module& module, const Run& run);
 /// The kernels that the program runs, each once, in order.
 std::vector<const Kernel*> kernels_run(const Module& module, const Program& program);
 
-/// The names of the kernels and networks that the programs need, in the order in which they first appear.
+/// The names of the kernels and networks that the programs need, networks in the order in which they first appear.
 struct Parts {
-  std::vector<std::string> kernels, networks;
-  bool has_kernel(const std::string& name) const;
+  std::set<std::string> kernels;
+  std::vector<std::string> networks;
 };
 Parts parts_of(const std::vector<Program>& programs);
 

@@ -173,11 +173,12 @@ Module remove_dead_code(const Module& module) {
   Module result = module;
   for (Program& program : result.programs) program.body = Liveness(module, program, live_parts).run();
   const Parts before_it = parts_of(module.programs), after_it = parts_of(result.programs);
-  std::erase_if(result.kernels,
-                [&](const Kernel& k) { return before_it.has_kernel(k.name) && !after_it.has_kernel(k.name); });
+  std::erase_if(result.kernels, [&](const Kernel& k) {
+    return before_it.kernels.contains(k.name) && !after_it.kernels.contains(k.name);
+  });
   for (Kernel& kernel : result.kernels) {
-    kernel =
-        after_it.has_kernel(kernel.name) ? restricted(kernel, live_parts[kernel.name]) : without_unused_lets(kernel);
+    kernel = after_it.kernels.contains(kernel.name) ? restricted(kernel, live_parts[kernel.name])
+                                                    : without_unused_lets(kernel);
   }
   return result;
 }
