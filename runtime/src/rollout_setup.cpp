@@ -177,9 +177,9 @@ void Rollout::Impl::bind_rate() {
   if (!(setup.courant > 0))
     throw Error(ErrorKind::input, fmt::format("the Courant number is {}; it must be positive", setup.courant));
   rate.emplace(BoundRate{bind_program(*setup.rate, {}, false), -1});
-  rate->field = rate->program.executor.field_index("courant_rate");
+  rate->field = rate->program.executor.field_index(setup.rate_field);
   if (rate->field < setup.rate->input_count)
-    throw Error(ErrorKind::run, fmt::format("program {}: no result called courant_rate", setup.rate->name));
+    throw Error(ErrorKind::run, fmt::format("program {}: no result called {}", setup.rate->name, setup.rate_field));
 }
 
 void Rollout::Impl::bind_adjoint() {
@@ -262,8 +262,12 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   std::vector<std::string> own;
   for (const LossData& data : term.data) own.push_back(data.name);
   BoundLoss loss{bind_program(*term.loss, own, false), 0, {}};
-  loss.sum = loss.program.executor.sum_index(term.sum);
-  if (loss.sum < 0) throw Error(ErrorKind::run, fmt::format("program {}: no sum named {}", term.loss->name, term.sum));
+  if (term.sum.empty() && term.loss->sum_count != 1)
+    throw Error(ErrorKind::run,
+                fmt::format("program {} has {} sums: which one is the loss?", term.loss->name, term.loss->sum_count));
+  const std::string sum = term.sum.empty() ? term.loss->sums[0] : term.sum;
+  loss.sum = loss.program.executor.sum_index(sum);
+  if (loss.sum < 0) throw Error(ErrorKind::run, fmt::format("program {}: no sum named {}", term.loss->name, sum));
   loss.data = bind_data(term, loss.program);
   terms.push_back({term.weight, std::move(loss), std::nullopt});
   if (term.adjoint == nullptr) return;
@@ -278,7 +282,7 @@ void Rollout::Impl::bind_term(const LossTerm& term) {
   BoundLossAdjoint adjoint{bind_program(*term.adjoint, own, false), {}, bind_param_bars(*term.adjoint), {}, {}};
   const Executor& executor = adjoint.program.executor;
   adjoint.results = std::move(results);
-  const int seed = find_derived(*term.adjoint, DPDE_LINK_SUM, term.sum);
+  const int seed = find_derived(*term.adjoint, DPDE_LINK_SUM, sum);
   if (seed >= 0) adjoint.program.executor.set_param(seed, term.weight);
   adjoint.fields = bind_field_bars(executor);
   adjoint.data = bind_data(term, adjoint.program);

@@ -3,10 +3,11 @@
 #include "dpde/runtime/simulation.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <limits>
 
 #include "simulation_impl.h"
 
@@ -22,165 +23,132 @@ std::vector<std::string> names_of(const std::vector<T>& items) {
   return names;
 }
 
+template <class Map>
+[[noreturn]] void no_such(const dpde_scene& scene, std::string_view kind, std::string_view name, const Map& known) {
+  throw Error(ErrorKind::input, fmt::format("scene {} has no {} {}; it has {}", scene.name, kind, name,
+                                            known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+}
+
+template <class Value>
+std::vector<std::string> keys_of(const Workspace::Named<Value>& map) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : map) names.push_back(name);
+  return names;
+}
+
+EngineOptions options_of(const SimulationOptions& options) {
+  EngineOptions result;
+  result.cells = options.cells;
+  result.threads = options.threads;
+  result.checkpoint_bytes = options.checkpoint_bytes;
+  result.slots = options.slots;
+  result.cut = options.cut;
+  result.stop = options.stop;
+  result.seconds = options.seconds;
+  return result;
+}
+
 }  // namespace
 
-/// 0 for what nobody sets, as seeds of derivatives.
-double Simulation::Impl::param_at(std::string_view name, double t) const {
-  if (name == "t") return t;
-  for (int32_t c = 0; c < scene.control_count; ++c) {
-    if (name != scene.controls[c].name) continue;
-    const std::vector<double>& values = controls.find(name)->second;
-    return values[interval_at(t, scene.controls[c].every, values.size())];
+Simulation::Impl::Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep)
+    : engine(scene, options_of(options), std::move(keep)), gradient_values(engine.unknown_count()) {
+  for (std::size_t a = 0; a < engine.cells().size(); ++a) {
+    if (scene.axes[a].centres == nullptr || engine.cells()[a] == scene.axes[a].cells) continue;
+    throw Error(
+        ErrorKind::input,
+        fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number",
+                    scene.axes[a].name, scene.name, scene.axes[a].cells));
   }
-  const auto value = params.find(name);
-  return value == params.end() ? 0 : value->second;
-}
-
-std::size_t Simulation::Impl::interval_at(double t, int every, std::size_t count) const {
-  return control_interval(std::llround((t - t_begin) / scene.step), every, count);
-}
-
-void* Simulation::Impl::field_at(std::string_view name, double t) {
-  const auto control = std::ranges::find(control_fields, name, &ControlField::name);
-  return control == control_fields.end() ? field(name).base()
-                                         : control->at[interval_at(t, control->every, control->at.size())];
-}
-
-void Simulation::Impl::copy_in_all(std::string_view name, Values values) {
-  for (std::size_t k = 0; k * size < values.size(); ++k)
-    state_of(name, static_cast<int64_t>(k)).copy_in(values.subspan(k * size, size));
-}
-
-void Simulation::Impl::copy_out_all(std::string_view name, Target to) {
-  for (std::size_t k = 0; k * size < to.size(); ++k)
-    state_of(name, static_cast<int64_t>(k)).copy_out(to.subspan(k * size, size));
-}
-
-const Executor& Simulation::Impl::execute(const dpde_program& program, double t) {
-  auto found = executors.find(&program);
-  if (found == executors.end()) {
-    found = executors.emplace(&program, Executor(program, layout, team)).first;
-    for (int f = 0; f < program.field_count; ++f) found->second.bind(f, field(program.fields[f]).base());
+  for (int32_t p = 0; p < scene.param_count; ++p) {
+    if (!engine.workspace().controls().contains(scene.params[p].name)) param_names.emplace_back(scene.params[p].name);
   }
-  Executor& executor = found->second;
-  for (const ControlField& control : control_fields) {
-    const int f = executor.field_index(control.name);
-    if (f >= 0) executor.bind(f, field_at(control.name, t));
+  std::ranges::sort(param_names);
+  for (int32_t n = 0; n < scene.network_count; ++n) {
+    const dpde_network& network = *scene.networks[n];
+    if (network.is_host == 0) continue;
+    supplied[network.name] = std::make_unique<SuppliedNetwork>(network, engine.workspace().cell_count());
+    engine.set_host(network.name, supplied[network.name]->table());
   }
-  for (int p = 0; p < program.param_count; ++p) {
-    executor.set_param(p, param_at(program.params[p], t));
+  engine.stepper();
+}
+
+void Simulation::Impl::require_param(std::string_view name) const {
+  if (std::ranges::find(param_names, name) == param_names.end())
+    no_such(engine.scene(), "parameter", name, param_names);
+}
+
+const std::vector<double>& Simulation::Impl::control_named(std::string_view name) const {
+  const auto& controls = engine.workspace().controls();
+  const auto found = controls.find(name);
+  if (found == controls.end()) no_such(engine.scene(), "control", name, keys_of(controls));
+  return found->second.values;
+}
+
+const std::vector<double>& Simulation::Impl::weights_named(std::string_view name) const {
+  const auto& weights = engine.workspace().weights();
+  const auto found = weights.find(name);
+  if (found == weights.end()) no_such(engine.scene(), "network", name, keys_of(weights));
+  return found->second.values;
+}
+
+std::size_t Simulation::Impl::state_named(std::string_view name) const {
+  const int s = engine.state_index(name);
+  if (s >= 0) return static_cast<std::size_t>(s);
+  std::vector<std::string> known = names_of(engine.states());
+  std::ranges::sort(known);
+  no_such(engine.scene(), "state", name, known);
+}
+
+const Engine::Given& Simulation::Impl::field_named(std::string_view name) const {
+  const auto found = engine.given().find(name);
+  if (found == engine.given().end())
+    no_such(engine.scene(), "coefficient or data field", name, keys_of(engine.given()));
+  return found->second;
+}
+
+const Engine::Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
+  const auto found = std::ranges::find(engine.unknowns(), name, &Engine::Unknown::name);
+  if (found != engine.unknowns().end()) return *found;
+  const char* const task = engine.scene().task;
+  throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name,
+                                            task == nullptr ? "a task" : fmt::format("task {}", task)));
+}
+
+void Simulation::Impl::require_finite() {
+  for (std::size_t s = 0; s < engine.states().size(); ++s) {
+    const Field& values = engine.initial(s);
+    const std::optional<Cell> bad = find_not_finite(values.layout(), values.base());
+    if (!bad) continue;
+    throw Error(ErrorKind::run, fmt::format("the initial state of {} is not finite in cell ({}, {}, {})",
+                                            engine.states()[s].name, bad->x, bad->y, bad->z));
   }
-  for (int n = 0; n < program.network_count; ++n) {
-    const char* name = program.networks[n]->name;
-    std::vector<double>& values = weights_named(name);
-    std::vector<double>& bars = formula_bars[name];
-    bars.assign(values.size(), 0.0);
-    executor.bind_weights(n, {values.data(), nullptr, bars.data(), host_of(name)});
-  }
-  executor.update_weights();
-  executor.update_uniforms();
-  executor.prepare();
-  executor.run();
-  return executor;
-}
-
-/// Coefficients with formulas, except those the host gave, and initial states.
-void Simulation::Impl::update_formulas() {
-  if (!formulas_are_stale) return;
-  formulas_are_stale = false;
-  const auto has_formula = [](const dpde_coefficient& coefficient) { return coefficient.formula != nullptr; };
-  const bool has_any = scene.coefficient_formulas != nullptr ||
-                       std::any_of(scene.coefficients, scene.coefficients + scene.coefficient_count, has_formula);
-  if (!has_any && !needs_initial()) return;
-  keeping_given([&] {
-    update_control_fields();
-    if (scene.coefficient_formulas != nullptr) execute(*scene.coefficient_formulas);
-    update_initial();  // and where the task's coefficients start
-  });
-}
-
-/// Windows of trajectories begin anew again and again, each with states of the data: their formulas may cost as much as
-/// many steps.
-bool Simulation::Impl::needs_initial() const {
-  return scene.start != nullptr || !std::ranges::all_of(initial_states, &InitialState::is_given);
-}
-
-/// By their formulas, interval by interval; noise is drawn anew in each.
-void Simulation::Impl::update_control_fields() {
-  bool drew = false;
-  for (int32_t c = 0; c < scene.coefficient_count; ++c) {
-    const dpde_coefficient& control = scene.coefficients[c];
-    if (control.formula == nullptr || host_field_named(control.name).is_given) continue;
-    Executor program(*control.formula, layout, team);
-    for (int f = 0; f < control.formula->field_count; ++f) program.bind(f, field(control.formula->fields[f]).base());
-    const int result = program.field_index(control.name);
-    for (int32_t k = 0; k < control.count; ++k) {
-      draw_noise(static_cast<std::uint64_t>(k));
-      drew = true;
-      program.bind(result, state_of(control.name, k).base());
-      const double middle = t_begin + (k + 0.5) * control.every * scene.step;
-      for (int p = 0; p < control.formula->param_count; ++p)
-        program.set_param(p, param_at(control.formula->params[p], middle));
-      program.update_uniforms();
-      program.prepare();
-      program.run();
-    }
-  }
-  if (drew) draw_noise(0);
-}
-
-void Simulation::Impl::update_initial() {
-  if (!needs_initial()) return;
-  std::vector<double> values(size);
-  const auto take = [&](int32_t start) {
-    for (size_t s = 0; s < initial_states.size(); ++s) {
-      if (initial_states[s].is_given || initial_states[s].start != start) continue;
-      field(initial_states[s].name).copy_out(values);
-      initial[s].copy_in(values);
-    }
-  };
-  if (scene.initial != nullptr) execute(*scene.initial);
-  take(DPDE_START_SCENE);
-  if (scene.start != nullptr) execute(*scene.start);
-  take(DPDE_START_FORMULA);
-}
-
-void Simulation::Impl::require_finite(const Field& values, const std::string& name) const {
-  const std::optional<Cell> bad = find_not_finite(layout, values.base());
-  if (!bad) return;
-  throw Error(ErrorKind::run,
-              fmt::format("the initial state of {} is not finite in cell ({}, {}, {})", name, bad->x, bad->y, bad->z));
 }
 
 /// Everything without a formula must have been given.
-void Simulation::Impl::require_host_fields(bool with_data) const {
-  for (size_t s = 0; s < initial_states.size(); ++s) {
-    const InitialState& state = initial_states[s];
-    if (state.start == DPDE_START_HOST && !state.is_given) {
-      throw Error(ErrorKind::input,
-                  fmt::format("scene {}: the initial state of {} comes from a file; give it with set_initial",
-                              scene.name, state.name));
-    }
-    require_finite(initial[s], state.name);
+void Simulation::Impl::require_given(bool with_data) {
+  const char* const scene = engine.scene().name;
+  for (const Engine::State& state : engine.states()) {
+    if (state.start != DPDE_START_HOST || state.is_given) continue;
+    throw Error(ErrorKind::input, fmt::format("scene {}: the initial state of {} comes from a file; give it with "
+                                              "set_initial",
+                                              scene, state.name));
   }
-  for (const auto& [name, host] : host_fields) {
-    const bool is_datum =
-        std::any_of(scene.data, scene.data + scene.datum_count, [&](const dpde_datum& d) { return name == d.name; });
-    if (!host.is_needed || host.is_given || (is_datum && !with_data)) continue;
-    throw Error(ErrorKind::input, fmt::format("scene {}: {} {} no formula; give {} with set_field", scene.name, name,
-                                              is_datum ? "are data and have" : "has", is_datum ? "them" : "it"));
+  for (const auto& [name, field] : engine.given()) {
+    if (!field.is_needed || field.is_given || (field.is_datum && !with_data)) continue;
+    throw Error(ErrorKind::input,
+                fmt::format("scene {}: {} {} no formula; give {} with set_field", scene, name,
+                            field.is_datum ? "are data and have" : "has", field.is_datum ? "them" : "it"));
   }
 }
 
 void Simulation::Impl::begin_stepping() {
-  update_formulas();
+  engine.update_formulas();
   if (has_begun) return;
-  require_host_fields(false);
-  for (size_t s = 0; s < initial.size(); ++s) {
-    Field& to = stepper->initial(static_cast<int>(s));
-    copy_all(layout, to.base(), initial[s].base());
-  }
-  stepper->restart();
+  require_given(false);
+  require_finite();
+  Rollout& stepper = engine.stepper();
+  engine.begin(stepper);
+  stepper.restart();
   has_begun = true;
   reached = looked_at = 0;
 }
@@ -189,14 +157,14 @@ void Simulation::Impl::look_for_blow_up() {
   if (reached == looked_at) return;
   const int before = looked_at;
   looked_at = reached;
-  for (size_t s = 0; s < initial_states.size(); ++s) {
-    const std::optional<Cell> bad = find_not_finite(layout, stepper->present()[s]);
+  for (std::size_t s = 0; s < engine.states().size(); ++s) {
+    const std::optional<Cell> bad = find_not_finite(engine.workspace().layout(), engine.stepper().present()[s]);
     if (!bad) continue;
     throw NotFinite(
         fmt::format("{} is no longer finite after {} steps (t = {:.6g}) in cell ({}, {}, {}){}; "
                     "a smaller step than {} may help",
-                    initial_states[s].name, reached, t_begin + reached * scene.step, bad->x, bad->y, bad->z,
-                    reached - before == 1 ? "" : fmt::format("; it was after {}", before), scene.step));
+                    engine.states()[s].name, reached, time(), bad->x, bad->y, bad->z,
+                    reached - before == 1 ? "" : fmt::format("; it was after {}", before), engine.scene().step));
   }
 }
 
@@ -204,7 +172,7 @@ bool Simulation::Impl::advance(int count, bool look) {
   begin_stepping();
   while (count > 0) {
     const int now = std::min(count, look_interval - (reached - looked_at) % look_interval);
-    const RunResult done = stepper->advance(now);
+    const RunResult done = engine.stepper().advance(now);
     reached = done.steps_done;
     if (done.stopped) return false;
     count -= now;
@@ -214,186 +182,19 @@ bool Simulation::Impl::advance(int count, bool look) {
   return true;
 }
 
-Simulation::Simulation(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep)
-    : impl_(std::make_unique<Impl>(scene, options, std::move(keep))) {}
-Simulation::~Simulation() = default;
-Simulation::Simulation(Simulation&&) noexcept = default;
-Simulation& Simulation::operator=(Simulation&&) noexcept = default;
-
-std::vector<std::string> Simulation::params() const {
-  std::vector<std::string> names;
-  for (const auto& [name, value] : impl_->scene_params) names.push_back(name);
-  return names;
-}
-std::vector<std::string> Simulation::states() const { return names_of(impl_->initial_states); }
-std::vector<std::string> Simulation::unknowns() const { return names_of(impl_->unknowns); }
-const std::vector<std::int64_t>& Simulation::cells() const { return impl_->cells; }
-std::size_t Simulation::size() const { return impl_->size; }
-
-std::vector<double> Simulation::coordinates(int axis) const {
-  if (axis < 0 || axis >= impl_->scene.rank)
-    throw Error(ErrorKind::input, fmt::format("scene {} has no axis {}", impl_->scene.name, axis));
-  const auto a = static_cast<size_t>(axis);
-  const dpde_axis& from = impl_->scene.axes[a];
-  if (from.centres != nullptr) return {from.centres, from.centres + from.cells};
-  std::vector<double> centres(static_cast<size_t>(impl_->cells[a]));
-  for (size_t i = 0; i < centres.size(); ++i) {
-    centres[i] =
-        from.low + (static_cast<double>(i) + 0.5) * (from.high - from.low) / static_cast<double>(centres.size());
-  }
-  return centres;
-}
-
-void Simulation::Impl::set_param(std::string_view name, double value) {
-  param_named(name) = value;
-  params.find(name)->second = value;
-  for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
-    if (*rollout) (*rollout)->set_param(name, value);
-  }
-  formulas_are_stale = true;
-}
-
-void Simulation::Impl::set_control(std::string_view name, Values values) {
-  std::vector<double>& control = control_named(name);
-  if (values.size() != control.size()) {
-    throw Error(ErrorKind::input,
-                fmt::format("control {} needs {} values, not {}", name, control.size(), values.size()));
-  }
-  control.assign(values.begin(), values.end());
-  for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
-    if (*rollout) give_controls(**rollout);
-  }
-}
-
-void Simulation::set(std::string_view name, double value) { impl_->set_param(name, value); }
-void Simulation::set_control(std::string_view name, Values values) {
-  const auto is_it = [&](const ControlField& control) { return control.name == name; };
-  if (std::ranges::any_of(impl_->control_fields, is_it)) return set_field(name, values);
-  impl_->set_control(name, values);
-}
-void Simulation::Impl::set_weights(std::string_view network, Values values) {
-  std::vector<double>& own = weights_named(network);
-  if (values.size() != own.size())
-    throw Error(ErrorKind::input,
-                fmt::format("network {} has {} weights, {} are given", network, own.size(), values.size()));
-  if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0)
-    return;  // whoever runs next takes them as they are
-  std::ranges::copy(values, own.begin());
-  stepper->update_weights();
-  const auto applies_networks = [](const dpde_program* formulas) {
-    return formulas != nullptr && formulas->network_count > 0;
-  };
-  const bool is_read =
-      applies_networks(scene.coefficient_formulas) || applies_networks(scene.initial) || applies_networks(scene.start);
-  formulas_are_stale = formulas_are_stale || is_read;
-}
-void Simulation::set_weights(std::string_view network, Values values) { impl_->set_weights(network, values); }
-
-void Simulation::supply(std::string_view network, HostNetwork functions) {
-  impl_->weights_named(network);  // or an error that says which there are
-  const auto own = impl_->supplied.find(network);
-  if (own == impl_->supplied.end())
-    throw Error(
-        ErrorKind::input,
-        fmt::format("network {} has layers of its own: a host supplies those that say `host` in place of layers",
-                    network));
-  own->second->supply(std::move(functions));
-  impl_->formulas_are_stale = true;
-}
-
-std::vector<double> Simulation::weights(std::string_view network) const { return impl_->weights_named(network); }
-
-std::vector<std::string> Simulation::networks() const {
-  std::vector<std::string> names;
-  for (const auto& [name, values] : impl_->weights) names.push_back(name);
-  return names;
-}
-
-std::span<const double> Simulation::control(std::string_view name) const { return impl_->control_named(name); }
-
-double Simulation::param(std::string_view name) const { return impl_->param_named(name); }
-
-void Simulation::set_state(std::string_view name, Values values) {
-  const auto s = static_cast<size_t>(impl_->state_named(name));
-  impl_->begin_stepping();
-  copy_in(impl_->layout, impl_->stepper->present()[s], values);
-}
-
-void Simulation::set_initial(std::string_view name, Values values) {
-  const auto s = static_cast<size_t>(impl_->state_named(name));
-  impl_->initial[s].copy_in(values);
-  impl_->initial_states[s].is_given = true;
-}
-
-void Simulation::set_field(std::string_view name, Values values) {
-  HostField& host = impl_->host_field_named(name);
-  const auto wanted = static_cast<size_t>(host.states) * impl_->size;
-  if (values.size() != wanted) {
-    throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, wanted,
-                                              impl_->size, host.states, values.size()));
-  }
-  impl_->copy_in_all(name, values);
-  host.is_given = true;
-  impl_->formulas_are_stale = true;
-}
-
-void Simulation::state(std::string_view name, Target to) const {
-  const auto s = static_cast<size_t>(impl_->state_named(name));
-  impl_->begin_stepping();
-  impl_->look_for_blow_up();
-  copy_out(impl_->layout, impl_->stepper->present()[s], to);
-}
-
-std::vector<double> Simulation::state(std::string_view name) const {
-  std::vector<double> values(impl_->size);
-  state(name, values);
-  return values;
-}
-
-std::vector<double> Simulation::initial(std::string_view name) {
-  const auto s = static_cast<size_t>(impl_->state_named(name));
-  impl_->update_formulas();
-  std::vector<double> values(impl_->size);
-  impl_->initial[s].copy_out(values);
-  return values;
-}
-
-void Simulation::Impl::begin_at(double time) {
-  t_begin = time;
-  formulas_are_stale = true;
-  has_begun = false;
-  for (std::optional<Rollout>* rollout : {&stepper, &losses, &full, &gauss_newton}) {
-    if (*rollout) (*rollout)->set_begin(time);
-  }
-}
-
 double Simulation::Impl::observe(std::string_view name) {
   begin_stepping();
-  const dpde_program* program = scene.observe;
+  const dpde_program* program = engine.scene().observe;
   int sum = -1;
   for (int32_t s = 0; program != nullptr && s < program->sum_count; ++s) {
     if (name == program->sums[s]) sum = s;
   }
-  if (sum < 0) throw Error(ErrorKind::input, fmt::format("scene {} has no observable {}", scene.name, name));
-  for (size_t s = 0; s < initial_states.size(); ++s) {
-    copy_all(layout, field(initial_states[s].name).base(), stepper->present()[s]);
-  }
-  return execute(*program, t_begin + reached * scene.step).sums()[static_cast<size_t>(sum)];
+  if (sum < 0) throw Error(ErrorKind::input, fmt::format("scene {} has no observable {}", engine.scene().name, name));
+  Workspace::Bound bound;
+  for (std::size_t s = 0; s < engine.states().size(); ++s)
+    bound[engine.states()[s].name] = engine.stepper().present()[s];
+  return engine.workspace().execute(*program, time(), bound).sums()[static_cast<std::size_t>(sum)];
 }
-
-double Simulation::observe(std::string_view name) { return impl_->observe(name); }
-
-double Simulation::time() const { return impl_->t_begin + impl_->reached * impl_->scene.step; }
-double Simulation::time_step() const { return impl_->scene.step; }
-void Simulation::begin_at(double time) { impl_->begin_at(time); }
-int Simulation::steps_done() const { return impl_->reached; }
-
-void Simulation::reset() {
-  impl_->has_begun = false;
-  impl_->begin_stepping();
-}
-
-bool Simulation::step(int count) { return impl_->advance(count, false); }
 
 bool Simulation::Impl::run_to_step(int step, const Simulation& host, const ProgressCallback& progress, int every) {
   const int count = std::max(0, step - (has_begun ? reached : 0));
@@ -407,29 +208,155 @@ bool Simulation::Impl::run_to_step(int step, const Simulation& host, const Progr
   return true;
 }
 
+void Simulation::Impl::set_control(std::string_view name, Values values) {
+  const std::vector<double>& control = control_named(name);
+  if (values.size() != control.size()) {
+    throw Error(ErrorKind::input,
+                fmt::format("control {} needs {} values, not {}", name, control.size(), values.size()));
+  }
+  engine.set_control(name, values);
+}
+
+void Simulation::Impl::set_field(std::string_view name, Values values) {
+  const std::size_t states = field_named(name).states, cells = engine.workspace().cell_count();
+  if (values.size() != states * cells) {
+    throw Error(ErrorKind::input, fmt::format("{} needs {} values ({} cells, {} times), not {}", name, states * cells,
+                                              cells, states, values.size()));
+  }
+  engine.set_field(name, values);
+}
+
+Simulation::Simulation(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep)
+    : impl_(std::make_unique<Impl>(scene, options, std::move(keep))) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+std::vector<std::string> Simulation::params() const { return impl_->param_names; }
+std::vector<std::string> Simulation::states() const { return names_of(impl_->engine.states()); }
+std::vector<std::string> Simulation::unknowns() const { return names_of(impl_->engine.unknowns()); }
+std::vector<std::string> Simulation::networks() const { return keys_of(impl_->engine.workspace().weights()); }
+const std::vector<std::int64_t>& Simulation::cells() const { return impl_->engine.cells(); }
+std::size_t Simulation::size() const { return impl_->engine.workspace().cell_count(); }
+
+std::vector<double> Simulation::coordinates(int axis) const {
+  const dpde_scene& scene = impl_->engine.scene();
+  if (axis < 0 || axis >= scene.rank)
+    throw Error(ErrorKind::input, fmt::format("scene {} has no axis {}", scene.name, axis));
+  const dpde_axis& from = scene.axes[axis];
+  if (from.centres != nullptr) return {from.centres, from.centres + from.cells};
+  std::vector<double> centres(static_cast<std::size_t>(cells()[static_cast<std::size_t>(axis)]));
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    centres[i] =
+        from.low + (static_cast<double>(i) + 0.5) * (from.high - from.low) / static_cast<double>(centres.size());
+  }
+  return centres;
+}
+
+void Simulation::set(std::string_view name, double value) {
+  impl_->require_param(name);
+  impl_->engine.set_param(name, value);
+}
+
+double Simulation::param(std::string_view name) const {
+  impl_->require_param(name);
+  return impl_->engine.workspace().params().find(name)->second;
+}
+
+void Simulation::set_control(std::string_view name, Values values) {
+  const bool is_field = impl_->engine.workspace().find_control_field(name) != nullptr;
+  is_field ? impl_->set_field(name, values) : impl_->set_control(name, values);
+}
+
+std::span<const double> Simulation::control(std::string_view name) const { return impl_->control_named(name); }
+
+void Simulation::set_weights(std::string_view network, Values values) {
+  const std::size_t count = impl_->weights_named(network).size();
+  if (values.size() != count)
+    throw Error(ErrorKind::input,
+                fmt::format("network {} has {} weights, {} are given", network, count, values.size()));
+  impl_->engine.set_weights(network, values);
+}
+
+std::vector<double> Simulation::weights(std::string_view network) const { return impl_->weights_named(network); }
+
+void Simulation::supply(std::string_view network, HostNetwork functions) {
+  impl_->weights_named(network);  // or an error that says which there are
+  const auto own = impl_->supplied.find(network);
+  if (own == impl_->supplied.end())
+    throw Error(
+        ErrorKind::input,
+        fmt::format("network {} has layers of its own: a host supplies those that say `host` in place of layers",
+                    network));
+  own->second->supply(std::move(functions));
+  impl_->engine.set_host(network, own->second->table());
+}
+
+void Simulation::set_state(std::string_view name, Values values) {
+  const std::size_t s = impl_->state_named(name);
+  impl_->begin_stepping();
+  copy_in(impl_->engine.workspace().layout(), impl_->engine.stepper().present()[s], values);
+}
+
+void Simulation::set_initial(std::string_view name, Values values) {
+  impl_->engine.set_initial(impl_->state_named(name), values);
+}
+
+void Simulation::set_field(std::string_view name, Values values) { impl_->set_field(name, values); }
+
+void Simulation::state(std::string_view name, Target to) const {
+  const std::size_t s = impl_->state_named(name);
+  impl_->begin_stepping();
+  impl_->look_for_blow_up();
+  copy_out(impl_->engine.workspace().layout(), impl_->engine.stepper().present()[s], to);
+}
+
+std::vector<double> Simulation::state(std::string_view name) const {
+  std::vector<double> values(size());
+  state(name, values);
+  return values;
+}
+
+std::vector<double> Simulation::initial(std::string_view name) {
+  const std::size_t s = impl_->state_named(name);
+  impl_->engine.update_formulas();
+  std::vector<double> values(size());
+  impl_->engine.initial(s).copy_out(values);
+  return values;
+}
+
+double Simulation::observe(std::string_view name) { return impl_->observe(name); }
+
+double Simulation::time() const { return impl_->time(); }
+double Simulation::time_step() const { return impl_->engine.scene().step; }
+int Simulation::steps_done() const { return impl_->reached; }
+
+void Simulation::begin_at(double time) {
+  impl_->engine.begin_at(time);
+  impl_->has_begun = false;
+}
+
+void Simulation::reset() {
+  impl_->has_begun = false;
+  impl_->begin_stepping();
+}
+
+bool Simulation::step(int count) { return impl_->advance(count, false); }
+
 bool Simulation::run_to(double time, const ProgressCallback& progress, int every) {
-  const double position = (time - impl_->t_begin) / impl_->scene.step;
+  const double begin = impl_->engine.t_begin(), step = time_step(), position = (time - begin) / step;
   if (!(position < std::numeric_limits<int>::max()))
     throw Error(ErrorKind::input, fmt::format("cannot run to t = {}", time));
   // A time is known to a few units in its last place: far from t = 0 these are more of a step than anything else.
   constexpr double roundings = 4 * std::numeric_limits<double>::epsilon();
-  const double instant = roundings * std::max(std::abs(time), std::abs(impl_->t_begin)) / impl_->scene.step;
+  const double instant = roundings * std::max(std::abs(time), std::abs(begin)) / step;
   const double tolerance = std::min(0.5, 1e-6 + instant);
   return impl_->run_to_step(static_cast<int>(std::ceil(std::max(position - tolerance, 0.0))), *this, progress, every);
 }
 
 /// The number of steps is the scene's: no time is taken apart for it.
 bool Simulation::run(const ProgressCallback& progress, int every) {
-  return impl_->run_to_step(impl_->scene.steps, *this, progress, every);
-}
-
-double Simulation::loss() {
-  Rollout& objective = impl_->objective();
-  impl_->begin_objective(objective);
-  const double loss = objective.loss();
-  const bool stopped = impl_->options.stop != nullptr && impl_->options.stop->load();
-  if (!stopped && !std::isfinite(loss)) impl_->refuse(objective, "the loss");
-  return loss;
+  return impl_->run_to_step(impl_->engine.scene().steps, *this, progress, every);
 }
 
 }  // namespace dpde

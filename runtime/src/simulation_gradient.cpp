@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Losses and gradients of a simulation with a task.
+// Losses, derivatives and the optimiser of a simulation with a task.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,104 +7,38 @@
 #include <limits>
 
 #include "dpde/runtime/error.h"
-#include "dpde/runtime/through_formula.h"
 #include "simulation_impl.h"
 
 namespace dpde {
+namespace {
 
-/// Puts the initial state into the rollout of the losses.
-void Simulation::Impl::begin_objective(Rollout& rollout) {
-  update_formulas();
-  require_host_fields(true);
-  for (size_t s = 0; s < initial.size(); ++s) {
-    Field& to = rollout.initial(rollout.state_index(initial_states[s].name));
-    copy_all(layout, to.base(), initial[s].base());
+Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
+
+bool all_finite(std::span<const double> values) {
+  return std::ranges::all_of(values, [](double value) { return std::isfinite(value); });
+}
+
+Method method_of(const dpde_optimiser& optimiser) {
+  switch (optimiser.method) {
+    case DPDE_GRADIENT_DESCENT: return {Method::Kind::gradient_descent, optimiser.rate};
+    case DPDE_ADAM: return {Method::Kind::adam, optimiser.rate};
+    case DPDE_NEWTON_CG: return {Method::Kind::newton_cg, optimiser.rate};
+    default: return {Method::Kind::lbfgs, optimiser.rate};
   }
+}
+
+}  // namespace
+
+void Simulation::Impl::begin_objective() {
+  engine.objective();  // or an error: there is no task
+  engine.update_formulas();
+  require_given(true);
+  require_finite();
 }
 
 double Simulation::Impl::gradient() {
-  Rollout& rollout = objective();
-  begin_objective(rollout);
-  const GradientResult& result = rollout.gradient();
-  was_stopped = result.stopped;
-  if (was_stopped) return std::numeric_limits<double>::quiet_NaN();
-  copy_bars(rollout, false, gradient_values);
-  add_through_formulas(rollout, false, scene.initial_adjoint, scene.coefficient_adjoint, gradient_values);
-  return result.loss;
-}
-
-/// What the last gradient of `rollout` says of the unknowns, or of their rates.
-void Simulation::Impl::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const {
-  for (const Unknown& unknown : unknowns) {
-    const std::string& variable = of_rates ? unknown.rate : unknown.name;
-    const std::span<double> values = unknown.part_of(to);
-    if (variable.empty()) {
-      std::ranges::fill(values, 0.0);  // nothing varies by its rate
-    } else if (unknown.is_field()) {
-      rollout.copy_field_bar(variable, values);
-    } else {
-      rollout.copy_param_bar(variable, values);
-    }
-  }
-}
-
-/// The state or coefficient whose rate this is; "" of other names.
-std::string_view Simulation::Impl::value_of_rate(std::string_view rate) const {
-  for (const InitialState& state : initial_states) {
-    if (rate_of(DPDE_LINK_FIELD, state.name) == rate) return state.name;
-  }
-  for (const auto& [name, field] : host_fields) {
-    if (rate_of(DPDE_LINK_FIELD, name) == rate) return name;
-  }
-  return "";
-}
-
-/// A state at the start, or a coefficient.
-bool Simulation::Impl::comes_from_formula(std::string_view field) const {
-  const auto state = std::ranges::find(initial_states, field, &InitialState::name);
-  if (state != initial_states.end()) return !state->is_given && !state->is_unknown && state->start == DPDE_START_SCENE;
-  const auto coefficient = host_fields.find(field);
-  return coefficient != host_fields.end() && !coefficient->second.is_given && !coefficient->second.is_unknown;
-}
-
-/// What unknown parameters do by the formulas of initial states and coefficients, where those are used. Of rates only
-/// what comes by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
-void Simulation::Impl::add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial_program,
-                                            const dpde_program* coefficient_program, std::span<double> to) {
-  const auto counts = [&](std::string_view name) {
-    const std::string_view value = value_of_rate(name);
-    return value.empty() ? !of_rates && comes_from_formula(name) : comes_from_formula(value);
-  };
-  const auto add = [&](std::string_view param, double value) {
-    for (const Unknown& unknown : unknowns) {
-      if (unknown.kind == DPDE_UNKNOWN_PARAM && (of_rates ? unknown.rate : unknown.name) == param)
-        to[unknown.offset] += value;
-    }
-  };
-  const auto add_network = [&](std::string_view network) {
-    const auto learned =
-        std::ranges::find_if(unknowns, [&](const Unknown& u) { return u.is_network() && u.name == network; });
-    if (learned == unknowns.end() || of_rates) return;
-    const std::vector<double>& bars = formula_bars.find(network)->second;
-    for (size_t i = 0; i < bars.size(); ++i) to[learned->offset + i] += bars[i];
-  };
-  const auto is_used =
-      [&](const dpde_program& program) {  // where all is given nothing was computed that the adjoint could read
-        return std::ranges::any_of(links_of(program), [&](const dpde_link& link) {
-          return is_seed_of_field(program, link) && counts(link.primal);
-        });
-      };
-  for (const dpde_program* program : {coefficient_program, initial_program}) {
-    if (program != nullptr && is_used(*program))
-      add_through_formula(*this, *program, rollout, counts, add, add_network);
-  }
-}
-
-const Unknown& Simulation::Impl::unknown_named(std::string_view name) const {
-  const auto found = std::ranges::find(unknowns, name, &Unknown::name);
-  if (found != unknowns.end()) return *found;
-  const std::string task = scene.task == nullptr ? "a task" : std::string("task ") + scene.task;
-  throw Error(ErrorKind::input, fmt::format("{} is not an unknown of {}", name, task));
+  begin_objective();
+  return engine.gradient(gradient_values);
 }
 
 /// Optimisers do not ask for it: to them a step that blows up is one that is too long. Where all states are finite
@@ -118,18 +52,79 @@ void Simulation::Impl::refuse(Rollout& rollout, const std::string& what) const {
   throw NotFinite(
       fmt::format("{} is no longer finite after step {} of {} (t = {:.6g}) in cell ({}, {}, {}); "
                   "a smaller step than {} may help",
-                  rollout.state_name(first->state), first->step, scene.steps, first->t, first->cell.x, first->cell.y,
-                  first->cell.z, scene.step));
+                  rollout.state_name(first->state), first->step, engine.scene().steps, first->t, first->cell.x,
+                  first->cell.y, first->cell.z, engine.scene().step));
+}
+
+void Simulation::Impl::require_size(Values values, std::string_view what) const {
+  const dpde_scene& scene = engine.scene();
+  if (scene.task == nullptr)
+    throw Error(ErrorKind::input, fmt::format("scene {} was compiled without a task: it has no unknowns", scene.name));
+  if (values.size() == engine.unknown_count()) return;
+  throw Error(ErrorKind::input, fmt::format("the unknowns of task {} are {} values, the {} has {}", scene.task,
+                                            engine.unknown_count(), what, values.size()));
+}
+
+void Simulation::Impl::product(Values direction, Target to, Curvature curvature) {
+  require_size(direction, "direction");
+  require_size(Values(to), "product");
+  engine.products(curvature);  // or an error that says why there are none
+  begin_objective();
+  engine.product(direction, to, curvature);
+}
+
+Optimised Simulation::Impl::optimise(const OptimiserCallback& progress, int iterations) {
+  engine.objective();  // or an error: there is no task
+  const dpde_optimiser& optimiser = engine.scene().optimiser;
+  const Curvature curvature = optimiser.gauss_newton != 0 ? Curvature::gauss_newton : Curvature::full;
+  if (optimiser.method == DPDE_NEWTON_CG) engine.products(curvature);  // or an error, before anything runs
+  Eigen::VectorXd start(static_cast<Eigen::Index>(engine.unknown_count()));
+  const std::span<double> first(start.data(), engine.unknown_count());
+  for (const Engine::Unknown& unknown : engine.unknowns()) engine.values_of(unknown, unknown.part_of(first));
+  bool was_stopped = false;
+  const Objective loss = [&](const Eigen::VectorXd& x, Eigen::VectorXd& slope) {
+    if (was_stopped) return std::numeric_limits<double>::quiet_NaN();  // a line search would try again
+    engine.set_unknowns(values_in(x));
+    const double value = gradient();
+    was_stopped = engine.was_stopped();
+    std::ranges::copy(gradient_values, slope.data());
+    return value;
+  };
+  const HessianProduct hessian = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
+    engine.set_unknowns(values_in(x));
+    product(values_in(v), {result.data(), static_cast<std::size_t>(result.size())}, curvature);
+    was_stopped = was_stopped || engine.was_stopped();
+  };
+  const IterationObserver observer = [&](const Iteration& now) {
+    return !progress || progress({now.iteration, now.loss, now.gradient_norm});
+  };
+  const OptimiseResult done = minimise(method_of(optimiser), loss, hessian, start,
+                                       iterations > 0 ? iterations : optimiser.iterations, observer, engine.bounds());
+  engine.set_unknowns(values_in(done.x));
+  return {was_stopped ? StopReason::observer : done.reason,
+          done.loss,
+          done.losses,
+          done.iterations,
+          done.evaluations,
+          done.hessian_products};
+}
+
+double Simulation::loss() {
+  impl_->begin_objective();
+  const double loss = impl_->engine.loss();
+  const std::atomic<bool>* stop = impl_->engine.options().stop;
+  const bool stopped = stop != nullptr && stop->load();
+  if (!stopped && !std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
+  return loss;
 }
 
 double Simulation::gradient() {
   const double loss = impl_->gradient();
-  if (impl_->was_stopped) return loss;
-  if (!std::isfinite(loss)) impl_->refuse(impl_->objective(), "the loss");
-  for (const Unknown& unknown : impl_->unknowns) {
-    const bool is_finite =
-        std::ranges::all_of(unknown.part_of(gradient_vector()), [](double value) { return std::isfinite(value); });
-    if (!is_finite) impl_->refuse(impl_->objective(), fmt::format("the gradient of the loss by {}", unknown.name));
+  if (impl_->engine.was_stopped()) return loss;
+  if (!std::isfinite(loss)) impl_->refuse(impl_->engine.objective(), "the loss");
+  for (const Engine::Unknown& unknown : impl_->engine.unknowns()) {
+    if (!all_finite(unknown.part_of(gradient_vector())))
+      impl_->refuse(impl_->engine.objective(), fmt::format("the gradient of the loss by {}", unknown.name));
   }
   return loss;
 }
@@ -141,11 +136,42 @@ std::span<const double> Simulation::gradient_of(std::string_view name) const {
 }
 
 void Simulation::watch_gradients(GradientCallback progress, int every) {
-  impl_->watch = std::move(progress);
-  impl_->watch_every = every;
-  for (std::optional<Rollout>* rollout : {&impl_->losses, &impl_->full, &impl_->gauss_newton}) {
-    if (*rollout) (*rollout)->watch_gradient(impl_->watch, every);
-  }
+  impl_->engine.watch_gradients(std::move(progress), every);
+}
+
+std::vector<double> Simulation::value_of(std::string_view name) {
+  const Engine::Unknown& unknown = impl_->unknown_named(name);
+  std::vector<double> values(unknown.size);
+  impl_->engine.values_of(unknown, values);
+  return values;
+}
+
+std::vector<double> Simulation::unknown_values() {
+  std::vector<double> values(impl_->engine.unknown_count());
+  for (const Engine::Unknown& unknown : impl_->engine.unknowns())
+    impl_->engine.values_of(unknown, unknown.part_of(std::span<double>(values)));
+  return values;
+}
+
+void Simulation::set_unknowns(Values values) {
+  impl_->require_size(values, "vector of values");
+  impl_->engine.set_unknowns(values);
+}
+
+std::vector<double> Simulation::hessian_vector(Values direction, Curvature curvature) {
+  std::vector<double> product(direction.size());
+  hessian_vector(direction, product, curvature);
+  return product;
+}
+
+void Simulation::hessian_vector(Values direction, Target product, Curvature curvature) {
+  impl_->product(direction, product, curvature);
+  if (!impl_->engine.was_stopped() && !all_finite(product))
+    impl_->refuse(impl_->engine.products(curvature), "the product with the Hessian");
+}
+
+Optimised Simulation::optimise(const OptimiserCallback& progress, int iterations) {
+  return impl_->optimise(progress, iterations);
 }
 
 }  // namespace dpde

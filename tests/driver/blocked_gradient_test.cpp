@@ -97,12 +97,12 @@ Found gradient_of(Session& session, int block_steps, int threads, int slots) {
   term.at_steps = session.steps_of(task.losses[0].when);
   setup.losses.push_back(term);
   Rollout rollout(setup);
+  session.engine().begin_other(rollout);
   for (int s = 0; s < rollout.state_count(); ++s) {
     std::vector<double> values(static_cast<size_t>(cell_count(setup.layout)));
     for (size_t i = 0; i < values.size(); ++i) values[i] = std::sin(1.0 + 13 * static_cast<double>(i) + s);
     rollout.initial(s).copy_in(values);
   }
-  session.set_values(rollout);
   const GradientResult& result = rollout.gradient();
   Found found{result.loss, {}, result.param_bars, result.stored_states, rollout.gradient_block_steps()};
   for (const std::vector<FieldView>* views : {&result.state_bars, &result.field_bars}) {

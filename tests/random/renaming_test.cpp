@@ -13,7 +13,6 @@
 
 #include "driver/imports.h"
 #include "driver/inverse.h"
-#include "driver/second_order.h"
 #include "driver/session.h"
 #include "network/symmetrise.h"
 #include "random/random_model.h"
@@ -99,10 +98,9 @@ Numbers numbers_of(const std::string& text, const std::string& path, const std::
   }
   numbers.values.push_back(inverse->value_and_gradient(x, result));
   numbers.add(result);
-  for (const driver::Curvature curvature : {driver::Curvature::full, driver::Curvature::gauss_newton}) {
-    const auto second = driver::SecondOrder::open(*session, *inverse, curvature);
-    if (!second) continue;
-    second->product(x, direction, result);
+  for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
+    if (!inverse->has_products(curvature)) continue;
+    inverse->product(x, direction, result, curvature);
     numbers.add(result);
   }
   return numbers;

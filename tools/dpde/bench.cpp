@@ -71,7 +71,7 @@ class Stepper {
 
  private:
   Executor executor_;
-  driver::Workspace& workspace_;
+  Workspace& workspace_;
   const dpde_program& program_;
 };
 
@@ -131,7 +131,7 @@ double seconds_per_step(driver::Session& session, const dpde_program& program, c
 /// Fields of the step and of its adjoint that a run starts from.
 std::function<void()> resetter(driver::Session& session) {
   return [&session] {
-    driver::Workspace& workspace = session.workspace();
+    Workspace& workspace = session.workspace();
     for (int s = 0; s < session.rollout().state_count(); ++s) {
       const std::string& name = session.rollout().state_name(s);
       workspace.field(name).copy_in(session.initial(s));

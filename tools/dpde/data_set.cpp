@@ -88,7 +88,7 @@ class Part {
 };
 
 std::vector<model::Axis> axes_of(driver::DataSetMaker& maker) {
-  std::vector<model::Axis> axes = maker.session().workspace().axes();
+  std::vector<model::Axis> axes = maker.session().axes();
   const std::vector<int> cells = maker.cells();
   for (std::size_t a = 0; a < axes.size(); ++a) axes[a].cells = cells[a];
   return axes;

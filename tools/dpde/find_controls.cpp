@@ -32,7 +32,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
   add_origin(content, job, session);
   content.attributes.insert(content.attributes.end(),
                             {{"dpde_task", scene.task().name}, {"dpde_trajectories", scene.trajectories.path}});
-  const AxisNames axes = add_axes(content, session, session.workspace().axes(), names);
+  const AxisNames axes = add_axes(content, session, session.axes(), names);
   const std::string time = names.free("time");
   const std::vector<double>& frame_times = scene.trajectories.times;
   const std::vector<std::string>& params = scene.trajectories.params;

@@ -41,7 +41,7 @@ void report_unknown(Job& job, const TaskRun& run, const driver::Inverse::Part& p
     double largest = 0;
     for (const double value : values) largest = std::max(largest, std::abs(value));
     entry["max"] = json_number(largest);
-    save_state(job, run.session->workspace(), "gradient_" + part.name, values);
+    save_state(job, run.session->axes(), "gradient_" + part.name, values);
     if (!job.options().out.empty())
       save_picture(job, "gradient_" + part.name,
                    panels_of_field(*run.session, part.name, "d loss / d " + name, {{part.name, values}}));

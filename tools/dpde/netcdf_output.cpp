@@ -146,7 +146,7 @@ void save_netcdf(Job& job, driver::Session& session, std::vector<Series> all) {
   NetcdfContent content;
   NetcdfNames names(session);
   add_origin(content, job, session);
-  const AxisNames axes = add_axes(content, session, session.workspace().axes(), names);
+  const AxisNames axes = add_axes(content, session, session.axes(), names);
   bool is_first = true;
   for (Series& series : all) {
     const std::string time = names.free("time");

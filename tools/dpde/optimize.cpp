@@ -9,7 +9,6 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/optimise.h"
 #include "driver/evaluation_log.h"
-#include "driver/second_order.h"
 #include "interrupt.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
@@ -73,14 +72,11 @@ Method method_of(const model::Optimiser& optimiser) {
 OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& optimiser, const Objective& objective,
                              const IterationObserver& observer) {
   const Method method = method_of(optimiser);
-  std::unique_ptr<driver::SecondOrder> second;
-  if (method.kind == Method::Kind::newton_cg) {
-    const auto curvature = optimiser.gauss_newton ? driver::Curvature::gauss_newton : driver::Curvature::full;
-    second = driver::SecondOrder::open(*run.session, *run.inverse, curvature);
-    if (!second) throw Error(ErrorKind::run, "the programs of this task have no second derivatives");
-  }
+  const Curvature curvature = optimiser.gauss_newton ? Curvature::gauss_newton : Curvature::full;
+  if (method.kind == Method::Kind::newton_cg && !run.inverse->has_products(curvature))
+    throw Error(ErrorKind::run, "the programs of this task have no second derivatives");
   const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
-    second->product(x, v, result);
+    run.inverse->product(x, v, result, curvature);
   };
   return minimise(method, objective, product, run.inverse->start(), optimiser.iterations, observer,
                   run.inverse->bounds());

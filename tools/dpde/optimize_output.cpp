@@ -75,7 +75,7 @@ void add_targets(TaskRun& run, const Eigen::VectorXd& x, std::vector<Panel>& pan
     if (state < 0 || target == nullptr || !is_in_loss(run, datum.name)) continue;
     std::vector<double> values(run.session->workspace().cell_count());
     copy_out(run.session->workspace().layout(), target, values);
-    const auto both = panels_of(run.session->workspace(), fmt::format("{} at t = {:.6g}", name, time),
+    const auto both = panels_of(*run.session, fmt::format("{} at t = {:.6g}", name, time),
                                 {{"target", values, placement_of(*run.session, name)},
                                  {"result", states[std::size_t(state)], placement_of(*run.session, name)}});
     panels.insert(panels.end(), both.begin(), both.end());
@@ -138,7 +138,7 @@ void write_optimised(Job& job, TaskRun& run, const OptimiseResult& result) {
       if (part.is_network() && network.name == part.name) save_weights(job, network, part_of(result.x, part));
     }
     if (!part.is_field()) continue;
-    save_state(job, run.session->workspace(), part.is_initial() ? part.name + "_initial" : part.name,
+    save_state(job, run.session->axes(), part.is_initial() ? part.name + "_initial" : part.name,
                part_of(result.x, part));
   }
   const bool has_curve =

@@ -148,12 +148,11 @@ bool Run::step() {
 }
 
 void Run::report(Json& result) {
-  driver::Workspace& workspace = session_->workspace();
   const double time = session_->time_of(outcome_.steps_done);
-  const double points = double(workspace.cell_count()) * double(outcome_.parts);
+  const double points = double(session_->workspace().cell_count()) * double(outcome_.parts);
   const double rate = outcome_.seconds > 0 ? points / outcome_.seconds : 0;
   result["scene"] = session_->problem().scene;
-  result["cells"] = json_cells(workspace);
+  result["cells"] = json_cells(*session_);
   result["steps"] = outcome_.steps_done;
   if (session_->problem().rate) result["parts"] = outcome_.parts;
   result["resumed_steps"] = first_step_;
@@ -163,7 +162,7 @@ void Run::report(Json& result) {
   result["code_from_cache"] = compiled_->code_from_cache;
   result["points_per_s"] = rate;
   job_.say(fmt::format("{}: {} cells, {} steps to t = {:.6g} in {} ({} points/s), compiled in {}\n",
-                       session_->problem().scene, cells_text(workspace), outcome_.steps_done, time,
+                       session_->problem().scene, cells_text(*session_), outcome_.steps_done, time,
                        human_seconds(outcome_.seconds), human_count(rate), human_seconds(compiled_->seconds)));
   Json observables = Json::object();
   for (const auto& [name, value] : session_->observe(time, session_->rollout().final_states())) {
@@ -197,29 +196,28 @@ void Run::report_errors(Json& result) {
 
 void Run::write_files() {
   if (options_.out.empty()) return;
-  driver::Workspace& workspace = session_->workspace();
   std::vector<Panel> panels;
   const std::string when = fmt::format("t = {:.6g}", session_->time_of(outcome_.steps_done));
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
     std::vector<double> values = session_->final_state(s);
-    save_state(job_, workspace, name, values);
-    add_state(panels, workspace, when, {name, std::move(values), placement_of(*session_, name)});
+    save_state(job_, session_->axes(), name, values);
+    add_state(panels, *session_, when, {name, std::move(values), placement_of(*session_, name)});
   }
   if (options_.every > 0) write_series(record_->series()[0]);
   save_netcdf(job_, *session_, record_->take_series());
-  if (workspace.axes().size() == 1) {
+  if (session_->axes().size() == 1) {
     for (int s = 0; s < rollout.state_count(); ++s) {
       const std::string& name = rollout.state_name(s);
-      add_state(panels, workspace, when, {name + " at the start", session_->initial(s), placement_of(*session_, name)});
+      add_state(panels, *session_, when, {name + " at the start", session_->initial(s), placement_of(*session_, name)});
     }
   }
   save_picture(job_, session_->problem().scene, panels);
 }
 
 void Run::write_series(const Series& series) {
-  for (const auto& [name, values] : series.values) save_state(job_, session_->workspace(), name + "_over_time", values);
+  for (const auto& [name, values] : series.values) save_state(job_, session_->axes(), name + "_over_time", values);
   std::string table = "step,t";
   for (const auto& [name, value] : series.observables.front()) table += "," + name;
   for (std::size_t k = 0; k < series.steps.size(); ++k) {
@@ -230,14 +228,14 @@ void Run::write_series(const Series& series) {
 }
 
 void Run::show_curve() {
-  if (session_->workspace().axes().size() != 1 || options_.quiet || options_.json) return;
+  if (session_->axes().size() != 1 || options_.quiet || options_.json) return;
   LinePanel panel;
   panel.x_label = "x";
   const Rollout& rollout = session_->rollout();
   for (int s = 0; s < rollout.state_count(); ++s) {
     const std::string& name = rollout.state_name(s);
     const NamedState state{name, session_->final_state(s), placement_of(*session_, name)};
-    panel.curves.push_back(curve_of(session_->workspace(), state));
+    panel.curves.push_back(curve_of(*session_, state));
     panel.title += (s > 0 ? ", " : "") + name;
   }
   panel.title += fmt::format(" at t = {:.6g}", session_->time_of(outcome_.steps_done));

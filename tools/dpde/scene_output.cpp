@@ -27,8 +27,8 @@ std::vector<double> faces_of(const model::Axis& axis) {
   return faces;
 }
 
-MapPanel map_of(const driver::Workspace& workspace, const std::string& title, NamedState state) {
-  const std::vector<model::Axis> axes = model::axes_at(workspace.axes(), state.placement);
+MapPanel map_of(const driver::Session& session, const std::string& title, NamedState state) {
+  const std::vector<model::Axis> axes = model::axes_at(session.axes(), state.placement);
   std::vector<double>& values = state.values;
   MapPanel panel;
   panel.title = title;
@@ -59,8 +59,8 @@ MapPanel map_of(const driver::Workspace& workspace, const std::string& title, Na
 
 }  // namespace
 
-Curve curve_of(const driver::Workspace& workspace, const NamedState& state) {
-  const model::Axis axis = model::axes_at(workspace.axes(), state.placement)[0];
+Curve curve_of(const driver::Session& session, const NamedState& state) {
+  const model::Axis axis = model::axes_at(session.axes(), state.placement)[0];
   return curve_of(state.title, state.values, [&](std::size_t i) { return axis.centre(static_cast<int>(i)); });
 }
 
@@ -68,33 +68,30 @@ model::Placement placement_of(const driver::Session& session, const std::string&
   return model::Placements(session.problem()).of(field);
 }
 
-void add_state(std::vector<Panel>& panels, const driver::Workspace& workspace, const std::string& title,
-               NamedState state) {
-  if (workspace.axes().size() > 1) {
+void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state) {
+  if (session.axes().size() > 1) {
     const std::string of_map = title.empty() ? state.title : state.title + ", " + title;
-    panels.push_back(map_of(workspace, of_map, std::move(state)));
+    panels.push_back(map_of(session, of_map, std::move(state)));
     return;
   }
   if (panels.empty()) {
     LinePanel panel;
     panel.title = title;
-    panel.x_label = workspace.axes()[0].name;
+    panel.x_label = session.axes()[0].name;
     panels.push_back(std::move(panel));
   }
-  std::get<LinePanel>(panels.back()).curves.push_back(curve_of(workspace, state));
+  std::get<LinePanel>(panels.back()).curves.push_back(curve_of(session, state));
 }
 
-std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title,
-                             std::vector<NamedState> states) {
+std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states) {
   std::vector<Panel> panels;
-  for (NamedState& state : states) add_state(panels, workspace, title, std::move(state));
+  for (NamedState& state : states) add_state(panels, session, title, std::move(state));
   return panels;
 }
 
 std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
                                    const std::vector<std::pair<std::string, std::vector<double>>>& states) {
-  const driver::Workspace& workspace = session.workspace();
-  const std::size_t size = workspace.cell_count(), last = states.front().second.size() / size - 1;
+  const std::size_t size = session.workspace().cell_count(), last = states.front().second.size() / size - 1;
   const model::Coefficient* control = session.problem().find_coefficient(field);
   std::vector<Panel> panels;
   for (const std::size_t interval : std::set<std::size_t>{0, last / 2, last}) {
@@ -106,7 +103,7 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
     const std::string when = last == 0 || control == nullptr
                                  ? ""
                                  : fmt::format(" from t = {:.6g}", session.time_of(int(interval) * control->every));
-    const std::vector<Panel> more = panels_of(workspace, title + when, std::move(named));
+    const std::vector<Panel> more = panels_of(session, title + when, std::move(named));
     panels.insert(panels.end(), more.begin(), more.end());
   }
   return panels;
@@ -114,14 +111,17 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
 
 bool prepare_out(Job& job) { return job.options().out.empty() || driver::make_folder(job.options().out, job.sink()); }
 
-void save_state(Job& job, const driver::Workspace& workspace, const std::string& name,
+void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values) {
   if (job.options().out.empty()) return;
   const fs::path path = out_path(job, name + ".npy");
-  std::vector<std::int64_t> shape = workspace.shape();
-  if (values.size() != workspace.cell_count()) {
-    shape.insert(shape.begin(), static_cast<std::int64_t>(values.size() / workspace.cell_count()));
+  std::vector<std::int64_t> shape;
+  std::size_t cells = 1;
+  for (const model::Axis& axis : axes) {
+    shape.insert(shape.begin(), axis.cells);
+    cells *= static_cast<std::size_t>(axis.cells);
   }
+  if (values.size() != cells) shape.insert(shape.begin(), static_cast<std::int64_t>(values.size() / cells));
   if (guarded(job, [&] { write_npy(path, shape, values); })) job.wrote(path.string());
 }
 
@@ -148,15 +148,15 @@ void save_picture(Job& job, const std::string& name, const std::vector<Panel>& p
   for (const std::string& file : draw(out_path(job, name), panels, job.sink())) job.wrote(file);
 }
 
-Json json_cells(const driver::Workspace& workspace) {
+Json json_cells(const driver::Session& session) {
   Json cells = Json::array();
-  for (const model::Axis& axis : workspace.axes()) cells.push_back(axis.cells);
+  for (const model::Axis& axis : session.axes()) cells.push_back(axis.cells);
   return cells;
 }
 
-std::string cells_text(const driver::Workspace& workspace) {
+std::string cells_text(const driver::Session& session) {
   std::string text;
-  for (const model::Axis& axis : workspace.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
+  for (const model::Axis& axis : session.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
   return text;
 }
 

@@ -20,13 +20,11 @@ struct NamedState {
 };
 
 /// 1-D: one panel with a curve each. 2-D and 3-D: a map each (in 3-D the plane in the middle of z).
-std::vector<Panel> panels_of(const driver::Workspace& workspace, const std::string& title,
-                             std::vector<NamedState> states);
+std::vector<Panel> panels_of(const driver::Session& session, const std::string& title, std::vector<NamedState> states);
 /// One after the other, so that no more of each is held than is drawn.
-void add_state(std::vector<Panel>& panels, const driver::Workspace& workspace, const std::string& title,
-               NamedState state);
+void add_state(std::vector<Panel>& panels, const driver::Session& session, const std::string& title, NamedState state);
 /// Of a field on one axis.
-Curve curve_of(const driver::Workspace& workspace, const NamedState& state);
+Curve curve_of(const driver::Session& session, const NamedState& state);
 
 /// The same of a field of the scene; of a control field its first interval, the one in the middle, and the last.
 std::vector<Panel> panels_of_field(driver::Session& session, const std::string& field, const std::string& title,
@@ -37,8 +35,9 @@ model::Placement placement_of(const driver::Session& session, const std::string&
 
 /// Makes options().out; false and a diagnostic when it cannot. Without --out there are no files: true.
 bool prepare_out(Job& job);
-/// NAME.npy in the folder of --out.
-void save_state(Job& job, const driver::Workspace& workspace, const std::string& name,
+/// NAME.npy in the folder of --out, of shape (nz, ny, nx) without the axes that are not there; where there are more
+/// values than cells, with their number in front.
+void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values);
 /// A text file in the folder of --out.
 void save_text(Job& job, const std::string& name, const std::string& text);
@@ -49,8 +48,8 @@ void save_picture(Job& job, const std::string& name, const std::vector<Panel>& p
 /// NAME.safetensors, in the precision that the network computes with.
 void save_weights(Job& job, const network::Network& network, const std::vector<double>& values);
 
-Json json_cells(const driver::Workspace& workspace);
+Json json_cells(const driver::Session& session);
 /// "128" or "64 x 32".
-std::string cells_text(const driver::Workspace& workspace);
+std::string cells_text(const driver::Session& session);
 
 }  // namespace dpde::tools

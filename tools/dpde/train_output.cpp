@@ -77,11 +77,11 @@ void write_losses(Job& job, const driver::Trials& trials) {
 }
 
 void write_unknowns(Job& job, const driver::Trainer& trainer) {
-  const driver::Workspace workspace(*trainer.scene().compiled->problem, *trainer.scene().compiled->code, {}, 1);
+  const std::vector<model::Axis>& axes = trainer.scene().compiled->problem->axes;
   for (const driver::UnknownPart& part : trainer.parts()) {
     const auto values = trainer.best().segment(part.offset, part.size);
     const std::vector<double> numbers(values.data(), values.data() + part.size);
-    if (part.kind == DPDE_UNKNOWN_COEFFICIENT) save_state(job, workspace, part.name, numbers);
+    if (part.kind == DPDE_UNKNOWN_COEFFICIENT) save_state(job, axes, part.name, numbers);
     for (const network::Network& network : trainer.scene().compiled->problem->networks) {
       if (part.kind == DPDE_UNKNOWN_NETWORK && network.name == part.name) save_weights(job, network, numbers);
     }

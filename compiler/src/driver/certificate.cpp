@@ -9,10 +9,9 @@
 #include <random>
 
 #include "adjoint/rounding_between.h"
-#include "driver/directions.h"
 #include "driver/generic_point.h"
+#include "driver/inverse.h"
 #include "driver/quick_certificate.h"
-#include "driver/second_order.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
 #include "support/match.h"
@@ -28,64 +27,9 @@ constexpr double largest_second_slope_error = 0.1;
 
 using Random = std::mt19937_64;
 
-/// Directional derivative of the loss, forward through the tangent programs.
-class Tangent {
- public:
-  Tangent(Session& session, Inverse& inverse)
-      : session_(session), compiled_(session.compiled()), directions_(session, inverse) {}
-
-  double operator()(const Point& point);
-
- private:
-  double loss_rate(const Snapshot& snapshot);
-
-  Session& session_;
-  const Compiled& compiled_;
-  Directions directions_;
-  std::vector<std::string> names_;
-};
-
-double Tangent::loss_rate(const Snapshot& snapshot) {
-  const model::Task& task = *session_.problem().task;
-  double rate = 0;
-  for (std::size_t i = 0; i < task.losses.size(); ++i) {
-    const std::vector<int> steps = session_.steps_of(task.losses[i].when);
-    if (std::find(steps.begin(), steps.end(), snapshot.step) == steps.end()) continue;
-    const std::string& name = compiled_.names.losses[i];
-    const dpde_program* program = compiled_.tangent_of(name);
-    if (program == nullptr) continue;
-    std::map<std::string, void*> bound;
-    for (std::size_t s = 0; s < names_.size(); ++s) {
-      // The loss's tangent may call the rates otherwise than the step's.
-      const std::string& step_name = names_[s];
-      for (const auto& [state, rates] : directions_.state_rates()) {
-        if (step_name == state) bound[state] = snapshot.states[s];
-        if (step_name != directions_.dot_of(compiled_.step_name(), adjoint::Link::Kind::field, state)) continue;
-        const std::string dot = directions_.dot_of(name, adjoint::Link::Kind::field, state);
-        if (!dot.empty()) bound[dot] = snapshot.states[s];
-      }
-    }
-    rate += session_.evaluate(*program, directions_.dot_of(name, adjoint::Link::Kind::sum, "loss"), snapshot.t, bound);
-  }
-  return rate;
-}
-
-double Tangent::operator()(const Point& point) {
-  directions_.assign(point.x, point.direction);
-  RolloutSetup setup = session_.setup();
-  setup.step = compiled_.tangent_of(compiled_.step_name());
-  Rollout rollout(std::move(setup));
-  directions_.start(rollout);
-  names_.clear();
-  for (int s = 0; s < rollout.state_count(); ++s) names_.push_back(rollout.state_name(s));
-  double rate = 0;
-  const RunResult result = rollout.run({1, [&](const Snapshot& snapshot) { rate += loss_rate(snapshot); }});
-  return result.stopped || result.blow_up ? NAN : rate;
-}
-
-std::string grid_text(const Workspace& workspace) {
+std::string grid_text(const Session& session) {
   std::string text;
-  for (const model::Axis& axis : workspace.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
+  for (const model::Axis& axis : session.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
   return text;
 }
 
@@ -134,8 +78,8 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
   const Point point = generic_point(*session, *inverse, random);
   Eigen::VectorXd gradient(inverse->size());
   const double loss = inverse->value_and_gradient(point.x, gradient);
-  Comparison result{grid_text(session->workspace()), fmt::format("{} steps", session->steps())};
-  result.forward = Tangent(*session, *inverse)(point);
+  Comparison result{grid_text(*session), fmt::format("{} steps", session->steps())};
+  result.forward = inverse->rate_along(point.x, point.direction);
   result.backward = gradient.dot(point.direction);
   result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
   result.loss = loss;
@@ -148,7 +92,7 @@ std::optional<Comparison> compare(const SourceFile& source, const std::shared_pt
       nudge_all(near.x, epsilon, random);
       nudge_all(near.direction, epsilon, random);
       inverse->value_and_gradient(near.x, gradient);
-      const double forward = Tangent(*session, *inverse)(near);
+      const double forward = inverse->rate_along(near.x, near.direction);
       return adjoint::TwoWays{forward, gradient.dot(near.direction)};
     };
     const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
@@ -196,23 +140,22 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const Com
   // them, some hundred roundings, which a run of many steps on one cell has.
   const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
   for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
-    const auto second = SecondOrder::open(*session, *inverse, curvature);
-    if (!second) continue;
+    if (!inverse->has_products(curvature)) continue;
     Eigen::VectorXd hv(v.size()), hw(v.size());
-    second->product(point.x, v, hv);
-    second->product(point.x, w, hw);
+    inverse->product(point.x, v, hv, curvature);
+    inverse->product(point.x, w, hw, curvature);
     if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
     const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
-    Comparison& result = found.emplace_back(
-        Comparison{grid_text(session->workspace()), fmt::format("{}, {} steps", what, session->steps()), w.dot(hv),
-                   v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+    Comparison& result =
+        found.emplace_back(Comparison{grid_text(*session), fmt::format("{}, {} steps", what, session->steps()),
+                                      w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
     if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
     result.left_out = why_rounding_grows(*session, second_order_tolerance.in);
     const auto nudged = [&](double epsilon) {
       Eigen::VectorXd x = point.x, near_v = v, near_w = w;
       for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, epsilon, random);
-      second->product(x, near_v, hv);
-      second->product(x, near_w, hw);
+      inverse->product(x, near_v, hv, curvature);
+      inverse->product(x, near_w, hw, curvature);
       return adjoint::TwoWays{near_w.dot(hv), near_v.dot(hw)};
     };
     const double size = w.lpNorm<1>() * v.lpNorm<Eigen::Infinity>();
@@ -307,11 +250,11 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
   const double loss = inverse->value_and_gradient(point.x, gradient);
   const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
-  const auto hessian = SecondOrder::open(*session, *inverse, Curvature::full);
+  const bool has_hessian = inverse->has_products(Curvature::full);
   double bend = 0;
-  if (hessian) {
+  if (has_hessian) {
     Eigen::VectorXd product(inverse->size());
-    hessian->product(point.x, point.direction, product);
+    inverse->product(point.x, point.direction, product, Curvature::full);
     bend = point.direction.dot(product);
   }
   const Line along = [&](double step) { return inverse->value(point.x + step * point.direction); };
@@ -324,7 +267,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   }
   // Of a loss whose terms cancel it is more than its size tells. A kink between points so close adds next to nothing.
   const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
-  const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(session->workspace()));
+  const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(*session));
   const double rounding = std::max(
       {measured, of_slope, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps())});
   certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
@@ -334,7 +277,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
   // show in the others: its remainder is of first order.
   certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
                                                     [&](const Remainder& r) { return r.value <= 100 * rounding; });
-  if (hessian && certificate.second) {
+  if (has_hessian && certificate.second) {
     certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
     certificate.second->only_rounding =
         finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(),
@@ -351,7 +294,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const Compiled>&
         "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
     return true;
   }
-  if (certificate.slope) certificate.note = "on " + grid_text(session->workspace()) + " cells";
+  if (certificate.slope) certificate.note = "on " + grid_text(*session) + " cells";
   if (!certificate.slope) {
     certificate.note = certificate.only_rounding
                            ? "the remainder is rounding: the loss is linear in the unknowns around this point"

@@ -116,7 +116,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
   session_options.stop = session.options().stop;
   const auto other = Session::open(source, std::make_shared<Compiled>(std::move(*compiled)), session_options, sink);
   if (!other) return false;
-  const std::string difference = mismatch(other->workspace().axes(), session.workspace().axes());
+  const std::string difference = mismatch(other->axes(), session.axes());
   if (!difference.empty() && !datum.series) return fail(difference);
   const int state = other->rollout().state_index(datum.field);
   if (state < 0 && !datum.series) return fail("it has no state " + datum.field);
@@ -137,7 +137,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
     } else {
       values.resize(other->workspace().cell_count());
       copy_out(other->workspace().layout(), snapshot.states[static_cast<std::size_t>(state)], values);
-      values = average_down(values, other->workspace().axes(), session.workspace().axes(), datum.placement);
+      values = average_down(values, other->axes(), session.axes(), datum.placement);
     }
     for (auto one = first; one != last; ++one) take(one->second, values);
   };
@@ -245,7 +245,7 @@ std::optional<std::vector<double>> load_coefficient(Session& session, const mode
   for (std::size_t k = 0; k < states; ++k) {
     const auto begin = loaded->begin() + static_cast<std::ptrdiff_t>(k * size);
     const std::vector<double> one =
-        resample({begin, begin + static_cast<std::ptrdiff_t>(size)}, problem.axes, session.workspace().axes());
+        resample({begin, begin + static_cast<std::ptrdiff_t>(size)}, problem.axes, session.axes());
     values.insert(values.end(), one.begin(), one.end());
   }
   return values;

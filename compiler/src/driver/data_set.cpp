@@ -59,7 +59,7 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
   maker->session_ = maker->open_run(0, {}, sink);
   if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
   maker->files_ = hash_of_files(maker->session_->problem(), source);
-  for (const model::Axis& axis : maker->session_->workspace().axes()) {
+  for (const model::Axis& axis : maker->session_->axes()) {
     if (axis.cells % maker->set_.coarsen == 0) continue;
     sink.report("bad-optimiser-option", {},
                 {"coarsen", "dataset " + maker->set_.name,
@@ -103,7 +103,7 @@ std::shared_ptr<const Compiled> DataSetMaker::compile_stored(int run,
                                                              const std::shared_ptr<const Compiled>& own) const {
   if (set_.coarsen == 1) return own;
   std::map<std::string, std::string> more;
-  for (const model::Axis& axis : session_->workspace().axes())
+  for (const model::Axis& axis : session_->axes())
     more["cells." + axis.name] = fmt::format("{}", axis.cells / set_.coarsen);
   DiagnosticSink silent;
   return compile_run(run, more, silent);
@@ -148,7 +148,7 @@ bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
 
 std::vector<int> DataSetMaker::cells() const {
   std::vector<int> all;
-  for (const model::Axis& axis : session_->workspace().axes()) all.push_back(axis.cells / set_.coarsen);
+  for (const model::Axis& axis : session_->axes()) all.push_back(axis.cells / set_.coarsen);
   return all;
 }
 
@@ -185,7 +185,7 @@ bool DataSetMaker::is_like_first(Session& session, DiagnosticSink& sink) const {
 /// `count` frames of a run, down-sampled. False after a diagnostic, and when stopped.
 bool DataSetMaker::frames_of(Session& session, int first, int every, int count, DataRun& to,
                              DiagnosticSink& sink) const {
-  const std::vector<model::Axis>& axes = session.workspace().axes();
+  const std::vector<model::Axis>& axes = session.axes();
   const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
   Rollout& rollout = session.rollout();
   to.states.assign(static_cast<std::size_t>(rollout.state_count()), {});
@@ -284,7 +284,7 @@ void DataSetMaker::make_run(int run, Making& all) const {
 
 std::vector<OrderEstimate> DataSetMaker::estimate_order() {
   const model::Problem& problem = session_->problem();
-  const std::vector<model::Axis> axes = session_->workspace().axes();
+  const std::vector<model::Axis> axes = session_->axes();
   for (const model::Axis& axis : axes) {
     if (axis.cells % 4 != 0 || axis.cells / 4 < fewest_cells) return {};
   }
@@ -304,7 +304,7 @@ std::vector<OrderEstimate> DataSetMaker::estimate_order() {
     for (int s = 0; s < session->rollout().state_count(); ++s) {
       const model::State* state = problem.find_state(session->rollout().state_name(s));
       runs[static_cast<std::size_t>(level)].states.push_back(
-          average_down(session->final_state(s), session->workspace().axes(), coarsest,
+          average_down(session->final_state(s), session->axes(), coarsest,
                        state != nullptr ? state->placement : model::Placement{}));
     }
   }

@@ -18,8 +18,7 @@ Point generic_point(Session& session, const Inverse& inverse, std::mt19937_64& r
     auto x = point.x.segment(part.offset, part.size);
     auto d = point.direction.segment(part.offset, part.size);
     if (part.is_field()) {
-      const std::vector<double> own =
-          part.is_initial() ? session.initial(part.index) : session.workspace().dense(part.name);
+      const std::vector<double>& own = inverse.own(part);
       x = Eigen::Map<const Eigen::VectorXd>(own.data(), part.size);
     }
     const double magnitude = largest(x);

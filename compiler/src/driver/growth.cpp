@@ -30,10 +30,10 @@ class Tangent {
     session_ = Session::open(source, std::move(compiled), alone, sink);
     if (!session_) throw Error(ErrorKind::run, sink.all().front().message);
     const adjoint::Derivative& tangent = *session_->compiled().derived.at(session_->compiled().step_name()).tangent;
+    session_->engine().begin_at(on.times.front());
     RolloutSetup setup = session_->setup();
     setup.step = session_->compiled().program(tangent.program);
     setup.steps = steps;
-    setup.t0 = on.times.front();
     rollout_ = std::make_unique<Rollout>(std::move(setup));
     for (int s = 0; s < rollout_->state_count(); ++s) {
       for (const model::State& state : session_->problem().states) {
@@ -63,33 +63,25 @@ class Tangent {
 
  private:
   void begin(int run) {
-    Workspace& workspace = session_->workspace();
+    Engine& engine = session_->engine();
     for (const model::Parameter& param : session_->problem().params) {
       const auto value = values_.find(param.name);
-      if (value != values_.end() && value->second.size() == 1) workspace.set_param(param.name, value->second[0]);
+      if (value != values_.end() && value->second.size() == 1) engine.set_param(param.name, value->second[0]);
     }
     for (std::size_t p = 0; p < on_.params.size(); ++p)
-      workspace.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
-    for (auto& [network, weights] : workspace.weights()) {
+      engine.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
+    for (const auto& [network, weights] : engine.workspace().weights()) {
       const auto value = values_.find(network);
-      if (value != values_.end()) weights.values = value->second;
+      if (value != values_.end()) engine.set_weights(network, value->second);
     }
-    if (const dpde_program* formulas = session_->compiled().program(session_->compiled().names.coefficients))
-      workspace.run(*formulas, on_.times.front());
     for (const model::Coefficient& coefficient : session_->problem().coefficients) {
       const auto value = values_.find(coefficient.name);
-      if (value != values_.end()) workspace.set_dense(coefficient.name, value->second);
+      if (value != values_.end()) engine.set_field(coefficient.name, value->second);
     }
-    session_->reset_initial();
-    session_->set_values(*rollout_);
+    engine.begin_other(*rollout_);
     for (const auto& [s, name] : states_) {
       const bool is_there = std::ranges::find(on_.states, name) != on_.states.end();
-      const int own = session_->rollout().state_index(name);
-      if (is_there) {
-        rollout_->initial(s).copy_in(on_.frames(run, name, 0));
-      } else if (own >= 0) {
-        rollout_->initial(s).copy_in(session_->initial(own));
-      }
+      if (is_there) rollout_->initial(s).copy_in(on_.frames(run, name, 0));
     }
     for (const int s : rates_) {
       for (std::size_t i = 0; i < cells_.size(); ++i)

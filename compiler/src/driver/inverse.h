@@ -18,11 +18,6 @@
 
 namespace dpde::driver {
 
-/// The order of the unknowns in the vector; within a kind that of the task.
-inline constexpr model::Unknown::Kind unknown_kinds[] = {
-    model::Unknown::Kind::initial, model::Unknown::Kind::coefficient, model::Unknown::Kind::parameter,
-    model::Unknown::Kind::control, model::Unknown::Kind::network};
-
 class Inverse {
  public:
   struct Part {
@@ -57,40 +52,32 @@ class Inverse {
   /// The condition at a wall that was none with the last values, if there was one.
   const std::optional<model::WallMisfit>& misfit() const { return misfit_; }
   /// Of the last value_and_gradient.
-  const GradientResult& last() const { return *last_; }
+  const GradientResult& last() const { return session_.engine().last_gradient(); }
+  /// The rate of the loss at x in a direction, by tangents.
+  double rate_along(const Eigen::VectorXd& x, const Eigen::VectorXd& direction);
+  /// Whether there are second derivatives; of Gauss and Newton only where each loss is a sum of squares.
+  bool has_products(Curvature curvature) const { return session_.engine().why_no_products(curvature).empty(); }
+  /// The Hessian at x times v: `result` has size(). Not a number when the session's stop flag was raised.
+  void product(const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result, Curvature curvature);
   /// The task's tests at x, in order; the state's run is repeated once.
   std::vector<std::pair<std::string, double>> tests(const Eigen::VectorXd& x);
-  /// The part's values of x for the parameter or control called `name`, that of the part or its rate.
-  void set_values(const std::string& name, const Part& part, const Eigen::VectorXd& x);
   /// Makes the rollout start from x.
   void assign(const Eigen::VectorXd& x);
 
-  /// What the last gradient of `rollout` says of the unknowns, or of their rates.
-  void copy_bars(const Rollout& rollout, bool of_rates, Eigen::VectorXd& to) const;
-  /// What unknown parameters add to that through the fields of a formula; `adjoint` is the adjoint of its program, or
-  /// of its tangent. Of rates only what comes by rates: Gauss-Newton leaves out the formulas' own second derivatives,
-  /// too.
-  void add_through_formula(const Rollout& rollout, const dpde_program& adjoint, bool of_rates, Eigen::VectorXd& to);
-
  private:
   explicit Inverse(Session& session) : session_(session) {}
+  std::optional<std::vector<double>> start_of(const Part& part, const SourceFile& source, DiagnosticSink& sink);
   bool make_parts(DiagnosticSink& sink);
   bool make_start(const SourceFile& source, DiagnosticSink& sink);
   bool check_bounds(const Part& part, const std::vector<double>& values, DiagnosticSink& sink) const;
   const model::Unknown& unknown_of(const Part& part) const;
-  std::string rate_of(const Part& part) const;
-  std::set<std::string, std::less<>> rates_of_fields() const;
   bool has_walls(const Eigen::VectorXd& x);
-  bool reads_unknown(const dpde_program& program) const;
-  Eigen::Index size_of(const model::Unknown& unknown) const;
+  std::map<std::string, std::vector<double>> start_by_formulas();
 
   Session& session_;
   std::vector<Part> parts_;
   std::map<std::string, std::vector<double>> own_;
   Eigen::VectorXd start_;
-  std::vector<std::string> formulas_;  // programs of formulas with a derivative by the unknowns
-  bool formulas_vary_ = false;         // they read an unknown, whether there is a derivative by it or not
-  const GradientResult* last_ = nullptr;
   std::optional<model::WallMisfit> misfit_;
 };
 

@@ -54,7 +54,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
   for (const LinkedProgram& derivative : linked_programs(*compiled))
     compiled->code->set_links(derivative.program, derivative.links);
   const auto kept = std::make_shared<const Compiled>(std::move(*compiled));
-  const std::shared_ptr<const SceneTable> table = SceneTable::make(kept, source, sink);
+  const std::shared_ptr<const SceneTable> table = SceneTable::make(kept, source, {}, sink);
   if (!table) return std::nullopt;
   const dpde_scene& scene = table->scene();
   const std::string name = !options.name.empty() ? options.name : scene.task != nullptr ? scene.task : scene.name;

@@ -46,14 +46,4 @@ std::vector<LinkedProgram> linked_programs(const Compiled& compiled) {
   return programs;
 }
 
-std::string rate_of(const Compiled& compiled, Kind kind, const std::string& name) {
-  std::string rate;
-  for (const auto& [program, derived] : compiled.derived) {
-    const std::string* const here = derived.tangent ? derived.tangent->derived(kind, name) : nullptr;
-    require(here == nullptr || rate.empty() || rate == *here, "tangents agree on the name of a rate");
-    if (here != nullptr) rate = *here;
-  }
-  return rate;
-}
-
 }  // namespace dpde::driver

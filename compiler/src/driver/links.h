@@ -19,8 +19,4 @@ struct LinkedProgram {
 /// Those of all derivatives.
 std::vector<LinkedProgram> linked_programs(const Compiled& compiled);
 
-/// What tangents call the rate of a value of the primal programs; "" where none varies by it. All of them call it
-/// alike.
-std::string rate_of(const Compiled& compiled, adjoint::Link::Kind kind, const std::string& name);
-
 }  // namespace dpde::driver

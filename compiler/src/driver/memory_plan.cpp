@@ -13,7 +13,7 @@ namespace dpde::driver {
 
 namespace {
 
-/// The fields of a Workspace by name, in the order of a Session's work; the largest sum of all that is there is kept.
+/// The fields of a Workspace by name, in the order of a session's work; the largest sum of all that is there is kept.
 class Planner {
  public:
   explicit Planner(const Compiled& compiled) : compiled_(compiled), problem_(*compiled.problem) {
@@ -26,6 +26,7 @@ class Planner {
 
   double peak() const { return peak_; }
   double array() const { return array_; }
+  double field() const { return field_; }
   void hold(const std::string& name, double count = 1) {
     fields_.insert(name);
     others_ += (count - 1) * field_;
@@ -58,18 +59,22 @@ class Planner {
       fields_.erase(program->fields[f]);
   }
 
-  void coefficients() {
+  /// Files are read one by one; of states nothing stays beside the rollout's.
+  void given() {
     for (const model::Coefficient& coefficient : problem_.coefficients) {
       const double count = coefficient.is_control() ? problem_.intervals(coefficient.every) : 1;
       hold(coefficient.name, count);
       if (!coefficient.value.formula) note(count * array_);
+    }
+  }
+  /// Engine::update_formulas: states go where the rollout has them.
+  void formulas() {
+    for (const model::State& state : problem_.states) note(state.initial.file.empty() ? 0 : array_);
+    for (const model::Coefficient& coefficient : problem_.coefficients) {
       if (coefficient.is_control() && coefficient.value.formula) execute(compiled_.names.controls.at(coefficient.name));
     }
     execute(compiled_.names.coefficients);
-    for (const model::State& state : problem_.states) keep(state.initial.file.empty() ? 0 : array_);
-  }
-  void initial() {
-    execute(compiled_.names.initial);
+    execute(compiled_.names.initial, true);
     release(compiled_.names.initial);
   }
   /// What is said at the end of a run.
@@ -132,9 +137,9 @@ double numbers_of_axes(const model::Problem& problem) {
 
 double peak_of_run(const Compiled& compiled) {
   Planner planner(compiled);
-  planner.coefficients();
+  planner.given();
   planner.keep(bytes_of_rollout(compiled));
-  planner.initial();
+  planner.formulas();
   planner.report();
   return planner.peak();
 }
@@ -159,11 +164,11 @@ double bytes_of_outputs(const Compiled& compiled) {
 double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source) {
   const model::Problem& problem = *compiled.problem;
   Planner planner(compiled);
-  planner.coefficients();
+  planner.given();
   for (const model::Datum& datum : problem.task->data) plan_datum(planner, compiled, datum, source);
   planner.keep(static_cast<double>(plan.field_bytes + plan.tape_bytes));
-  planner.initial();
-  double unknowns = 0, largest = 0;
+  planner.formulas();
+  double unknowns = 0, largest = 0, computed = 0;
   for (const model::Unknown& unknown : problem.task->unknowns) {
     if (!unknown.is_field()) continue;
     const model::Coefficient* coefficient = problem.find_coefficient(unknown.name);
@@ -171,11 +176,11 @@ double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, cons
         coefficient != nullptr && coefficient->is_control() ? problem.intervals(coefficient->every) : 1;
     unknowns += count * planner.array();
     largest = std::max(largest, count * planner.array());
+    if (unknown.from.formula && count == 1) computed += planner.field();
   }
   planner.keep(2 * unknowns);  // the scene's own values and the start
-  planner.execute(compiled.names.start);
-  planner.note(unknowns);
-  planner.initial();
+  planner.execute(compiled.names.start, true);
+  planner.note(unknowns + computed);
   planner.keep(2 * unknowns);  // two gradients: the second one is timed
   planner.note(largest);
   for (const std::string& formula : compiled.formula_programs()) {

@@ -21,8 +21,8 @@ ProgramCheck::ProgramCheck(const Compiled& compiled, const stencil::Program& pro
       tangent_code_(*tangents.find(tangent.program)),
       interface_(stencil::interface_of(compiled.stencil, program)),
       random_(random),
-      workspace_(problem, *compiled.code, cells, 1),
-      forward_(problem, tangents, cells, 1) {}
+      workspace_(make_workspace(problem, *compiled.code, cells)),
+      forward_(make_workspace(problem, tangents, cells)) {}
 
 std::vector<double> ProgramCheck::randoms(double low, double high) {
   Values values(workspace_.cell_count());
@@ -37,9 +37,9 @@ std::vector<std::string> ProgramCheck::results() const {
 }
 
 void ProgramCheck::choose_inputs() {
-  const std::vector<std::string> given = workspace_.field_names();  // coordinates
+  const std::vector<BoundField> given = workspace_.bound_fields();  // coordinates
   for (const std::string& field : interface_.inputs) {
-    const bool is_given = std::find(given.begin(), given.end(), field) != given.end();
+    const bool is_given = std::ranges::find(given, field, &BoundField::name) != given.end();
     inputs_[field] = is_given ? workspace_.dense(field) : randoms(0.5, 1.5);
     if (is_given) continue;
     if (compiled_.activity.fields.contains(field)) rates_[field] = randoms(-1, 1);
@@ -65,7 +65,7 @@ void ProgramCheck::choose_weight_rates() {
   for (const std::string& network : interface_.networks) {
     if (!compiled_.activity.params.contains(network)) continue;
     Values& rates = weight_rates_[network];
-    for (const double value : workspace_.weights().at(network).values)
+    for (const double value : workspace_.weights().find(network)->second.values)
       rates.push_back(uniform(-1, 1) * (std::abs(value) + 0.1));
   }
 }
@@ -113,7 +113,7 @@ double ProgramCheck::backward(double& scale) {
     if (sum != sums.end()) add(sum->second * rate);
   }
   for (const auto& [network, rates] : weight_rates_) {
-    const Values& bars = workspace_.weights().at(network).bars;
+    const Values& bars = workspace_.weights().find(network)->second.bars;
     for (std::size_t i = 0; i < rates.size(); ++i) add(bars[i] * rates[i]);
   }
   return total;
@@ -184,7 +184,8 @@ DotCase ProgramCheck::dot_product(bool single) {
   choose_inputs();
   choose_seeds();
   std::string grid;
-  for (const model::Axis& axis : workspace_.axes()) grid += (grid.empty() ? "" : " x ") + std::to_string(axis.cells);
+  for (int a = 0; a < workspace_.layout().rank; ++a)
+    grid += (grid.empty() ? "" : " x ") + std::to_string(workspace_.layout().cells[a]);
   double scale = 0;
   const double reverse = backward(scale), along = forward();
   DotCase result{grid, program_.name, relative_difference(along, reverse, (single ? 100 : 1) * scale),
@@ -242,7 +243,7 @@ void ProgramCheck::taylor(Certificate& certificate) {
     }
     for (const auto& [param, rate] : param_rates_) workspace_.set_param(param, params_[param] + step * rate);
     for (const auto& [network, rates] : weight_rates_) {
-      Values& weights = workspace_.weights().at(network).values;
+      Values& weights = workspace_.weights().find(network)->second.values;
       for (std::size_t i = 0; i < rates.size(); ++i) weights[i] = initial.at(network)[i] + step * rates[i];
     }
     const double value = functional();

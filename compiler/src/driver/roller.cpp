@@ -21,7 +21,7 @@ Roller::Roller(const TrainingScene& scene, const Trajectories& on, const Unknown
                const BatchOptions& options)
     : scene_(scene),
       on_(on),
-      workspace_(*scene.compiled->problem, *scene.compiled->code, {}, 1),
+      workspace_(make_workspace(*scene.compiled->problem, *scene.compiled->code, {})),
       values_(values),
       spectrum_(scene.compiled->problem->axes) {
   SimulationOptions each;

@@ -10,13 +10,18 @@
 #include <vector>
 
 #include "codegen/network_table.h"
-#include "driver/inverse.h"
+#include "driver/storage.h"
 #include "driver/weights.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
 
 namespace {
+
+/// In the vector of all of them; within a kind that of the task.
+constexpr model::Unknown::Kind order_of_unknowns[] = {model::Unknown::Kind::initial, model::Unknown::Kind::coefficient,
+                                                      model::Unknown::Kind::parameter, model::Unknown::Kind::control,
+                                                      model::Unknown::Kind::network};
 
 dpde_optimiser optimiser_of(const model::Optimiser& optimiser) {
   const auto method = [&] {
@@ -50,7 +55,8 @@ std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selec
 }
 
 struct SceneTable::Storage {
-  explicit Storage(std::shared_ptr<const Compiled> from) : compiled(std::move(from)) {}
+  Storage(std::shared_ptr<const Compiled> from, const SceneTableOptions& wanted)
+      : compiled(std::move(from)), options(wanted), run_steps(options.steps.value_or(compiled->problem->steps)) {}
   const char* text(const std::string& s) { return strings.emplace_back(s).c_str(); }
   const double* centres_of(const model::Axis& axis);
   dpde_instants instants(const model::When& when);
@@ -63,6 +69,8 @@ struct SceneTable::Storage {
   void fill();
 
   std::shared_ptr<const Compiled> compiled;
+  SceneTableOptions options;
+  int run_steps;
   std::deque<std::string> strings;
   std::deque<std::vector<int32_t>> steps;
   std::deque<std::vector<double>> centres;
@@ -90,23 +98,9 @@ const double* SceneTable::Storage::centres_of(const model::Axis& axis) {
 }
 
 dpde_instants SceneTable::Storage::instants(const model::When& when) {
-  const model::Problem& problem = *compiled->problem;
-  std::vector<int32_t>& list = steps.emplace_back();
-  switch (when.kind) {
-    case model::When::Kind::end: list.push_back(problem.steps); break;
-    case model::When::Kind::at:
-      for (const double t : when.times) {
-        const double position = std::round((t - problem.t_begin) / problem.step);
-        list.push_back(static_cast<int32_t>(std::clamp(position, 0.0, static_cast<double>(problem.steps))));
-      }
-      std::sort(list.begin(), list.end());
-      list.erase(std::unique(list.begin(), list.end()), list.end());
-      break;
-    case model::When::Kind::over: return {-1, nullptr};
-    case model::When::Kind::steps:
-      for (int32_t k = 1; k <= when.count; ++k) list.push_back(k);
-      break;
-  }
+  if (when.kind == model::When::Kind::over) return {-1, nullptr};
+  const std::vector<int> at = steps_of(when, *compiled->problem, run_steps);
+  const std::vector<int32_t>& list = steps.emplace_back(at.begin(), at.end());
   return {static_cast<int32_t>(list.size()), list.data()};
 }
 
@@ -119,7 +113,8 @@ void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient)
   }
   const model::Source* from = &coefficient.value;
   std::string program = compiled->names.controls.at(coefficient.name);
-  if (const model::Unknown* unknown = problem.find_unknown(coefficient)) {
+  const model::Unknown* unknown = problem.find_unknown(coefficient);
+  if (unknown != nullptr && !options.begins_as_scene) {
     program = compiled->names.control_starts.at(coefficient.name);
     from = &unknown->from;
   }
@@ -128,12 +123,13 @@ void SceneTable::Storage::add_coefficient(const model::Coefficient& coefficient)
 }
 
 void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
+  const bool is_elsewhere = !options.begins_as_scene;
   int32_t start = DPDE_START_SCENE;
   const model::Coefficient* coefficient = compiled->problem->find_coefficient(unknown.name);
   const bool is_control_field =
       unknown.kind == model::Unknown::Kind::coefficient && coefficient != nullptr && coefficient->is_control();
-  if (unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
-  if (unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
+  if (is_elsewhere && unknown.is_field() && unknown.from.formula && !is_control_field) start = DPDE_START_FORMULA;
+  if (is_elsewhere && unknown.is_field() && !unknown.from.file.empty()) start = DPDE_START_HOST;
   if (start == DPDE_START_FORMULA && compiled->program(compiled->names.start) == nullptr) start = DPDE_START_SCENE;
   int32_t kind = DPDE_UNKNOWN_PARAM;
   switch (unknown.kind) {
@@ -144,7 +140,7 @@ void SceneTable::Storage::add_unknown(const model::Unknown& unknown) {
     case model::Unknown::Kind::coefficient: kind = DPDE_UNKNOWN_COEFFICIENT; break;
   }
   unknowns.push_back({text(unknown.name), kind, start, unknown.low, unknown.high});
-  if (unknown.is_field() || !unknown.from.formula) return;
+  if (!is_elsewhere || unknown.is_field() || !unknown.from.formula) return;
   const model::Number* from = std::get_if<model::Number>(&(*unknown.from.formula)->kind);
   for (dpde_value& param : params) {
     if (from != nullptr && param.name == unknown.name) param.value = from->value;
@@ -166,16 +162,18 @@ std::string SceneTable::Storage::why_no_second(const model::Task& task) const {
   return "";
 }
 
+/// What there is of a tangent and the adjoint of that.
 dpde_second SceneTable::Storage::second_of(const std::string& program) const {
   const auto found = compiled->derived.find(program);
   if (found == compiled->derived.end()) return {};
-  return {compiled->program(found->second.tangent->program), compiled->program(found->second.second->program)};
+  const Derived& derived = found->second;
+  return {derived.tangent ? compiled->program(derived.tangent->program) : nullptr,
+          derived.second ? compiled->program(derived.second->program) : nullptr};
 }
 
 void SceneTable::Storage::add_second(const model::Task& task) {
   const std::string why = why_no_second(task);
   scene.no_second = why.empty() ? nullptr : text(why);
-  if (!why.empty()) return;
   scene.second = second_of(compiled->step_name());
   scene.coefficient_second = second_of(compiled->formula_programs()[0]);
   scene.initial_second = second_of(compiled->formula_programs()[1]);
@@ -211,7 +209,7 @@ void SceneTable::Storage::add_task(const model::Task& task) {
     const std::string& name = compiled->names.losses[i];
     losses.push_back({compiled->program(name), compiled->adjoint_of(name), instants(task.losses[i].when), {}, {}});
   }
-  for (const model::Unknown::Kind kind : unknown_kinds) {
+  for (const model::Unknown::Kind kind : order_of_unknowns) {
     for (const model::Unknown& unknown : task.unknowns) {
       if (unknown.kind == kind) add_unknown(unknown);
     }
@@ -232,10 +230,10 @@ void SceneTable::Storage::fill() {
   }
   scene.t_begin = problem.t_begin;
   scene.step = problem.step;
-  scene.steps = problem.steps;
+  scene.steps = run_steps;
   for (const model::Parameter& param : problem.params) params.push_back({text(param.name), param.value});
   for (const model::Control& c : problem.controls) {  // a task begins with `start`
-    const std::vector<double>& values = c.start.empty() ? c.values : c.start;
+    const std::vector<double>& values = c.start.empty() || options.begins_as_scene ? c.values : c.start;
     controls.push_back({text(c.name), c.every, static_cast<int32_t>(values.size()), values.data()});
   }
   for (const model::State& state : problem.states)
@@ -253,6 +251,7 @@ void SceneTable::Storage::fill() {
   const std::string &initial = compiled->names.initial, &formulas = compiled->names.coefficients;
   scene.rate = compiled->program(compiled->names.rate);
   scene.courant = problem.courant;
+  scene.rate_field = scene.rate == nullptr ? nullptr : text(compiled->names.rate_field);
   scene.program = compiled->program(compiled->step_name());
   scene.adjoint = compiled->adjoint_of(compiled->step_name());
   scene.initial = compiled->program(initial);
@@ -283,14 +282,15 @@ SceneTable::~SceneTable() = default;
 const dpde_scene& SceneTable::scene() const { return storage_->scene; }
 
 std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compiled> compiled, const SourceFile& source,
-                                                   DiagnosticSink& sink) {
+                                                   const SceneTableOptions& options, DiagnosticSink& sink) {
   const std::optional<model::Task>& task = compiled->problem->task;
-  if (task && task->losses.empty() && compiled->options.selection.beside.empty())
+  if (task && task->losses.empty() && !options.begins_as_scene && compiled->options.selection.beside.empty())
     sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
-  std::optional<NetworkWeights> weights = load_weights(*compiled->problem, source, sink);
+  std::optional<NetworkWeights> weights =
+      options.without_files ? NetworkWeights{} : load_weights(*compiled->problem, source, sink);
   if (sink.has_errors() || !weights) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);
-  table->storage_ = std::make_unique<Storage>(std::move(compiled));
+  table->storage_ = std::make_unique<Storage>(std::move(compiled), options);
   table->storage_->given_weights = std::move(*weights);
   table->storage_->fill();
   return table;

@@ -15,13 +15,20 @@ namespace dpde::driver {
 std::optional<Compiled> compile_for_hosts(const SourceFile& source, model::Selection selection,
                                           std::optional<Backend> backend, bool second_order, DiagnosticSink& sink);
 
+struct SceneTableOptions {
+  /// With the scene's own values where the task begins elsewhere: whoever loads them has those of the task, too.
+  bool begins_as_scene = false;
+  std::optional<int> steps;  // in place of the scene's
+  bool without_files = false;
+};
+
 /// Owns what a dpde_scene points to. The programs are those of `compiled`'s code, which is kept.
 class SceneTable {
  public:
   /// `compiled` has a problem and code; weights of networks that come from files are read. null when `sink` has errors
   /// afterwards: hosts cannot run this.
   static std::shared_ptr<const SceneTable> make(std::shared_ptr<const Compiled> compiled, const SourceFile& source,
-                                                DiagnosticSink& sink);
+                                                const SceneTableOptions& options, DiagnosticSink& sink);
   ~SceneTable();
   const dpde_scene& scene() const;
 

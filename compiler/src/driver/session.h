@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A compiled scene ready to run: its initial state, coefficients, coordinates and data in memory, bound to a rollout.
+// A compiled scene ready to run: an engine with what files and other scenes' runs say of it, as the scene has it: where
+// its task begins elsewhere, Inverse knows that.
 #pragma once
 
 #include <atomic>
@@ -10,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "dpde/runtime/rollout.h"
+#include "dpde/runtime/engine.h"
 #include "driver/pipeline.h"
+#include "driver/scene_table.h"
 #include "driver/storage.h"
-#include "driver/workspace.h"
 
 namespace dpde::driver {
 
@@ -54,19 +55,23 @@ class Session {
   const Compiled& compiled() const { return *compiled_; }
   const model::Problem& problem() const { return *compiled_->problem; }
   const SessionOptions& options() const { return options_; }
-  Workspace& workspace() { return *workspace_; }
-  Rollout& rollout() { return *rollout_; }
+  Engine& engine() { return *engine_; }
+  Workspace& workspace() { return engine_->workspace(); }
+  const Workspace& workspace() const { return engine_->workspace(); }
+  RolloutSetup setup() const { return engine_->setup(); }
+  /// With losses and adjoints, where there is a task.
+  Rollout& rollout() { return engine_->primary(); }
   int steps() const { return steps_; }
   double end_time() const { return problem().t_begin + steps_ * problem().step; }
   double time_of(int step) const { return problem().t_begin + step * problem().step; }
   const std::vector<DataStates>& data() const { return data_; }
 
-  /// Gives the rollout the present parameters and controls.
-  void set_values(Rollout& rollout) const;
-  /// Copies the scene's initial state into the rollout again, recomputed from the formulas with the present parameters.
-  void reset_initial();
-  /// Coefficients that are formulas, from the present parameters.
-  void reset_coefficients();
+  /// The grid's axes, `cells` applied.
+  const std::vector<model::Axis>& axes() const { return axes_; }
+  /// "3, 4" for a cell and "x = 0.1, y = 0.2" for its centre.
+  std::string cell_text(const Cell& cell) const;
+  std::string place_text(const Cell& cell) const;
+
   std::vector<double> initial(int state);
   /// The state where the last run ended.
   std::vector<double> final_state(int state);
@@ -79,10 +84,6 @@ class Session {
   void* datum_at(const DataStates& datum, double t);
   /// The states a quantity is evaluated at, as step numbers.
   std::vector<int> steps_of(const model::When& when) const { return driver::steps_of(when, problem(), steps_); }
-  /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
-  RolloutSetup setup();
-  /// States and rates together, and their adjoint (see SecondOrder); null when the programs for it are not there.
-  std::unique_ptr<Rollout> second_order_rollout(bool gauss_newton);
   /// A quantity of the task (a loss or test) at one state.
   double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<void*>& states);
   /// The same with all fields given by name, data excepted.
@@ -90,26 +91,22 @@ class Session {
 
  private:
   Session() = default;
+  EngineOptions engine_options();
   bool load(const SourceFile& source, DiagnosticSink& sink);
-  bool load_states(const SourceFile& source, DiagnosticSink& sink);
+  bool load_data(const SourceFile& source, DiagnosticSink& sink);
+  bool has_data_for_losses(DiagnosticSink& sink);
   bool load_coefficients(const SourceFile& source, DiagnosticSink& sink);
-  bool make_rollout(DiagnosticSink& sink);
-  /// The programs of one loss in a rollout.
-  struct LossPrograms {
-    const dpde_program *value, *adjoint;
-    std::string sum;
-  };
-  using PickLoss = std::function<LossPrograms(const std::string& name)>;
-  bool add_losses(RolloutSetup& setup, const PickLoss& pick, DiagnosticSink& sink);
-  std::map<std::string, void*> bind_states(const std::vector<void*>& states);
+  bool load_states(const SourceFile& source, DiagnosticSink& sink);
+  bool starts_finite(DiagnosticSink& sink);
+  Workspace::Bound bind_states(const std::vector<void*>& states);
 
   std::shared_ptr<const Compiled> compiled_;
   SessionOptions options_;
   int steps_ = 0;
-  std::unique_ptr<Workspace> workspace_;
+  std::vector<model::Axis> axes_;
+  std::shared_ptr<const SceneTable> table_;
+  std::unique_ptr<Engine> engine_;
   std::vector<DataStates> data_;
-  std::map<std::string, std::vector<double>> state_files_;  // initial states that come from files
-  std::unique_ptr<Rollout> rollout_;
   std::string tuning_;  // of the rollout, as it was found in the cache
 };
 

@@ -40,7 +40,10 @@ RolloutSetup setup_of_run(const codegen::ProgramTables& tables, const Compiled& 
   RolloutSetup setup;
   setup.step = tables.find(compiled.step_name());
   setup.rate = tables.find(compiled.names.rate);
-  if (setup.rate != nullptr) setup.courant = compiled.problem->courant;
+  if (setup.rate != nullptr) {
+    setup.courant = compiled.problem->courant;
+    setup.rate_field = compiled.names.rate_field;
+  }
   setup.layout = layout_of(compiled);
   setup.steps = compiled.problem->steps;
   return setup;

@@ -144,7 +144,7 @@ std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
   scene->given_hash = hash_of_files(problem, source);
   scene->compiled = compiled;
   if (!runs_are_of_this_scene(*scene, scene->trajectories, where, sink)) return nullptr;
-  scene->table = SceneTable::make(std::move(compiled), source, sink);
+  scene->table = SceneTable::make(std::move(compiled), source, {}, sink);
   return scene->table ? std::move(scene) : nullptr;
 }
 

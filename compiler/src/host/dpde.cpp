@@ -107,7 +107,7 @@ Simulation compile(const SourceFile& file, const HostOptions& options) {
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
   driver::certify_quickly(source, kept, certifying(options), sink);
   if (sink.has_errors()) fail(source, sink);
-  const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, source, sink);
+  const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, source, {}, sink);
   if (!table) fail(source, sink);
   driver::SessionOptions session_options;
   session_options.threads = options.threads;

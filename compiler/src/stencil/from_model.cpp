@@ -307,7 +307,8 @@ Module from_model(const model::Problem& problem, const ProgramNames& names, Diag
   if (problem.task) add_formulas(module, lowering, names.start, start_formulas(lowering, *problem.task));
   add_control_fields(module, lowering, names);
   add_step(module, lowering, names.step);
-  if (problem.rate) add_formulas(module, lowering, names.rate, {{"courant_rate", *problem.rate, problem.time_origin}});
+  if (problem.rate)
+    add_formulas(module, lowering, names.rate, {{names.rate_field, *problem.rate, problem.time_origin}});
   add_formulas(module, lowering, names.exact, exact_formulas(problem, lowering));
   std::vector<NamedValue> observables;
   for (const model::Quantity& o : problem.observables) observables.push_back({o.name, o.value});

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-#define DPDE_SCENE_VERSION 6
+#define DPDE_SCENE_VERSION 7
 
 typedef struct dpde_axis {
   const char* name;
@@ -74,7 +74,7 @@ typedef struct dpde_second {
 } dpde_second;
 
 typedef struct dpde_loss {
-  const dpde_program* loss;
+  const dpde_program* loss; /* its one sum is the loss */
   const dpde_program* adjoint;
   dpde_instants at;
   dpde_second full;    /* null programs: see dpde_scene::no_second */
@@ -119,6 +119,7 @@ typedef struct dpde_scene {
   const dpde_control* controls;
   const dpde_program* rate; /* null: steps are made whole. Else see RolloutSetup::rate in dpde/runtime/rollout.h */
   double courant;
+  const char* rate_field; /* that `rate` keeps */
   int32_t state_count;
   const dpde_source* states; /* has_formula: of the initial state */
   int32_t coefficient_count;

@@ -77,7 +77,7 @@ struct LossTerm {
   std::vector<int> at_steps;              // strictly increasing, 0 .. steps
   double weight = 1;
   std::vector<LossData> data;
-  std::string sum = "loss";  // the sum that counts
+  std::string sum;  // the one that counts; "": the program's only one
 };
 
 /// Which of `count` intervals of `every` steps step n, or the state after n steps, lies in; the last one beyond.
@@ -98,11 +98,12 @@ struct RolloutSetup {
   std::vector<BoundWeights> weights;
   std::vector<std::string> sought;  // names among `fields`: gradient() computes d loss / d field for them
   std::vector<LossTerm> losses;
-  /// Not null: steps limited by a Courant number. The program keeps a field `courant_rate`, speed over spacing added up
+  /// Not null: steps limited by a Courant number. The program keeps the field `rate_field`, speed over spacing added up
   /// over the axes; with r its largest value at the state a step begins with, that step is done as ceil(dt*r/courant)
   /// equal ones. States, losses and controls are those of whole steps. The number of parts has no derivative: it is
   /// constant but at jumps.
   const dpde_program* rate = nullptr;
+  std::string rate_field;
   double courant = 1;
   /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its
   /// steps as then fit; slots > 0 overrides it.

@@ -31,6 +31,7 @@
 #include <vector>
 
 #include "dpde/runtime/clock.h"
+#include "dpde/runtime/curvature.h"
 #include "dpde/runtime/host_network.h"
 #include "dpde/runtime/progress.h"
 #include "dpde/runtime/values.h"
@@ -52,10 +53,6 @@ struct SimulationOptions {
   /// Not null: the time of loss() and gradient() is added to it, by what it is spent on.
   GradientSeconds* seconds = nullptr;
 };
-
-/// The Hessian of the loss, or what Gauss and Newton put in its place: without the curvature of the model, never
-/// negative.
-enum class Curvature { full, gauss_newton };
 
 /// What an optimiser did. The unknowns of the simulation have the values it found.
 struct Optimised {

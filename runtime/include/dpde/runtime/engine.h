@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs a compiled scene and its task: fields and numbers by name, the initial state by formulas or as it is given, the
+// rollouts of steps, losses and derivatives, and the task's unknowns as one vector. Simulations of hosts, commands and
+// training are faces of it: they load what it runs and say in their words what went wrong.
+//
+//  - The initial state lies in the rollout that is opened first; others get copies of it.
+//  - Formulas of initial states and coefficients are evaluated again after a value that they read has changed, except
+//    where values were given (`is_given`).
+//  - The vector of unknowns holds those of unknowns() one after the other.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dpde/runtime/curvature.h"
+#include "dpde/runtime/optimise.h"
+#include "dpde/runtime/rollout.h"
+#include "dpde/runtime/values.h"
+#include "dpde/runtime/workspace.h"
+#include "dpde/scene_abi.h"
+
+namespace dpde {
+
+struct EngineOptions {
+  std::vector<std::int64_t> cells;  // one number an axis, in place of the scene's
+  int threads = 1;
+  /// Of gradients: see RolloutSetup.
+  std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
+  int slots = 0;
+  std::string checkpoint_folder;
+  int cut = 0;
+  const std::atomic<bool>* stop = nullptr;
+  GradientSeconds* seconds = nullptr;
+  /// Cells of halo that programs beside the scene's need, which the caller runs on the same fields.
+  std::array<std::int64_t, 3> halo{};
+  /// What is known of the tuning of a rollout (RolloutSetup::tuning); may be empty.
+  std::function<std::string(const RolloutSetup&)> find_tuning;
+};
+
+class Engine {
+ public:
+  struct State {
+    std::string name;
+    int32_t start = DPDE_START_SCENE;  // DPDE_START_HOST: nobody but who gives it knows it
+    bool is_unknown = false, is_given = false;
+  };
+  /// A coefficient, or data of the task.
+  struct Given {
+    bool is_datum = false, is_given = false;
+    bool is_needed = false;            // it has no formula
+    std::size_t states = 1;            // of data; of a control field one an interval
+    int32_t start = DPDE_START_SCENE;  // of a coefficient
+    bool is_unknown = false;
+  };
+  /// An unknown and its part of the vector of all of them.
+  struct Unknown {
+    std::string name, rate;  // the rate as tangents call it; "" where none varies by it
+    int32_t kind;
+    double low, high;
+    std::size_t offset, size;
+    bool is_network() const { return kind == DPDE_UNKNOWN_NETWORK; }
+    bool is_field() const { return kind == DPDE_UNKNOWN_INITIAL || kind == DPDE_UNKNOWN_COEFFICIENT; }
+    template <class Number>
+    std::span<Number> part_of(std::span<Number> all) const {
+      return all.subspan(offset, size);
+    }
+  };
+
+  /// The scene's data and programs must stay; `keep` is held as long.
+  /// @throws Error(input) for cells that do not fit, Error(machine) when memory runs out.
+  Engine(const dpde_scene& scene, EngineOptions options, std::shared_ptr<const void> keep);
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  const dpde_scene& scene() const { return scene_; }
+  const EngineOptions& options() const { return options_; }
+  Workspace& workspace() { return *workspace_; }
+  const Workspace& workspace() const { return *workspace_; }
+  const std::vector<std::int64_t>& cells() const { return cells_; }
+  /// In the order of the rollouts.
+  const std::vector<State>& states() const { return states_; }
+  const Workspace::Named<Given>& given() const { return given_; }
+  /// -1 when there is none of that name.
+  int state_index(std::string_view name) const;
+
+  // Values. Names are those of the scene, lengths fit.
+  void set_param(std::string_view name, double value);
+  void set_control(std::string_view name, Values values);
+  void set_weights(std::string_view network, Values values);
+  void set_host(std::string_view network, const dpde_host_network* functions);
+  void set_initial(std::size_t state, Values values);
+  /// A coefficient, a control field (one interval after the other) or data (one state after the other).
+  void set_field(std::string_view name, Values values);
+  /// The same where the caller has put the values into the workspace. `at`: data hold these states, and not those that
+  /// the scene's table says; empty: one for all times.
+  void take_datum(std::string_view name, std::vector<int> at);
+  /// The time of the initial state, for formulas too; controls stay with the numbers of the steps.
+  void begin_at(double time);
+  double t_begin() const { return workspace_->t_begin(); }
+  /// After it initial(state) and all fields of formulas are those of the present values.
+  void update_formulas();
+  Field& initial(std::size_t state) { return primary().initial(static_cast<int>(state)); }
+
+  // Rollouts
+  /// The scene's step with all fields and parameters bound, and neither adjoint nor losses.
+  RolloutSetup setup() const;
+  /// Without losses; made when it is first asked for.
+  Rollout& stepper();
+  /// With the task's losses and adjoints. @throws Error(input) for a loss at a time that its data do not hold.
+  Rollout& objective();
+  bool is_open() const { return primary_ != nullptr; }
+  /// The one that holds the initial state.
+  Rollout& primary() { return primary_ != nullptr ? *primary_ : scene_.task != nullptr ? objective() : stepper(); }
+  /// Puts the initial state, as formulas give it now, into a rollout of this engine.
+  void begin(Rollout& rollout);
+  /// The same for one that the caller has made by setup(): parameters and controls, too.
+  void begin_other(Rollout& rollout);
+  void watch_gradients(GradientCallback watch, int every);
+
+  // Unknowns
+  const std::vector<Unknown>& unknowns() const { return unknowns_; }
+  std::size_t unknown_count() const { return unknown_count_; }
+  void values_of(const Unknown& unknown, std::span<double> to);
+  void set_unknowns(Values x);
+  /// As tasks say it: infinite where an unknown has none; empty when none has any.
+  Bounds bounds() const;
+  double loss();
+  /// `to` has unknown_count() values. Not a number when stopped.
+  double gradient(std::span<double> to);
+  const GradientResult& last_gradient() const { return *last_gradient_; }
+  bool was_stopped() const { return was_stopped_; }
+  /// "", or why there are no products.
+  std::string why_no_products(Curvature curvature) const;
+  /// Second derivatives of the loss times a vector: a run that carries states and rates forward through the tangent of
+  /// the step, and the adjoint of that tangent back. Not a number when stopped.
+  void product(Values direction, std::span<double> to, Curvature curvature);
+  /// The rate of the loss along a direction, by tangents alone.
+  double rate_along(Values direction);
+  Rollout& products(Curvature curvature);
+
+ private:
+  struct Datum {
+    std::string name;
+    std::vector<int> at;  // empty: one state for all times
+  };
+  void make_workspace();
+  void make_fields();
+  void make_unknowns();
+  std::vector<const dpde_program*> programs() const;
+  std::vector<const dpde_program*> formula_programs() const;
+  std::vector<int> steps_of(const dpde_instants& instants) const;
+  LossTerm loss_term(const dpde_loss& loss, const dpde_program& program);
+  Rollout& open(std::optional<Rollout>& rollout, RolloutSetup setup);
+  template <class Visit>
+  void for_each_rollout(const Visit& visit) {
+    for (std::optional<Rollout>* rollout : {&stepper_, &losses_, &full_, &gauss_newton_, &tangent_}) {
+      if (*rollout) visit(**rollout);
+    }
+  }
+  void give_controls(Rollout& rollout) const;
+  void change_of_param(std::string_view name);
+
+  bool formulas_need(const dpde_program& program, int32_t start) const;
+  void run_formulas(const dpde_program& program, int32_t start);
+
+  std::string_view rate_of(int32_t kind, std::string_view name) const;
+  std::string_view value_of_rate(std::string_view rate) const;
+  bool comes_from_formula(std::string_view field) const;
+  void copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const;
+  void add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial,
+                            const dpde_program* coefficients, std::span<double> to);
+  RolloutSetup tangent_setup();
+  void set_direction(Rollout& rollout, Values direction);
+  void run_tangents_of_formulas();
+  const Unknown* find_unknown(int32_t kind, std::string_view name) const;
+
+  const dpde_scene& scene_;
+  EngineOptions options_;
+  std::shared_ptr<const void> keep_;
+  std::vector<const dpde_program*> formulas_;  // programs that turn numbers into fields, before the first step
+  std::vector<std::int64_t> cells_;
+  std::optional<Workspace> workspace_;
+  std::vector<State> states_;
+  Workspace::Named<Given> given_;
+  std::vector<Datum> data_;
+  std::vector<Unknown> unknowns_;
+  std::size_t unknown_count_ = 0;
+  bool formulas_are_stale_ = true;
+  std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_;
+  Rollout* primary_ = nullptr;
+  GradientCallback watch_;
+  int watch_every_ = 1;
+  const GradientResult* last_gradient_ = nullptr;
+  bool was_stopped_ = false;
+};
+
+}  // namespace dpde

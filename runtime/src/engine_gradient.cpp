@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+// Losses and derivatives: gradients, and products of second derivatives by a run that carries states and rates forward
+// through the tangent of the step, and the adjoint of that tangent back. With the rate of the loss at the end the
+// adjoint of the states is the Hessian's product; with the squares of the residuals' rates at the end the adjoint of
+// the rates is that of the Gauss-Newton matrix.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "dpde/runtime/engine.h"
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/links.h"
+
+namespace dpde {
+
+double Engine::loss() {
+  Rollout& rollout = objective();
+  begin(rollout);
+  return rollout.loss();
+}
+
+double Engine::gradient(std::span<double> to) {
+  Rollout& rollout = objective();
+  begin(rollout);
+  last_gradient_ = &rollout.gradient();
+  was_stopped_ = last_gradient_->stopped;
+  if (was_stopped_) return std::numeric_limits<double>::quiet_NaN();
+  copy_bars(rollout, false, to);
+  add_through_formulas(rollout, false, scene_.initial_adjoint, scene_.coefficient_adjoint, to);
+  return last_gradient_->loss;
+}
+
+/// What the tangents, which agree on it, call the rate of a value; "" where none of them varies by it.
+std::string_view Engine::rate_of(int32_t kind, std::string_view name) const {
+  const auto rate = [&](const dpde_program* tangent) {
+    return tangent == nullptr ? std::string_view() : rate_in(*tangent, kind, name);
+  };
+  for (const dpde_program* tangent :
+       {scene_.second.tangent, scene_.coefficient_second.tangent, scene_.initial_second.tangent}) {
+    if (!rate(tangent).empty()) return rate(tangent);
+  }
+  for (int32_t i = 0; i < scene_.loss_count; ++i) {
+    if (!rate(scene_.losses[i].full.tangent).empty()) return rate(scene_.losses[i].full.tangent);
+  }
+  return "";
+}
+
+/// The state or coefficient whose rate this is; "" of other names.
+std::string_view Engine::value_of_rate(std::string_view rate) const {
+  for (const State& state : states_) {
+    if (rate_of(DPDE_LINK_FIELD, state.name) == rate) return state.name;
+  }
+  for (const auto& [name, field] : given_) {
+    if (rate_of(DPDE_LINK_FIELD, name) == rate) return name;
+  }
+  return "";
+}
+
+/// A state at the start, or a coefficient.
+bool Engine::comes_from_formula(std::string_view field) const {
+  if (const int s = state_index(field); s >= 0) {
+    const State& state = states_[static_cast<std::size_t>(s)];
+    return !state.is_given && !state.is_unknown && state.start == DPDE_START_SCENE;
+  }
+  const auto coefficient = given_.find(field);
+  return coefficient != given_.end() && !coefficient->second.is_given && !coefficient->second.is_unknown;
+}
+
+const Engine::Unknown* Engine::find_unknown(int32_t kind, std::string_view name) const {
+  const auto found =
+      std::ranges::find_if(unknowns_, [&](const Unknown& u) { return u.kind == kind && u.name == name; });
+  return found == unknowns_.end() ? nullptr : &*found;
+}
+
+/// What the last gradient of `rollout` says of the unknowns, or of their rates.
+void Engine::copy_bars(const Rollout& rollout, bool of_rates, std::span<double> to) const {
+  for (const Unknown& unknown : unknowns_) {
+    const std::string& variable = of_rates ? unknown.rate : unknown.name;
+    const std::span<double> values = unknown.part_of(to);
+    if (variable.empty()) {
+      std::ranges::fill(values, 0.0);  // nothing varies by its rate
+    } else if (unknown.is_field()) {
+      rollout.copy_field_bar(variable, values);
+    } else {
+      rollout.copy_param_bar(variable, values);
+    }
+  }
+}
+
+/// What unknown parameters and weights do by the formulas of initial states and coefficients, where those are used: the
+/// last gradient of `rollout`, taken back by the adjoints of the programs that compute them. Of rates only what comes
+/// by rates: Gauss-Newton leaves out the formulas' own second derivatives, too.
+void Engine::add_through_formulas(const Rollout& rollout, bool of_rates, const dpde_program* initial,
+                                  const dpde_program* coefficients, std::span<double> to) {
+  const auto counts = [&](std::string_view name) {
+    const std::string_view value = value_of_rate(name);
+    return value.empty() ? !of_rates && comes_from_formula(name) : comes_from_formula(value);
+  };
+  for (const dpde_program* adjoint : {coefficients, initial}) {
+    if (adjoint == nullptr) continue;
+    bool is_used = false;  // where all is given nothing was computed that the adjoint could read
+    for (const dpde_link& link : links_of(*adjoint)) {
+      if (!is_seed_of_field(*adjoint, link)) continue;
+      Field& seed = workspace_->field(adjoint->fields[link.derived]);
+      seed.fill(0);
+      if (!counts(link.primal)) continue;
+      is_used = true;
+      const FieldView found = rollout.bar_of(link.primal);
+      if (found.base != nullptr) copy_interior(seed.layout(), seed.base(), found);
+    }
+    if (!is_used) continue;
+    const Executor& done = workspace_->execute(*adjoint);
+    for (const Unknown& unknown : unknowns_) {
+      const std::span<double> part = unknown.part_of(to);
+      const auto is_it = [&](const dpde_network* network) { return unknown.name == network->name; };
+      if (unknown.is_network() && !of_rates &&
+          std::any_of(adjoint->networks, adjoint->networks + adjoint->network_count, is_it)) {
+        const std::vector<double>& bars = workspace_->weights().find(unknown.name)->second.bars;
+        for (std::size_t i = 0; i < bars.size(); ++i) part[i] += bars[i];
+      }
+      if (unknown.kind != DPDE_UNKNOWN_PARAM) continue;
+      const int sum = find_derived(*adjoint, DPDE_LINK_PARAM, of_rates ? unknown.rate : unknown.name);
+      if (sum >= 0) part[0] += done.sums()[static_cast<std::size_t>(sum)];
+    }
+  }
+}
+
+/// The tangent of the step, and the rates of the fields that are sought.
+RolloutSetup Engine::tangent_setup() {
+  for (int32_t c = 0; c < scene_.sought_count; ++c) {
+    const std::string_view rate = rate_of(DPDE_LINK_FIELD, scene_.sought[c]);
+    if (!rate.empty()) workspace_->make_like(rate, scene_.sought[c]);
+  }
+  RolloutSetup both = setup();
+  if (scene_.second.tangent != nullptr) both.step = scene_.second.tangent;  // else nothing that is sought reaches it
+  return both;
+}
+
+std::string Engine::why_no_products(Curvature curvature) const {
+  if (scene_.no_second != nullptr) return scene_.no_second;
+  for (int32_t i = 0; i < scene_.loss_count; ++i) {
+    const dpde_loss& loss = scene_.losses[i];
+    if (curvature == Curvature::gauss_newton && loss.full.tangent != nullptr && loss.squares.tangent == nullptr)
+      return fmt::format("loss {} of task {} is not a sum of squares: it has no Gauss-Newton matrix", i + 1,
+                         scene_.task);
+  }
+  return "";
+}
+
+Rollout& Engine::products(Curvature curvature) {
+  objective();  // or an error: there is no task
+  if (const std::string why = why_no_products(curvature); !why.empty()) throw Error(ErrorKind::input, why);
+  std::optional<Rollout>& rollout = curvature == Curvature::full ? full_ : gauss_newton_;
+  if (rollout) return *rollout;
+  RolloutSetup both = tangent_setup();
+  both.adjoint = scene_.second.adjoint;
+  for (int32_t c = 0; c < scene_.sought_count; ++c) {
+    both.sought.emplace_back(scene_.sought[c]);
+    const std::string_view rate = rate_of(DPDE_LINK_FIELD, scene_.sought[c]);
+    if (!rate.empty()) both.sought.emplace_back(rate);
+  }
+  for (int32_t i = 0; i < scene_.loss_count; ++i) {
+    const dpde_loss& loss = scene_.losses[i];
+    const dpde_second& programs = curvature == Curvature::full ? loss.full : loss.squares;
+    if (programs.tangent == nullptr) continue;  // nothing that is sought reaches it
+    LossTerm& term = both.losses.emplace_back(loss_term(loss, *programs.tangent));
+    term.adjoint = programs.adjoint;
+    term.sum = rate_in(*programs.tangent, DPDE_LINK_SUM, loss.loss->sums[0]);
+  }
+  return open(rollout, std::move(both));
+}
+
+/// Rates of parameters and controls; of fields that formulas give; then of those that are unknowns themselves.
+void Engine::set_direction(Rollout& rollout, Values direction) {
+  const std::span<const double> all = direction;
+  update_formulas();  // tangents may read what formulas give
+  for (const Unknown& unknown : unknowns_) {
+    const std::span<const double> rates = unknown.part_of(all);
+    if (unknown.is_network()) std::ranges::copy(rates, workspace_->weights().find(unknown.name)->second.rates.begin());
+    if (unknown.rate.empty()) continue;
+    if (unknown.kind == DPDE_UNKNOWN_PARAM) {
+      workspace_->set_param(unknown.rate, rates[0]);
+      rollout.set_param(unknown.rate, rates[0]);
+    } else if (unknown.kind == DPDE_UNKNOWN_CONTROL) {
+      const int every = workspace_->controls().find(unknown.name)->second.every;
+      workspace_->set_control(unknown.rate, every, {rates.begin(), rates.end()});
+      rollout.set_control(unknown.rate, every, rates);
+    }
+  }
+  const auto copy_rates = [&](const std::string& name, const Unknown* unknown, std::string_view rate, void* to) {
+    const dpde_layout& layout = workspace_->layout();
+    if (unknown != nullptr) return copy_in(layout, to, unknown->part_of(all));
+    if (!comes_from_formula(name)) return fill_all(layout, to, 0);
+    const Field& rates = workspace_->field(rate);
+    if (rates.base() != to) copy_all(layout, to, rates.base());
+  };
+  run_tangents_of_formulas();
+  for (const State& state : states_) {
+    const std::string_view rate = rate_of(DPDE_LINK_FIELD, state.name);
+    const int to = rate.empty() ? -1 : rollout.state_index(rate);
+    if (to >= 0)
+      copy_rates(state.name, find_unknown(DPDE_UNKNOWN_INITIAL, state.name), rate, rollout.initial(to).base());
+  }
+  for (int32_t c = 0; c < scene_.sought_count; ++c) {
+    const std::string_view rate = rate_of(DPDE_LINK_FIELD, scene_.sought[c]);
+    if (rate.empty()) continue;
+    const Unknown* unknown = find_unknown(DPDE_UNKNOWN_COEFFICIENT, scene_.sought[c]);
+    if (unknown != nullptr) {
+      workspace_->set_dense(rate, unknown->part_of(all));
+    } else {
+      copy_rates(scene_.sought[c], nullptr, rate, workspace_->field(rate).base());
+    }
+  }
+}
+
+/// They compute the formulas' fields, too, which are there already: what is given, or starts elsewhere, stays.
+void Engine::run_tangents_of_formulas() {
+  for (const dpde_program* tangent : {scene_.coefficient_second.tangent, scene_.initial_second.tangent}) {
+    if (tangent == nullptr) continue;
+    Workspace::Bound bound;
+    std::vector<std::unique_ptr<Field>> unused;
+    for (int f = tangent->input_count; f < tangent->field_count; ++f) {
+      const std::string_view name = tangent->fields[f];
+      if (!given_.contains(name)) continue;
+      bound[name] = unused.emplace_back(std::make_unique<Field>(workspace_->layout()))->base();
+    }
+    workspace_->execute(*tangent, t_begin(), bound);
+  }
+}
+
+void Engine::product(Values direction, std::span<double> to, Curvature curvature) {
+  Rollout& rollout = products(curvature);
+  set_direction(rollout, direction);
+  begin(rollout);
+  was_stopped_ = rollout.gradient().stopped;
+  if (was_stopped_) {
+    std::ranges::fill(to, std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  const bool of_rates = curvature == Curvature::gauss_newton;
+  copy_bars(rollout, of_rates, to);
+  add_through_formulas(rollout, of_rates, scene_.initial_second.adjoint, scene_.coefficient_second.adjoint, to);
+}
+
+double Engine::rate_along(Values direction) {
+  objective();
+  if (!tangent_) {
+    RolloutSetup forward = tangent_setup();
+    for (int32_t i = 0; i < scene_.loss_count; ++i) {
+      const dpde_program* const tangent = scene_.losses[i].full.tangent;
+      if (tangent == nullptr) continue;  // nothing that is sought reaches it
+      LossTerm& term = forward.losses.emplace_back(loss_term(scene_.losses[i], *tangent));
+      term.adjoint = nullptr;
+      term.sum = rate_in(*tangent, DPDE_LINK_SUM, scene_.losses[i].loss->sums[0]);
+    }
+    open(tangent_, std::move(forward));
+  }
+  set_direction(*tangent_, direction);
+  begin(*tangent_);
+  return tangent_->loss();
+}
+
+}  // namespace dpde

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values that an engine is given, formulas that depend on them, and the unknowns among them as one vector.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+
+#include "dpde/runtime/engine.h"
+
+namespace dpde {
+namespace {
+
+bool has_param(const dpde_program& program, std::string_view name) {
+  return std::any_of(program.params, program.params + program.param_count,
+                     [&](const char* param) { return name == param; });
+}
+
+bool has_input(const dpde_program& program, std::string_view name) {
+  return std::any_of(program.fields, program.fields + program.input_count,
+                     [&](const char* field) { return name == field; });
+}
+
+bool has_network(const dpde_program& program, std::string_view name) {
+  return std::any_of(program.networks, program.networks + program.network_count,
+                     [&](const dpde_network* network) { return name == network->name; });
+}
+
+}  // namespace
+
+void Engine::change_of_param(std::string_view name) {
+  const auto reads = [&](const dpde_program* formula) { return has_param(*formula, name); };
+  formulas_are_stale_ = formulas_are_stale_ || std::ranges::any_of(formulas_, reads);
+}
+
+void Engine::set_param(std::string_view name, double value) {
+  workspace_->set_param(name, value);
+  for_each_rollout([&](Rollout& rollout) { rollout.set_param(name, value); });
+  change_of_param(name);
+}
+
+void Engine::set_control(std::string_view name, Values values) {
+  const int every = workspace_->controls().find(name)->second.every;
+  workspace_->set_control(name, every, {values.begin(), values.end()});
+  for_each_rollout([&](Rollout& rollout) { rollout.set_control(name, every, values); });
+  change_of_param(name);
+}
+
+void Engine::set_weights(std::string_view network, Values values) {
+  std::vector<double>& own = workspace_->weights().find(network)->second.values;
+  if (own.empty() || std::memcmp(values.data(), own.data(), own.size() * sizeof(double)) == 0)
+    return;  // whoever runs next takes them as they are
+  std::ranges::copy(values, own.begin());
+  if (stepper_) stepper_->update_weights();
+  const auto reads = [&](const dpde_program* formula) { return has_network(*formula, network); };
+  formulas_are_stale_ = formulas_are_stale_ || std::ranges::any_of(formulas_, reads);
+}
+
+void Engine::set_host(std::string_view network, const dpde_host_network* functions) {
+  workspace_->weights().find(network)->second.host = functions;
+  formulas_are_stale_ = true;
+}
+
+void Engine::set_initial(std::size_t state, Values values) {
+  initial(state).copy_in(values);
+  states_[state].is_given = true;
+}
+
+void Engine::set_field(std::string_view name, Values values) {
+  Given& given = given_.find(name)->second;
+  for (std::size_t k = 0, size = workspace_->cell_count(); k < given.states; ++k)
+    workspace_->field(name, k).copy_in(values.subspan(k * size, size));
+  given.is_given = true;
+  const auto reads = [&](const dpde_program* formula) { return has_input(*formula, name); };
+  formulas_are_stale_ = formulas_are_stale_ || std::ranges::any_of(formulas_, reads);
+}
+
+void Engine::take_datum(std::string_view name, std::vector<int> at) {
+  const auto given = given_.find(name);
+  if (given == given_.end()) return;  // no loss reads it
+  given->second.is_given = true;
+  given->second.states = std::max<std::size_t>(at.size(), 1);
+  std::ranges::find(data_, name, &Datum::name)->at = std::move(at);
+}
+
+/// Whether a program of initial states has one to compute: windows of trajectories begin anew again and again, each
+/// with states of the data, and their formulas may cost as much as many steps.
+bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
+  return std::any_of(program.fields + program.input_count, program.fields + program.field_count, [&](const char* name) {
+    const int s = state_index(name);
+    const auto given = given_.find(std::string_view(name));
+    if (s < 0) return given != given_.end() && !given->second.is_given;
+    const State& state = states_[static_cast<std::size_t>(s)];
+    return !state.is_given && state.start == start;
+  });
+}
+
+/// States with this start go where the initial state is; what was given stays.
+void Engine::run_formulas(const dpde_program& program, int32_t start) {
+  if (!formulas_need(program, start)) return;
+  Workspace::Bound bound;
+  std::vector<std::unique_ptr<Field>> unused;
+  const auto leave_out = [&](const char* name) {
+    bound[name] = unused.emplace_back(std::make_unique<Field>(workspace_->layout())).get()->base();
+  };
+  bool has_states = false;
+  for (int f = program.input_count; f < program.field_count; ++f) {
+    const char* const name = program.fields[f];
+    const int s = state_index(name);
+    const auto given = given_.find(std::string_view(name));
+    if (s >= 0) {
+      has_states = true;
+      const State& state = states_[static_cast<std::size_t>(s)];
+      const bool is_wanted = !state.is_given && state.start == start;
+      if (is_wanted) bound[name] = initial(static_cast<std::size_t>(s)).base();
+      if (!is_wanted) leave_out(name);
+    } else if (given != given_.end() && given->second.is_given) {
+      leave_out(name);
+    }
+  }
+  workspace_->execute(program, t_begin(), bound);
+  for (int f = program.input_count; has_states && f < program.field_count; ++f) {
+    if (!given_.contains(std::string_view(program.fields[f]))) workspace_->release(program.fields[f]);
+  }
+}
+
+void Engine::update_formulas() {
+  if (!formulas_are_stale_) return;
+  formulas_are_stale_ = false;
+  for (int32_t c = 0; c < scene_.coefficient_count; ++c) {
+    const dpde_coefficient& control = scene_.coefficients[c];
+    if (control.formula == nullptr || given_.find(std::string_view(control.name))->second.is_given) continue;
+    workspace_->run_for_intervals(*control.formula, control.name);
+  }
+  if (scene_.coefficient_formulas != nullptr) run_formulas(*scene_.coefficient_formulas, DPDE_START_SCENE);
+  if (scene_.initial != nullptr) run_formulas(*scene_.initial, DPDE_START_SCENE);
+  if (scene_.start != nullptr) run_formulas(*scene_.start, DPDE_START_FORMULA);
+}
+
+void Engine::values_of(const Unknown& unknown, std::span<double> to) {
+  switch (unknown.kind) {
+    case DPDE_UNKNOWN_PARAM: to[0] = workspace_->params().find(unknown.name)->second; return;
+    case DPDE_UNKNOWN_CONTROL:
+      std::ranges::copy(workspace_->controls().find(unknown.name)->second.values, to.begin());
+      return;
+    case DPDE_UNKNOWN_NETWORK:
+      std::ranges::copy(workspace_->weights().find(unknown.name)->second.values, to.begin());
+      return;
+    default: break;
+  }
+  update_formulas();
+  if (unknown.kind == DPDE_UNKNOWN_INITIAL)
+    return initial(static_cast<std::size_t>(state_index(unknown.name))).copy_out(to);
+  for (std::size_t k = 0, size = workspace_->cell_count(); k * size < to.size(); ++k)
+    workspace_->field(unknown.name, k).copy_out(to.subspan(k * size, size));
+}
+
+void Engine::set_unknowns(Values x) {
+  for (const Unknown& unknown : unknowns_) {
+    const Values values = unknown.part_of(std::span<const double>(x));
+    switch (unknown.kind) {
+      case DPDE_UNKNOWN_PARAM: set_param(unknown.name, values[0]); break;
+      case DPDE_UNKNOWN_CONTROL: set_control(unknown.name, values); break;
+      case DPDE_UNKNOWN_NETWORK: set_weights(unknown.name, values); break;
+      case DPDE_UNKNOWN_COEFFICIENT: set_field(unknown.name, values); break;
+      default: set_initial(static_cast<std::size_t>(state_index(unknown.name)), values);
+    }
+  }
+}
+
+Bounds Engine::bounds() const {
+  const auto is_bounded = [](const Unknown& unknown) {
+    return std::isfinite(unknown.low) || std::isfinite(unknown.high);
+  };
+  if (std::ranges::none_of(unknowns_, is_bounded)) return {};
+  const auto count = static_cast<Eigen::Index>(unknown_count_);
+  Bounds bounds{Eigen::VectorXd(count), Eigen::VectorXd(count)};
+  for (const Unknown& unknown : unknowns_) {
+    const auto offset = static_cast<Eigen::Index>(unknown.offset), size = static_cast<Eigen::Index>(unknown.size);
+    bounds.low.segment(offset, size).setConstant(unknown.low);
+    bounds.high.segment(offset, size).setConstant(unknown.high);
+  }
+  return bounds;
+}
+
+}  // namespace dpde
