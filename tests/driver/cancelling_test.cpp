@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rounding is, and what is not: derivatives whose terms cancel, wrong ones, and choices that change.
 #include "adjoint/rounding_between.h"
-#include "driver/quick_certificate.h"
+#include "analysis/quick_certificate.h"
 #include "driver_support.h"
 
 namespace dpde::testing {
@@ -80,9 +80,9 @@ task t : s {{ unknown initial u; minimise {} }}
   const auto code = compiled(source, options);
   ASSERT_NE(code, nullptr);
   DiagnosticSink sink;
-  EXPECT_TRUE(driver::certify_quickly(source, code, driver::Certifying::always, sink).has_value())
+  EXPECT_TRUE(analysis::certify_quickly(source, code, analysis::Certifying::always, sink).has_value())
       << all_messages(source, sink);
-  const auto certificate = driver::certify(source, code, {}, sink);
+  const auto certificate = analysis::certify(source, code, {}, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_TRUE(certificate->passed()) << certificate->worst() << " " << certificate->note;
 }
@@ -134,7 +134,7 @@ task t : s { unknown initial u; minimise mean(u^2) }
   const auto code = compiled(source, options);
   ASSERT_NE(code, nullptr);
   DiagnosticSink sink;
-  const auto certificate = driver::certify_quickly(source, code, driver::Certifying::always, sink);
+  const auto certificate = analysis::certify_quickly(source, code, analysis::Certifying::always, sink);
   EXPECT_TRUE(certificate.has_value()) << all_messages(source, sink);
 }
 

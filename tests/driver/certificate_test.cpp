@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certification must pass what is right and, above all, fail what is wrong.
-#include "driver/certificate.h"
+#include "analysis/certificate.h"
 
 #include <cmath>
 
@@ -32,18 +32,18 @@ driver::CompileOptions for_certification() {
   return options;
 }
 
-driver::Certificate certificate_of(const SourceFile& source, const std::shared_ptr<driver::Compiled>& scene) {
+analysis::Certificate certificate_of(const SourceFile& source, const std::shared_ptr<driver::Compiled>& scene) {
   DiagnosticSink sink;
-  const std::optional<driver::Certificate> certificate = driver::certify(source, scene, {}, sink);
+  const std::optional<analysis::Certificate> certificate = analysis::certify(source, scene, {}, sink);
   EXPECT_TRUE(certificate.has_value()) << all_messages(source, sink);
-  return certificate.value_or(driver::Certificate{});
+  return certificate.value_or(analysis::Certificate{});
 }
 
 TEST(Certificate, PassesACorrectAdjoint) {
   const SourceFile source("wave.dpde", wave_text);
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  const driver::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of(source, scene);
   EXPECT_TRUE(certificate.passed());
   EXPECT_GE(certificate.cases.size(), 10u);
   EXPECT_TRUE(certificate.skipped.empty());
@@ -75,7 +75,7 @@ scene pond : drift with plain {
 )");
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  const driver::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of(source, scene);
   EXPECT_TRUE(certificate.passed());
   EXPECT_EQ(certificate.cases.size(), 9u);  // the scene's grid, whole and for one step, and seven small ones
   ASSERT_TRUE(certificate.slope.has_value());
@@ -123,7 +123,7 @@ std::shared_ptr<driver::Compiled> with_changed_adjoint(
 TEST(Certificate, FailsAnAdjointThatIsALittleWrong) {
   const SourceFile source("wave.dpde", wave_text);
   const auto scene = with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(1 + 1e-8) * e; });
-  const driver::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of(source, scene);
   EXPECT_FALSE(certificate.passed());
   EXPECT_GT(certificate.worst(), 1e-9);
 }
@@ -131,7 +131,7 @@ TEST(Certificate, FailsAnAdjointThatIsALittleWrong) {
 TEST(Certificate, FailsAnAdjointWithoutATerm) {
   const SourceFile source("wave.dpde", wave_text);
   const auto scene = with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; });
-  const driver::Certificate certificate = certificate_of(source, scene);
+  const analysis::Certificate certificate = certificate_of(source, scene);
   EXPECT_FALSE(certificate.passed());
   ASSERT_TRUE(certificate.slope.has_value());
   EXPECT_NEAR(*certificate.slope, 1, 0.1);  // a wrong gradient leaves a remainder of first order
@@ -148,10 +148,10 @@ scene wave : wave with plain { grid x = 0 .. 1, cells 64, periodic; initial u = 
 )");
   const auto scene = compiled(source, for_certification());
   ASSERT_NE(scene, nullptr);
-  const driver::Certificate right = certificate_of(source, scene);
+  const analysis::Certificate right = certificate_of(source, scene);
   EXPECT_TRUE(right.passed()) << right.slope.value_or(0);
   EXPECT_LT(right.quotients ? right.quotients->error.value_or(1) : 0, 1e-5);
-  const driver::Certificate wrong = certificate_of(
+  const analysis::Certificate wrong = certificate_of(
       source, with_changed_adjoint(source, [](const stencil::Expr& e) { return stencil::Expr(0.9) * e; }));
   EXPECT_FALSE(wrong.passed());
   ASSERT_TRUE(wrong.quotients);
@@ -166,9 +166,9 @@ TEST(Certificate, OfHandWrittenPrograms) {
       "program p {\n  fill u x.low = 0, x.high = zero_gradient\n  run k\n  swap u, v\n}\n");
   const auto programs = compiled(source, for_certification());
   ASSERT_NE(programs, nullptr);
-  const driver::Certificate certificate = driver::certify_programs(*programs, {});
+  const analysis::Certificate certificate = analysis::certify_programs(*programs, {});
   EXPECT_TRUE(certificate.passed()) << certificate.worst();
-  EXPECT_EQ(certificate.cases.size(), driver::small_grids(1).size());
+  EXPECT_EQ(certificate.cases.size(), analysis::small_grids(1).size());
   EXPECT_NEAR(certificate.slope.value_or(0), 2, 0.05);
 }
 
@@ -184,7 +184,7 @@ task t : s { unknown k; minimise mean(u^3) }
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->passed());
   int roundings = 0;
-  for (const driver::DotCase& one : certificate->cases) {
+  for (const analysis::DotCase& one : certificate->cases) {
     roundings += one.is_rounding ? 1 : 0;
     EXPECT_EQ(one.is_rounding, one.grid == "1");
     EXPECT_LT(one.is_rounding ? one.difference : one.relative_error, one.is_rounding ? one.rounding : 1e-12)
@@ -247,21 +247,21 @@ task t : s { unknown a; unknown initial u; minimise mean(u^2) + 3*abs(a) }
 }
 
 TEST(Slope, IsThatOfThePowerAndIgnoresRounding) {
-  std::vector<driver::Remainder> quadratic, linear;
+  std::vector<analysis::Remainder> quadratic, linear;
   for (int k = 0; k < 16; ++k) {
     const double step = std::exp2(-k);
     quadratic.push_back({step, 3 * step * step + 1e-6});
     linear.push_back({step, 0.1 * step + step * step});
   }
-  EXPECT_NEAR(driver::remainder_slope(quadratic, 1e-4).value_or(0), 2, 1e-3);
-  EXPECT_NEAR(driver::remainder_slope(linear, 0).value_or(0), 1, 1e-3);
-  EXPECT_FALSE(driver::remainder_slope(quadratic, 10).has_value());
+  EXPECT_NEAR(analysis::remainder_slope(quadratic, 1e-4).value_or(0), 2, 1e-3);
+  EXPECT_NEAR(analysis::remainder_slope(linear, 0).value_or(0), 1, 1e-3);
+  EXPECT_FALSE(analysis::remainder_slope(quadratic, 10).has_value());
 }
 
 TEST(RelativeDifference, IsStrictUnlessTheTermsCancel) {
-  EXPECT_DOUBLE_EQ(driver::relative_difference(1, 1.5, 2), 0.5 / 1.5);
-  EXPECT_DOUBLE_EQ(driver::relative_difference(0, 1e-6, 1), 1e-3);
-  EXPECT_EQ(driver::relative_difference(0, 0, 0), 0);
+  EXPECT_DOUBLE_EQ(analysis::relative_difference(1, 1.5, 2), 0.5 / 1.5);
+  EXPECT_DOUBLE_EQ(analysis::relative_difference(0, 1e-6, 1), 1e-3);
+  EXPECT_EQ(analysis::relative_difference(0, 0, 0), 0);
 }
 
 }  // namespace

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Equal error and equal cost, read off the lines between plain schemes.
-#include "driver/comparison.h"
+#include "analysis/comparison.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-namespace dpde::driver {
+namespace dpde::analysis {
 namespace {
 
 /// error = 1/cost^2: a line of logarithms. One scheme is dearer and worse than another, one blows up.
@@ -63,4 +63,4 @@ TEST(Comparison, BreakEvenIsWhatWasSpentOverWhatARunSaves) {
 }
 
 }  // namespace
-}  // namespace dpde::driver
+}  // namespace dpde::analysis

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Making data sets: what goes wrong where runs are taken is said, on any number of threads, and ends nothing but the
 // making.
-#include "driver/data_set.h"
+#include "training/data_set.h"
 
 #include <stdexcept>
 
 #include "driver_support.h"
 
-namespace dpde::driver {
+namespace dpde::training {
 namespace {
 
 constexpr const char* text = R"(
@@ -19,15 +19,15 @@ dataset d : s { runs 6; vary a from 1 }
 TEST(DataSetMaker, SaysWhatIsThrownWhereRunsAreTaken) {
   const SourceFile source("test.dpde", text);
   DiagnosticSink sink;
-  CompileOptions options;
+  driver::CompileOptions options;
   options.selection.name = "s";
-  const std::optional<Compiled> parsed = compile(source, options, sink);
+  const std::optional<driver::Compiled> parsed = driver::compile(source, options, sink);
   ASSERT_TRUE(parsed) << testing::all_messages(source, sink);
   std::optional<model::DataSet> set = model::data_set_from_ast(parsed->ast, "d", sink);
   ASSERT_TRUE(set) << testing::all_messages(source, sink);
   for (const int threads : {1, 4}) {
     DataSetOptions how;
-    how.backend = Backend::interpreter;
+    how.backend = driver::Backend::interpreter;
     how.threads = threads;
     const auto maker = DataSetMaker::open(source, *set, how, sink);
     ASSERT_TRUE(maker) << testing::all_messages(source, sink);
@@ -42,4 +42,4 @@ TEST(DataSetMaker, SaysWhatIsThrownWhereRunsAreTaken) {
 }
 
 }  // namespace
-}  // namespace dpde::driver
+}  // namespace dpde::training

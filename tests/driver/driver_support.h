@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "analysis/certificate.h"
 #include "codegen/llvm/jit.h"
-#include "driver/certificate.h"
 #include "driver/links.h"
 #include "driver/pipeline.h"
 #include "loop/from_stencil.h"
@@ -43,7 +43,7 @@ inline void compile_stencil_again(driver::Compiled& scene) {
 
 /// What certify() says of the task t of the text, with second derivatives or without; a diagnostic fails the running
 /// test.
-inline std::optional<driver::Certificate> certificate_of(const std::string& text, bool second) {
+inline std::optional<analysis::Certificate> certificate_of(const std::string& text, bool second) {
   const SourceFile source("test.dpde", text);
   driver::CompileOptions options;
   options.selection.name = "t";
@@ -53,7 +53,7 @@ inline std::optional<driver::Certificate> certificate_of(const std::string& text
   const auto code = compiled(source, options);
   if (!code) return std::nullopt;
   DiagnosticSink sink;
-  std::optional<driver::Certificate> certificate = driver::certify(source, code, {}, sink);
+  std::optional<analysis::Certificate> certificate = analysis::certify(source, code, {}, sink);
   EXPECT_TRUE(certificate) << all_messages(source, sink);
   return certificate;
 }

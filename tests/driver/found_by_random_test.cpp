@@ -2,7 +2,7 @@
 // What random models (tests/random) found, each with the smallest text that showed it.
 #include <cmath>
 
-#include "driver/certificate.h"
+#include "analysis/certificate.h"
 #include "driver_support.h"
 #include "stencil/from_ast.h"
 #include "stencil/print_stencil.h"
@@ -98,7 +98,7 @@ task t : s { unknown initial u; minimise sum(v*dx(u)) }
   const auto code = compiled(source, for_task());
   ASSERT_NE(code, nullptr);
   DiagnosticSink sink;
-  const auto certificate = driver::certify(source, code, {}, sink);
+  const auto certificate = analysis::certify(source, code, {}, sink);
   ASSERT_TRUE(certificate);
   EXPECT_TRUE(certificate->passed()) << certificate->worst();
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Certificates of compiled derivatives: made, kept, made again, refused.
-#include "driver/quick_certificate.h"
+#include "analysis/quick_certificate.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
 
+#include "analysis/certificate.h"
 #include "codegen/llvm/jit.h"
-#include "driver/certificate.h"
 #include "driver_support.h"
 #include "loop/from_stencil.h"
 #include "stencil/build.h"
@@ -17,7 +17,7 @@
 namespace dpde::testing {
 namespace {
 
-using driver::Certifying;
+using analysis::Certifying;
 
 const char* const text = R"(model burgers {
   field u
@@ -75,7 +75,7 @@ struct QuickCertificates : ::testing::Test {
 };
 
 TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
-  const auto first = driver::certify_quickly(source, compile(), Certifying::always, sink);
+  const auto first = analysis::certify_quickly(source, compile(), Certifying::always, sink);
   ASSERT_TRUE(first.has_value());
   EXPECT_LT(first->dot_product, 1e-12);
   EXPECT_GT(first->dot_product, 0);
@@ -84,13 +84,13 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
   const auto scene = compile();
   scene->code_from_cache = false;
   scene->seconds = 0;  // nothing is cheap beside that
-  const auto again = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  const auto again = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());
   EXPECT_TRUE(again->from_cache);
   EXPECT_EQ(again->dot_product, first->dot_product);
   EXPECT_EQ(again->program, first->program);
   EXPECT_EQ(again->grid, first->grid);
-  const auto forced = driver::certify_quickly(source, scene, Certifying::always, sink);
+  const auto forced = analysis::certify_quickly(source, scene, Certifying::always, sink);
   ASSERT_TRUE(forced.has_value());
   EXPECT_FALSE(forced->from_cache);
   EXPECT_FALSE(sink.has_errors());
@@ -98,16 +98,16 @@ TEST_F(QuickCertificates, AreMadeAndKeptAndFound) {
 
 TEST_F(QuickCertificates, AreLeftOutWhereTheyCostMoreThanATenthOrAreNotWanted) {
   const auto scene = compile();
-  EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::never, sink).has_value());
-  scene->seconds = 9 * driver::expected_seconds(*scene);
-  const auto none = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  EXPECT_FALSE(analysis::certify_quickly(source, scene, Certifying::never, sink).has_value());
+  scene->seconds = 9 * analysis::expected_seconds(*scene);
+  const auto none = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(none.has_value());
   EXPECT_EQ(none->left_out, std::vector<std::string>{
                                 "everything: it would take more than a tenth of the compilation; --certify does it"});
   EXPECT_EQ(none->program, "");
   EXPECT_TRUE(kept().empty());
-  scene->seconds = 11 * driver::expected_seconds(*scene);
-  const auto some = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
+  scene->seconds = 11 * analysis::expected_seconds(*scene);
+  const auto some = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(some.has_value());
   EXPECT_NE(some->program, "");
   EXPECT_FALSE(sink.has_errors());
@@ -120,21 +120,21 @@ TEST_F(QuickCertificates, MayTakeATenthOfTheCompilationOfCodeFromTheCacheToo) {
   first->seconds = 1e3;
   for (const Certifying how : {Certifying::never, Certifying::always}) {
     cache->entries.erase(first->code_key + "\nseconds\n");
-    driver::certify_quickly(source, first, how, sink);
+    analysis::certify_quickly(source, first, how, sink);
     EXPECT_TRUE(cache->entries.contains(first->code_key + "\nseconds\n"));
   }
   for (std::string* certificate : kept()) *certificate = "none";
   const auto second = compile();
   EXPECT_TRUE(second->code_from_cache);
   second->seconds = 0;
-  const auto certificate = driver::certify_quickly(source, second, Certifying::when_cheap, sink);
+  const auto certificate = analysis::certify_quickly(source, second, Certifying::when_cheap, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_NE(certificate->program, "");
 }
 
 /// A loss at another time is another run.
 TEST_F(QuickCertificates, AreOfTheTaskToo) {
-  ASSERT_TRUE(driver::certify_quickly(source, compile(), Certifying::always, sink).has_value());
+  ASSERT_TRUE(analysis::certify_quickly(source, compile(), Certifying::always, sink).has_value());
   std::string changed = text;
   changed.replace(changed.find("at t = 0.2"), 10, "at t = 0.1");
   const SourceFile other("wave.dpde", changed);
@@ -146,7 +146,7 @@ TEST_F(QuickCertificates, AreOfTheTaskToo) {
   const auto scene = compiled(other, options);
   EXPECT_TRUE(scene->code_from_cache);
   scene->seconds = 1e3;
-  const auto again = driver::certify_quickly(other, scene, Certifying::when_cheap, sink);
+  const auto again = analysis::certify_quickly(other, scene, Certifying::when_cheap, sink);
   ASSERT_TRUE(again.has_value());
   EXPECT_FALSE(again->from_cache);
 }
@@ -161,7 +161,7 @@ task t : s { unknown k; minimise mean(u^2) at t = 1 }
   options.selection.name = "t";
   options.backend = driver::Backend::jit;
   options.adjoint = true;
-  const auto certificate = driver::certify_quickly(log, compiled(log, options), Certifying::always, sink);
+  const auto certificate = analysis::certify_quickly(log, compiled(log, options), Certifying::always, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_TRUE(
       std::ranges::find(certificate->left_out, "program s_step: its derivatives are not finite on a few cells") !=
@@ -170,21 +170,21 @@ task t : s { unknown k; minimise mean(u^2) at t = 1 }
 }
 
 TEST_F(QuickCertificates, OfWhatIsNotFiniteAreNone) {
-  EXPECT_TRUE(std::isnan(driver::relative_difference(NAN, 1, 1)));
-  EXPECT_TRUE(std::isnan(driver::relative_difference(1, INFINITY, 1)));
-  EXPECT_FALSE(driver::Certificate().is_all_rounding());
+  EXPECT_TRUE(std::isnan(analysis::relative_difference(NAN, 1, 1)));
+  EXPECT_TRUE(std::isnan(analysis::relative_difference(1, INFINITY, 1)));
+  EXPECT_FALSE(analysis::Certificate().is_all_rounding());
 }
 
 TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
   const auto scene = compile();
   scene->seconds = 1e3;
-  ASSERT_TRUE(driver::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
+  ASSERT_TRUE(analysis::certify_quickly(source, scene, Certifying::when_cheap, sink).has_value());
   const std::string good = *kept()[0];
   for (const std::string& bad :
        {std::string(), std::string("nan\na\nb\n"), std::string("1e-3") + good.substr(good.find('\n')),
         std::string("-") + good, good.substr(0, good.size() - 1), good + "x\n"}) {
     *kept()[0] = bad;
-    const auto again = driver::certify_quickly(source, scene, Certifying::when_cheap, sink);
+    const auto again = analysis::certify_quickly(source, scene, Certifying::when_cheap, sink);
     ASSERT_TRUE(again.has_value());
     EXPECT_FALSE(again->from_cache) << bad;
     EXPECT_EQ(*kept()[0], good);
@@ -193,17 +193,17 @@ TEST_F(QuickCertificates, DamagedOnesAreMadeAgain) {
 
 TEST_F(QuickCertificates, AreOfTheBoundariesToo) {
   const auto scene = compile();
-  ASSERT_TRUE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
+  ASSERT_TRUE(analysis::certify_quickly(source, scene, Certifying::always, sink).has_value());
   const auto other = std::make_shared<driver::Compiled>(*scene);  // under the key of the same code
   for (loop::Program& program : other->loop.programs) program.name += "x";
   other->seconds = 0;
-  const auto certificate = driver::certify_quickly(source, other, Certifying::when_cheap, sink);
+  const auto certificate = analysis::certify_quickly(source, other, Certifying::when_cheap, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_FALSE(certificate->from_cache);
 }
 
 TEST_F(QuickCertificates, OfSinglePrecisionAllowForItsRounding) {
-  const auto certificate = driver::certify_quickly(source, compile("f32"), Certifying::always, sink);
+  const auto certificate = analysis::certify_quickly(source, compile("f32"), Certifying::always, sink);
   ASSERT_TRUE(certificate.has_value());
   EXPECT_GT(certificate->dot_product, 1e-11);
   EXPECT_LT(certificate->dot_product, 1e-5);
@@ -233,13 +233,13 @@ void change_kernels(stencil::Module& module, const std::string& program,
 }
 
 struct WholeRuns : QuickCertificates {
-  driver::RunCheck check(const std::shared_ptr<driver::Compiled>& scene) const {
-    return driver::check_run(source, scene, INFINITY);
+  analysis::RunCheck check(const std::shared_ptr<driver::Compiled>& scene) const {
+    return analysis::check_run(source, scene, INFINITY);
   }
   /// Gradient and losses of the whole run disagree, and nothing is certified.
   void expect_caught(const std::shared_ptr<driver::Compiled>& scene) {
     EXPECT_NE(check(scene).wrong, "");
-    EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
+    EXPECT_FALSE(analysis::certify_quickly(source, scene, Certifying::always, sink).has_value());
     ASSERT_EQ(sink.all().size(), 1u);
     EXPECT_EQ(sink.all()[0].kind->code, "E0804");
     EXPECT_TRUE(kept().empty());
@@ -247,7 +247,7 @@ struct WholeRuns : QuickCertificates {
 };
 
 TEST_F(WholeRuns, ProveTheGradientByEachUnknown) {
-  const driver::RunCheck result = check(compile());
+  const analysis::RunCheck result = check(compile());
   EXPECT_EQ(result.wrong, "");
   EXPECT_EQ(result.directions, 2);
   EXPECT_TRUE(result.left_out.empty()) << result.left_out[0];
@@ -255,7 +255,7 @@ TEST_F(WholeRuns, ProveTheGradientByEachUnknown) {
   EXPECT_EQ(result.steps, 3);
   EXPECT_LT(result.error, 1e-6);
   EXPECT_GT(result.error, 0);
-  const driver::RunCheck single = check(compile("f32"));
+  const analysis::RunCheck single = check(compile("f32"));
   EXPECT_EQ(single.wrong, "");
   EXPECT_GE(single.directions, 1);  // floats may not see what nu does in three steps, and then that is said
   EXPECT_EQ(static_cast<std::size_t>(single.directions) + single.left_out.size(), 2U);
@@ -310,7 +310,7 @@ TEST_F(WholeRuns, FindWhatTangentAndAdjointOverlookAlike) {
 
 TEST_F(WholeRuns, SayWhatThereWasNoTimeFor) {
   const auto scene = compile();
-  const driver::RunCheck none = driver::check_run(source, scene, 0);
+  const analysis::RunCheck none = analysis::check_run(source, scene, 0);
   EXPECT_EQ(none.directions, 0);
   EXPECT_TRUE(none.lacked_time);
   EXPECT_EQ(none.left_out, std::vector<std::string>{"the whole run: no time"});
@@ -326,7 +326,7 @@ TEST_F(QuickCertificates, AWrongAdjointIsAnErrorAndNotKept) {
   std::vector<std::string> names;
   for (const stencil::Program& program : wrong.programs) names.push_back(program.name);
   scene->code = codegen::jit(loop::from_stencil(wrong, names)).module;
-  EXPECT_FALSE(driver::certify_quickly(source, scene, Certifying::always, sink).has_value());
+  EXPECT_FALSE(analysis::certify_quickly(source, scene, Certifying::always, sink).has_value());
   ASSERT_EQ(sink.all().size(), 1u);
   EXPECT_EQ(sink.all()[0].kind->code, "E0804");
   EXPECT_NE(sink.all()[0].message.find("wave_step not certified: tangent and adjoint differ by"), std::string::npos)

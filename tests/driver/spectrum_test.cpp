@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Spectra against sums written out, known modes and known spectra; correlations and when they are lost.
-#include "driver/spectrum.h"
+#include "training/spectrum.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 
 #include "support/split_mix.h"
 
-namespace dpde::driver {
+namespace dpde::training {
 namespace {
 
 using Cells = std::vector<int>;
@@ -195,4 +195,4 @@ TEST(Correlation, IsLostBetweenFrames) {
 }
 
 }  // namespace
-}  // namespace dpde::driver
+}  // namespace dpde::training

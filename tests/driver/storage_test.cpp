@@ -10,9 +10,9 @@
 
 #include "driver/cost.h"
 #include "driver/data.h"
-#include "driver/evaluation_log.h"
-#include "driver/files.h"
 #include "driver_support.h"
+#include "files/evaluation_log.h"
+#include "files/files.h"
 
 namespace dpde::testing {
 namespace {
@@ -34,34 +34,34 @@ class Storage : public ::testing::Test {
 
 TEST_F(Storage, ReadsBackWhatItWrote) {
   const std::string bytes("a\0b\n", 4);
-  ASSERT_TRUE(driver::write_file(folder_ / "f", bytes, sink_));
-  EXPECT_EQ(driver::read_file(folder_ / "f", {}, sink_), bytes);
+  ASSERT_TRUE(files::write_file(folder_ / "f", bytes, sink_));
+  EXPECT_EQ(files::read_file(folder_ / "f", {}, sink_), bytes);
   EXPECT_FALSE(sink_.has_errors());
-  EXPECT_FALSE(driver::read_file(folder_ / "g", {3, 4}, sink_).has_value());
+  EXPECT_FALSE(files::read_file(folder_ / "g", {3, 4}, sink_).has_value());
   ASSERT_EQ(sink_.all().size(), 1u);
   EXPECT_EQ(sink_.all()[0].kind->code, "E0901");
   EXPECT_EQ(sink_.all()[0].range, (SourceRange{3, 4}));
-  EXPECT_FALSE(driver::make_folder(folder_ / "f" / "below", sink_));
+  EXPECT_FALSE(files::make_folder(folder_ / "f" / "below", sink_));
 }
 
 TEST_F(Storage, LooksForDataBesideTheModelFirst) {
   std::ofstream(folder_ / "u.npy") << "x";
-  EXPECT_EQ(driver::find_data_file("u.npy", (folder_ / "m.dpde").string()), folder_ / "u.npy");
-  EXPECT_EQ(driver::find_data_file("w.npy", (folder_ / "m.dpde").string()), fs::path("w.npy"));
+  EXPECT_EQ(files::find_data_file("u.npy", (folder_ / "m.dpde").string()), folder_ / "u.npy");
+  EXPECT_EQ(files::find_data_file("w.npy", (folder_ / "m.dpde").string()), fs::path("w.npy"));
 }
 
 TEST_F(Storage, LogGivesBackItsRecordsAndDropsADamagedOne) {
   const fs::path path = folder_ / "log";
   Eigen::VectorXd gradient(3);
   {
-    driver::EvaluationLog log(path, 7, 3, false, sink_);
+    files::EvaluationLog log(path, 7, 3, false, sink_);
     ASSERT_TRUE(log.is_open());
     for (int k = 0; k < 3; ++k) log.append(k + 0.5, Eigen::Vector3d(k, 2 * k, -k));
   }
   std::fstream(path, std::ios::in | std::ios::out | std::ios::binary).seekp(24 + 2 * 40 + 9).put('!');
   double loss = 0;
   {
-    driver::EvaluationLog log(path, 7, 3, true, sink_);
+    files::EvaluationLog log(path, 7, 3, true, sink_);
     EXPECT_EQ(log.recorded(), 2);
     ASSERT_TRUE(log.next(loss, gradient));
     ASSERT_TRUE(log.next(loss, gradient));
@@ -70,11 +70,11 @@ TEST_F(Storage, LogGivesBackItsRecordsAndDropsADamagedOne) {
     EXPECT_FALSE(log.next(loss, gradient));
     log.append(9, Eigen::Vector3d(4, 5, 6));
   }
-  EXPECT_EQ(driver::EvaluationLog(path, 7, 3, true, sink_).recorded(), 3);
+  EXPECT_EQ(files::EvaluationLog(path, 7, 3, true, sink_).recorded(), 3);
   EXPECT_FALSE(sink_.has_errors());
-  EXPECT_FALSE(driver::EvaluationLog(path, 8, 3, true, sink_).is_open());
+  EXPECT_FALSE(files::EvaluationLog(path, 8, 3, true, sink_).is_open());
   EXPECT_TRUE(sink_.has_errors());
-  EXPECT_EQ(driver::EvaluationLog(path, 8, 3, false, sink_).recorded(), 0);
+  EXPECT_EQ(files::EvaluationLog(path, 8, 3, false, sink_).recorded(), 0);
 }
 
 TEST(Resample, TakesTheNearestCells) {

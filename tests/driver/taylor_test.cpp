@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rule that tells a derivative from a wrong one, on functions whose derivatives are known.
-#include "driver/taylor.h"
+#include "analysis/taylor.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace dpde::testing {
 namespace {
 
-using namespace driver;
+using namespace analysis;
 
 std::vector<double> steps() {
   std::vector<double> result;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of trajectories: what is read of them, and what is wrong with those that cannot be used.
-#include "driver/trajectories.h"
+#include "files/trajectories.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "dpde/runtime/netcdf.h"
 #include "driver/pipeline.h"
 
-namespace dpde::driver {
+namespace dpde::files {
 namespace {
 
 constexpr const char* text = R"(
@@ -45,9 +45,9 @@ class TrajectoryFile : public ::testing::Test {
   std::optional<Trajectories> load(const NetcdfContent& content, DiagnosticSink& sink) const {
     std::ofstream(folder_ / "f.nc", std::ios::binary) << compose_netcdf(content);
     const SourceFile source((folder_ / "m.dpde").string(), text);
-    CompileOptions options;
+    driver::CompileOptions options;
     options.selection.name = "t";
-    const std::optional<Compiled> compiled = compile(source, options, sink);
+    const std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
     if (!compiled) return std::nullopt;
     return load_trajectories(*compiled->problem, "f.nc", source, {}, sink);
   }
@@ -143,13 +143,13 @@ TEST_F(TrajectoryFile, ThatIsDamaged) {
   DiagnosticSink sink;
   std::ofstream(folder_ / "f.nc", std::ios::binary) << compose_netcdf(good()).substr(0, 2000);
   const SourceFile source((folder_ / "m.dpde").string(), text);
-  CompileOptions options;
+  driver::CompileOptions options;
   options.selection.name = "t";
-  const std::optional<Compiled> compiled = compile(source, options, sink);
+  const std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
   ASSERT_TRUE(compiled);
   EXPECT_FALSE(load_trajectories(*compiled->problem, "f.nc", source, {}, sink));
   EXPECT_TRUE(sink.has_errors());
 }
 
 }  // namespace
-}  // namespace dpde::driver
+}  // namespace dpde::files

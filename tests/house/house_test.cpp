@@ -50,10 +50,17 @@ const std::map<std::string, std::set<std::string>> allowed_includes{
     {"codegen", {"support", "network", "source", "loop", "dpde"}},
     {"codegen/cpp", {"support", "source", "loop", "codegen", "dpde"}},
     {"codegen/llvm", {"support", "source", "loop", "codegen", "dpde"}},
+    {"files", {"support", "network", "source", "syntax", "model", "codegen", "dpde"}},
     {"driver",
      {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "loop", "codegen", "codegen/cpp",
-      "codegen/llvm", "dpde"}},
-    {"host", {"support", "source", "model", "driver", "dpde"}},
+      "codegen/llvm", "files", "dpde"}},
+    {"analysis",
+     {"support", "network", "source", "model", "stencil", "adjoint", "loop", "codegen", "codegen/llvm", "files",
+      "driver", "dpde"}},
+    {"training",
+     {"support", "network", "source", "syntax", "model", "stencil", "adjoint", "codegen", "files", "driver", "analysis",
+      "dpde"}},
+    {"host", {"support", "source", "model", "files", "driver", "analysis", "dpde"}},
 };
 
 /// "stencil/passes" belongs to the layer stencil, "codegen/llvm" is one of its own.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "driver/certificate.h"
+#include "analysis/certificate.h"
 #include "driver/cost.h"
 #include "driver/driver_support.h"
 #include "driver/inverse.h"
@@ -220,11 +220,11 @@ TEST(SinglePrecision, IsCertifiedBesideTheDoubles) {
   options.certify = options.tangent = options.adjoint = true;
   options.real = Precision::f64;
   DiagnosticSink sink;
-  std::optional<driver::Certificate> certificate = driver::certify(source, compiled(source, options), {}, sink);
+  std::optional<analysis::Certificate> certificate = analysis::certify(source, compiled(source, options), {}, sink);
   ASSERT_TRUE(certificate) << all_messages(source, sink);
   EXPECT_LT(certificate->worst(), 1e-11);
   options.real = Precision::f32;
-  ASSERT_TRUE(driver::certify_single_precision(source, compiled(source, options), {}, *certificate, sink))
+  ASSERT_TRUE(analysis::certify_single_precision(source, compiled(source, options), {}, *certificate, sink))
       << all_messages(source, sink);
   EXPECT_GE(certificate->single->cases.size(), 9u);
   EXPECT_GT(certificate->single->worst(), 1e-9);  // or these were doubles

@@ -8,12 +8,12 @@
 #include <memory>
 #include <vector>
 
+#include "analysis/certificate.h"
+#include "analysis/quick_certificate.h"
 #include "codegen/llvm/jit.h"
-#include "driver/certificate.h"
 #include "driver/inverse.h"
 #include "driver/links.h"
 #include "driver/pipeline.h"
-#include "driver/quick_certificate.h"
 #include "driver/session.h"
 #include "fuzz/targets.h"
 #include "loop/from_stencil.h"
@@ -169,7 +169,7 @@ class ModelCheck {
   /// What gradients are checked by before they are used has nothing against this one.
   bool certify_before_use() {
     DiagnosticSink sink;
-    driver::certify_quickly(source_, jit_, driver::Certifying::always, sink);
+    analysis::certify_quickly(source_, jit_, analysis::Certifying::always, sink);
     return !sink.has_errors() || fail("certificate before use", render_text(source_, sink.all()[0]));
   }
 
@@ -178,8 +178,8 @@ class ModelCheck {
     const auto code = is_single ? compiled(Backend::jit, Precision::f64) : jit_;
     if (!code) return false;
     DiagnosticSink sink;
-    std::optional<driver::Certificate> certificate = driver::certify(source_, code, {}, sink);
-    if (!certificate || (is_single && !driver::certify_single_precision(source_, jit_, {}, *certificate, sink)))
+    std::optional<analysis::Certificate> certificate = analysis::certify(source_, code, {}, sink);
+    if (!certificate || (is_single && !analysis::certify_single_precision(source_, jit_, {}, *certificate, sink)))
       return refuse(sink);
     if (certificate->cases.empty() || certificate->note.find("not stable") != std::string::npos)
       return unstable(certificate->note);

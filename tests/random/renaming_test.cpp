@@ -11,9 +11,9 @@
 #include <iostream>
 #include <set>
 
-#include "driver/imports.h"
 #include "driver/inverse.h"
 #include "driver/session.h"
+#include "files/imports.h"
 #include "network/symmetrise.h"
 #include "random/random_model.h"
 #include "random/random_program.h"
@@ -125,8 +125,8 @@ class RenamedExamples : public ::testing::TestWithParam<std::string> {};
 TEST_P(RenamedExamples, GiveTheSameBits) {
   const std::string path = GetParam();
   DiagnosticSink sink;
-  const SourceFile whole = driver::with_imports(SourceFile(path, read_file(path)), sink);
-  const std::string text = driver::text_without_imports(whole);
+  const SourceFile whole = files::with_imports(SourceFile(path, read_file(path)), sink);
+  const std::string text = files::text_without_imports(whole);
   const ast::File file = parse(SourceFile(path, text), sink);
   ASSERT_FALSE(sink.has_errors());
   const Renaming renaming = rename_all(text, 3);

@@ -13,11 +13,11 @@
 #include "command.h"
 #include "driver/cost.h"
 #include "driver/session.h"
-#include "driver/trainer.h"
-#include "driver/window_controls.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "train.h"
+#include "training/trainer.h"
+#include "training/window_controls.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -148,12 +148,12 @@ std::function<void()> resetter(driver::Session& session) {
 /// How an update of a task that learns spends its time.
 void time_training(Job& job, const BenchOptions& options, const std::shared_ptr<const driver::Compiled>& compiled,
                    Json& result) {
-  const auto scene = driver::TrainingScene::open(job.source(), compiled, job.sink());
-  driver::BatchOptions batch{thread_count(options), 0, std::numeric_limits<std::int64_t>::max(), &interrupt_flag()};
+  const auto scene = training::TrainingScene::open(job.source(), compiled, job.sink());
+  training::BatchOptions batch{thread_count(options), 0, std::numeric_limits<std::int64_t>::max(), &interrupt_flag()};
   batch.is_timed = true;
-  const auto trainer = scene ? driver::Trainer::open(*scene, 0, batch, job.sink()) : nullptr;
+  const auto trainer = scene ? training::Trainer::open(*scene, 0, batch, job.sink()) : nullptr;
   if (!trainer) return;
-  const driver::UpdateSeconds found = trainer->time_updates(options.repeats);
+  const training::UpdateSeconds found = trainer->time_updates(options.repeats);
   if (interrupt_flag().load()) return;
   const GradientSeconds& of = found.batch.gradients;
   const auto share = [&](double seconds) { return 100 * seconds / found.all; };
@@ -246,7 +246,7 @@ Json bench(Job& job, const BenchOptions& options) {
   if (!session) return result;
   bench_step(job, options, *session, *shared, result);
   const model::Problem& problem = *shared->problem;
-  if (!job.failed() && problem.task && problem.task->training && !driver::seeks_controls(problem))
+  if (!job.failed() && problem.task && problem.task->training && !training::seeks_controls(problem))
     time_training(job, options, shared, result);
   return result;
 }

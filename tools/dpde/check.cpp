@@ -8,7 +8,6 @@
 #include <set>
 
 #include "command.h"
-#include "driver/beside.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/memory_plan.h"
@@ -18,6 +17,7 @@
 #include "preparing.h"
 #include "stencil/operator_order.h"
 #include "task_run.h"
+#include "training/beside.h"
 #include "verbs.h"
 
 namespace dpde::tools {
@@ -290,7 +290,7 @@ int check(const TaskOptions& options) {
     const std::optional<driver::Compiled> compiled = driver::compile(job.source(), *compile_options, job.sink());
     if (!compiled) return;
     if (compiled->problem) driver::check_files(*compiled->problem, job.source(), job.sink());
-    driver::check_beside(*compiled, job.source(), job.sink());
+    training::check_beside(*compiled, job.source(), job.sink());
     if (compiled->problem) {
       check_scene(job, options, *compiled, result);
     } else {

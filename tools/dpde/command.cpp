@@ -14,9 +14,9 @@
 #include <thread>
 
 #include "driver/cache_folder.h"
-#include "driver/files.h"
-#include "driver/imports.h"
 #include "driver/session.h"
+#include "files/files.h"
+#include "files/imports.h"
 #include "interrupt.h"
 #include "source/render.h"
 
@@ -47,9 +47,9 @@ std::vector<std::string> split_set(const std::string& text) {
 }  // namespace
 
 bool Job::load_source(bool imports) {
-  const std::optional<std::string> text = driver::read_file(options_.file, {}, sink_);
+  const std::optional<std::string> text = files::read_file(options_.file, {}, sink_);
   if (text) source_ = SourceFile(options_.file, *text);
-  if (imports) source_ = driver::with_imports(source_, sink_);
+  if (imports) source_ = files::with_imports(source_, sink_);
   return !sink_.has_errors();
 }
 
@@ -80,7 +80,7 @@ std::optional<driver::CompileOptions> Job::compile_options() {
 /// None is no reason to fail, but for a folder that was asked for.
 std::shared_ptr<codegen::CodeCache> Job::open_cache() {
   if (options_.no_cache) return nullptr;
-  if (!options_.cache.empty() && !driver::make_folder(options_.cache, sink_)) return nullptr;
+  if (!options_.cache.empty() && !files::make_folder(options_.cache, sink_)) return nullptr;
   const std::filesystem::path folder =
       options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
   return folder.empty() ? nullptr : driver::open_cache(folder);

@@ -8,11 +8,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "driver/data_set.h"
-#include "driver/data_set_cost.h"
-#include "driver/evaluation_log.h"
-#include "driver/files.h"
 #include "driver/restart_file.h"
+#include "files/data_set_cost.h"
+#include "files/evaluation_log.h"
+#include "files/files.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "preparing.h"
@@ -21,6 +20,7 @@
 #include "support/evaluate.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
+#include "training/data_set.h"
 
 namespace dpde::tools {
 
@@ -29,39 +29,39 @@ namespace {
 /// A run on disk: what it is of, its numbers, then a checksum of all before it.
 class Part {
  public:
-  Part(const Job& job, const driver::DataSetMaker& maker, int run)
+  Part(const Job& job, const training::DataSetMaker& maker, int run)
       : path_(std::filesystem::path(job.options().out) / fmt::format("{}.{}", maker.set().file, run)),
         key_(static_cast<std::int64_t>(maker.key())) {}
 
-  bool save(const driver::DataRun& data, DiagnosticSink& sink) const {
+  bool save(const training::DataRun& data, DiagnosticSink& sink) const {
     driver::ByteWriter out;
     out.number(key_);
     out.values(data.params);
     out.number(static_cast<std::int64_t>(data.states.size()));
     for (const std::vector<double>& state : data.states) out.values(state);
-    for (const driver::Integrals& integrals : data.integrals) {
+    for (const analysis::Integrals& integrals : data.integrals) {
       out.values(integrals.values);
       out.values({integrals.magnitude});
     }
-    for (const driver::Residual& residual : data.residuals) out.values({residual.rate, residual.relative});
+    for (const analysis::Residual& residual : data.residuals) out.values({residual.rate, residual.relative});
     out.values({data.cpu_seconds});
-    return driver::write_file(path_, driver::sealed(out.bytes()), sink);
+    return files::write_file(path_, driver::sealed(out.bytes()), sink);
   }
   /// nullopt where it is not there, damaged or of another data set.
-  std::optional<driver::DataRun> load() const {
+  std::optional<training::DataRun> load() const {
     DiagnosticSink silent;
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) return std::nullopt;
-    const std::optional<std::string> bytes = driver::read_file(path_, {}, silent);
+    const std::optional<std::string> bytes = files::read_file(path_, {}, silent);
     const std::optional<std::string_view> content = bytes ? driver::unsealed(*bytes) : std::nullopt;
     if (!content) return std::nullopt;
     driver::ByteReader in(*content);
     if (in.number() != key_) return std::nullopt;
-    driver::DataRun data;
+    training::DataRun data;
     data.params = in.values();
     for (std::int64_t n = in.number(); n > 0 && in.is_fine(); --n) data.states.push_back(in.values());
     for (std::size_t s = 0; s < data.states.size() && in.is_fine(); ++s) {
-      driver::Integrals integrals{in.values(), 0};
+      analysis::Integrals integrals{in.values(), 0};
       const std::vector<double> magnitude = in.values();
       if (magnitude.size() != 1) return std::nullopt;
       integrals.magnitude = magnitude[0];
@@ -87,7 +87,7 @@ class Part {
   std::int64_t key_;
 };
 
-std::vector<model::Axis> axes_of(driver::DataSetMaker& maker) {
+std::vector<model::Axis> axes_of(training::DataSetMaker& maker) {
   std::vector<model::Axis> axes = maker.session().axes();
   const std::vector<int> cells = maker.cells();
   for (std::size_t a = 0; a < axes.size(); ++a) axes[a].cells = cells[a];
@@ -107,7 +107,7 @@ std::string text_of(const Job& job, const std::string& name) {
 
 /// The integral of a state at each frame, and how far it drifts in each run.
 void add_integrals(NetcdfContent& content, const std::string& state, std::size_t s, const std::string& time,
-                   const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
+                   const std::vector<training::DataRun>& runs, NetcdfNames& names) {
   NetcdfVariable integral{
       names.free(state + "_integral"), {"run", time}, described("integral of " + state + " over the domain"), {}};
   NetcdfVariable drift{names.free(state + "_drift"),
@@ -118,8 +118,8 @@ void add_integrals(NetcdfContent& content, const std::string& state, std::size_t
                           {"run"},
                           described("the same in parts of the integral of its magnitude, a mean over the frames"),
                           {}};
-  for (const driver::DataRun& run : runs) {
-    const driver::Integrals& own = run.integrals[s];
+  for (const training::DataRun& run : runs) {
+    const analysis::Integrals& own = run.integrals[s];
     integral.values.insert(integral.values.end(), own.values.begin(), own.values.end());
     drift.values.push_back(own.drift());
     relative.values.push_back(own.relative_drift());
@@ -129,8 +129,9 @@ void add_integrals(NetcdfContent& content, const std::string& state, std::size_t
 
 /// How well the frames satisfy the scene, in each run; nothing where that is not known.
 void add_residuals(NetcdfContent& content, const std::string& state, std::size_t s,
-                   const std::vector<driver::DataRun>& runs, NetcdfNames& names) {
-  if (std::ranges::any_of(runs, [s](const driver::DataRun& run) { return std::isnan(run.residuals[s].rate); })) return;
+                   const std::vector<training::DataRun>& runs, NetcdfNames& names) {
+  if (std::ranges::any_of(runs, [s](const training::DataRun& run) { return std::isnan(run.residuals[s].rate); }))
+    return;
   NetcdfVariable rate{names.free(state + "_residual"),
                       {"run"},
                       described("root of the mean square of what the scene's steps from a frame, on the grid of the "
@@ -140,15 +141,15 @@ void add_residuals(NetcdfContent& content, const std::string& state, std::size_t
                           {"run"},
                           described("the same in parts of the change from frame to frame"),
                           {}};
-  for (const driver::DataRun& run : runs) {
+  for (const training::DataRun& run : runs) {
     rate.values.push_back(run.residuals[s].rate);
     relative.values.push_back(run.residuals[s].relative);
   }
   content.variables.insert(content.variables.end(), {std::move(rate), std::move(relative)});
 }
 
-NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs,
-                         const std::vector<driver::OrderEstimate>& estimates) {
+NetcdfContent content_of(const Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
+                         const std::vector<training::OrderEstimate>& estimates) {
   NetcdfContent content;
   driver::Session& session = maker.session();
   const model::DataSet& set = maker.set();
@@ -169,10 +170,10 @@ NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std:
     NetcdfVariable variable{
         name, {"run", time}, described("field " + name), {}, session.problem().scheme.real == Precision::f32};
     for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    for (const driver::DataRun& run : runs)
+    for (const training::DataRun& run : runs)
       variable.values.insert(variable.values.end(), run.states[static_cast<std::size_t>(s)].begin(),
                              run.states[static_cast<std::size_t>(s)].end());
-    const auto estimate = std::ranges::find(estimates, name, &driver::OrderEstimate::state);
+    const auto estimate = std::ranges::find(estimates, name, &training::OrderEstimate::state);
     if (estimate != estimates.end()) {
       variable.attributes.insert(variable.attributes.end(), {{"order_estimate", estimate->order},
                                                              {"difference_to_twice_the_spacing", estimate->difference},
@@ -184,7 +185,7 @@ NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std:
   }
   for (std::size_t v = 0; v < set.vary.size(); ++v) {
     NetcdfVariable variable{set.vary[v].param, {"run"}, described("parameter " + set.vary[v].param), {}};
-    for (const driver::DataRun& run : runs) variable.values.push_back(run.params[v]);
+    for (const training::DataRun& run : runs) variable.values.push_back(run.params[v]);
     content.variables.push_back(std::move(variable));
   }
   for (const model::Parameter& param : session.problem().params) {
@@ -195,21 +196,21 @@ NetcdfContent content_of(const Job& job, driver::DataSetMaker& maker, const std:
   return content;
 }
 
-std::unique_ptr<driver::DataSetMaker> open(Job& job) {
+std::unique_ptr<training::DataSetMaker> open(Job& job) {
   DiagnosticSink silent;
   const ast::File file = ast::parse(job.source(), silent);
   std::optional<model::DataSet> set = model::data_set_from_ast(file, job.options().name, job.sink());
   std::optional<driver::CompileOptions> compile_options = job.compile_options();
   if (!set || !compile_options) return nullptr;
-  const driver::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache,
-                                       thread_count(job.options()), &interrupt_flag()};
+  const training::DataSetOptions options{compile_options->selection, compile_options->backend, compile_options->cache,
+                                         thread_count(job.options()), &interrupt_flag()};
   const Preparing preparing(job);
-  return driver::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
+  return training::DataSetMaker::open(job.source(), std::move(*set), options, job.sink());
 }
 
-void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estimates, Told& told) {
+void report_estimates(Job& job, const std::vector<training::OrderEstimate>& estimates, Told& told) {
   Json all = Json::object();
-  for (const driver::OrderEstimate& each : estimates) {
+  for (const training::OrderEstimate& each : estimates) {
     all[each.state] = {{"order", json_number(each.order)},
                        {"difference", json_number(each.difference)},
                        {"error", json_number(each.error())}};
@@ -221,11 +222,11 @@ void report_estimates(Job& job, const std::vector<driver::OrderEstimate>& estima
   told.json["estimates"] = std::move(all);
 }
 
-void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Told& told) {
+void report_drifts(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs, Told& told) {
   Json all = Json::object();
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
-    const auto drift = [s](const driver::DataRun& run) { return run.integrals[static_cast<std::size_t>(s)].drift(); };
+    const auto drift = [s](const training::DataRun& run) { return run.integrals[static_cast<std::size_t>(s)].drift(); };
     const auto most = std::ranges::max_element(runs, {}, drift);
     const double relative = most->integrals[static_cast<std::size_t>(s)].relative_drift();
     all[name] = {
@@ -236,12 +237,12 @@ void report_drifts(Job& job, driver::DataSetMaker& maker, const std::vector<driv
   told.json["conservation"] = std::move(all);
 }
 
-void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs, Told& told) {
+void report_residuals(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs, Told& told) {
   Json all = Json::object();
   for (int s = 0; s < maker.session().rollout().state_count(); ++s) {
     const std::string& name = maker.session().rollout().state_name(s);
-    const auto residual = [s](const driver::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
-    if (std::ranges::any_of(runs, [&](const driver::DataRun& run) { return std::isnan(residual(run).rate); })) {
+    const auto residual = [s](const training::DataRun& run) { return run.residuals[static_cast<std::size_t>(s)]; };
+    if (std::ranges::any_of(runs, [&](const training::DataRun& run) { return std::isnan(residual(run).rate); })) {
       all[name] = nullptr;
       told.say(
           job,
@@ -249,7 +250,7 @@ void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<d
       continue;
     }
     const auto most =
-        std::ranges::max_element(runs, {}, [&](const driver::DataRun& run) { return residual(run).relative; });
+        std::ranges::max_element(runs, {}, [&](const training::DataRun& run) { return residual(run).relative; });
     const auto [rate, relative] = residual(*most);
     all[name] = {{"rate", json_number(rate)}, {"relative", json_number(relative)}, {"run", most - runs.begin()}};
     told.say(job, fmt::format("{}: the scene's steps from a frame miss the next one by at most {:.2g} of the change "
@@ -260,14 +261,14 @@ void report_residuals(Job& job, driver::DataSetMaker& maker, const std::vector<d
 }
 
 /// Of the whole file: what the runs are, and how many.
-std::uint64_t key_of_all(const driver::DataSetMaker& maker) {
+std::uint64_t key_of_all(const training::DataSetMaker& maker) {
   const std::string text = fmt::format("{:016x} {}", maker.key(), maker.set().runs);
-  return driver::hash_bytes(text.data(), text.size());
+  return files::hash_bytes(text.data(), text.size());
 }
 
 /// False where a file of the result could not be written: better told before the runs than behind them.
-bool can_write(Job& job, const driver::DataSetMaker& maker) {
-  for (const std::string& file : {maker.set().file, driver::cost_file_of(maker.set().file)}) {
+bool can_write(Job& job, const training::DataSetMaker& maker) {
+  for (const std::string& file : {maker.set().file, files::cost_file_of(maker.set().file)}) {
     const std::filesystem::path path = std::filesystem::path(job.options().out) / file;
     std::error_code error;
     if (std::filesystem::is_directory(path, error))
@@ -276,8 +277,8 @@ bool can_write(Job& job, const driver::DataSetMaker& maker) {
   return !job.failed();
 }
 
-Told report(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs,
-            const std::vector<driver::OrderEstimate>& estimates) {
+Told report(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
+            const std::vector<training::OrderEstimate>& estimates) {
   const model::DataSet& set = maker.set();
   Told told;
   told.say(job, fmt::format("{}: {} runs of scene {}, {} frames from t = {:.6g} to {:.6g} on {} cells\n", set.name,
@@ -301,18 +302,18 @@ Json again(Job& job, const model::DataSet& set, const Told& told) {
 }
 
 /// The data set, and beside it what it cost: the seconds that are returned.
-double write_files(Job& job, driver::DataSetMaker& maker, const std::vector<driver::DataRun>& runs,
-                   const std::vector<driver::OrderEstimate>& estimates, const Told& told) {
+double write_files(Job& job, training::DataSetMaker& maker, const std::vector<training::DataRun>& runs,
+                   const std::vector<training::OrderEstimate>& estimates, const Told& told) {
   double cpu_seconds = 0;
-  for (const driver::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
+  for (const training::DataRun& run : runs) cpu_seconds += run.cpu_seconds;
   const std::string& file = maker.set().file;
   guarded(job, [&] {
     NetcdfContent content = content_of(job, maker, runs, estimates);
     add_told(content, key_of_all(maker), told);
     const std::string bytes = compose_netcdf(std::move(content));
     save_text(job, file, bytes);
-    save_text(job, driver::cost_file_of(file),
-              driver::cost_text(driver::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
+    save_text(job, files::cost_file_of(file),
+              files::cost_text(files::hash_bytes(bytes.data(), bytes.size()), cpu_seconds));
   });
   return cpu_seconds;
 }
@@ -333,7 +334,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
     return result;
   }
   if (!prepare_out(job)) return result;
-  const std::unique_ptr<driver::DataSetMaker> maker = open(job);
+  const std::unique_ptr<training::DataSetMaker> maker = open(job);
   if (!maker) return result;
   if (!can_write(job, *maker)) return result;
   const model::DataSet& set = maker->set();
@@ -348,7 +349,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
     there += is_there ? 1 : 0;
     return is_there;
   };
-  const auto take = [&](int run, const driver::DataRun& data) {
+  const auto take = [&](int run, const training::DataRun& data) {
     Part(job, *maker, run).save(data, job.sink());
     ++done;
     progress.show(fmt::format("run {} of {}", done, set.runs - there), done, set.runs - there);
@@ -360,9 +361,9 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
                       "the same command with --resume makes the others");
   }
   if (!complete || job.failed()) return result;
-  std::vector<driver::DataRun> runs;
+  std::vector<training::DataRun> runs;
   for (int run = 0; run < set.runs; ++run) {
-    std::optional<driver::DataRun> data = Part(job, *maker, run).load();
+    std::optional<training::DataRun> data = Part(job, *maker, run).load();
     if (!data) {
       job.sink().report("run-failed", {}, {fmt::format("run {} of dataset {} is no longer there", run, set.name)});
       return result;
@@ -370,7 +371,7 @@ Json make_data_set(Job& job, bool resume, bool quiet) {
     runs.push_back(std::move(*data));
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<driver::OrderEstimate> estimates = maker->estimate_order();
+  const std::vector<training::OrderEstimate> estimates = maker->estimate_order();
   Told told = report(job, *maker, runs, estimates);
   const double cpu_seconds = write_files(job, *maker, runs, estimates, told);
   if (!job.failed()) {

@@ -9,8 +9,8 @@
 #include "codegen/cpp/emit_cpp.h"
 #include "codegen/llvm/emit_llvm.h"
 #include "command.h"
-#include "driver/files.h"
 #include "driver/scene_text.h"
+#include "files/files.h"
 #include "loop/print_loop.h"
 #include "model/print_model.h"
 #include "preparing.h"
@@ -113,7 +113,7 @@ int emit(const EmitOptions& options) {
     if (options.output.empty()) {
       fmt::print("{}", text);
     } else {
-      driver::write_file(options.output, text, job.sink());
+      files::write_file(options.output, text, job.sink());
     }
   });
   return job.finish(Json::object());

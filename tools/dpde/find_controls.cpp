@@ -22,10 +22,10 @@ namespace dpde::tools {
 namespace {
 
 /// Windows of a run, in their order.
-using Found = std::vector<driver::FoundControls>;
+using Found = std::vector<training::FoundControls>;
 
 /// Of runs of which every window was found.
-NetcdfContent content_of(const Job& job, driver::Session& session, const driver::TrainingScene& scene,
+NetcdfContent content_of(const Job& job, driver::Session& session, const training::TrainingScene& scene,
                          const std::vector<std::string>& states, const Found& all) {
   NetcdfContent content;
   NetcdfNames names(session);
@@ -37,7 +37,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
   const std::vector<double>& frame_times = scene.trajectories.times;
   const std::vector<std::string>& params = scene.trajectories.params;
   std::vector<int> runs;
-  for (const driver::FoundControls& found : all) {
+  for (const training::FoundControls& found : all) {
     if (runs.empty() || runs.back() != found.window.run) runs.push_back(found.window.run);
   }
   const std::size_t frames =
@@ -55,7 +55,7 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
     NetcdfVariable variable{
         states[s], {"run", time}, described("field " + states[s]), {}, session.problem().scheme.real == Precision::f32};
     for (std::size_t a = axes.size(); a-- > 0;) variable.dimensions.push_back(axes[a][placement[a] ? 1 : 0]);
-    for (const driver::FoundControls& found : all)
+    for (const training::FoundControls& found : all)
       variable.values.insert(variable.values.end(), found.states[s].begin(), found.states[s].end());
     content.variables.push_back(std::move(variable));
   }
@@ -76,9 +76,9 @@ NetcdfContent content_of(const Job& job, driver::Session& session, const driver:
 /// Entry k: the mean over the windows before iteration k, those that are done with their last.
 std::vector<double> mean_losses(const Found& all) {
   std::size_t most = 0;
-  for (const driver::FoundControls& found : all) most = std::max(most, found.losses.size());
+  for (const training::FoundControls& found : all) most = std::max(most, found.losses.size());
   std::vector<double> mean(most);
-  for (const driver::FoundControls& found : all) {
+  for (const training::FoundControls& found : all) {
     for (std::size_t k = 0; k < most; ++k)
       mean[k] += found.losses[std::min(k, found.losses.size() - 1)] / static_cast<double>(all.size());
   }
@@ -86,10 +86,10 @@ std::vector<double> mean_losses(const Found& all) {
 }
 
 /// Searches that came to nothing, always told. What is left has the runs without any; a file has no room for holes.
-Json leave_out(const driver::TrainingScene& scene, Found& all) {
+Json leave_out(const training::TrainingScene& scene, Found& all) {
   Json left_out = Json::array();
   std::set<int> runs;
-  for (const driver::FoundControls& found : all) {
+  for (const training::FoundControls& found : all) {
     if (found.why.empty()) continue;
     const auto& [run, frame] = found.window;
     runs.insert(run);
@@ -100,7 +100,7 @@ Json leave_out(const driver::TrainingScene& scene, Found& all) {
             .c_str(),
         stderr);
   }
-  std::erase_if(all, [&](const driver::FoundControls& found) { return runs.contains(found.window.run); });
+  std::erase_if(all, [&](const training::FoundControls& found) { return runs.contains(found.window.run); });
   return left_out;
 }
 
@@ -109,7 +109,7 @@ constexpr const char* what_may_help = "bounds of the controls, shorter windows o
 void report(Job& job, const std::string& task, const Found& all, Told& told) {
   const std::vector<double> losses = mean_losses(all);
   double norm = 0;
-  for (const driver::FoundControls& found : all) norm = std::hypot(norm, found.norm);
+  for (const training::FoundControls& found : all) norm = std::hypot(norm, found.norm);
   told.say(job, fmt::format("{}: controls of {} windows; mean loss {:.8g}, {:.8g} without\n", task, all.size(),
                             shown(losses.back()), shown(losses.front())));
   told.json["iterations"] = losses.size() - 1;
@@ -129,19 +129,19 @@ Json again(Job& job, const std::string& task, const Told& told) {
 }
 
 /// With the windows that were found before. False when stopped or not saved.
-bool search(Job& job, driver::WindowControls& controls, const std::function<WindowPart(const driver::Window&)>& part,
-            bool quiet, Found& all) {
-  const std::vector<driver::Window> windows = controls.windows();
-  std::vector<driver::Window> rest;
-  for (const driver::Window& window : windows) {
-    const bool is_there = std::ranges::any_of(all, [&](const driver::FoundControls& found) {
+bool search(Job& job, training::WindowControls& controls,
+            const std::function<WindowPart(const training::Window&)>& part, bool quiet, Found& all) {
+  const std::vector<training::Window> windows = controls.windows();
+  std::vector<training::Window> rest;
+  for (const training::Window& window : windows) {
+    const bool is_there = std::ranges::any_of(all, [&](const training::FoundControls& found) {
       return found.window.run == window.run && found.window.frame == window.frame;
     });
     if (!is_there) rest.push_back(window);
   }
   const std::size_t before = all.size();
   Progress progress(false, quiet);
-  const bool complete = controls.find(rest, [&](driver::FoundControls found) {
+  const bool complete = controls.find(rest, [&](training::FoundControls found) {
     if (!part(found.window).save(found, job.sink())) return false;
     all.push_back(std::move(found));
     progress.show(fmt::format("window {} of {}  loss {:.6g}", all.size(), windows.size(),
@@ -158,8 +158,8 @@ bool search(Job& job, driver::WindowControls& controls, const std::function<Wind
 
 }  // namespace
 
-Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene,
-                   const driver::BatchOptions& batch) {
+Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const training::TrainingScene& scene,
+                   const training::BatchOptions& batch) {
   Json json = Json::object();
   const std::string& task = scene.task().name;
   if (options.epochs > 0 || options.out.empty()) {
@@ -172,10 +172,10 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   }
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());
   if (!session) return json;
-  driver::WindowControls controls(scene, options.iterations, batch);
+  training::WindowControls controls(scene, options.iterations, batch);
   const std::uint64_t key = controls.key();
   const std::string result_file = task + ".nc";
-  const auto part = [file = std::filesystem::path(options.out) / result_file, key](const driver::Window& window) {
+  const auto part = [file = std::filesystem::path(options.out) / result_file, key](const training::Window& window) {
     return WindowPart(file, key, window);
   };
   if (const std::optional<Told> told = options.resume ? told_of_finished(job, result_file, key) : std::nullopt) {
@@ -184,8 +184,8 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
     return json;
   }
   Found all;
-  for (const driver::Window& window : controls.windows()) {
-    std::optional<driver::FoundControls> found = options.resume ? part(window).load() : std::nullopt;
+  for (const training::Window& window : controls.windows()) {
+    std::optional<training::FoundControls> found = options.resume ? part(window).load() : std::nullopt;
     if (found) all.push_back(std::move(*found));
   }
   json["resumed_windows"] = all.size();
@@ -193,8 +193,8 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
     job.say(fmt::format("{} of {} windows were there already\n", all.size(), controls.windows().size()));
   const auto start = std::chrono::steady_clock::now();
   if (!search(job, controls, part, options.quiet || options.json, all)) return json;
-  std::ranges::sort(all, {},
-                    [](const driver::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
+  std::ranges::sort(
+      all, {}, [](const training::FoundControls& found) { return std::pair(found.window.run, found.window.frame); });
   Told told;
   told.json["left_out"] = leave_out(scene, all);
   told.json["frames_left_over"] = controls.frames_left_over();
@@ -223,7 +223,7 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   json["compile_s"] = run.compiled->seconds;
   json["certificate"] = certificate_json(run);
   if (!job.failed()) {
-    for (const driver::Window& window : controls.windows()) part(window).remove();
+    for (const training::Window& window : controls.windows()) part(window).remove();
   }
   json["files"] = job.files();
   return json;

@@ -3,13 +3,13 @@
 // trajectories again, for a task that learns without the solver.
 #pragma once
 
-#include "driver/window_controls.h"
 #include "train.h"
+#include "training/window_controls.h"
 
 namespace dpde::tools {
 
 /// TASK.nc in the folder of --out: the states behind the first frame of each window.
-Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const driver::TrainingScene& scene,
-                   const driver::BatchOptions& batch);
+Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run, const training::TrainingScene& scene,
+                   const training::BatchOptions& batch);
 
 }  // namespace dpde::tools

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "command.h"
-#include "driver/files.h"
+#include "files/files.h"
 #include "syntax/parser.h"
 #include "syntax/print_ast.h"
 #include "verbs.h"
@@ -29,7 +29,7 @@ int format_file(const FmtOptions& options) {
     if (job.failed()) return;
     const std::string text = print(file);
     differs = text != job.source().text();
-    if (differs && !options.check) driver::write_file(options.file, text, job.sink());
+    if (differs && !options.check) files::write_file(options.file, text, job.sink());
   });
   const int status = job.finish({{"changed", differs}});
   if (status != 0 || !options.check || !differs) return status;

@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "dpde/runtime/error.h"
-#include "driver/evaluation_log.h"
+#include "files/evaluation_log.h"
 
 namespace dpde::tools {
 namespace fs = std::filesystem;
@@ -23,7 +23,7 @@ constexpr int most_files = 100;
   throw Error(ErrorKind::machine, fmt::format("cannot write {}: {}", path.string(), std::strerror(errno)));
 }
 
-std::uint64_t empty_checksum() { return driver::hash_bytes("", 0); }
+std::uint64_t empty_checksum() { return files::hash_bytes("", 0); }
 
 }  // namespace
 
@@ -62,7 +62,7 @@ void FrameFile::append(std::span<const double> frame) {
     done += static_cast<std::size_t>(written);
   }
   mark_.bytes += static_cast<std::int64_t>(frame.size_bytes());
-  mark_.checksum = driver::hash_bytes(bytes, frame.size_bytes(), mark_.checksum);
+  mark_.checksum = files::hash_bytes(bytes, frame.size_bytes(), mark_.checksum);
 }
 
 FrameMark FrameFile::sync() {
@@ -83,7 +83,7 @@ std::vector<double> FrameFile::reopen(const FrameMark& mark) {
   std::vector<double> values(static_cast<std::size_t>(mark.bytes) / sizeof(double));
   std::ifstream in(path, std::ios::binary);
   if (mark.bytes > 0 && !in.read(reinterpret_cast<char*>(values.data()), mark.bytes)) damaged();
-  if (driver::hash_bytes(values.data(), values.size() * sizeof(double), empty_checksum()) != mark.checksum) damaged();
+  if (files::hash_bytes(values.data(), values.size() * sizeof(double), empty_checksum()) != mark.checksum) damaged();
   mark_ = mark;
   return values;
 }

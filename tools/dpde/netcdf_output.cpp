@@ -8,8 +8,8 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/netcdf.h"
-#include "driver/files.h"
-#include "driver/imports.h"
+#include "files/files.h"
+#include "files/imports.h"
 #include "model/placement.h"
 #include "model/print_model.h"
 #include "scene_output.h"
@@ -112,7 +112,7 @@ void add_origin(NetcdfContent& content, const Job& job, const driver::Session& s
                         {"dpde_settings", settings},
                         {"dpde_scheme", model::print(problem.scheme)},
                         {"dpde_problem", model::print(problem)},
-                        {"dpde_text", driver::text_without_imports(job.source())},
+                        {"dpde_text", files::text_without_imports(job.source())},
                         {"dpde_step", problem.step},
                         {"dpde_seed", static_cast<double>(options.seed)}};
 }
@@ -128,7 +128,7 @@ std::optional<Told> told_of_finished(const Job& job, const std::string& file, st
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
   DiagnosticSink silent;
-  std::optional<std::string> bytes = driver::read_file(path, {}, silent);
+  std::optional<std::string> bytes = files::read_file(path, {}, silent);
   if (!bytes) return std::nullopt;
   try {
     const NetcdfReader reader(std::move(*bytes), path.string());

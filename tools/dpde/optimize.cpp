@@ -8,7 +8,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/optimise.h"
-#include "driver/evaluation_log.h"
+#include "files/evaluation_log.h"
 #include "interrupt.h"
 #include "model/print_model.h"
 #include "optimize_output.h"
@@ -26,18 +26,18 @@ namespace {
 /// Everything the sequence of evaluations depends on: programs, start, data, times, method.
 std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
   const std::string text = print(run.compiled->stencil);
-  std::uint64_t key = driver::hash_bytes(text.data(), text.size());
-  const auto add = [&](const auto& value) { key = driver::hash_bytes(&value, sizeof value, key); };
+  std::uint64_t key = files::hash_bytes(text.data(), text.size());
+  const auto add = [&](const auto& value) { key = files::hash_bytes(&value, sizeof value, key); };
   add(run.compiled->real());
   add(method.kind);
   add(method.rate);
   add(method.gauss_newton);
   const Eigen::VectorXd& start = run.inverse->start();
   const Bounds bounds = run.inverse->bounds();
-  key = driver::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
+  key = files::hash_bytes(start.data(), sizeof(double) * std::size_t(start.size()), key);
   for (const auto& [name, value] : run.session->workspace().params()) add(value);
   for (const Eigen::VectorXd* bound : {&bounds.low, &bounds.high}) {
-    key = driver::hash_bytes(bound->data(), sizeof(double) * std::size_t(bound->size()), key);
+    key = files::hash_bytes(bound->data(), sizeof(double) * std::size_t(bound->size()), key);
   }
   add(run.session->steps());
   add(run.session->problem().t_begin);
@@ -45,7 +45,7 @@ std::uint64_t key_of(const TaskRun& run, const model::Optimiser& method) {
     for (const int step : run.session->steps_of(loss.when)) add(step);
   }
   const auto add_values = [&](const std::vector<double>& values) {
-    key = driver::hash_bytes(values.data(), sizeof(double) * values.size(), key);
+    key = files::hash_bytes(values.data(), sizeof(double) * values.size(), key);
   };
   for (int s = 0; s < run.session->rollout().state_count(); ++s) add_values(run.session->initial(s));
   for (const model::Coefficient& c : run.session->problem().coefficients)
@@ -95,7 +95,7 @@ struct Outcome {
 };
 
 Outcome optimise(Job& job, const OptimizeOptions& options, TaskRun& run, const model::Optimiser& method,
-                 driver::EvaluationLog* log) {
+                 files::EvaluationLog* log) {
   Progress progress(false, options.quiet || options.json);
   const Objective objective = [&](const Eigen::VectorXd& x, Eigen::VectorXd& gradient) {
     double loss = 0;
@@ -181,11 +181,11 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (!open_task(job, options, run)) return json;
   model::Optimiser method = run.task().optimiser.value_or(model::Optimiser{});
   if (options.iterations > 0) method.iterations = options.iterations;
-  std::unique_ptr<driver::EvaluationLog> log;
+  std::unique_ptr<files::EvaluationLog> log;
   if (!options.out.empty()) {
     const std::filesystem::path path = std::filesystem::path(options.out) / "optimiser.log";
-    log = std::make_unique<driver::EvaluationLog>(path, key_of(run, method), run.inverse->size(), options.resume,
-                                                  job.sink());
+    log = std::make_unique<files::EvaluationLog>(path, key_of(run, method), run.inverse->size(), options.resume,
+                                                 job.sink());
     if (!log->is_open()) return json;
   }
   const std::int64_t recorded = log ? log->recorded() : 0;

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driver/files.h"
+#include "files/files.h"
 #include "support/match.h"
 #include "support/process.h"
 
@@ -206,14 +206,14 @@ std::vector<std::string> draw(const fs::path& stem, const std::vector<Panel>& pa
     if (formats == Formats::png && extension != std::string_view(".png")) continue;
     const fs::path drawn = folder.path() / (std::string("picture") + extension);
     const fs::path script = folder.path() / (std::string("picture") + extension + ".gp");
-    if (!driver::write_file(script, script_for(panels, terminal, drawn), sink)) return files;
+    if (!files::write_file(script, script_for(panels, terminal, drawn), sink)) return files;
     const fs::path target = stem.string() + extension;
     if (!run_process({"gnuplot", script.string()}).succeeded()) {
       sink.report("cannot-write", {}, {target.string(), "gnuplot failed"});
       return files;
     }
-    const std::optional<std::string> bytes = driver::read_file(drawn, {}, sink);
-    if (!bytes || !driver::write_file(target, *bytes, sink)) return files;
+    const std::optional<std::string> bytes = files::read_file(drawn, {}, sink);
+    if (!bytes || !files::write_file(target, *bytes, sink)) return files;
     files.push_back(target.string());
   }
   return files;

@@ -11,7 +11,7 @@
 
 #include "command.h"
 #include "curve.h"
-#include "driver/files.h"
+#include "files/files.h"
 #include "interrupt.h"
 #include "picture.h"
 #include "stored_fields.h"
@@ -124,7 +124,7 @@ void plot(Job& job, const PlotOptions& options) {
     return;
   }
   const fs::path folder = options.out.empty() ? fs::path(options.file).parent_path() : fs::path(options.out);
-  if (!options.out.empty() && !driver::make_folder(folder, job.sink())) return;
+  if (!options.out.empty() && !files::make_folder(folder, job.sink())) return;
   const fs::path stem = folder / name;
   if (options.video) {
     draw_frames(job, stem, *fields);

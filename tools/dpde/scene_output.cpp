@@ -10,7 +10,7 @@
 #include "curve.h"
 #include "dpde/runtime/npy.h"
 #include "dpde/runtime/weights_file.h"
-#include "driver/files.h"
+#include "files/files.h"
 #include "model/placement.h"
 
 namespace dpde::tools {
@@ -109,7 +109,7 @@ std::vector<Panel> panels_of_field(driver::Session& session, const std::string& 
   return panels;
 }
 
-bool prepare_out(Job& job) { return job.options().out.empty() || driver::make_folder(job.options().out, job.sink()); }
+bool prepare_out(Job& job) { return job.options().out.empty() || files::make_folder(job.options().out, job.sink()); }
 
 void save_state(Job& job, const std::vector<model::Axis>& axes, const std::string& name,
                 const std::vector<double>& values) {
@@ -136,7 +136,7 @@ void save_weights(Job& job, const network::Network& network, const std::vector<d
 void save_text(Job& job, const std::string& name, const std::string& text) {
   if (job.options().out.empty()) return;
   const fs::path path = out_path(job, name);
-  if (driver::write_file(path, text, job.sink())) job.wrote(path.string());
+  if (files::write_file(path, text, job.sink())) job.wrote(path.string());
 }
 
 void save_picture(Job& job, const std::string& name, const std::vector<Panel>& panels) {

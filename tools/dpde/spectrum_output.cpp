@@ -6,15 +6,15 @@
 #include <cmath>
 #include <functional>
 
-#include "driver/spectrum.h"
 #include "support/evaluate.h"
 #include "test_output.h"
+#include "training/spectrum.h"
 
 namespace dpde::tools {
 
-using driver::mean_and_spread;
-using driver::MeanAndSpread;
-using driver::TrajectoryTest;
+using training::mean_and_spread;
+using training::MeanAndSpread;
+using training::TrajectoryTest;
 
 std::string text_of(const MeanAndSpread& value) {
   return fmt::format("{:.6g} +- {:.2g}", shown(value.mean), shown(value.spread));
@@ -74,7 +74,7 @@ Json report_all(Job& job, const OneTest& test, const Figures& figures, const Rep
 std::vector<double> distances(const TrajectoryTest& test, std::size_t last) {
   std::vector<double> all;
   for (std::size_t run = 0; run < test.runs.size(); ++run)
-    all.push_back(driver::distance(test.runs[run], test.data[run], 1, last, test.noise));
+    all.push_back(training::distance(test.runs[run], test.data[run], 1, last, test.noise));
   return all;
 }
 
@@ -184,15 +184,16 @@ Json report_spectrum(Job& job, const OneTest& test) {
 
 namespace {
 
-std::vector<driver::Crossing> crossings(const TrajectoryTest& test) {
-  std::vector<driver::Crossing> all;
-  for (const std::vector<double>& run : test.runs) all.push_back(driver::first_below(test.times, run, test.threshold));
+std::vector<training::Crossing> crossings(const TrajectoryTest& test) {
+  std::vector<training::Crossing> all;
+  for (const std::vector<double>& run : test.runs)
+    all.push_back(training::first_below(test.times, run, test.threshold));
   return all;
 }
 
 std::vector<double> times_of(const TrajectoryTest& test) {
   std::vector<double> all;
-  for (const driver::Crossing& crossing : crossings(test)) all.push_back(crossing.time);
+  for (const training::Crossing& crossing : crossings(test)) all.push_back(crossing.time);
   return all;
 }
 
@@ -204,14 +205,14 @@ Json report_correlation(Job& job, const OneTest& test) {
                       found.threshold));
   Json json = report_all(job, test, times_of, [&](const std::string& title, const TrajectoryTest& each) {
     const auto all = crossings(each);
-    const auto staying = std::ranges::count(all, false, &driver::Crossing::reached);
+    const auto staying = std::ranges::count(all, false, &training::Crossing::reached);
     const std::string rest =
         staying == 0
             ? ""
             : fmt::format("; {} of {} runs stay above it to the end, t = {:.4g}, which is taken for their time",
                           staying, all.size(), each.times.back());
     job.say(fmt::format("  {}: {} on {}{}\n", title, text_of(mean_and_spread(times_of(each))), each.file, rest));
-    if (std::ranges::any_of(all, [](const driver::Crossing& one) { return std::isnan(one.time); }))
+    if (std::ranges::any_of(all, [](const training::Crossing& one) { return std::isnan(one.time); }))
       job.say("    the data do not vary at some frames: nothing correlates with them\n");
     return Json{{"file", each.file},
                 {"time", json_of(times_of(each))},

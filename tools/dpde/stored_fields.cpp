@@ -10,7 +10,7 @@
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/netcdf.h"
 #include "dpde/runtime/npy.h"
-#include "driver/files.h"
+#include "files/files.h"
 
 namespace dpde::tools {
 
@@ -149,7 +149,7 @@ std::optional<Fields> from_npy(Job& job, const std::string& bytes, const std::st
 }  // namespace
 
 std::optional<Fields> load_fields(Job& job, const std::string& path, const std::string& field, bool all_states) {
-  std::optional<std::string> bytes = driver::read_file(path, {}, job.sink());
+  std::optional<std::string> bytes = files::read_file(path, {}, job.sink());
   if (!bytes) return std::nullopt;
   try {
     if (!path.ends_with(".nc")) return from_npy(job, *bytes, path, std::filesystem::path(path).stem().string());

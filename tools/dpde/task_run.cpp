@@ -6,7 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "driver/instability.h"
+#include "analysis/instability.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
@@ -25,13 +25,13 @@ void add_storage_options(CLI::App& verb, TaskOptions& options) {
 void add_task_options(CLI::App& verb, TaskOptions& options) {
   add_common_options(verb, options);
   add_storage_options(verb, options);
-  const auto flag = [&](const char* name, driver::Certifying how, const char* what) {
+  const auto flag = [&](const char* name, analysis::Certifying how, const char* what) {
     return verb.add_flag_callback(
         name, [&options, how] { options.certifying = how; }, what);
   };
-  CLI::Option* always =
-      flag("--certify", driver::Certifying::always, "check tangent against adjoint on a few cells, whatever it costs");
-  flag("--no-certify", driver::Certifying::never,
+  CLI::Option* always = flag("--certify", analysis::Certifying::always,
+                             "check tangent against adjoint on a few cells, whatever it costs");
+  flag("--no-certify", analysis::Certifying::never,
        "no such check (else where it takes less than a tenth of the compilation)")
       ->excludes(always);
 }
@@ -47,7 +47,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
     return false;
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
-  run.certificate = driver::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
+  run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
   job.say(certificate_text(run));
   return !job.failed();
 }
@@ -85,7 +85,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
 
 Json certificate_json(const TaskRun& run) {
   if (!run.certificate) return nullptr;
-  const driver::RunCheck& whole = run.certificate->run;
+  const analysis::RunCheck& whole = run.certificate->run;
   Json checked = nullptr;
   if (whole.directions > 0) {
     checked = {{"cells", whole.grid},
@@ -105,7 +105,7 @@ Json certificate_json(const TaskRun& run) {
 
 std::string certificate_text(const TaskRun& run) {
   if (!run.certificate) return "";
-  const driver::RunCheck& whole = run.certificate->run;
+  const analysis::RunCheck& whole = run.certificate->run;
   std::vector<std::string> parts;
   if (!run.certificate->program.empty())
     parts.push_back(fmt::format("adjoints to {:.1e}", run.certificate->dot_product));
@@ -125,7 +125,7 @@ void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
 }
 
 std::string help_at_start(const TaskRun& run, bool has_loss) {
-  const std::string unstable = driver::instability(*run.session);
+  const std::string unstable = analysis::instability(*run.session);
   if (!unstable.empty())
     return fmt::format("{}: a smaller step than {} may help (--set step=...)", unstable, run.session->problem().step);
   if (!has_loss)

@@ -5,21 +5,21 @@
 #include <memory>
 #include <string>
 
+#include "analysis/quick_certificate.h"
 #include "command.h"
 #include "driver/inverse.h"
-#include "driver/quick_certificate.h"
 
 namespace dpde::tools {
 
 struct TaskOptions : CommonOptions {
-  std::string memory;                                              // --memory
-  driver::Certifying certifying = driver::Certifying::when_cheap;  // --certify, --no-certify
-  std::string checkpoint_folder;                                   // --checkpoints-in
+  std::string memory;                                                  // --memory
+  analysis::Certifying certifying = analysis::Certifying::when_cheap;  // --certify, --no-certify
+  std::string checkpoint_folder;                                       // --checkpoints-in
 };
 
 struct TaskRun {
   std::shared_ptr<const driver::Compiled> compiled;
-  std::optional<driver::QuickCertificate> certificate;
+  std::optional<analysis::QuickCertificate> certificate;
   std::unique_ptr<driver::Session> session;
   std::unique_ptr<driver::Inverse> inverse;
 

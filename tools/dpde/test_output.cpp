@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driver/comparison.h"
+#include "analysis/comparison.h"
 #include "support/assert.h"
 #include "support/evaluate.h"
 
@@ -15,9 +15,9 @@ namespace dpde::tools {
 
 namespace {
 
-using driver::mean_and_spread;
-using driver::MeanAndSpread;
-using driver::TrajectoryTest;
+using training::mean_and_spread;
+using training::MeanAndSpread;
+using training::TrajectoryTest;
 using Kind = model::Test::Kind;
 
 Json numbers_of(const TrajectoryTest& test) {
@@ -124,16 +124,16 @@ void report_trials(Job& job, const OneTest& test, Json& json) {
 // ---- plain schemes beside
 // --------------------------------------------------------------------------------------------
 
-std::string between_text(const driver::Equal& equal) {
+std::string between_text(const analysis::Equal& equal) {
   return equal.from == equal.to ? "as " + equal.from : fmt::format("between {} and {}", equal.from, equal.to);
 }
 
-Json json_of(const driver::Equal& equal, const char* key, double own) {
-  if (equal.kind == driver::Equal::Kind::beyond_all) return nullptr;
+Json json_of(const analysis::Equal& equal, const char* key, double own) {
+  if (equal.kind == analysis::Equal::Kind::beyond_all) return nullptr;
   return {{key, json_number(equal.value)},
           {"ratio", json_number(equal.value / own)},
           {"between", {equal.from, equal.to}},
-          {"beyond", equal.kind == driver::Equal::Kind::within_all}};
+          {"beyond", equal.kind == analysis::Equal::Kind::within_all}};
 }
 
 /// Where the first of the runs is no longer finite.
@@ -158,13 +158,13 @@ std::string cost_text(const Investment& spent) {
 }
 
 /// After how many runs as long as the test's data and training are earned.
-void say_break_even(Job& job, const OneTest& test, const driver::Equal& at_error, Json& json) {
+void say_break_even(Job& job, const OneTest& test, const analysis::Equal& at_error, Json& json) {
   const Investment& spent = *test.spent;
   const bool is_known = !std::isnan(spent.data_s) || !std::isnan(spent.training_s);
   const double length = test.found().times.back(), sum = (std::isnan(spent.data_s) ? 0 : spent.data_s) +
                                                          (std::isnan(spent.training_s) ? 0 : spent.training_s);
-  using When = driver::BreakEven::Kind;
-  const driver::BreakEven even = break_even(at_error, test.costs[0], length, sum);
+  using When = analysis::BreakEven::Kind;
+  const analysis::BreakEven even = break_even(at_error, test.costs[0], length, sum);
   const bool is_whole = !std::isnan(spent.data_s) && !std::isnan(spent.training_s),
              has_number = is_whole && even.kind == When::after;
   json["break_even"] = {{"runs", has_number ? json_number(std::ceil(even.runs)) : Json(nullptr)},
@@ -189,15 +189,15 @@ void say_break_even(Job& job, const OneTest& test, const driver::Equal& at_error
 
 /// What plain schemes cost for the same error, and lose for the same cost; and when training is earned.
 void compare(Job& job, const OneTest& test, double error, Json& json) {
-  std::vector<driver::CostAndError> plain;
+  std::vector<analysis::CostAndError> plain;
   for (std::size_t s = 0; s < test.beside->size(); ++s) {
     const TrajectoryTest& beside = (*test.beside)[s];
     if (!beside.has_network) plain.push_back({beside.scene, test.costs[s + 1], mean_and_spread(beside.means()).mean});
   }
   if (plain.empty() || !std::isfinite(error)) return;
-  using Found = driver::Equal::Kind;
+  using Found = analysis::Equal::Kind;
   const double cost = test.costs[0];
-  const driver::Equal at_error = cost_of_equal_error(plain, error), at_cost = error_of_equal_cost(plain, cost);
+  const analysis::Equal at_error = cost_of_equal_error(plain, error), at_cost = error_of_equal_cost(plain, cost);
   json["equal_error"] = json_of(at_error, "cost_s", cost);
   json["equal_cost"] = json_of(at_cost, "error", error);
   const std::string own = fmt::format("its {} of {:.4g}", test.found().name, shown(error));
@@ -338,7 +338,7 @@ Json report_statistic(Job& job, const OneTest& test) {
 // ---- rates of growth
 // -------------------------------------------------------------------------------------------------
 
-Json json_of(const driver::GrowthTest& growth) {
+Json json_of(const training::GrowthTest& growth) {
   const MeanAndSpread all = mean_and_spread(growth.rates);
   return {{"mean", json_number(all.mean)}, {"spread", json_number(all.spread)}, {"runs", json_numbers(growth.rates)}};
 }
@@ -382,14 +382,14 @@ void report_tests(Job& job, const TestResults& results, Json& json) {
 
 void report_growths(Job& job, const GrowthResults& results, Json& json) {
   for (std::size_t i = 0; i < results.start.size(); ++i) {
-    const driver::GrowthTest& found = results.trials[results.best][i];
+    const training::GrowthTest& found = results.trials[results.best][i];
     Json growth = json_of(found);
     job.say(fmt::format("growth {} of {} = {} a unit of time over {} runs of {} ({} at the start)\n", found.name,
                         found.scene, text_of(mean_and_spread(found.rates)), found.rates.size(), found.file,
                         text_of(mean_and_spread(results.start[i].rates))));
     growth["start"] = json_of(results.start[i]);
     std::vector<double> means;
-    for (const std::vector<driver::GrowthTest>& trial : results.trials)
+    for (const std::vector<training::GrowthTest>& trial : results.trials)
       means.push_back(mean_and_spread(trial[i].rates).mean);
     if (means.size() > 1) {
       const MeanAndSpread over = mean_and_spread(means);
@@ -398,7 +398,7 @@ void report_growths(Job& job, const GrowthResults& results, Json& json) {
           {"mean", json_number(over.mean)}, {"spread", json_number(over.spread)}, {"each", json_numbers(means)}};
     }
     growth["beside"] = Json::object();
-    for (const driver::GrowthTest& beside : results.beside[i]) {
+    for (const training::GrowthTest& beside : results.beside[i]) {
       job.say(fmt::format("  {}: {}\n", beside.scene, text_of(mean_and_spread(beside.rates))));
       growth["beside"][beside.scene] = json_of(beside);
     }

@@ -9,30 +9,30 @@ namespace dpde::tools {
 
 /// What one test says of each trial, of the start and of the scenes beside.
 struct OneTest {
-  std::vector<const driver::TrajectoryTest*> trials;
+  std::vector<const training::TrajectoryTest*> trials;
   std::size_t best = 0;
-  const driver::TrajectoryTest* start = nullptr;
-  const std::vector<driver::TrajectoryTest>* beside = nullptr;
+  const training::TrajectoryTest* start = nullptr;
+  const std::vector<training::TrajectoryTest>* beside = nullptr;
   std::vector<double> costs;  // of the task's scene and those beside; empty where nothing is compared
   const Investment* spent = nullptr;
 
-  const driver::TrajectoryTest& found() const { return *trials[best]; }
+  const training::TrajectoryTest& found() const { return *trials[best]; }
   bool has_trials() const { return trials.size() > 1; }
   /// Of the means over runs and times, over the trials.
   std::vector<double> means() const {
     std::vector<double> all;
-    for (const driver::TrajectoryTest* trial : trials) all.push_back(driver::mean_and_spread(trial->means()).mean);
+    for (const training::TrajectoryTest* trial : trials) all.push_back(training::mean_and_spread(trial->means()).mean);
     return all;
   }
-  driver::MeanAndSpread at(std::size_t time) const {
+  training::MeanAndSpread at(std::size_t time) const {
     std::vector<double> all;
-    for (const driver::TrajectoryTest* trial : trials) all.push_back(trial->course()[time]);
-    return driver::mean_and_spread(all);
+    for (const training::TrajectoryTest* trial : trials) all.push_back(trial->course()[time]);
+    return training::mean_and_spread(all);
   }
 };
 
 /// "0.12 +- 0.01"
-std::string text_of(const driver::MeanAndSpread& value);
+std::string text_of(const training::MeanAndSpread& value);
 /// With its numbers, as JSON.
 Json json_of(const std::vector<double>& values);
 /// Where it has a finite value at all.

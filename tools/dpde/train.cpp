@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "driver/files.h"
+#include "files/files.h"
 #include "find_controls.h"
 #include "interrupt.h"
 #include "preparing.h"
@@ -24,20 +24,20 @@ constexpr double default_interval = 600;  // seconds between checkpoints
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-std::string trial_text(const driver::Trials& trials, std::size_t trial) {
+std::string trial_text(const training::Trials& trials, std::size_t trial) {
   return trials.count() == 1 ? "" : fmt::format("trial {} of {}, ", trial + 1, trials.count());
 }
 
 /// TASK.training in the folder of --out.
 class TrainingCheckpoint {
  public:
-  TrainingCheckpoint(Job& job, const driver::Trials& trials, CheckpointInterval interval)
+  TrainingCheckpoint(Job& job, const training::Trials& trials, CheckpointInterval interval)
       : job_(job),
         interval_(interval),
         path_(std::filesystem::path(job.options().out) / (trials.present().scene().task().name + ".training")) {}
 
   /// False after a diagnostic.
-  bool resume(driver::Trials& trials) {
+  bool resume(training::Trials& trials) {
     std::error_code error;
     if (!std::filesystem::exists(path_, error)) {
       std::fputs(
@@ -45,9 +45,9 @@ class TrainingCheckpoint {
           stderr);
       return true;
     }
-    const std::optional<std::string> bytes = driver::read_file(path_, {}, job_.sink());
+    const std::optional<std::string> bytes = files::read_file(path_, {}, job_.sink());
     if (!bytes || !trials.restore(*bytes, path_.string(), job_.sink())) return false;
-    const driver::TrainingState& state = trials.present().state();
+    const training::TrainingState& state = trials.present().state();
     const int epochs = trials.present().epochs();
     const std::string where =
         state.epoch < epochs
@@ -58,16 +58,16 @@ class TrainingCheckpoint {
     saved_ = trials.made();
     return true;
   }
-  void look(const driver::Trials& trials) {
+  void look(const training::Trials& trials) {
     if (job_.options().out.empty()) return;
     const bool update_is_due = interval_.steps > 0 && trials.made() % interval_.steps == 0;
     if (update_is_due || (interval_.seconds > 0 && seconds_since(last_) >= interval_.seconds)) save(trials);
   }
-  void save(const driver::Trials& trials) {
+  void save(const training::Trials& trials) {
     if (job_.options().out.empty() || saved_ == trials.made()) return;
     last_ = Clock::now();
     DiagnosticSink again;  // one message is enough; a full disk may have room again later
-    if (driver::write_file(path_, trials.save(), has_failed_ ? again : job_.sink())) {
+    if (files::write_file(path_, trials.save(), has_failed_ ? again : job_.sink())) {
       saved_ = trials.made();
     } else if (!std::exchange(has_failed_, true)) {
       job_.say(fmt::format("cannot write {}; the training goes on and tries again\n", path_.string()));
@@ -86,7 +86,7 @@ class TrainingCheckpoint {
 /// Epochs worth a line: the first ones, then about forty.
 bool is_shown(int epoch, int epochs) { return epoch <= 5 || epoch == epochs || epoch % std::max(1, epochs / 40) == 0; }
 
-std::string line_of(int number, const driver::Epoch& epoch) {
+std::string line_of(int number, const training::Epoch& epoch) {
   std::string text = fmt::format("epoch {:>5}  loss {:<14.8g}", number, shown(epoch.loss));
   if (!std::isnan(epoch.validation)) text += fmt::format(" validation {:<14.8g}", shown(epoch.validation));
   if (epoch.rate > 0) text += fmt::format(" rate {:<10.4g}", epoch.rate);
@@ -94,8 +94,8 @@ std::string line_of(int number, const driver::Epoch& epoch) {
 }
 
 /// What a trial has to say since it was looked at last.
-void tell_epochs(Job& job, const driver::Trainer& trainer, std::size_t& told) {
-  const driver::TrainingState& state = trainer.state();
+void tell_epochs(Job& job, const training::Trainer& trainer, std::size_t& told) {
+  const training::TrainingState& state = trainer.state();
   for (; told < state.epochs.size(); ++told) {
     if (is_shown(static_cast<int>(told) + 1, trainer.epochs()))
       job.say(line_of(static_cast<int>(told) + 1, state.epochs[told]));
@@ -103,7 +103,7 @@ void tell_epochs(Job& job, const driver::Trainer& trainer, std::size_t& told) {
 }
 
 /// Seconds that it took.
-double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkpoint, bool quiet) {
+double run_training(Job& job, training::Trials& trials, TrainingCheckpoint& checkpoint, bool quiet) {
   Progress progress(false, quiet);
   std::size_t told = trials.present().state().epochs.size(), running = trials.running();
   const auto first = trials.made();
@@ -114,12 +114,12 @@ double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkp
   };
   say_trial();
   const auto start = Clock::now();
-  const auto watch = [&](const driver::Trials& now) {
+  const auto watch = [&](const training::Trials& now) {
     if (std::exchange(running, now.running()) != now.running()) {
       told = 0;
       say_trial();
     }
-    const driver::TrainingState& state = now.present().state();
+    const training::TrainingState& state = now.present().state();
     tell_epochs(job, now.present(), told);
     if (progress.active()) {
       const int epochs = now.present().epochs();
@@ -137,15 +137,15 @@ double run_training(Job& job, driver::Trials& trials, TrainingCheckpoint& checkp
   return seconds;
 }
 
-void report_stop(Job& job, const driver::Trials& trials) {
+void report_stop(Job& job, const training::Trials& trials) {
   job.sink().report("optimiser-interrupted", {},
                     {fmt::format("{}", trials.made()), fmt::format("{}", trials.updates())},
                     "with --out, the same command with --resume goes on from here");
 }
 
-void report_divergence(Job& job, const driver::Trials& trials, std::size_t trial) {
-  const driver::Trainer& trainer = *trials.all()[trial].trainer;
-  const driver::Divergence& where = *trainer.divergence();
+void report_divergence(Job& job, const training::Trials& trials, std::size_t trial) {
+  const training::Trainer& trainer = *trials.all()[trial].trainer;
+  const training::Divergence& where = *trainer.divergence();
   const double last = trainer.state().losses.empty() ? std::nan("") : trainer.state().losses.back();
   std::string hint =
       fmt::format("in {}epoch {}, from frame {} of run {}{}; ", trial_text(trials, trial), where.epoch + 1,
@@ -158,18 +158,18 @@ void report_divergence(Job& job, const driver::Trials& trials, std::size_t trial
                     hint + "a smaller rate, clip 1, or shorter windows at first, as in unroll (1, 2, 4), may help");
 }
 
-void report_ends(Job& job, const driver::Trials& trials) {
+void report_ends(Job& job, const training::Trials& trials) {
   for (std::size_t k = 0; k < trials.all().size(); ++k) {
-    const driver::Trial& trial = trials.all()[k];
-    if (trial.end == driver::TrainingEnd::stopped) report_stop(job, trials);
-    if (trial.end == driver::TrainingEnd::not_finite) report_divergence(job, trials, k);
+    const training::Trial& trial = trials.all()[k];
+    if (trial.end == training::TrainingEnd::stopped) report_stop(job, trials);
+    if (trial.end == training::TrainingEnd::not_finite) report_divergence(job, trials, k);
   }
 }
 
-Json unknowns_json(Job& job, const driver::Trainer& trainer) {
+Json unknowns_json(Job& job, const training::Trainer& trainer) {
   Json unknowns = Json::object();
   const Eigen::VectorXd &best = trainer.best(), &start = trainer.start();
-  for (const driver::UnknownPart& part : trainer.parts()) {
+  for (const training::UnknownPart& part : trainer.parts()) {
     if (part.kind == DPDE_UNKNOWN_PARAM) {
       unknowns[part.name] = {{"value", json_number(best[part.offset])}, {"start", json_number(start[part.offset])}};
       job.say(fmt::format("{} = {:.12g}\n", part.name, shown(best[part.offset])));
@@ -182,9 +182,9 @@ Json unknowns_json(Job& job, const driver::Trainer& trainer) {
   return unknowns;
 }
 
-Json epochs_json(const driver::Trainer& trainer) {
+Json epochs_json(const training::Trainer& trainer) {
   Json epochs = Json::array();
-  for (const driver::Epoch& epoch : trainer.state().epochs) {
+  for (const training::Epoch& epoch : trainer.state().epochs) {
     epochs.push_back({{"unroll", epoch.unroll},
                       {"loss", json_number(epoch.loss)},
                       {"validation", trainer.validation().empty() ? Json(nullptr) : json_number(epoch.validation)},
@@ -195,30 +195,30 @@ Json epochs_json(const driver::Trainer& trainer) {
 }
 
 /// What is known of any trial.
-Json trial_json(const driver::Trial& trial) {
-  const driver::TrainingState& state = trial.trainer->state();
+Json trial_json(const training::Trial& trial) {
+  const training::TrainingState& state = trial.trainer->state();
   Json json = {{"iterations", state.updates.made},
                {"loss", json_numbers(state.losses)},
                {"epochs", epochs_json(*trial.trainer)}};
   json["best"] = state.best_epoch < 0 ? Json(nullptr)
                                       : Json{{"epoch", state.best_epoch + 1}, {"loss", json_number(state.best_loss)}};
   json["wall_s"] = trial.seconds;
-  json["reason"] = driver::describe(trial.end);
+  json["reason"] = training::describe(trial.end);
   return json;
 }
 
-void say_end(Job& job, const driver::Trial& trial, const std::string& name) {
-  const driver::TrainingState& state = trial.trainer->state();
+void say_end(Job& job, const training::Trial& trial, const std::string& name) {
+  const training::TrainingState& state = trial.trainer->state();
   if (state.best_epoch < 0) return;
   job.say(fmt::format("{}: {} {:.8g} after epoch {} of {}, {} updates in {} ({})\n", name,
                       trial.trainer->validation().empty() ? "loss" : "validation loss", shown(state.best_loss),
                       state.best_epoch + 1, trial.trainer->epochs(), state.updates.made, human_seconds(trial.seconds),
-                      driver::describe(trial.end)));
+                      training::describe(trial.end)));
 }
 
 /// The best trial as if it were the only one, then all of them.
-void report_training(Job& job, const driver::Trials& trials, const TaskRun& run, double seconds, Json& json) {
-  const driver::Trial& best = trials.all()[trials.best()];
+void report_training(Job& job, const training::Trials& trials, const TaskRun& run, double seconds, Json& json) {
+  const training::Trial& best = trials.all()[trials.best()];
   const std::string& name = best.trainer->scene().task().name;
   for (std::size_t k = 0; k < trials.all().size(); ++k)
     say_end(job, trials.all()[k], trials.count() == 1 ? name : fmt::format("{}, trial {}", name, k + 1));
@@ -253,33 +253,33 @@ std::optional<CheckpointInterval> interval_of(Job& job, const OptimizeOptions& o
 }
 
 /// Of one training; not a number where a checkpoint does not tell.
-double mean_cost(const driver::Trials& trials) {
+double mean_cost(const training::Trials& trials) {
   double sum = 0;
-  for (const driver::Trial& trial : trials.all()) sum += trial.cpu_seconds;
+  for (const training::Trial& trial : trials.all()) sum += trial.cpu_seconds;
   return sum / static_cast<double>(trials.all().size());
 }
 
 /// What the tests say of each trial, of the values that the best one began with, and of the scenes beside.
-void test(Job& job, const driver::Trials& trials, const driver::TestScenes& scenes, const driver::BatchOptions& options,
-          Json& json) {
+void test(Job& job, const training::Trials& trials, const training::TestScenes& scenes,
+          const training::BatchOptions& options, Json& json) {
   const auto values = [&](std::size_t trial, bool at_start) {
-    const driver::Trainer& trainer = *trials.all()[trial].trainer;
-    return driver::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
+    const training::Trainer& trainer = *trials.all()[trial].trainer;
+    return training::values_of(trainer.parts(), at_start ? trainer.start() : trainer.best());
   };
   TestResults tests{trials.best()};
   GrowthResults growths{trials.best()};
   for (std::size_t k = 0; k < trials.all().size(); ++k) {
-    tests.trials.push_back(driver::tests_on_trajectories(scenes, values(k, false), options, job.sink()));
-    growths.trials.push_back(driver::growths_on_trajectories(scenes, values(k, false), options, job.sink()));
+    tests.trials.push_back(training::tests_on_trajectories(scenes, values(k, false), options, job.sink()));
+    growths.trials.push_back(training::growths_on_trajectories(scenes, values(k, false), options, job.sink()));
   }
-  const driver::UnknownValues start = values(trials.best(), true), found = values(trials.best(), false);
+  const training::UnknownValues start = values(trials.best(), true), found = values(trials.best(), false);
   tests.spent.data_s = scenes.own.trajectories.cost_s;
   tests.spent.training_s = mean_cost(trials);
-  tests.start = driver::tests_on_trajectories(scenes, start, options, job.sink());
-  tests.beside = driver::tests_beside(scenes, found, options);
-  growths.start = driver::growths_on_trajectories(scenes, start, options, job.sink());
-  growths.beside = driver::growths_beside(scenes, found, options);
-  if (!interrupt_flag().load()) tests.costs = driver::costs_of_tests(scenes, found, options, job.sink());
+  tests.start = training::tests_on_trajectories(scenes, start, options, job.sink());
+  tests.beside = training::tests_beside(scenes, found, options);
+  growths.start = training::growths_on_trajectories(scenes, start, options, job.sink());
+  growths.beside = training::growths_beside(scenes, found, options);
+  if (!interrupt_flag().load()) tests.costs = training::costs_of_tests(scenes, found, options, job.sink());
   if (interrupt_flag().load()) return;
   report_tests(job, tests, json);
   report_growths(job, growths, json);
@@ -307,22 +307,22 @@ Json train(Job& job, const OptimizeOptions& options) {
   compile_options->selection.keeps_params = true;  // each run of the data may have its own
   std::optional<Preparing> preparing(std::in_place, job, "stopped before the task was prepared");
   if (!compile_task(job, options, *compile_options, run)) return json;
-  if (options.iterations > 0 && !driver::seeks_controls(*run.compiled->problem)) {
+  if (options.iterations > 0 && !training::seeks_controls(*run.compiled->problem)) {
     job.sink().report("bad-option", {}, {"--iterations is for tasks that do not learn from trajectories: --epochs"});
     return json;
   }
-  const std::unique_ptr<driver::TrainingScene> scene =
-      driver::TrainingScene::open(job.source(), run.compiled, job.sink());
-  const std::unique_ptr<driver::TestScenes> tests =
-      scene ? driver::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
+  const std::unique_ptr<training::TrainingScene> scene =
+      training::TrainingScene::open(job.source(), run.compiled, job.sink());
+  const std::unique_ptr<training::TestScenes> tests =
+      scene ? training::TestScenes::open(*scene, job.source(), job.sink()) : nullptr;
   if (!tests) return json;
-  driver::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
+  training::BatchOptions batch{thread_count(options), 0, *bytes, &interrupt_flag()};
   batch.seed = options.seed;
-  if (driver::seeks_controls(*run.compiled->problem)) {
+  if (training::seeks_controls(*run.compiled->problem)) {
     preparing.reset();
     return find_controls(job, options, run, *scene, batch);
   }
-  const std::unique_ptr<driver::Trials> trials = driver::Trials::open(*scene, options.epochs, batch, job.sink());
+  const std::unique_ptr<training::Trials> trials = training::Trials::open(*scene, options.epochs, batch, job.sink());
   preparing.reset();
   if (!trials) return json;
   TrainingCheckpoint checkpoint(job, *trials, *interval);

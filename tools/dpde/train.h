@@ -4,9 +4,9 @@
 
 #include <limits>
 
-#include "driver/trajectory_test.h"
-#include "driver/trials.h"
 #include "task_run.h"
+#include "training/trajectory_test.h"
+#include "training/trials.h"
 
 namespace dpde::tools {
 
@@ -29,21 +29,21 @@ struct Investment {
 /// The tests of each trial with its best values, with those that the best trial began with, and of the scenes beside.
 struct TestResults {
   std::size_t best = 0;
-  std::vector<std::vector<driver::TrajectoryTest>> trials = {};
-  std::vector<driver::TrajectoryTest> start = {};
-  std::vector<std::vector<driver::TrajectoryTest>> beside = {};
+  std::vector<std::vector<training::TrajectoryTest>> trials = {};
+  std::vector<training::TrajectoryTest> start = {};
+  std::vector<std::vector<training::TrajectoryTest>> beside = {};
   std::vector<std::vector<double>> costs = {};
   Investment spent = {};
 };
 struct GrowthResults {
   std::size_t best = 0;
-  std::vector<std::vector<driver::GrowthTest>> trials = {};
-  std::vector<driver::GrowthTest> start = {};
-  std::vector<std::vector<driver::GrowthTest>> beside = {};
+  std::vector<std::vector<training::GrowthTest>> trials = {};
+  std::vector<training::GrowthTest> start = {};
+  std::vector<std::vector<training::GrowthTest>> beside = {};
 };
 
 /// Losses as tables and a curve, what the best trial has learnt as files.
-void write_trained(Job& job, const driver::Trials& trials);
+void write_trained(Job& job, const training::Trials& trials);
 /// Words, tables, pictures, and the keys test, statistic and growth of --json.
 void report_tests(Job& job, const TestResults& results, Json& json);
 void report_growths(Job& job, const GrowthResults& results, Json& json);

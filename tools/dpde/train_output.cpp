@@ -20,14 +20,14 @@ bool all_positive(const std::vector<double>& values) {
 }
 
 /// Against the number of updates: every batch, and the epochs at their ends.
-std::vector<Curve> loss_curves(const driver::TrainingState& state) {
+std::vector<Curve> loss_curves(const training::TrainingState& state) {
   Curve batches{"batch", {}, {}}, epochs{"epoch", {}, {}}, validation{"validation", {}, {}};
   const std::size_t stride = std::max<std::size_t>(1, state.losses.size() / most_points);
   for (std::size_t k = 0; k < state.losses.size(); k += stride) {
     batches.x.push_back(static_cast<double>(k + 1));
     batches.y.push_back(state.losses[k]);
   }
-  for (const driver::Epoch& epoch : state.epochs) {
+  for (const training::Epoch& epoch : state.epochs) {
     epochs.x.push_back(static_cast<double>(epoch.updates));
     epochs.y.push_back(epoch.loss);
     if (!std::isfinite(epoch.validation)) continue;
@@ -38,7 +38,7 @@ std::vector<Curve> loss_curves(const driver::TrainingState& state) {
 }
 
 /// Of several trials what they are judged by.
-LinePanel loss_panel(const driver::Trials& trials) {
+LinePanel loss_panel(const training::Trials& trials) {
   LinePanel panel;
   panel.title = "loss";
   panel.x_label = "update";
@@ -58,16 +58,16 @@ LinePanel loss_panel(const driver::Trials& trials) {
 }
 
 /// Losses of all trials; of one alone without its number.
-void write_losses(Job& job, const driver::Trials& trials) {
+void write_losses(Job& job, const training::Trials& trials) {
   const bool numbered = trials.count() > 1;
   std::string table = numbered ? "trial,iteration,loss\n" : "iteration,loss\n",
               epochs = std::string(numbered ? "trial," : "") + "epoch,iterations,steps,rate,loss,validation\n";
   for (std::size_t t = 0; t < trials.all().size(); ++t) {
-    const driver::TrainingState& state = trials.all()[t].trainer->state();
+    const training::TrainingState& state = trials.all()[t].trainer->state();
     const std::string trial = numbered ? fmt::format("{},", t + 1) : "";
     for (std::size_t k = 0; k < state.losses.size(); ++k) table += fmt::format("{}{},{}\n", trial, k, state.losses[k]);
     for (std::size_t e = 0; e < state.epochs.size(); ++e) {
-      const driver::Epoch& epoch = state.epochs[e];
+      const training::Epoch& epoch = state.epochs[e];
       epochs += fmt::format("{}{},{},{},{},{},{}\n", trial, e + 1, epoch.updates, epoch.unroll, epoch.rate, epoch.loss,
                             std::isnan(epoch.validation) ? "" : fmt::format("{}", epoch.validation));
     }
@@ -76,9 +76,9 @@ void write_losses(Job& job, const driver::Trials& trials) {
   save_text(job, "epochs.csv", epochs);
 }
 
-void write_unknowns(Job& job, const driver::Trainer& trainer) {
+void write_unknowns(Job& job, const training::Trainer& trainer) {
   const std::vector<model::Axis>& axes = trainer.scene().compiled->problem->axes;
-  for (const driver::UnknownPart& part : trainer.parts()) {
+  for (const training::UnknownPart& part : trainer.parts()) {
     const auto values = trainer.best().segment(part.offset, part.size);
     const std::vector<double> numbers(values.data(), values.data() + part.size);
     if (part.kind == DPDE_UNKNOWN_COEFFICIENT) save_state(job, axes, part.name, numbers);
@@ -90,7 +90,7 @@ void write_unknowns(Job& job, const driver::Trainer& trainer) {
 
 }  // namespace
 
-void write_trained(Job& job, const driver::Trials& trials) {
+void write_trained(Job& job, const training::Trials& trials) {
   const LinePanel panel = loss_panel(trials);
   const auto has_line = [](const Curve& curve) { return curve.y.size() > 1; };
   if (std::ranges::any_of(panel.curves, has_line)) job.say(text_plot(panel, terminal_is_utf8(), 64, 10));

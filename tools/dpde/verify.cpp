@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
+#include "analysis/certificate.h"
 #include "command.h"
-#include "driver/certificate.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "verbs.h"
@@ -23,8 +23,8 @@ std::string target_of(const driver::Compiled& compiled, const driver::CompileOpt
 }
 
 /// A number that is below rounding is not printed as if it had been measured.
-std::string quotients_text(const driver::QuotientEvidence& quotients) {
-  if (!quotients.is_resolved(driver::largest_quotient_error)) return "no difference quotient rises above rounding";
+std::string quotients_text(const analysis::QuotientEvidence& quotients) {
+  if (!quotients.is_resolved(analysis::largest_quotient_error)) return "no difference quotient rises above rounding";
   const std::string where = quotients.is_elsewhere
                                 ? "difference quotients agree on another number, the gradient is off by"
                                 : "difference quotients from both sides come to the gradient within";
@@ -32,14 +32,14 @@ std::string quotients_text(const driver::QuotientEvidence& quotients) {
 }
 
 /// The error, or what is left of two numbers that are 0 but for rounding.
-std::string error_text(const driver::DotCase& one) {
+std::string error_text(const analysis::DotCase& one) {
   if (!one.is_rounding) return fmt::format("{:.2e}", one.relative_error);
   return fmt::format("below rounding: they differ by {:.1e} of {:.1e}", one.difference, one.rounding);
 }
 
-Json details_of(const std::vector<driver::DotCase>& cases) {
+Json details_of(const std::vector<analysis::DotCase>& cases) {
   Json details = Json::array();
-  for (const driver::DotCase& one : cases) {
+  for (const analysis::DotCase& one : cases) {
     details.push_back({{"cells", one.grid},
                        {"what", one.what},
                        {"relative_error", one.is_rounding ? Json(nullptr) : json_number(one.relative_error)},
@@ -50,7 +50,7 @@ Json details_of(const std::vector<driver::DotCase>& cases) {
   return details;
 }
 
-std::string reason_of(const driver::Certificate& certificate) {
+std::string reason_of(const analysis::Certificate& certificate) {
   std::string reason = certificate.is_all_rounding()
                            ? "all derivatives are 0 but for rounding"
                            : fmt::format("largest dot-product error {:.2e}", certificate.worst());
@@ -67,9 +67,9 @@ std::string reason_of(const driver::Certificate& certificate) {
   return reason + (certificate.note.empty() ? "" : ", " + certificate.note);
 }
 
-std::string second_order_text(const driver::Certificate& certificate) {
+std::string second_order_text(const analysis::Certificate& certificate) {
   if (!certificate.second) return "no second derivatives\n";
-  const driver::SecondOrderCheck& second = *certificate.second;
+  const analysis::SecondOrderCheck& second = *certificate.second;
   std::string text =
       fmt::format("Hessian: v.Hw against w.Hv on {} grids, at most {:.2e}; ", second.cases.size(), second.worst());
   text += second.slope
@@ -79,16 +79,16 @@ std::string second_order_text(const driver::Certificate& certificate) {
 }
 
 /// The certificate is of a point beside the start.
-std::string kink_text(const driver::KinkAtStart& kink) {
+std::string kink_text(const analysis::KinkAtStart& kink) {
   return fmt::format(
       "the start lies on a kink of the loss: by {0} it has the slopes {1:.6g} behind and {2:.6g} ahead, the gradient "
       "says {3:.6g}\n",
       kink.unknown, kink.behind, kink.ahead, kink.gradient);
 }
 
-void show(Job& job, const std::string& target, const driver::Certificate& certificate) {
+void show(Job& job, const std::string& target, const analysis::Certificate& certificate) {
   std::string text = fmt::format("{}: tangent against adjoint\n", target);
-  for (const driver::DotCase& one : certificate.cases) {
+  for (const analysis::DotCase& one : certificate.cases) {
     text += fmt::format("  {:<16} {:<24} {}\n", one.grid, one.what, error_text(one));
   }
   for (const std::string& skipped : certificate.skipped) text += fmt::format("  {}\n", skipped);
@@ -101,7 +101,7 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
                             : fmt::format("  no slope: {}\n", certificate.note);
   if (certificate.quotients) text += fmt::format("  {}\n", quotients_text(*certificate.quotients));
   text += second_order_text(certificate);
-  for (const driver::KinkAtStart& kink : certificate.kinks) text += kink_text(kink);
+  for (const analysis::KinkAtStart& kink : certificate.kinks) text += kink_text(kink);
   if (certificate.single) {
     text += fmt::format(
         "single precision: the above is of the same programs in f64; tangent against adjoint in f32 on {} grids, at "
@@ -112,11 +112,11 @@ void show(Job& job, const std::string& target, const driver::Certificate& certif
   job.say(text);
 }
 
-Json to_json(const driver::Certificate& certificate) {
+Json to_json(const analysis::Certificate& certificate) {
   Json remainders = Json::array();
-  for (const driver::Remainder& r : certificate.remainders)
+  for (const analysis::Remainder& r : certificate.remainders)
     remainders.push_back({json_number(r.step), json_number(r.value)});
-  const driver::SecondOrderCheck* second = certificate.second ? &*certificate.second : nullptr;
+  const analysis::SecondOrderCheck* second = certificate.second ? &*certificate.second : nullptr;
   Json hessian = nullptr;
   if (second != nullptr) {
     hessian = {{"max_relative_error", json_number(second->worst())},
@@ -124,13 +124,13 @@ Json to_json(const driver::Certificate& certificate) {
                {"details", details_of(second->cases)},
                {"has_kinks", second->has_kinks}};
   }
-  const driver::QuotientEvidence* quotients = certificate.quotients ? &*certificate.quotients : nullptr;
+  const analysis::QuotientEvidence* quotients = certificate.quotients ? &*certificate.quotients : nullptr;
   Json single = nullptr;
   if (certificate.single)
     single = {{"max_relative_error", json_number(certificate.single->worst())},
               {"cases", certificate.single->cases.size()}};
   Json kinks = Json::array();
-  for (const driver::KinkAtStart& kink : certificate.kinks) {
+  for (const analysis::KinkAtStart& kink : certificate.kinks) {
     kinks.push_back({{"unknown", kink.unknown},
                      {"behind", json_number(kink.behind)},
                      {"ahead", json_number(kink.ahead)},
@@ -165,7 +165,7 @@ Json verify(Job& job) {
   options->certify = options->tangent = options->adjoint = options->second = options->verify = true;
   std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, job.sink());
   if (!compiled) return result;
-  const driver::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag()};
+  const analysis::CertifyOptions certify{thread_count(job.options()), job.options().seed, &interrupt_flag()};
   std::shared_ptr<driver::Compiled> single;
   if (compiled->is_single()) {
     single = std::make_shared<driver::Compiled>(std::move(*compiled));
@@ -174,11 +174,11 @@ Json verify(Job& job) {
     if (!compiled) return result;
   }
   const auto shared = std::make_shared<driver::Compiled>(std::move(*compiled));
-  std::optional<driver::Certificate> certificate = shared->problem
-                                                       ? driver::certify(job.source(), shared, certify, job.sink())
-                                                       : driver::certify_programs(*shared, certify);
+  std::optional<analysis::Certificate> certificate = shared->problem
+                                                         ? analysis::certify(job.source(), shared, certify, job.sink())
+                                                         : analysis::certify_programs(*shared, certify);
   if (!certificate) return result;
-  if (single && !driver::certify_single_precision(job.source(), single, certify, *certificate, job.sink()))
+  if (single && !analysis::certify_single_precision(job.source(), single, certify, *certificate, job.sink()))
     return result;
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before the certificate was complete"});

@@ -3,17 +3,17 @@
 
 #include <fmt/format.h>
 
-#include "driver/files.h"
 #include "driver/restart_file.h"
+#include "files/files.h"
 
 namespace dpde::tools {
 
-WindowPart::WindowPart(const std::filesystem::path& file, std::uint64_t key, const driver::Window& window)
+WindowPart::WindowPart(const std::filesystem::path& file, std::uint64_t key, const training::Window& window)
     : path_(fmt::format("{}.{}.{}", file.string(), window.run, window.frame)),
       key_(static_cast<std::int64_t>(key)),
       window_(window) {}
 
-bool WindowPart::save(const driver::FoundControls& found, DiagnosticSink& sink) const {
+bool WindowPart::save(const training::FoundControls& found, DiagnosticSink& sink) const {
   driver::ByteWriter out;
   out.number(key_);
   out.number(window_.run);
@@ -23,19 +23,19 @@ bool WindowPart::save(const driver::FoundControls& found, DiagnosticSink& sink) 
   out.values({found.norm});
   out.number(static_cast<std::int64_t>(found.states.size()));
   for (const std::vector<double>& state : found.states) out.values(state);
-  return driver::write_file(path_, driver::sealed(out.bytes()), sink);
+  return files::write_file(path_, driver::sealed(out.bytes()), sink);
 }
 
-std::optional<driver::FoundControls> WindowPart::load() const {
+std::optional<training::FoundControls> WindowPart::load() const {
   DiagnosticSink silent;
   std::error_code error;
   if (!std::filesystem::exists(path_, error)) return std::nullopt;
-  const std::optional<std::string> bytes = driver::read_file(path_, {}, silent);
+  const std::optional<std::string> bytes = files::read_file(path_, {}, silent);
   const std::optional<std::string_view> content = bytes ? driver::unsealed(*bytes) : std::nullopt;
   if (!content) return std::nullopt;
   driver::ByteReader in(*content);
   if (in.number() != key_ || in.number() != window_.run || in.number() != window_.frame) return std::nullopt;
-  driver::FoundControls found;
+  training::FoundControls found;
   found.window = window_;
   found.why = in.text();
   found.losses = in.values();

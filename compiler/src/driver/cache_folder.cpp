@@ -19,8 +19,8 @@
 #include "codegen/llvm/jit.h"
 #include "dpde/runtime/atomic_file.h"
 #include "dpde/runtime/error.h"
-#include "driver/evaluation_log.h"
-#include "driver/files.h"
+#include "files/evaluation_log.h"
+#include "files/files.h"
 
 namespace dpde::driver {
 namespace fs = std::filesystem;
@@ -36,7 +36,7 @@ struct Header {
 };
 
 std::uint64_t checksum_of(std::string_view key, std::string_view code) {
-  return hash_bytes(code.data(), code.size(), hash_bytes(key.data(), key.size()));
+  return files::hash_bytes(code.data(), code.size(), files::hash_bytes(key.data(), key.size()));
 }
 
 struct BuildId {
@@ -91,7 +91,7 @@ class CacheFolder : public codegen::CodeCache {
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0 || status.st_uid != ::geteuid()) return std::nullopt;
     DiagnosticSink ignored;
-    const std::optional<std::string> bytes = read_file(path, {}, ignored);
+    const std::optional<std::string> bytes = files::read_file(path, {}, ignored);
     std::optional<std::string> code = bytes ? code_in(*bytes, whole) : std::nullopt;
     if (!code) {
       ::unlink(path.c_str());
@@ -117,7 +117,8 @@ class CacheFolder : public codegen::CodeCache {
  private:
   fs::path path_of(const std::string& key) const {
     // Two hashes, so that keys hardly ever share a file; where they do, the key in the file tells.
-    const std::uint64_t first = hash_bytes(key.data(), key.size()), second = hash_bytes(key.data(), key.size(), first);
+    const std::uint64_t first = files::hash_bytes(key.data(), key.size()),
+                        second = files::hash_bytes(key.data(), key.size(), first);
     return folder_ / fmt::format("{:016x}{:016x}{}", first, second, extension);
   }
 

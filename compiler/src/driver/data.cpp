@@ -11,9 +11,9 @@
 #include <set>
 #include <span>
 
-#include "driver/array_file.h"
-#include "driver/trajectories.h"
-#include "driver/weights.h"
+#include "files/array_file.h"
+#include "files/trajectories.h"
+#include "files/weights.h"
 #include "model/build.h"
 #include "model/placement.h"
 #include "support/assert.h"
@@ -179,9 +179,9 @@ std::vector<double> compared_at(const Session& session, const model::Datum& datu
 bool from_file(Session& session, const model::Datum& datum, const std::vector<double>& times, const TakeState& take,
                const SourceFile& source, DiagnosticSink& sink) {
   const bool last_state = datum.when.kind == model::When::Kind::end;
-  ArrayFile from{datum.file, datum.variable, last_state ? std::vector<double>{} : times, datum.name};
+  files::ArrayFile from{datum.file, datum.variable, last_state ? std::vector<double>{} : times, datum.name};
   if (last_state) from.compared_at = compared_at(session, datum);
-  const std::optional<std::vector<double>> values = load_array(
+  const std::optional<std::vector<double>> values = files::load_array(
       from, source, datum.series ? std::vector<model::Axis>{} : model::axes_at(session.problem().axes, datum.placement),
       session.problem().scheme.real, datum.origin.range, sink);
   if (!values) return false;
@@ -234,9 +234,9 @@ std::optional<std::vector<double>> load_coefficient(Session& session, const mode
   }
   const std::vector<model::Axis> axes = model::axes_at(problem.axes, coefficient.placement);
   const std::optional<std::vector<double>> loaded =
-      coefficient.is_control() ? load_array({from.file, from.variable, times_of(problem, coefficient)}, source, axes,
-                                            problem.scheme.real, from.origin.range, sink)
-                               : load_array(from, source, axes, problem.scheme.real, sink);
+      coefficient.is_control() ? files::load_array({from.file, from.variable, times_of(problem, coefficient)}, source,
+                                                   axes, problem.scheme.real, from.origin.range, sink)
+                               : files::load_array(from, source, axes, problem.scheme.real, sink);
   if (!loaded || session.options().cells.empty()) return loaded;
   const std::size_t states =
                         coefficient.is_control() ? static_cast<std::size_t>(problem.intervals(coefficient.every)) : 1,
@@ -258,12 +258,12 @@ void check_trajectories(const model::Problem& problem, const SourceFile& source,
   std::set<std::string> seen;
   for (const model::Datum& datum : problem.task->data) {
     if (datum.trajectories && seen.insert(datum.file).second)
-      load_trajectories(problem, datum.file, source, datum.origin.range, sink);
+      files::load_trajectories(problem, datum.file, source, datum.origin.range, sink);
   }
   for (const std::vector<model::Test>* tests : {&problem.task->tests, &problem.task->growths}) {
     for (const model::Test& test : *tests) {
       if (!test.on.empty() && seen.insert(test.on).second)
-        load_trajectories(problem, test.on, source, test.on_origin.range, sink);
+        files::load_trajectories(problem, test.on, source, test.on_origin.range, sink);
     }
   }
 }
@@ -277,15 +277,15 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     const std::vector<model::Axis> axes = model::axes_at(problem.axes, placements.of(field));
     const model::Coefficient* coefficient = problem.find_coefficient(field);
     if (coefficient == nullptr || !coefficient->is_control()) {
-      load_array(from, source, axes, problem.scheme.real, sink);
+      files::load_array(from, source, axes, problem.scheme.real, sink);
     } else {
-      load_array({from.file, from.variable, times_of(problem, *coefficient)}, source, axes, problem.scheme.real,
-                 from.origin.range, sink);
+      files::load_array({from.file, from.variable, times_of(problem, *coefficient)}, source, axes, problem.scheme.real,
+                        from.origin.range, sink);
     }
   };
   for (const model::Coefficient& coefficient : problem.coefficients) check(coefficient.name, coefficient.value);
   for (const model::State& state : problem.states) check(state.name, state.initial);
-  load_weights(problem, source, sink);
+  files::load_weights(problem, source, sink);
   if (!problem.task) return;
   for (const model::Unknown& unknown : problem.task->unknowns) {
     if (unknown.kind == model::Unknown::Kind::network) continue;
@@ -300,8 +300,8 @@ void check_files(const model::Problem& problem, const SourceFile& source, Diagno
     for (int k = 0; datum.when.kind == model::When::Kind::over && k <= problem.steps; ++k) {
       times.push_back(problem.t_begin + k * problem.step);
     }
-    load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement),
-               problem.scheme.real, datum.origin.range, sink);
+    files::load_array({datum.file, datum.variable, times}, source, model::axes_at(problem.axes, datum.placement),
+                      problem.scheme.real, datum.origin.range, sink);
   }
 }
 

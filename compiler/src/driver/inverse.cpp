@@ -8,8 +8,8 @@
 #include <ranges>
 #include <set>
 
-#include "driver/array_file.h"
 #include "driver/data.h"
+#include "files/array_file.h"
 #include "model/placement.h"
 
 namespace dpde::driver {
@@ -102,7 +102,7 @@ std::optional<std::vector<double>> Inverse::start_of(const Part& part, const Sou
     return load_coefficient(session_, *control, from, source, sink);
   const auto axes = model::axes_at(session_.problem().axes, model::Placements(session_.problem()).of(part.name));
   const std::optional<std::vector<double>> loaded =
-      load_array(from, source, axes, session_.problem().scheme.real, sink);
+      files::load_array(from, source, axes, session_.problem().scheme.real, sink);
   if (!loaded || session_.options().cells.empty()) return loaded;
   return resample(*loaded, session_.problem().axes, session_.axes());
 }

@@ -7,9 +7,9 @@
 
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/cpp/emit_library.h"
-#include "driver/files.h"
 #include "driver/links.h"
 #include "driver/scene_table.h"
+#include "files/files.h"
 #include "syntax/parser.h"
 
 namespace dpde::driver {
@@ -68,20 +68,20 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
       {options.folder / (name + ".cpp"), codegen::emit_library_source(kept->loop, scene, name, source)},
       {options.folder / (name + ".h"), codegen::emit_library_header(scene, name, source)},
       {options.folder / (name + ".cmake"), codegen::emit_library_cmake(name)}};
-  if (!make_folder(options.folder, sink)) return std::nullopt;
+  if (!files::make_folder(options.folder, sink)) return std::nullopt;
   for (const auto& [path, text] : texts) {
     if (!may_write(path, sink)) return std::nullopt;
   }
   LibraryFiles files{name, {}};
   for (const auto& [path, text] : texts) {
-    if (!write_file(path, text, sink)) return std::nullopt;
+    if (!files::write_file(path, text, sink)) return std::nullopt;
     files.paths.push_back(path.string());
   }
   const fs::path library = options.folder / ("lib" + name + ".so");
   const codegen::LibraryResult built =
       codegen::compile_cpp_library(texts.front().second, library.filename().string(), options.march);
   if (!built.error.empty()) sink.report("machine-failed", {}, {built.error});
-  if (!built.error.empty() || !write_file(library, built.bytes, sink)) return std::nullopt;
+  if (!built.error.empty() || !files::write_file(library, built.bytes, sink)) return std::nullopt;
   files.paths.push_back(library.string());
   return files;
 }

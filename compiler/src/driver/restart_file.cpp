@@ -5,8 +5,8 @@
 
 #include <cstring>
 
-#include "driver/evaluation_log.h"
-#include "driver/files.h"
+#include "files/evaluation_log.h"
+#include "files/files.h"
 #include "model/print_model.h"
 #include "stencil/print_stencil.h"
 
@@ -16,10 +16,10 @@ namespace {
 
 constexpr std::string_view restart_magic = "dpderst2";
 
-std::uint64_t hash_of(std::string_view bytes) { return hash_bytes(bytes.data(), bytes.size()); }
+std::uint64_t hash_of(std::string_view bytes) { return files::hash_bytes(bytes.data(), bytes.size()); }
 
 std::uint64_t hash_of(const std::vector<double>& values, std::uint64_t hash) {
-  return hash_bytes(values.data(), sizeof(double) * values.size(), hash);
+  return files::hash_bytes(values.data(), sizeof(double) * values.size(), hash);
 }
 
 std::string grid_text(const model::Problem& problem) {
@@ -150,12 +150,12 @@ bool save_restart(const std::filesystem::path& path, const Restart& restart, Dia
   out.number(static_cast<std::int64_t>(restart.states.size()));
   for (const std::vector<double>& state : restart.states) out.values(state);
   out.text(restart.record);
-  return write_file(path, sealed(std::string(restart_magic) + out.bytes()), sink);
+  return files::write_file(path, sealed(std::string(restart_magic) + out.bytes()), sink);
 }
 
 std::optional<Restart> load_restart(const std::filesystem::path& path, const RunIdentity& identity,
                                     DiagnosticSink& sink) {
-  const std::optional<std::string> bytes = read_file(path, {}, sink);
+  const std::optional<std::string> bytes = files::read_file(path, {}, sink);
   if (!bytes) return std::nullopt;
   const auto damaged = [&] {
     sink.report("bad-array-file", {}, {path.string(), "it is no checkpoint of a run, or damaged"});

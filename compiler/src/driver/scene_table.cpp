@@ -11,7 +11,7 @@
 
 #include "codegen/network_table.h"
 #include "driver/storage.h"
-#include "driver/weights.h"
+#include "files/weights.h"
 #include "support/assert.h"
 
 namespace dpde::driver {
@@ -82,7 +82,7 @@ struct SceneTable::Storage {
   std::vector<const char*> sought;
   std::deque<codegen::NetworkTable> network_tables;
   std::vector<const dpde_network*> networks;
-  NetworkWeights given_weights;
+  files::NetworkWeights given_weights;
   std::vector<const double*> weights;  // one a network
   std::vector<dpde_datum> data;
   std::vector<dpde_loss> losses;
@@ -286,8 +286,8 @@ std::shared_ptr<const SceneTable> SceneTable::make(std::shared_ptr<const Compile
   const std::optional<model::Task>& task = compiled->problem->task;
   if (task && task->losses.empty() && !options.begins_as_scene && compiled->options.selection.beside.empty())
     sink.report("nothing-to-do", {}, {fmt::format("task {} has nothing to minimise", task->name)});
-  std::optional<NetworkWeights> weights =
-      options.without_files ? NetworkWeights{} : load_weights(*compiled->problem, source, sink);
+  std::optional<files::NetworkWeights> weights =
+      options.without_files ? files::NetworkWeights{} : files::load_weights(*compiled->problem, source, sink);
   if (sink.has_errors() || !weights) return nullptr;
   std::shared_ptr<SceneTable> table(new SceneTable);
   table->storage_ = std::make_unique<Storage>(std::move(compiled), options);

@@ -10,10 +10,10 @@
 #include <set>
 
 #include "dpde/runtime/error.h"
-#include "driver/array_file.h"
 #include "driver/cost.h"
 #include "driver/data.h"
 #include "driver/tuning.h"
+#include "files/array_file.h"
 #include "model/build.h"
 #include "model/placement.h"
 #include "support/evaluate.h"
@@ -140,7 +140,7 @@ bool Session::load_states(const SourceFile& source, DiagnosticSink& sink) {
     std::optional<std::vector<double>> values = made_up_values(workspace().cell_count());
     if (!options_.made_up) {
       const std::vector<model::Axis> axes = model::axes_at(problem().axes, state.placement);
-      values = load_array(state.initial, source, axes, problem().scheme.real, sink);
+      values = files::load_array(state.initial, source, axes, problem().scheme.real, sink);
       if (!values) return false;
       if (!options_.cells.empty()) values = resample(*values, problem().axes, axes_);
     }

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <optional>
 
-#include "driver/files.h"
-#include "driver/imports.h"
+#include "analysis/quick_certificate.h"
 #include "driver/inverse.h"
-#include "driver/quick_certificate.h"
 #include "driver/scene_table.h"
 #include "driver/session.h"
+#include "files/files.h"
+#include "files/imports.h"
 #include "source/render.h"
 #include "support/assert.h"
 
@@ -51,9 +51,9 @@ driver::Backend backend_of(HostBackend backend) {
   unreachable("back end of a host");
 }
 
-driver::Certifying certifying(const HostOptions& options) {
-  if (!options.certify) return driver::Certifying::when_cheap;
-  return *options.certify ? driver::Certifying::always : driver::Certifying::never;
+analysis::Certifying certifying(const HostOptions& options) {
+  if (!options.certify) return analysis::Certifying::when_cheap;
+  return *options.certify ? analysis::Certifying::always : analysis::Certifying::never;
 }
 
 /// What the session has read or computed for fields without a formula.
@@ -99,13 +99,13 @@ bool copy_values(driver::Session& session, const SourceFile& source, const dpde_
 
 Simulation compile(const SourceFile& file, const HostOptions& options) {
   DiagnosticSink sink;
-  const SourceFile source = driver::with_imports(file, sink);
+  const SourceFile source = files::with_imports(file, sink);
   if (sink.has_errors()) fail(source, sink);
   std::optional<driver::Compiled> compiled = driver::compile_for_hosts(
       source, {options.name, options.set, options.scheme}, backend_of(options.backend), options.second_order, sink);
   if (!compiled) fail(source, sink);
   const auto kept = std::make_shared<const driver::Compiled>(std::move(*compiled));
-  driver::certify_quickly(source, kept, certifying(options), sink);
+  analysis::certify_quickly(source, kept, certifying(options), sink);
   if (sink.has_errors()) fail(source, sink);
   const std::shared_ptr<const driver::SceneTable> table = driver::SceneTable::make(kept, source, {}, sink);
   if (!table) fail(source, sink);
@@ -131,7 +131,7 @@ Simulation compile_text(const std::string& text, const HostOptions& options, con
 
 Simulation compile_file(const std::string& path, const HostOptions& options) {
   DiagnosticSink sink;
-  const std::optional<std::string> text = driver::read_file(path, {}, sink);
+  const std::optional<std::string> text = files::read_file(path, {}, sink);
   if (!text) fail(SourceFile(path, ""), sink);
   return compile(SourceFile(path, *text), options);
 }

@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/certificate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "adjoint/rounding_between.h"
+#include "analysis/generic_point.h"
+#include "analysis/quick_certificate.h"
+#include "driver/inverse.h"
+#include "network/symmetrise.h"
+#include "stencil/build.h"
+#include "support/match.h"
+
+namespace dpde::analysis {
+
+namespace {
+
+constexpr double most_cells = 4e5;
+constexpr int steps_on_small_grids = 3;
+constexpr double largest_asymmetry = 1e-10;
+constexpr double largest_second_slope_error = 0.1;
+
+using Random = std::mt19937_64;
+
+std::string grid_text(const driver::Session& session) {
+  std::string text;
+  for (const model::Axis& axis : session.axes()) text += fmt::format("{}{}", text.empty() ? "" : " x ", axis.cells);
+  return text;
+}
+
+/// How far tangent and adjoint may be apart in a precision.
+struct Tolerance {
+  double largest_error;
+  double rounding;      // of a loss, or of the terms of a derivative, that is left where the derivative is 0
+  double scale_weight;  // of the terms' magnitudes in relative errors, in thousandths
+  double epsilon;       // the distance of 1 to the next number
+  const char* in;       // what runs, "the run", for messages
+};
+
+/// Tangent and adjoint on one grid; `scale` is the sum of the terms' magnitudes, `rounding` what was measured of it.
+struct Comparison {
+  std::string grid, what;
+  double forward = 0, backward = 0, scale = 0, loss = 0, rounding = 0;
+  std::string left_out;  // why it says nothing
+
+  double error(double scale_weight) const { return relative_difference(forward, backward, scale_weight * scale); }
+};
+
+void nudge_all(Eigen::VectorXd& values, double epsilon, Random& random) {
+  adjoint::nudge({values.data(), static_cast<std::size_t>(values.size())}, epsilon, random);
+}
+
+/// What rounding of values that may be as large as `size` and in differences of high order can amount to.
+double most_rounding(double epsilon, double size) { return 1e7 * epsilon * size; }
+
+/// Empty where it does not: what each step multiplies, rounding too, no derivative can be compared by.
+std::string why_rounding_grows(driver::Session& session, const char* in) {
+  constexpr double suspicious = 1e3;
+  if (session.rollout().run().blow_up) return fmt::format("{} is not finite", in);
+  const std::vector<driver::Growth> growths = driver::growth_of(session, suspicious);
+  return growths.empty() ? ""
+                         : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state,
+                                       growths[0].before, growths[0].after);
+}
+
+std::optional<Comparison> compare(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                                  const driver::SessionOptions& options, const Tolerance& tolerance, Random& random,
+                                  DiagnosticSink& sink) {
+  const auto session = driver::Session::open(source, compiled, options, sink);
+  if (!session) return std::nullopt;
+  const auto inverse = driver::Inverse::open(*session, source, sink);
+  if (!inverse) return std::nullopt;
+  const Point point = generic_point(*session, *inverse, random);
+  Eigen::VectorXd gradient(inverse->size());
+  const double loss = inverse->value_and_gradient(point.x, gradient);
+  Comparison result{grid_text(*session), fmt::format("{} steps", session->steps())};
+  result.forward = inverse->rate_along(point.x, point.direction);
+  result.backward = gradient.dot(point.direction);
+  result.scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
+  result.loss = loss;
+  if (!std::isfinite(loss) || !std::isfinite(result.forward) || !std::isfinite(result.backward)) {
+    result.left_out = fmt::format("{} is not finite", tolerance.in);
+  } else if (result.error(tolerance.scale_weight) > tolerance.largest_error) {
+    result.left_out = why_rounding_grows(*session, tolerance.in);
+    const auto nudged = [&](double epsilon) {
+      Point near = point;
+      nudge_all(near.x, epsilon, random);
+      nudge_all(near.direction, epsilon, random);
+      inverse->value_and_gradient(near.x, gradient);
+      const double forward = inverse->rate_along(near.x, near.direction);
+      return adjoint::TwoWays{forward, gradient.dot(near.direction)};
+    };
+    const double size = point.direction.lpNorm<1>() * std::max(1.0, point.x.lpNorm<Eigen::Infinity>());
+    result.rounding = adjoint::rounding_between(nudged, tolerance.epsilon, most_rounding(tolerance.epsilon, size));
+  }
+  return result;
+}
+
+void add_cases(const std::vector<Comparison>& found, const Tolerance& tolerance, std::vector<DotCase>& cases,
+               std::vector<std::string>& skipped) {
+  std::vector<double> scales;
+  for (const Comparison& one : found) {
+    if (one.left_out.empty()) scales.push_back(one.scale);
+  }
+  const double usual = usual_scale(scales);
+  for (const Comparison& one : found) {
+    if (!one.left_out.empty()) {
+      skipped.push_back(one.grid + " cells: " + one.left_out);
+      continue;
+    }
+    DotCase& result = cases.emplace_back(DotCase{one.grid, one.what});
+    result.relative_error = one.error(tolerance.scale_weight);
+    result.difference = std::abs(one.forward - one.backward);
+    result.rounding = std::max(tolerance.rounding * std::max(std::abs(one.loss), usual), one.rounding);
+    result.is_rounding = result.relative_error > tolerance.largest_error && result.difference <= result.rounding;
+  }
+}
+
+constexpr Tolerance second_order_tolerance{largest_asymmetry, rounding_of_loss, 1, 0x1p-52, "the run"};
+
+/// v.Hw against w.Hv on one grid, for the Hessian and, where there is one, the Gauss-Newton matrix.
+bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                       const driver::SessionOptions& options, Random& random, std::vector<Comparison>& found,
+                       DiagnosticSink& sink) {
+  const auto session = driver::Session::open(source, compiled, options, sink);
+  if (!session) return false;
+  const auto inverse = driver::Inverse::open(*session, source, sink);
+  if (!inverse) return false;
+  const Point point = generic_point(*session, *inverse, random);
+  const Eigen::VectorXd& v = point.direction;
+  const Eigen::VectorXd w = generic_point(*session, *inverse, random).direction;
+  Eigen::VectorXd gradient(v.size());
+  inverse->value_and_gradient(point.x, gradient);
+  // A product that is 0 but for rounding (of the gradient's terms) is compared with those: 1e-10 of it is 1e-13 of
+  // them, some hundred roundings, which a run of many steps on one cell has.
+  const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
+  for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
+    if (!inverse->has_products(curvature)) continue;
+    Eigen::VectorXd hv(v.size()), hw(v.size());
+    inverse->product(point.x, v, hv, curvature);
+    inverse->product(point.x, w, hw, curvature);
+    if (!hv.allFinite() || !hw.allFinite()) continue;  // the run is not finite: the dot products say so
+    const std::string what = curvature == Curvature::full ? "Hessian" : "Gauss-Newton";
+    Comparison& result =
+        found.emplace_back(Comparison{grid_text(*session), fmt::format("{}, {} steps", what, session->steps()),
+                                      w.dot(hv), v.dot(hw), std::max(least_scale, w.cwiseAbs().dot(hv.cwiseAbs()))});
+    if (result.error(second_order_tolerance.scale_weight) <= largest_asymmetry) continue;
+    result.left_out = why_rounding_grows(*session, second_order_tolerance.in);
+    const auto nudged = [&](double epsilon) {
+      Eigen::VectorXd x = point.x, near_v = v, near_w = w;
+      for (Eigen::VectorXd* values : {&x, &near_v, &near_w}) nudge_all(*values, epsilon, random);
+      inverse->product(x, near_v, hv, curvature);
+      inverse->product(x, near_w, hw, curvature);
+      return adjoint::TwoWays{near_w.dot(hv), near_v.dot(hw)};
+    };
+    const double size = w.lpNorm<1>() * v.lpNorm<Eigen::Infinity>();
+    result.rounding = adjoint::rounding_between(nudged, second_order_tolerance.epsilon,
+                                                most_rounding(second_order_tolerance.epsilon, size));
+  }
+  return true;
+}
+
+bool is_kink(const stencil::Expr& e) {
+  const stencil::Call* call = std::get_if<stencil::Call>(&e->kind);
+  const bool bends =
+      call != nullptr && (call->fn == Fn::abs || call->fn == Fn::min || call->fn == Fn::max || call->fn == Fn::sign);
+  return bends || std::holds_alternative<stencil::Select>(e->kind) || std::holds_alternative<stencil::Interp>(e->kind);
+}
+
+bool bends(const network::Layer& layer) {
+  const bool is_rectifier =
+      layer.activation == network::Activation::relu || layer.activation == network::Activation::leaky_relu;
+  return layer.kind == network::LayerKind::max_pool || (layer.kind == network::LayerKind::activate && is_rectifier);
+}
+
+/// Whether the programs that were differentiated bend anywhere.
+bool has_kinks(const driver::Compiled& compiled) {
+  bool found = false;
+  const auto look = [&](const stencil::Expr& value) {
+    stencil::visit(value, [&](const stencil::Expr& e) { found = found || is_kink(e); });
+  };
+  for (const auto& [name, derived] : compiled.derived) {
+    const stencil::Module module = driver::extract(compiled.stencil, {name});
+    for (const stencil::Statement& statement : module.programs.front().body) {
+      match(
+          statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
+          [&](const stencil::Reduce& reduce) {
+            found = found || reduce.kind == Reduction::max || reduce.kind == Reduction::min;
+          },
+          [](const stencil::Infer&) {}, [](const stencil::Run&) {});  // networks and kernels are looked at below
+    }
+    for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
+    for (const stencil::Kernel& kernel : module.kernels) {
+      found = found || !kernel.scatters.empty();
+      for (const stencil::Let& let : kernel.lets) look(let.value);
+      for (const stencil::Store& store : kernel.stores) look(store.value);
+      for (const stencil::Sum& sum : kernel.sums) look(sum.value);
+    }
+  }
+  return found;
+}
+
+/// The scene's grid, or one of at most most_cells cells.
+std::vector<int> affordable_grid(const model::Problem& problem) {
+  std::vector<int> cells;
+  for (const model::Axis& axis : problem.axes) cells.push_back(axis.cells);
+  const auto total = [&] { return std::accumulate(cells.begin(), cells.end(), 1.0, std::multiplies<>()); };
+  bool reduced = false;
+  while (total() > most_cells) {
+    for (int& n : cells) n = std::max(1, (n + 1) / 2);
+    reduced = true;
+  }
+  return reduced ? cells : std::vector<int>{};
+}
+
+bool has_slope_of_two(const std::optional<double>& slope) {
+  return slope && std::abs(*slope - 2) <= largest_slope_error;
+}
+
+QuotientEvidence quotients_along(const Line& f, const DirectionalDerivative& derivative) {
+  std::vector<double> steps;
+  for (int k = 0; k < 22; ++k) steps.push_back(1e-2 * std::exp2(-k));
+  return judge(quotients_of(f, steps, rounding_of(f, 1e-8, 0x1p-52)), derivative);
+}
+
+/// Of a derivative that is 0 on this grid but for rounding; else 0.
+double rounding_where_zero(const std::vector<DotCase>& cases, const std::string& grid) {
+  double result = 0;
+  for (const DotCase& one : cases) {
+    if (one.grid == grid && one.is_rounding) result = std::max(result, one.rounding);
+  }
+  return result;
+}
+
+bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                const driver::SessionOptions& options, Random& random, Certificate& certificate, DiagnosticSink& sink) {
+  const auto session = driver::Session::open(source, compiled, options, sink);
+  if (!session) return false;
+  const auto inverse = driver::Inverse::open(*session, source, sink);
+  if (!inverse) return false;
+  const Point point = generic_point(*session, *inverse, random);
+  Eigen::VectorXd gradient(inverse->size());
+  certificate.start_is_finite =
+      std::isfinite(inverse->value_and_gradient(inverse->start(), gradient)) && gradient.allFinite();
+  if (has_kinks(*compiled)) certificate.kinks = kinks_at_start(*inverse, random);
+  const double loss = inverse->value_and_gradient(point.x, gradient);
+  const double slope = gradient.dot(point.direction), scale = gradient.cwiseAbs().dot(point.direction.cwiseAbs());
+  const bool has_hessian = inverse->has_products(Curvature::full);
+  double bend = 0;
+  if (has_hessian) {
+    Eigen::VectorXd product(inverse->size());
+    inverse->product(point.x, point.direction, product, Curvature::full);
+    bend = point.direction.dot(product);
+  }
+  const Line along = [&](double step) { return inverse->value(point.x + step * point.direction); };
+  std::vector<Remainder> with_hessian;
+  for (int k = 0; k < 16; ++k) {
+    const double step = 1e-2 * std::exp2(-k);
+    const double rest = along(step) - loss - step * slope;
+    certificate.remainders.push_back({step, std::abs(rest)});
+    with_hessian.push_back({step, std::abs(rest - 0.5 * step * step * bend)});
+  }
+  // Of a loss whose terms cancel it is more than its size tells. A kink between points so close adds next to nothing.
+  const double measured = rounding_of(along, 0x1p-40, 0x1p-52);
+  const double of_slope = 1e-2 * rounding_where_zero(certificate.cases, grid_text(*session));
+  const double rounding = std::max(
+      {measured, of_slope, 1e-13 * (std::abs(loss) + 1e-2 * std::abs(slope)) * std::sqrt(1.0 + session->steps())});
+  certificate.slope = has_kinks(*compiled) ? slope_at_small_steps(certificate.remainders, 10 * rounding)
+                                           : remainder_slope(certificate.remainders, 10 * rounding);
+  const bool finite = std::isfinite(loss) && std::isfinite(slope);
+  // The first four, largest steps may cross a kink of a loss that is linear around the point. A wrong gradient would
+  // show in the others: its remainder is of first order.
+  certificate.only_rounding = finite && std::all_of(certificate.remainders.begin() + 4, certificate.remainders.end(),
+                                                    [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  if (has_hessian && certificate.second) {
+    certificate.second->slope = remainder_slope(with_hessian, 10 * rounding);
+    certificate.second->only_rounding =
+        finite && std::all_of(with_hessian.begin() + 4, with_hessian.end(),
+                              [&](const Remainder& r) { return r.value <= 100 * rounding; });
+  }
+  if (finite && !certificate.only_rounding && !has_slope_of_two(certificate.slope)) {
+    certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
+  }
+  inverse->assign(point.x);
+  if (session->rollout().run().blow_up || !driver::growth_of(*session).empty()) {
+    certificate.only_rounding = false;
+    certificate.quotients.reset();
+    certificate.note =
+        "the run is not stable at this point: rounding grows with it, and no derivative can be told from it";
+    return true;
+  }
+  if (certificate.slope) certificate.note = "on " + grid_text(*session) + " cells";
+  if (!certificate.slope) {
+    certificate.note = certificate.only_rounding
+                           ? "the remainder is rounding: the loss is linear in the unknowns around this point"
+                           : "the remainder shows no slope";
+  }
+  return true;
+}
+
+/// Symmetry on the scene's grid and on small ones; the slope comes with the gradient's.
+bool add_second_order(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                      const driver::SessionOptions& options, Random& random, Certificate& certificate,
+                      DiagnosticSink& sink) {
+  const auto step = compiled->derived.find(compiled->step_name());
+  if (step == compiled->derived.end() || !step->second.second) return true;
+  certificate.second.emplace().has_kinks = has_kinks(*compiled);
+  std::vector<Comparison> found;
+  if (!add_symmetry_case(source, compiled, options, random, found, sink)) return false;
+  for (const std::vector<int>& cells : small_grids(compiled->problem->axes.size(), compiled->stencil.networks)) {
+    driver::SessionOptions small = options;
+    small.cells = cells;
+    small.steps = std::min(steps_on_small_grids, compiled->problem->steps);
+    if (!add_symmetry_case(source, compiled, small, random, found, sink)) return false;
+  }
+  add_cases(found, second_order_tolerance, certificate.second->cases, certificate.skipped);
+  if (certificate.second->cases.empty()) certificate.second.reset();
+  return true;
+}
+
+double largest_error_of(const std::vector<DotCase>& cases) {
+  double result = cases.empty() ? NAN : 0;
+  for (const DotCase& one : cases) {
+    if (one.is_rounding) continue;
+    if (std::isnan(one.relative_error)) return NAN;
+    result = std::max(result, one.relative_error);
+  }
+  return result;
+}
+
+}  // namespace
+
+double Certificate::worst() const { return largest_error_of(cases); }
+double SinglePrecisionCheck::worst() const { return largest_error_of(cases); }
+
+bool Certificate::is_all_rounding() const {
+  return !cases.empty() && std::ranges::all_of(cases, &DotCase::is_rounding);
+}
+
+bool Certificate::passed() const {
+  const bool taylor =
+      only_rounding || has_slope_of_two(slope) || (quotients && quotients->proves(largest_quotient_error));
+  return start_is_finite && worst() <= largest_dot_error && taylor && (!second || second->passed()) &&
+         (!single || single->passed());
+}
+
+double SecondOrderCheck::worst() const { return largest_error_of(cases); }
+
+bool SecondOrderCheck::passed() const {
+  const bool taylor = has_kinks || only_rounding || (slope && std::abs(*slope - 3) <= largest_second_slope_error);
+  return worst() <= largest_asymmetry && taylor;
+}
+
+std::vector<std::vector<int>> small_grids(std::size_t rank, const std::vector<network::Network>& networks) {
+  std::vector<std::vector<int>> grids{{1, 1, 1}, {2, 3, 4}, {5, 1, 3}, {4, 5, 2}, {3, 3, 3}, {1, 6, 1}};
+  if (rank == 1) grids = {{1}, {2}, {3}, {4}, {5}, {6}, {7}, {11}};
+  if (rank == 2) grids = {{1, 1}, {2, 3}, {3, 5}, {5, 4}, {1, 7}, {6, 2}, {7, 1}};
+  for (std::vector<int>& cells : grids) cells = network::grid_for(networks, cells);
+  return grids;
+}
+
+double usual_scale(std::vector<double> scales) {
+  std::ranges::sort(scales);
+  return scales.empty() ? 0 : scales[scales.size() / 2];
+}
+
+double relative_difference(double a, double b, double scale) {
+  if (!std::isfinite(a) || !std::isfinite(b)) return NAN;
+  const double size = std::max({std::abs(a), std::abs(b), 1e-3 * scale});
+  return size > 0 ? std::abs(a - b) / size : 0;
+}
+
+namespace {
+
+/// The scene's grid with all steps and with one, then small grids.
+std::vector<driver::SessionOptions> runs_to_compare(const driver::Compiled& compiled, const CertifyOptions& options) {
+  const model::Problem& problem = *compiled.problem;
+  driver::SessionOptions own;
+  own.threads = options.threads;
+  own.stop = options.stop;
+  own.cells = affordable_grid(problem);
+  driver::SessionOptions one_step = own;
+  one_step.steps = std::min(1, problem.steps);
+  // Data belong to times of the whole run; on a grid given by hand they are made up.
+  if (one_step.cells.empty()) {
+    for (const model::Axis& axis : problem.axes) one_step.cells.push_back(axis.cells);
+  }
+  std::vector<driver::SessionOptions> runs{own, one_step};
+  for (const std::vector<int>& cells : small_grids(problem.axes.size(), compiled.stencil.networks)) {
+    driver::SessionOptions& small = runs.emplace_back(own);
+    small.cells = cells;
+    small.steps = std::min(steps_on_small_grids, problem.steps);
+  }
+  return runs;
+}
+
+bool compare_all(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled,
+                 const CertifyOptions& options, Random& random, const Tolerance& tolerance, std::vector<DotCase>& cases,
+                 std::vector<std::string>& skipped, DiagnosticSink& sink) {
+  std::vector<Comparison> found;
+  for (const driver::SessionOptions& run : runs_to_compare(*compiled, options)) {
+    std::optional<Comparison> one = compare(source, compiled, run, tolerance, random, sink);
+    if (!one) return false;
+    found.push_back(std::move(*one));
+  }
+  add_cases(found, tolerance, cases, skipped);
+  return true;
+}
+
+}  // namespace
+
+std::optional<Certificate> certify(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled,
+                                   const CertifyOptions& options, DiagnosticSink& sink) {
+  Random random(options.seed + 20240229);
+  Certificate certificate;
+  const Tolerance tolerance{largest_dot_error, rounding_of_loss, 1, 0x1p-52, "the run"};
+  if (!compare_all(source, compiled, options, random, tolerance, certificate.cases, certificate.skipped, sink))
+    return std::nullopt;
+  const driver::SessionOptions own = runs_to_compare(*compiled, options).front();
+  if (!add_second_order(source, compiled, own, random, certificate, sink)) return std::nullopt;
+  if (!add_taylor(source, compiled, own, random, certificate, sink)) return std::nullopt;
+  return certificate;
+}
+
+bool certify_single_precision(const SourceFile& source, std::shared_ptr<const driver::Compiled> compiled,
+                              const CertifyOptions& options, Certificate& certificate, DiagnosticSink& sink) {
+  Random random(options.seed + 20240229);
+  SinglePrecisionCheck& check = certificate.single.emplace();
+  const Tolerance tolerance{largest_single_error, single_rounding_of_loss, 100, 0x1p-23, "the run in single precision"};
+  return compare_all(source, compiled, options, random, tolerance, check.cases, certificate.skipped, sink);
+}
+
+}  // namespace dpde::analysis

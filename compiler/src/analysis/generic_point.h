@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where certificates look: a point beside a task's start, so that nothing sits on a kink by chance, and a direction.
+#pragma once
+
+#include <Eigen/Core>
+#include <random>
+
+#include "driver/inverse.h"
+
+namespace dpde::analysis {
+
+struct Point {
+  Eigen::VectorXd x, direction;
+};
+
+/// The scene's own values and the task's start, each with some noise, and a direction of the size of x in every
+/// unknown.
+Point generic_point(driver::Session& session, const driver::Inverse& inverse, std::mt19937_64& random);
+
+}  // namespace dpde::analysis

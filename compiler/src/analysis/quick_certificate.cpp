@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/quick_certificate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <random>
+#include <sstream>
+
+#include "analysis/program_check.h"
+#include "driver/interpreter_backend.h"
+#include "loop/from_stencil.h"
+#include "loop/print_loop.h"
+#include "model/print_model.h"
+#include "network/symmetrise.h"
+#include "stencil/build.h"
+#include "stencil/effects.h"
+
+namespace dpde::analysis {
+
+namespace {
+
+constexpr double largest_share = 0.1;  // of the time the compilation took
+/// Of differentiating and interpreting, measured on the tasks of dsl-examples (2-core AMD EPYC, Zen 4): 0.2 to 2.6 ms,
+/// 0.7 to 2 per cent of compilation by the JIT.
+constexpr double seconds_a_program = 1.5e-4, seconds_a_node = 3e-6, seconds_a_node_and_cell = 1.2e-7;
+
+/// Narrower than most stencils, and wider.
+std::vector<std::vector<int>> quick_grids(std::size_t rank, const std::vector<network::Network>& networks) {
+  std::vector<std::vector<int>> grids{{1, 2, 3}, {4, 3, 2}};
+  if (rank == 1) grids = {{1}, {3}, {6}};
+  if (rank == 2) grids = {{1, 3}, {5, 4}};
+  for (std::vector<int>& cells : grids) cells = network::grid_for(networks, cells);
+  return grids;
+}
+
+std::vector<std::string> certified_programs(const driver::Compiled& compiled) {
+  std::vector<std::string> names;
+  for (const auto& [name, derived] : compiled.derived) {
+    if (derived.adjoint && compiled.program(derived.adjoint->program) != nullptr) names.push_back(name);
+  }
+  return names;
+}
+
+int size_of(const stencil::Kernel& kernel) {
+  int nodes = 0;
+  stencil::map_kernel(kernel, [&](const stencil::Expr& value) {
+    stencil::visit(value, [&](const stencil::Expr&) { ++nodes; });
+    return value;
+  });
+  return nodes;
+}
+
+/// The code, its programs, and what is done with them.
+std::string key_of(const driver::Compiled& compiled) {
+  const std::string problem = compiled.problem ? print(*compiled.problem) : "";
+  return compiled.code_key + "\ncertificate\n" + problem + print(compiled.loop);
+}
+
+/// One value a line; the last line tells that nothing is missing.
+std::string text_of(const QuickCertificate& c) {
+  std::string text = fmt::format("{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n{}\n", c.dot_product, c.program, c.grid, c.run.grid,
+                                 c.run.steps, c.run.directions, c.run.unknown, c.run.error, c.run.rounding);
+  for (const std::string& line : c.left_out) text += line + "\n";
+  return text + "end\n";
+}
+
+template <class Number>
+bool read(const std::string& line, Number& number) {
+  const auto [rest, error] = std::from_chars(line.data(), line.data() + line.size(), number);
+  return error == std::errc{} && rest == line.data() + line.size();
+}
+
+/// What text_of() wrote; nullopt for anything else, and for an error that is no certificate.
+std::optional<QuickCertificate> certificate_of(const std::string& text, double most) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  constexpr std::size_t numbers = 9;
+  if (lines.size() <= numbers || lines.back() != "end") return std::nullopt;
+  QuickCertificate result;
+  result.program = lines[1];
+  result.grid = lines[2];
+  RunCheck& run = result.run;
+  run.grid = lines[3];
+  run.unknown = lines[6];
+  const bool read_all = read(lines[0], result.dot_product) && read(lines[4], run.steps) &&
+                        read(lines[5], run.directions) && read(lines[7], run.error) && read(lines[8], run.rounding);
+  const bool is_one = result.dot_product >= 0 && result.dot_product <= most && run.error >= 0 && run.error < 1;
+  result.left_out.assign(lines.begin() + numbers, lines.end() - 1);
+  result.from_cache = true;
+  return read_all && is_one && text_of(result) == text ? std::optional(result) : std::nullopt;
+}
+
+model::Problem problem_for(const driver::Compiled& compiled, const stencil::Program& program,
+                           const std::vector<int>& cells) {
+  if (compiled.problem) return *compiled.problem;
+  model::Problem problem;
+  for (std::size_t a = 0; a < program.axes.size(); ++a) {
+    problem.axes.push_back({std::string(1, "xyz"[a]), 0.0, static_cast<double>(cells[a]), cells[a], program.axes[a]});
+  }
+  problem.step = 0.1;
+  return problem;
+}
+
+/// Whether it computes in single precision: its fields, or a network that it applies.
+bool is_single(const driver::Compiled& compiled, const std::string& program) {
+  const stencil::Interface interface = stencil::interface_of(compiled.stencil, *compiled.stencil.find_program(program));
+  return compiled.real() == Precision::f32 || std::ranges::any_of(interface.networks, [&](const std::string& network) {
+           return compiled.stencil.find_network(network)->real == Precision::f32;
+         });
+}
+
+/// Tangent against adjoint of one program, on those grids where both are finite; nullopt where it has no tangent.
+std::optional<std::vector<DotCase>> cases_of(const driver::Compiled& compiled, const std::string& name, bool single,
+                                             std::vector<double>& scales) {
+  const stencil::Program& program = *compiled.stencil.find_program(name);
+  DiagnosticSink silent;
+  const adjoint::Derivative tangent =
+      adjoint::tangent(driver::extract(compiled.stencil, {name}), name, driver::active_inputs(compiled, name), silent);
+  if (silent.has_errors()) return std::nullopt;
+  const auto code =
+      driver::interpreted(tangent.module, loop::from_stencil(tangent.module, {tangent.program}, Precision::f64));
+  std::mt19937_64 random(20240229);
+  std::vector<DotCase> cases;
+  for (const std::vector<int>& cells : quick_grids(program.axes.size(), compiled.stencil.networks)) {
+    ProgramCheck check(compiled, program, tangent, *code, problem_for(compiled, program, cells), cells, random);
+    DotCase result = check.dot_product(single);
+    if (!std::isfinite(result.relative_error)) continue;
+    scales.push_back(result.scale);
+    cases.push_back(std::move(result));
+  }
+  return cases;
+}
+
+/// Adds the errors of one program, or that it was not compared; false and an error where they are too large.
+bool certify_program(const driver::Compiled& compiled, const std::string& name, QuickCertificate& worst,
+                     DiagnosticSink& sink) {
+  const bool single = is_single(compiled, name);
+  const double most = single ? largest_single_error : largest_dot_error;
+  std::vector<double> scales;
+  const std::optional<std::vector<DotCase>> found = cases_of(compiled, name, single, scales);
+  const std::vector<DotCase> cases = found.value_or(std::vector<DotCase>());
+  const double least = (single ? single_rounding_of_loss : rounding_of_loss) * usual_scale(scales);
+  bool is_compared = false;
+  for (const DotCase& result : cases) {
+    if (result.is_rounding || (result.relative_error > most && result.difference <= least)) continue;
+    if (result.relative_error > most) {
+      sink.report(
+          "verification-failed", {},
+          {name, fmt::format("tangent and adjoint differ by {:.2e} on {} cells", result.relative_error, result.grid)},
+          "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+      return false;
+    }
+    is_compared = true;
+    if (!worst.program.empty() && result.relative_error <= worst.dot_product) continue;
+    worst.dot_product = result.relative_error;
+    worst.program = name;
+    worst.grid = result.grid;
+  }
+  if (!is_compared) {
+    const char* const why = !found          ? "it has no tangent"
+                            : cases.empty() ? "its derivatives are not finite on a few cells"
+                                            : "its derivatives are below rounding on a few cells";
+    worst.left_out.push_back(fmt::format("program {}: {}", name, why));
+  }
+  return true;
+}
+
+}  // namespace
+
+double expected_seconds(const driver::Compiled& compiled) {
+  double seconds = 0;
+  for (const std::string& name : certified_programs(compiled)) {
+    const stencil::Program& program = *compiled.stencil.find_program(name);
+    int nodes = 0, cells = 0;
+    stencil::for_each_run(
+        program, [&](const stencil::Run& run) { nodes += size_of(*compiled.stencil.find_kernel(run.kernel)); });
+    for (const std::vector<int>& grid : quick_grids(program.axes.size(), compiled.stencil.networks)) {
+      cells += std::accumulate(grid.begin(), grid.end(), 1, std::multiplies<>());
+    }
+    seconds += seconds_a_program + seconds_a_node * nodes + seconds_a_node_and_cell * nodes * cells;
+  }
+  return seconds;
+}
+
+namespace {
+
+QuickCertificate not_certified(const std::string& why) {
+  QuickCertificate result;
+  result.left_out.push_back("everything: " + why);
+  return result;
+}
+
+/// How long the code took to compile when nothing of it was kept; that is kept beside it.
+double seconds_from_nothing(const driver::Compiled& compiled, codegen::CodeCache* cache) {
+  if (cache == nullptr) return compiled.seconds;
+  const std::string key = compiled.code_key + "\nseconds\n";
+  double seconds = 0;
+  if (!compiled.code_from_cache) cache->store(key, fmt::format("{}", compiled.seconds));
+  const std::optional<std::string> kept = compiled.code_from_cache ? cache->find(key) : std::nullopt;
+  return kept && read(*kept, seconds) && seconds > compiled.seconds ? seconds : compiled.seconds;
+}
+
+std::optional<QuickCertificate> found_in(codegen::CodeCache& cache, const std::string& key, double most) {
+  const std::optional<std::string> kept = cache.find(key);
+  return kept ? certificate_of(*kept, most) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<QuickCertificate> certify_quickly(const SourceFile& source,
+                                                const std::shared_ptr<const driver::Compiled>& compiled, Certifying how,
+                                                DiagnosticSink& sink) {
+  codegen::CodeCache* const cache = compiled->code_key.empty() ? nullptr : compiled->options.cache.get();
+  const double compiling = seconds_from_nothing(*compiled, cache);
+  const double affordable = how == Certifying::always ? INFINITY : largest_share * compiling;
+  if (how == Certifying::never || !compiled->code) return std::nullopt;
+  if (std::ranges::any_of(compiled->stencil.networks,
+                          [](const network::Network& network) { return network.is_host(); })) {
+    return not_certified("a network of it is supplied by the host");
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const double most = compiled->is_single() ? largest_single_error : largest_dot_error;
+  const std::string key = cache == nullptr ? "" : key_of(*compiled);
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  if (cache != nullptr && how == Certifying::when_cheap) {
+    std::optional<QuickCertificate> kept = found_in(*cache, key, most);
+    if (kept) kept->seconds = seconds();
+    if (kept) return kept;
+  }
+  if (expected_seconds(*compiled) > affordable)
+    return not_certified("it would take more than a tenth of the compilation; --certify does it");
+  QuickCertificate result;
+  for (const std::string& name : certified_programs(*compiled)) {
+    if (!certify_program(*compiled, name, result, sink)) return std::nullopt;
+  }
+  result.run = check_run(source, compiled, affordable - seconds());
+  if (!result.run.wrong.empty()) {
+    sink.report("verification-failed", {}, {"task " + compiled->problem->task->name, result.run.wrong},
+                "this is a bug of dpde: the gradient would be wrong. dpde verify shows more");
+    return std::nullopt;
+  }
+  result.left_out.insert(result.left_out.end(), result.run.left_out.begin(), result.run.left_out.end());
+  if (cache != nullptr && !result.run.lacked_time && !result.run.is_in_doubt) cache->store(key, text_of(result));
+  result.seconds = seconds();
+  return result;
+}
+
+}  // namespace dpde::analysis

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analysis/run_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include "analysis/generic_point.h"
+#include "analysis/taylor.h"
+#include "network/symmetrise.h"
+
+namespace dpde::analysis {
+
+namespace {
+
+constexpr int fewest_steps = 3, most_steps = 12;
+constexpr std::uint64_t first_seed = 20240229, other_seeds[] = {20240301, 20240302, 20240303};
+
+/// Wider than most stencils, and as few cells as that allows.
+std::vector<int> cells_of_run(const driver::Compiled& compiled) {
+  constexpr int cells[3][3] = {{6}, {5, 4}, {4, 3, 2}};
+  const std::size_t rank = compiled.problem->axes.size();
+  return network::grid_for(compiled.stencil.networks, std::vector<int>(cells[rank - 1], cells[rank - 1] + rank));
+}
+
+/// So many that multistep schemes have their memory, and every control and event its second interval, if that is near.
+int steps_of_run(const model::Problem& problem) {
+  int steps = fewest_steps;
+  const auto reach = [&](int every) {
+    if (every < most_steps) steps = std::max(steps, every + 1);
+  };
+  for (const model::Control& control : problem.controls) reach(control.every);
+  for (const model::Coefficient& coefficient : problem.coefficients) reach(coefficient.every);
+  for (const model::Event& event : problem.events) reach(event.every);
+  return std::min(steps, problem.steps);
+}
+
+/// How losses along a line are looked at in a precision.
+struct Precisions {
+  std::vector<double> steps;
+  double spacing, unit, rounding_of_derivative, largest_error;
+};
+
+Precisions precisions_of(const driver::Compiled& compiled) {
+  Precisions result{{}, 1e-8, 0x1p-52, 1e-11, largest_quotient_error};
+  for (double h = 1e-2; h > 1e-8; h /= 4) result.steps.push_back(h);
+  if (!compiled.is_single()) return result;
+  result = {{}, 1e-4, 0x1p-24, 1e-4, largest_single_quotient_error};
+  for (double h = 0.2; h > 1e-3; h /= 2) result.steps.push_back(h);
+  return result;
+}
+
+class RunChecker {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// To be done `seconds` after `start`.
+  RunChecker(driver::Session& session, driver::Inverse& inverse, Clock::time_point start, double seconds,
+             RunCheck& result)
+      : session_(session),
+        inverse_(inverse),
+        precisions_(precisions_of(session.compiled())),
+        seconds_(seconds),
+        start_(start),
+        result_(result) {}
+
+  void check();
+
+ private:
+  double spent() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  bool begin(std::uint64_t seed);
+  bool begin_elsewhere();
+  QuotientEvidence evidence_for(const driver::Inverse::Part* part);
+  void check_direction(const driver::Inverse::Part* part);
+  void leave_out(const std::string& what, const std::string& why) { result_.left_out.push_back(what + ": " + why); }
+
+  driver::Session& session_;
+  driver::Inverse& inverse_;
+  Precisions precisions_;
+  double seconds_;
+  Clock::time_point start_;
+  RunCheck& result_;
+  Point point_;
+  Eigen::VectorXd gradient_;
+  double seconds_a_loss_ = 0;
+};
+
+/// A point with its gradient; false where that is not finite.
+bool RunChecker::begin(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  point_ = generic_point(session_, inverse_, random);
+  gradient_ = Eigen::VectorXd::Zero(inverse_.size());
+  const double loss = inverse_.value_and_gradient(point_.x, gradient_);
+  const double before = spent();
+  const bool finite = std::isfinite(loss) && gradient_.allFinite() && std::isfinite(inverse_.value(point_.x));
+  seconds_a_loss_ = spent() - before;
+  return finite;
+}
+
+/// False, and at the first point again, where none of the others is finite.
+bool RunChecker::begin_elsewhere() {
+  for (const std::uint64_t seed : other_seeds) {
+    if (begin(seed)) return true;
+  }
+  begin(first_seed);
+  return false;
+}
+
+/// Along a direction in one unknown, or in all of them.
+QuotientEvidence RunChecker::evidence_for(const driver::Inverse::Part* part) {
+  Eigen::VectorXd direction = point_.direction;
+  if (part != nullptr) {
+    direction.setZero();
+    direction.segment(part->offset, part->size) = point_.direction.segment(part->offset, part->size);
+  }
+  const Line loss = [&](double step) { return inverse_.value(point_.x + step * direction); };
+  const double terms = gradient_.cwiseAbs().dot(direction.cwiseAbs());
+  // A state may stay where it is, as each step moves it by less than its rounding: values close together do not show
+  // that.
+  const double size = std::max(std::abs(loss(0)), gradient_.cwiseAbs().dot(point_.x.cwiseAbs()));
+  const double standstill = (1 + result_.steps) * precisions_.unit * size;
+  const double rounding = std::max(rounding_of(loss, precisions_.spacing, precisions_.unit), standstill);
+  const DirectionalDerivative derivative{gradient_.dot(direction), precisions_.rounding_of_derivative * terms};
+  return judge(quotients_of(loss, precisions_.steps, rounding), derivative);
+}
+
+/// What is wrong has to be so at two points: at one of them a kink may lie nearer than any step.
+void RunChecker::check_direction(const driver::Inverse::Part* part) {
+  const std::string name = part == nullptr ? "all unknowns" : part->name;
+  QuotientEvidence found = evidence_for(part);
+  if (found.is_elsewhere) {
+    if (!begin_elsewhere()) {
+      result_.is_in_doubt = true;
+      return leave_out(name, fmt::format("at one point quotients and gradient differ by {:.2e}, and no other is finite",
+                                         found.error.value_or(NAN)));
+    }
+    found = evidence_for(part);
+  }
+  if (found.is_elsewhere) {
+    result_.wrong = fmt::format("difference quotients of {} steps on {} cells and the gradient by {} differ by {:.2e}",
+                                result_.steps, result_.grid, name, found.error.value_or(NAN));
+  } else if (!found.is_resolved(precisions_.largest_error)) {
+    leave_out(name, fmt::format("rounding hides what it does to the loss of {} steps on {} cells", result_.steps,
+                                result_.grid));
+  } else if (!found.proves(precisions_.largest_error)) {
+    leave_out(name, "difference quotients settle on no number, as where kinks or jumps are dense");
+  } else {
+    ++result_.directions;
+    result_.rounding = std::max(result_.rounding, found.rounding);
+    if (!result_.unknown.empty() && *found.error <= result_.error) return;
+    result_.unknown = name;
+    result_.error = *found.error;
+  }
+}
+
+void RunChecker::check() {
+  if (!begin(first_seed)) return leave_out("the whole run", "on a few cells its loss or its gradient is not finite");
+  const double seconds_a_direction = seconds_a_loss_ * (9.0 + 2.0 * static_cast<double>(precisions_.steps.size()));
+  const auto affords = [&](std::size_t directions) {
+    return spent() + static_cast<double>(directions) * seconds_a_direction <= seconds_;
+  };
+  result_.lacked_time = !affords(inverse_.parts().size());
+  if (!affords(1)) return leave_out("the whole run", "no time");
+  if (result_.lacked_time) {
+    leave_out("each unknown by itself", "no time");
+    return check_direction(nullptr);
+  }
+  for (const driver::Inverse::Part& part : inverse_.parts()) {
+    check_direction(&part);
+    if (!result_.wrong.empty()) return;
+  }
+}
+
+}  // namespace
+
+RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds) {
+  const RunChecker::Clock::time_point start = RunChecker::Clock::now();
+  RunCheck result;
+  if (!compiled->problem || !compiled->problem->task) return result;
+  const model::Task& task = *compiled->problem->task;
+  if (task.unknowns.empty() || task.losses.empty()) return result;
+  driver::SessionOptions options;
+  options.cells = cells_of_run(*compiled);
+  options.steps = steps_of_run(*compiled->problem);
+  options.made_up = true;
+  DiagnosticSink silent;  // the run that follows reports what is wrong with the input
+  const auto session = driver::Session::open(source, compiled, options, silent);
+  const auto inverse = session ? driver::Inverse::open(*session, source, silent) : nullptr;
+  if (!inverse) {
+    result.left_out.emplace_back("the whole run: it does not start on a few cells");
+    return result;
+  }
+  result.steps = session->steps();
+  result.grid = fmt::format("{}", fmt::join(options.cells, " x "));
+  RunChecker(*session, *inverse, start, seconds, result).check();
+  return result;
+}
+
+}  // namespace dpde::analysis

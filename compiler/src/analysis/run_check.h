@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gradient of a whole short run of a task, on a few cells, against difference quotients of the run's own losses.
+// The gradient is the one that the task gets: compiled programs, their adjoints, rollout, formulas, losses, controls,
+// halos that programs share, and which array is whose derivative. The quotients know nothing of derivatives, so nothing
+// that is wrong in the tangent and in the adjoint alike is hidden from them.
+//
+// Each unknown has a direction of its own, so that none hides behind another; where there is no time for that, one
+// direction is in all of them. No file is read: what files hold is made up.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "driver/pipeline.h"
+
+namespace dpde::analysis {
+
+struct RunCheck {
+  std::string grid;  // "" where no run was made
+  int steps = 0;
+  int directions = 0;                 // that prove the gradient
+  std::string unknown;                // the one with the largest error, or "all unknowns"
+  double error = 0;                   // of the quotients, relative to the derivative
+  double rounding = 0;                // the largest that rounding may make of one of them
+  std::vector<std::string> left_out;  // what was not checked, and why
+  std::string wrong;                  // not empty: the quotients agree on another number
+  bool lacked_time = false;
+  bool is_in_doubt = false;  // they do so at one point, and no other one was finite
+};
+
+/// Takes about `seconds`, and says what it has left out for lack of time.
+RunCheck check_run(const SourceFile& source, const std::shared_ptr<const driver::Compiled>& compiled, double seconds);
+
+}  // namespace dpde::analysis

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading goes through POSIX calls: they tell what kind of file it is and why something failed.
+#include "files/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include "dpde/runtime/atomic_file.h"
+#include "dpde/runtime/error.h"
+
+namespace dpde::files {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t largest_file = std::size_t{16} << 30;
+
+/// Closes a descriptor at the end of its scope.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+std::optional<std::string> read_file(const fs::path& path, SourceRange where, DiagnosticSink& sink) {
+  const auto fail = [&](const std::string& reason) {
+    sink.report("cannot-read", where, {path.string(), reason});
+    return std::nullopt;
+  };
+  // O_NONBLOCK: a named pipe without a writer must not hang us; regular files do not notice.
+  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0) return fail(std::strerror(errno));
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0) return fail(std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) return fail("it is a folder");
+  if (!S_ISREG(status.st_mode)) return fail("it is not a regular file");
+  if (static_cast<std::size_t>(status.st_size) > largest_file) return fail("it is larger than 16 GiB");
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return fail(std::strerror(errno));
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+bool write_file(const fs::path& path, std::string_view bytes, DiagnosticSink& sink) {
+  try {
+    write_file_atomically(path, bytes);
+    return true;
+  } catch (const Error& error) {
+    sink.report("machine-failed", {}, {error.what()});
+    return false;
+  }
+}
+
+bool make_folder(const fs::path& path, DiagnosticSink& sink) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (!error && !fs::is_directory(path, error)) error = std::make_error_code(std::errc::not_a_directory);
+  if (!error) return true;
+  sink.report("cannot-write", {}, {path.string(), error.message()});
+  return false;
+}
+
+fs::path find_data_file(const std::string& file, const std::string& model_file) {
+  const fs::path beside = fs::path(model_file).parent_path() / file;
+  std::error_code error;
+  return fs::exists(beside, error) ? beside : fs::path(file);
+}
+
+}  // namespace dpde::files

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "files/trajectories.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "dpde/runtime/error.h"
+#include "files/array_file.h"
+#include "files/data_set_cost.h"
+#include "files/evaluation_log.h"
+#include "files/files.h"
+#include "model/placement.h"
+#include "support/evaluate.h"
+
+namespace dpde::files {
+
+namespace {
+
+using Shape = std::vector<std::int64_t>;
+
+std::string text_of_shape(const Shape& shape) { return fmt::format("({})", fmt::join(shape, ", ")); }
+
+/// Reads one file; every fault is an Error, which the caller reports.
+class Reader {
+ public:
+  Reader(const model::Problem& problem, const NetcdfReader& file, Trajectories& to)
+      : problem_(problem), file_(file), to_(to) {}
+
+  /// Parameters that are one number for all runs: the scene's own counts, and may be another on purpose, so nothing is
+  /// refused.
+  void compare_params(SourceRange where, DiagnosticSink& sink) const {
+    constexpr double rounding = 1e-12;
+    for (const model::Parameter& param : problem_.params) {
+      const NetcdfReader::Variable* variable = find(param.name);
+      if (param.unknown || problem_.find_control(param.name) != nullptr || variable == nullptr ||
+          !variable->shape.empty())
+        continue;
+      const double value = file_.read(*variable).at(0);
+      if (std::abs(value - param.value) <= rounding * std::max(std::abs(value), std::abs(param.value))) continue;
+      sink.report(
+          "data-of-other-parameter", where,
+          {to_.path, param.name, fmt::format("{}", value), problem_.scene, fmt::format("{}", param.value)},
+          fmt::format("windows are run with the scene's; --set {}={} takes that of the data", param.name, value));
+    }
+  }
+
+  void read() {
+    std::set<std::string> wanted;
+    for (const model::Datum& datum : problem_.task->data) {
+      if (datum.trajectories) wanted.insert(datum.variable);
+    }
+    for (const model::State& state : problem_.states) {
+      if (find(state.name) == nullptr) continue;
+      wanted.insert(state.name);
+      to_.states.push_back(state.name);
+    }
+    if (to_.states.empty())
+      fail(fmt::format("it has none of the states of scene {} ({})", problem_.scene,
+                       fmt::join(names(problem_.states), ", ")));
+    for (const std::string& name : wanted) read_field(name);
+    read_times();
+    read_params();
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorKind::input, what); }
+
+  template <class T>
+  static std::vector<std::string> names(const std::vector<T>& items) {
+    std::vector<std::string> all;
+    for (const T& item : items) all.push_back(item.name);
+    return all;
+  }
+
+  const NetcdfReader::Variable* find(const std::string& name) const { return file_.find(name); }
+
+  model::Placement placement_of(const std::string& variable) const {
+    const model::State* state = problem_.find_state(variable);
+    if (state != nullptr) return state->placement;
+    const auto& data = problem_.task->data;
+    const auto datum =
+        std::ranges::find_if(data, [&](const model::Datum& d) { return d.trajectories && d.variable == variable; });
+    return datum == data.end() ? model::Placement{} : datum->placement;
+  }
+
+  void read_field(const std::string& name) {
+    const NetcdfReader::Variable* variable = find(name);
+    if (variable == nullptr) {
+      const std::vector<std::string> there = names(file_.variables());
+      const std::string near = nearest_name(name, there);
+      fail(fmt::format("it has no variable {}{}; it has {}", name,
+                       near.empty() ? "" : fmt::format(" (did you mean {}?)", near), fmt::join(there, ", ")));
+    }
+    const std::vector<model::Axis> axes = model::axes_at(problem_.axes, placement_of(name));
+    const std::size_t rank = axes.size();
+    const bool has_runs = variable->shape.size() == rank + 2;
+    if (!has_runs && variable->shape.size() != rank + 1) {
+      fail(fmt::format("{} has the shape {}, wanted is time and {} axes, or run, time and {}", name,
+                       text_of_shape(variable->shape), rank, rank));
+    }
+    if (has_runs && variable->dimensions[0] != "run")
+      fail(fmt::format("the first dimension of {} is {}, not run", name, variable->dimensions[0]));
+    for (std::size_t a = 0; a < rank; ++a) {
+      const std::size_t d = variable->shape.size() - 1 - a;
+      const std::string& dimension = variable->dimensions[d];
+      if (variable->shape[d] != axes[a].cells) {
+        fail(fmt::format("it is of another grid: {} has {} cells along {}, the scene has {}", name, variable->shape[d],
+                         dimension, axes[a].cells));
+      }
+      const std::string why = axis_mismatch(file_, axes[a], dimension);
+      if (!why.empty()) fail(why);
+    }
+    take(*variable, has_runs);
+  }
+
+  void take(const NetcdfReader::Variable& variable, bool has_runs) {
+    const auto runs = static_cast<std::size_t>(has_runs ? variable.shape[0] : 1);
+    const std::int64_t frames = variable.shape[has_runs ? 1 : 0];
+    const std::string& time = variable.dimensions[has_runs ? 1 : 0];
+    if (time_.empty()) {
+      time_ = time;
+      frames_ = frames;
+      to_.runs.resize(runs);
+    }
+    if (time != time_ || frames != frames_ || runs != to_.runs.size())
+      fail(fmt::format("{} has other runs or times than the variables before it", variable.name));
+    const std::vector<double> all = file_.read(variable);
+    const std::size_t size = runs == 0 ? 0 : all.size() / runs;
+    to_.cells = frames == 0 ? 0 : size / static_cast<std::size_t>(frames);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (std::isfinite(rounded(all[i], problem_.scheme.real))) continue;
+      fail(fmt::format("{} is {} in run {}, frame {}, cell {}", variable.name, shown(all[i]), i / size,
+                       i % size / to_.cells, i % to_.cells));
+    }
+    for (std::size_t r = 0; r < runs; ++r) {
+      const auto begin = all.begin() + static_cast<std::ptrdiff_t>(r * size);
+      to_.runs[r].frames[variable.name].assign(begin, begin + static_cast<std::ptrdiff_t>(size));
+    }
+  }
+
+  void read_times() {
+    const NetcdfReader::Variable* coordinate = find(time_);
+    if (coordinate == nullptr || coordinate->shape != Shape{frames_})
+      fail(fmt::format("it does not say at which times its {} frames are", frames_));
+    to_.times = file_.read(*coordinate);
+    if (to_.times.size() < 2) fail(fmt::format("it has {} frames; a window needs at least two", to_.times.size()));
+    if (to_.runs.empty()) fail("it has no run");
+    const double spacing = (to_.times.back() - to_.times.front()) / static_cast<double>(to_.times.size() - 1);
+    const double steps = std::round(spacing / problem_.step);
+    if (!(steps >= 1) || std::abs(spacing - steps * problem_.step) > 1e-6 * problem_.step) {
+      fail(fmt::format("its frames are {:.6g} apart, no whole number of steps of {:.6g}", spacing, problem_.step));
+    }
+    for (std::size_t k = 0; k < to_.times.size(); ++k) {
+      const double expected = to_.times.front() + static_cast<double>(k) * spacing;
+      if (std::abs(to_.times[k] - expected) <= 1e-6 * spacing) continue;
+      fail(fmt::format("its frames are not at equal intervals: frame {} is at t = {:.6g}, not at {:.6g}", k,
+                       to_.times[k], expected));
+    }
+    to_.every = static_cast<int>(steps);
+  }
+
+  /// Those that are sought are not the data's to say.
+  void read_params() {
+    for (const model::Parameter& param : problem_.params) {
+      const NetcdfReader::Variable* variable = find(param.name);
+      if (param.unknown || variable == nullptr || variable->dimensions != std::vector<std::string>{"run"}) continue;
+      const std::vector<double> values = file_.read(*variable);
+      if (values.size() != to_.runs.size())
+        fail(fmt::format("{} has {} values for {} runs", param.name, values.size(), to_.runs.size()));
+      to_.params.push_back(param.name);
+      for (std::size_t r = 0; r < values.size(); ++r) {
+        if (!std::isfinite(values[r])) fail(fmt::format("{} is {} in run {}", param.name, shown(values[r]), r));
+        to_.runs[r].params.push_back(values[r]);
+      }
+    }
+  }
+
+  const model::Problem& problem_;
+  const NetcdfReader& file_;
+  Trajectories& to_;
+  std::string time_;
+  std::int64_t frames_ = 0;
+};
+
+}  // namespace
+
+std::span<const double> Trajectories::frames(int run, const std::string& variable, int first, int count) const {
+  const std::vector<double>& all = runs[static_cast<std::size_t>(run)].frames.at(variable);
+  return std::span(all).subspan(static_cast<std::size_t>(first) * cells, static_cast<std::size_t>(count) * cells);
+}
+
+double Trajectories::deviation(const std::string& variable) const {
+  double sum = 0, squares = 0, count = 0;
+  for (const Run& run : runs) {
+    for (const double value : run.frames.at(variable)) {
+      sum += value;
+      ++count;
+    }
+  }
+  const double mean = sum / count;
+  for (const Run& run : runs) {
+    for (const double value : run.frames.at(variable)) squares += (value - mean) * (value - mean);
+  }
+  return std::sqrt(squares / count);
+}
+
+std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
+                                              const SourceFile& source, SourceRange where, DiagnosticSink& sink) {
+  Trajectories trajectories;
+  trajectories.path = find_data_file(file, source.path()).string();
+  std::optional<std::string> bytes = read_file(trajectories.path, where, sink);
+  if (!bytes) return std::nullopt;
+  trajectories.hash = hash_bytes(bytes->data(), bytes->size());
+  trajectories.cost_s = stored_cost(trajectories.path, trajectories.hash, where, sink);
+  if (sink.has_errors()) return std::nullopt;
+  try {
+    const NetcdfReader reader(std::move(*bytes), trajectories.path);
+    Reader file_of_problem(problem, reader, trajectories);
+    file_of_problem.read();
+    file_of_problem.compare_params(where, sink);
+  } catch (const Error& error) {
+    sink.report("bad-array-file", where, {trajectories.path, error.what()});
+    return std::nullopt;
+  }
+  return trajectories;
+}
+
+}  // namespace dpde::files

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs of a scene in a NetCDF file of the tool's own format: states at equal intervals of time, with a leading
+// dimension `run` where there are several. What networks and parameters are learnt from and tested on.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "source/diagnostic.h"
+
+namespace dpde::files {
+
+/// What to read: the variables of the data, those of the scene's states that are there, and the parameters that differ
+/// from run to run.
+struct Trajectories {
+  std::string path;
+  std::vector<double> times;  // of the frames
+  int every = 1;              // steps of the scene from one frame to the next
+  std::size_t cells = 0;
+  std::vector<std::string> states;  // of the scene; the others begin as the scene says
+  std::vector<std::string> params;  // of the scene, with a value for each run
+  struct Run {
+    std::map<std::string, std::vector<double>> frames;  // by variable: one after the other
+    std::vector<double> params;                         // in the order of Trajectories::params
+  };
+  std::vector<Run> runs;
+  std::uint64_t hash = 0;  // of the file
+  double cost_s = 0;       // seconds that processors worked for it; not a number where that is not known
+
+  int frame_count() const { return static_cast<int>(times.size()); }
+  /// `count` frames of a variable from `first` on.
+  std::span<const double> frames(int run, const std::string& variable, int first, int count = 1) const;
+  /// The standard deviation of a variable over all runs, frames and cells.
+  double deviation(const std::string& variable) const;
+};
+
+/// The trajectories of `file`, as the data of the problem's task want them. Reports cannot-read, bad-array-file,
+/// wrong-shape and data-not-finite at `where`, and warns of data-of-other-parameter there.
+std::optional<Trajectories> load_trajectories(const model::Problem& problem, const std::string& file,
+                                              const SourceFile& source, SourceRange where, DiagnosticSink& sink);
+
+}  // namespace dpde::files

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes that the tests of a task name beside its own: compiled with the task's data and these tests, and with the
+// files they begin from. Plain schemes that a network is measured by; or the scene with the network on another grid.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "training/window_batches.h"
+
+namespace dpde::training {
+
+class BesideScenes {
+ public:
+  /// null when `sink` has errors afterwards. Settings of --set that are values of parameters, or of precision, are for
+  /// all scenes, others for the task's own alone.
+  static std::unique_ptr<BesideScenes> open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink);
+
+  const TrainingScene& scene(const model::Test::Beside& beside) const { return *scenes_.at({beside.scene, beside.on}); }
+
+ private:
+  explicit BesideScenes(const TrainingScene& own) : own_(own) {}
+  bool add(const model::Test& test, const model::Test::Beside& beside, const SourceFile& source, DiagnosticSink& sink);
+  std::shared_ptr<const driver::Compiled> compiled(const model::Test::Beside& beside, const SourceFile& source,
+                                                   DiagnosticSink& sink);
+
+  const TrainingScene& own_;
+  std::map<std::string, std::shared_ptr<const driver::Compiled>> compiled_;
+  std::map<std::pair<std::string, std::string>, std::unique_ptr<TrainingScene>> scenes_;  // by name and file
+};
+
+/// Mistakes are reported where the test names the scene; null then.
+std::shared_ptr<const driver::Compiled> compile_beside(const driver::Compiled& own, const model::Test::Beside& beside,
+                                                       const SourceFile& source, DiagnosticSink& sink);
+/// Of a task: whether all scenes that its tests name compile, and the files they begin from fit their grids.
+void check_beside(const driver::Compiled& own, const SourceFile& source, DiagnosticSink& sink);
+
+/// The options to compile `scene` with in place of the task's own: without settings that it does not know or that are
+/// not its to take.
+driver::CompileOptions options_beside(const driver::Compiled& own, const std::string& scene);
+
+}  // namespace dpde::training

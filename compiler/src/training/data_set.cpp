@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "training/data_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/team.h"
+#include "driver/cpu_time.h"
+#include "driver/data.h"
+#include "files/evaluation_log.h"
+#include "files/weights.h"
+#include "model/placement.h"
+#include "stencil/print_stencil.h"
+
+namespace dpde::training {
+
+namespace {
+
+constexpr int fewest_cells = 4;  // along an axis of the coarsest grid of an estimate
+constexpr int most_intervals =
+    16;  // of a run whose residual is looked at: that costs as much as to make them where nothing is coarsened
+
+double root_of_mean_square(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
+std::vector<model::Axis> with_cells(std::vector<model::Axis> axes, int ratio) {
+  for (model::Axis& axis : axes) axis.cells /= ratio;
+  return axes;
+}
+
+/// Stretched axes may agree in their ends and differ in between.
+bool are_same_places(const model::Axis& a, const model::Axis& b) {
+  if (a.cells != b.cells) return false;
+  for (int i = 0; i <= a.cells; ++i) {
+    if (a.face(i) != b.face(i)) return false;
+  }
+  return true;
+}
+
+std::string extent_text(const model::Axis& axis) {
+  return fmt::format("{} cells from {} to {}", axis.cells, axis.low, axis.high);
+}
+
+}  // namespace
+
+double OrderEstimate::error() const { return difference / (std::exp2(order) - 1); }
+
+std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model::DataSet set,
+                                                 const DataSetOptions& options, DiagnosticSink& sink) {
+  std::unique_ptr<DataSetMaker> maker(new DataSetMaker(source, std::move(set), options));
+  maker->session_ = maker->open_run(0, {}, sink);
+  if (!maker->session_ || !maker->plan_frames(sink)) return nullptr;
+  maker->files_ = files::hash_of_files(maker->session_->problem(), source);
+  for (const model::Axis& axis : maker->session_->axes()) {
+    if (axis.cells % maker->set_.coarsen == 0) continue;
+    sink.report("bad-optimiser-option", {},
+                {"coarsen", "dataset " + maker->set_.name,
+                 fmt::format("does not divide the {} cells along {}", axis.cells, axis.name)});
+    return nullptr;
+  }
+  return maker;
+}
+
+/// The scene of a run, with its parameters set as --set would.
+std::shared_ptr<const driver::Compiled> DataSetMaker::compile_run(int run,
+                                                                  const std::map<std::string, std::string>& more,
+                                                                  DiagnosticSink& sink) const {
+  driver::CompileOptions compile_options;
+  compile_options.selection = options_.selection;
+  compile_options.selection.name = set_.scene;
+  if (!set_.scheme.empty()) compile_options.selection.scheme = set_.scheme;
+  for (std::size_t v = 0; v < set_.vary.size(); ++v)
+    compile_options.selection.overrides[set_.vary[v].param] = fmt::format("{}", set_.value_of(v, run));
+  if (set_.to) compile_options.selection.overrides["end"] = fmt::format("{}", *set_.to);
+  for (const auto& [name, value] : more) compile_options.selection.overrides[name] = value;
+  compile_options.backend = options_.backend;
+  compile_options.cache = options_.cache;
+  std::optional<driver::Compiled> compiled = driver::compile(source_, compile_options, sink);
+  return compiled ? std::make_shared<const driver::Compiled>(std::move(*compiled)) : nullptr;
+}
+
+std::unique_ptr<driver::Session> DataSetMaker::session_of(std::shared_ptr<const driver::Compiled> compiled,
+                                                          const std::atomic<bool>* stop, DiagnosticSink& sink) const {
+  driver::SessionOptions session_options;
+  session_options.stop = stop;
+  return compiled ? driver::Session::open(source_, std::move(compiled), session_options, sink) : nullptr;
+}
+
+std::unique_ptr<driver::Session> DataSetMaker::open_run(int run, const std::map<std::string, std::string>& more,
+                                                        DiagnosticSink& sink) const {
+  return session_of(compile_run(run, more, sink), options_.stop, sink);
+}
+
+/// The scene on the grid of the frames; null where it cannot be there, as with files of its own grid.
+std::shared_ptr<const driver::Compiled> DataSetMaker::compile_stored(
+    int run, const std::shared_ptr<const driver::Compiled>& own) const {
+  if (set_.coarsen == 1) return own;
+  std::map<std::string, std::string> more;
+  for (const model::Axis& axis : session_->axes())
+    more["cells." + axis.name] = fmt::format("{}", axis.cells / set_.coarsen);
+  DiagnosticSink silent;
+  return compile_run(run, more, silent);
+}
+
+/// Where they are not known they stay so: a scene may be unstable on the coarser grid, whose frames are none the worse.
+void DataSetMaker::add_residuals(std::shared_ptr<const driver::Compiled> stored, DataRun& data) const {
+  data.residuals.assign(data.states.size(), {});
+  DiagnosticSink silent;
+  std::atomic<bool> stop = false;
+  try {
+    const std::unique_ptr<driver::Session> session = session_of(std::move(stored), &stop, silent);
+    if (!session || session->rollout().state_count() != static_cast<int>(data.states.size())) return;
+    data.residuals = analysis::residuals_of(
+        *session, stop, {data.states, first_, every_, static_cast<int>(times_.size())}, most_intervals);
+  } catch (const Error&) {
+    data.residuals.assign(data.states.size(), {});
+  }
+}
+
+bool DataSetMaker::plan_frames(DiagnosticSink& sink) {
+  const model::Problem& problem = session_->problem();
+  const auto steps_to = [&](double length, const char* what) -> std::optional<int> {
+    const double steps = std::round(length / problem.step);
+    if (std::abs(steps * problem.step - length) <= 1e-6 * problem.step && steps >= 0) return static_cast<int>(steps);
+    sink.report("bad-optimiser-option", {},
+                {what, "dataset " + set_.name, fmt::format("is no whole number of steps of {}", problem.step)});
+    return std::nullopt;
+  };
+  const std::optional<int> every = set_.every > 0 ? steps_to(set_.every, "the interval of the frames") : 1;
+  const std::optional<int> first = steps_to(set_.from.value_or(problem.t_begin) - problem.t_begin, "the first frame");
+  if (!every || !first) return false;
+  every_ = std::max(*every, 1);
+  first_ = *first;
+  for (int k = first_; k <= problem.steps; k += every_) times_.push_back(session_->time_of(k));
+  if (times_.size() >= 2) return true;
+  sink.report("bad-optimiser-option", {},
+              {"frames", "dataset " + set_.name,
+               fmt::format("are {}, fewer than two, up to t = {}", times_.size(), session_->end_time())});
+  return false;
+}
+
+std::vector<int> DataSetMaker::cells() const {
+  std::vector<int> all;
+  for (const model::Axis& axis : session_->axes()) all.push_back(axis.cells / set_.coarsen);
+  return all;
+}
+
+std::uint64_t DataSetMaker::key() const {
+  std::string text = print(session_->compiled().stencil) + std::string(source_.text());
+  for (const auto& [name, value] : options_.selection.overrides) text += fmt::format("{}={}\n", name, value);
+  text += fmt::format("{} {} {} {} {} {:016x}", set_.name, set_.seed, set_.coarsen, first_, every_, files_);
+  return files::hash_bytes(text.data(), text.size());
+}
+
+/// What varies may stand where the compiler needs its number; the file has one time axis and one grid for all runs.
+bool DataSetMaker::is_like_first(driver::Session& session, DiagnosticSink& sink) const {
+  const auto differs = [&](const std::string& what) {
+    sink.report("run-failed", set_.range, {what},
+                "all runs of a data set have the same times and the same grid: what varies may not stand in them");
+    return false;
+  };
+  const model::Problem &own = session.problem(), &first = session_->problem();
+  if (own.step != first.step) return differs(fmt::format("its step is {}, that of run 0 is {}", own.step, first.step));
+  if (own.t_begin != first.t_begin || own.steps != first.steps) {
+    return differs(fmt::format("it is from t = {} to {}, run 0 from {} to {}", own.t_begin, session.end_time(),
+                               first.t_begin, session_->end_time()));
+  }
+  for (std::size_t a = 0; a < first.axes.size(); ++a) {
+    if (are_same_places(own.axes[a], first.axes[a])) continue;
+    const std::string here = extent_text(own.axes[a]), there = extent_text(first.axes[a]);
+    if (here == there)
+      return differs(fmt::format("its {} is stretched otherwise than that of run 0", first.axes[a].name));
+    return differs(fmt::format("its {} has {}, that of run 0 has {}", first.axes[a].name, here, there));
+  }
+  return true;
+}
+
+/// `count` frames of a run, down-sampled. False after a diagnostic, and when stopped.
+bool DataSetMaker::frames_of(driver::Session& session, int first, int every, int count, DataRun& to,
+                             DiagnosticSink& sink) const {
+  const std::vector<model::Axis>& axes = session.axes();
+  const std::vector<model::Axis> coarse = with_cells(axes, set_.coarsen);
+  Rollout& rollout = session.rollout();
+  to.states.assign(static_cast<std::size_t>(rollout.state_count()), {});
+  to.integrals.assign(to.states.size(), {});
+  std::vector<double> values(session.workspace().cell_count());
+  const auto keep = [&](const Snapshot& snapshot) {
+    if (snapshot.step < first || (snapshot.step - first) % every != 0 || (snapshot.step - first) / every >= count)
+      return;
+    for (std::size_t s = 0; s < to.states.size(); ++s) {
+      const model::State* state = session.problem().find_state(rollout.state_name(static_cast<int>(s)));
+      const model::Placement placement = state != nullptr ? state->placement : model::Placement{};
+      copy_out(session.workspace().layout(), snapshot.states[s], values);
+      to.integrals[s].add(values, axes, placement);
+      const std::vector<double> frame =
+          set_.coarsen == 1 ? values : driver::average_down(values, axes, coarse, placement);
+      to.states[s].insert(to.states[s].end(), frame.begin(), frame.end());
+    }
+  };
+  const RunResult result = rollout.run({std::gcd(first, every), keep});
+  if (result.blow_up) driver::report_blow_up(session, *result.blow_up, sink);
+  if (result.blow_up || result.stopped) return false;
+  std::size_t wanted = static_cast<std::size_t>(count);
+  for (const model::Axis& axis : coarse) wanted *= static_cast<std::size_t>(axis.cells);
+  for (std::size_t s = 0; s < to.states.size();
+       ++s) {  // runs are put one after the other into a file: a shorter one would shift the rest
+    if (to.states[s].size() == wanted) continue;
+    sink.report("run-failed", set_.range,
+                {fmt::format("its frames of {} have {} values in all, not {}", rollout.state_name(static_cast<int>(s)),
+                             to.states[s].size(), wanted)});
+    return false;
+  }
+  return true;
+}
+
+/// What the runs of a data set share while they are made.
+struct DataSetMaker::Making {
+  const Take* take;
+  int first_failed;  // all runs before it are made, so that the message is of the same run for any number of threads
+  std::vector<Diagnostic> why = {};  // of that run
+  std::mutex mutex = {};             // of all of this, and of compiling
+};
+
+bool DataSetMaker::make(const std::function<bool(int run)>& is_done, const Take& take, DiagnosticSink& sink) {
+  std::vector<int> wanted;
+  for (int run = 0; run < set_.runs; ++run) {
+    if (!is_done(run)) wanted.push_back(run);
+  }
+  Making all{&take, set_.runs};
+  Team(options_.threads).run(static_cast<std::int64_t>(wanted.size()), [&](std::int64_t i, int) {
+    make_run(wanted[static_cast<std::size_t>(i)], all);
+  });
+  for (const Diagnostic& each : all.why) {
+    if (each.kind->severity == Severity::error)
+      sink.report("run-failed", each.range,
+                  {fmt::format("run {} of dataset {}: {}", all.first_failed, set_.name, each.message)}, each.hint);
+  }
+  return all.first_failed == set_.runs && (options_.stop == nullptr || !options_.stop->load());
+}
+
+/// What goes wrong is of one run: nothing is thrown.
+void DataSetMaker::make_run(int run, Making& all) const {
+  DiagnosticSink own;
+  std::unique_ptr<driver::Session> session;
+  std::shared_ptr<const driver::Compiled> stored;
+  bool goes_on = false, done = false;
+  double spent = -driver::thread_cpu_seconds();
+  try {
+    {
+      const std::lock_guard lock(all.mutex);  // one compilation at a time
+      goes_on = run < all.first_failed && (options_.stop == nullptr || !options_.stop->load());
+      const std::shared_ptr<const driver::Compiled> compiled = goes_on ? compile_run(run, {}, own) : nullptr;
+      session = session_of(compiled, options_.stop, own);
+      spent += driver::thread_cpu_seconds();
+      if (session) stored = compile_stored(run, compiled);
+      spent -= driver::thread_cpu_seconds();
+    }
+    DataRun data;
+    for (std::size_t v = 0; v < set_.vary.size(); ++v) data.params.push_back(set_.value_of(v, run));
+    if (session != nullptr && is_like_first(*session, own) &&
+        frames_of(*session, first_, every_, static_cast<int>(times_.size()), data, own)) {
+      data.cpu_seconds = spent + driver::thread_cpu_seconds();
+      add_residuals(std::move(stored), data);
+      const std::lock_guard lock(all.mutex);
+      (*all.take)(run, data);
+      done = true;
+    }
+  } catch (const std::exception& error) {
+    driver::report_error(error, own);
+  }
+  const std::lock_guard lock(all.mutex);
+  session.reset();  // what it has found out goes to the cache
+  if (goes_on && !done && run < all.first_failed) {
+    all.first_failed = run;
+    all.why = own.all();
+  }
+}
+
+std::vector<OrderEstimate> DataSetMaker::estimate_order() {
+  const model::Problem& problem = session_->problem();
+  const std::vector<model::Axis> axes = session_->axes();
+  for (const model::Axis& axis : axes) {
+    if (axis.cells % 4 != 0 || axis.cells / 4 < fewest_cells) return {};
+  }
+  const int at = (first_ + every_ + 3) / 4 * 4;  // a state that all three runs have
+  if (at > problem.steps || problem.courant > 0) return {};
+  std::vector<DataRun> runs(3);
+  const std::vector<model::Axis> coarsest = with_cells(axes, 4);
+  DiagnosticSink silent;
+  for (int level = 0; level < 3; ++level) {
+    std::map<std::string, std::string> more{{"step", fmt::format("{}", problem.step * (1 << level))},
+                                            {"end", fmt::format("{}", problem.t_begin + at * problem.step)}};
+    for (const model::Axis& axis : axes) more["cells." + axis.name] = fmt::format("{}", axis.cells >> level);
+    const std::unique_ptr<driver::Session> session = open_run(0, more, silent);
+    if (!session || session->steps() != at >> level) return {};
+    const RunResult result = session->rollout().run();
+    if (result.blow_up || result.stopped) return {};
+    for (int s = 0; s < session->rollout().state_count(); ++s) {
+      const model::State* state = problem.find_state(session->rollout().state_name(s));
+      runs[static_cast<std::size_t>(level)].states.push_back(
+          driver::average_down(session->final_state(s), session->axes(), coarsest,
+                               state != nullptr ? state->placement : model::Placement{}));
+    }
+  }
+  std::vector<OrderEstimate> estimates;
+  for (int s = 0; s < session_->rollout().state_count(); ++s) {
+    const auto i = static_cast<std::size_t>(s);
+    const double near = root_of_mean_square(runs[0].states[i], runs[1].states[i]),
+                 far = root_of_mean_square(runs[1].states[i], runs[2].states[i]);
+    if (near > 0 && far > near) estimates.push_back({session_->rollout().state_name(s), near, std::log2(far / near)});
+  }
+  return estimates;
+}
+
+}  // namespace dpde::training

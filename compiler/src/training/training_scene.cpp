@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a training needs before it begins: the scene as hosts run it, trajectories, fields of files.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "files/array_file.h"
+#include "files/weights.h"
+#include "model/placement.h"
+#include "model/print_model.h"
+#include "training/window_batches.h"
+
+namespace dpde::training {
+
+namespace {
+
+/// A scheme with a memory cannot begin in the middle of a run without it.
+bool has_histories(const model::Problem& problem, const files::Trajectories& trajectories, SourceRange where,
+                   DiagnosticSink& sink) {
+  for (const model::State& state : problem.states) {
+    if (state.history_of.empty() || std::ranges::find(trajectories.states, state.name) != trajectories.states.end())
+      continue;
+    sink.report(
+        "bad-array-file", where,
+        {trajectories.path, fmt::format("it has no {}, what the time scheme of scene {} remembers of the step before",
+                                        state.name, problem.scene)},
+        "a scheme with a single step, as rk2, needs no memory");
+    return false;
+  }
+  return true;
+}
+
+/// The scene but for what windows bring along: values of parameters, initial states.
+std::string text_without_values(model::Problem problem, const files::Trajectories& trajectories) {
+  for (model::Parameter& param : problem.params) param.value = 0;
+  for (model::State& state : problem.states) {
+    if (std::ranges::find(trajectories.states, state.name) != trajectories.states.end()) state.initial = {};
+  }
+  problem.task.reset();
+  return print(problem);
+}
+
+/// Values of a parameter that are not the scene's own, which would be compared with itself: all, or so many from the
+/// least to the largest.
+std::vector<double> values_to_try(const files::Trajectories& trajectories, std::size_t p, double own) {
+  constexpr std::size_t most = 16;  // each costs reading the scene once
+  std::set<double> distinct;
+  for (const files::Trajectories::Run& run : trajectories.runs) distinct.insert(run.params[p]);
+  distinct.erase(own);
+  const std::vector<double> all(distinct.begin(), distinct.end());
+  if (all.size() <= most) return all;
+  std::vector<double> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(all[i * (all.size() - 1) / (most - 1)]);
+  return some;
+}
+
+bool is_same_scene(const driver::Compiled& compiled, const files::Trajectories& trajectories, const std::string& own,
+                   const std::string& name, double value) {
+  model::Selection selection = compiled.options.selection;
+  selection.overrides[name] = fmt::format("{}", value);
+  DiagnosticSink ignored;
+  const std::optional<model::Problem> other = model::from_ast(compiled.ast, selection, ignored);
+  return other && text_without_values(*other, trajectories) == own;
+}
+
+}  // namespace
+
+/// A parameter may stand where the compiler needs its number: in a seed, an extent. Another value then makes another
+/// scene.
+bool runs_are_of_this_scene(const TrainingScene& scene, const files::Trajectories& trajectories, SourceRange where,
+                            DiagnosticSink& sink) {
+  const driver::Compiled& compiled = *scene.compiled;
+  const std::string own = text_without_values(*compiled.problem, trajectories);
+  for (std::size_t p = 0; p < trajectories.params.size(); ++p) {
+    const std::string& name = trajectories.params[p];
+    const std::vector<double> values = values_to_try(
+        trajectories, p, std::ranges::find(compiled.problem->params, name, &model::Parameter::name)->value);
+    if (std::ranges::all_of(values,
+                            [&](double value) { return is_same_scene(compiled, trajectories, own, name, value); }))
+      continue;
+    sink.report("bad-array-file", where,
+                {trajectories.path,
+                 fmt::format("its runs differ in {}, of which scene {} makes more than a value, as a seed or an extent",
+                             name, compiled.problem->scene)},
+                "what differs from run to run must be able to change between two windows");
+    return false;
+  }
+  return true;
+}
+
+std::unique_ptr<TrainingScene> TrainingScene::open(const SourceFile& source,
+                                                   std::shared_ptr<const driver::Compiled> compiled,
+                                                   DiagnosticSink& sink) {
+  const model::Problem& problem = *compiled->problem;
+  const auto datum = std::ranges::find_if(problem.task->data, &model::Datum::trajectories);
+  std::optional<files::Trajectories> trajectories =
+      files::load_trajectories(problem, datum->file, source, datum->origin.range, sink);
+  if (!trajectories) return nullptr;
+  std::unique_ptr<TrainingScene> scene =
+      open_on(source, std::move(compiled), std::move(*trajectories), datum->origin.range, sink);
+  if (!scene) return nullptr;
+  const int steps = scene->steps(), every = scene->trajectories.every;
+  if (steps % every != 0) {
+    sink.report(
+        "bad-array-file", datum->origin.range,
+        {scene->trajectories.path,
+         fmt::format("its frames are {} steps apart, and {} steps of the loss are no multiple of that", every, steps)});
+    return nullptr;
+  }
+  if (scene->starts(steps) < 1) {
+    sink.report(
+        "bad-array-file", datum->origin.range,
+        {scene->trajectories.path, fmt::format("its {} frames, {} steps apart, are too few for windows of {} steps",
+                                               scene->trajectories.frame_count(), every, steps)});
+    return nullptr;
+  }
+  return scene;
+}
+
+std::unique_ptr<TrainingScene> TrainingScene::open_on(const SourceFile& source,
+                                                      std::shared_ptr<const driver::Compiled> compiled,
+                                                      files::Trajectories on, SourceRange where, DiagnosticSink& sink) {
+  const model::Problem& problem = *compiled->problem;
+  auto scene = std::make_unique<TrainingScene>();
+  if (!has_histories(problem, on, where, sink)) return nullptr;
+  scene->trajectories = std::move(on);
+  scene->own_step = problem.step;
+  const auto take = [&](auto& to, const std::string& name, const model::Placement& placement,
+                        const model::Source& from) {
+    if (from.formula || from.file.empty()) return;
+    std::optional<std::vector<double>> values =
+        files::load_array(from, source, model::axes_at(problem.axes, placement), problem.scheme.real, sink);
+    if (values) to.emplace_back(name, std::move(*values));
+  };
+  for (const model::State& state : problem.states) {
+    const bool is_there = std::ranges::find(scene->trajectories.states, state.name) != scene->trajectories.states.end();
+    if (!is_there) take(scene->given_states, state.name, state.placement, state.initial);
+  }
+  for (const model::Coefficient& coefficient : problem.coefficients) {
+    const model::Unknown* unknown = problem.find_unknown(coefficient);
+    take(scene->given_fields, coefficient.name, coefficient.placement,
+         unknown != nullptr ? unknown->from : coefficient.value);
+  }
+  if (sink.has_errors()) return nullptr;
+  scene->given_hash = files::hash_of_files(problem, source);
+  scene->compiled = compiled;
+  if (!runs_are_of_this_scene(*scene, scene->trajectories, where, sink)) return nullptr;
+  scene->table = driver::SceneTable::make(std::move(compiled), source, {}, sink);
+  return scene->table ? std::move(scene) : nullptr;
+}
+
+int TrainingScene::starts(int steps) const {
+  return trajectories.frame_count() - (table->scene().datum_count > 0 ? steps / trajectories.every : 0);
+}
+
+void TrainingScene::give(Simulation& simulation) const {
+  for (const auto& [name, values] : given_states) simulation.set_initial(name, values);
+  for (const auto& [name, values] : given_fields) simulation.set_field(name, values);
+}
+
+void TrainingScene::begin(Simulation& simulation, const files::Trajectories& from, const Window& window) const {
+  simulation.begin_at(from.times[static_cast<std::size_t>(window.frame)]);
+  const files::Trajectories::Run& run = from.runs[static_cast<std::size_t>(window.run)];
+  for (std::size_t p = 0; p < from.params.size(); ++p) simulation.set(from.params[p], run.params[p]);
+  for (const std::string& state : from.states)
+    simulation.set_initial(state, from.frames(window.run, state, window.frame));
+}
+
+}  // namespace dpde::training

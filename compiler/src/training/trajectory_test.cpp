@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "training/trajectory_test.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dpde/runtime/team.h"
+#include "support/assert.h"
+
+namespace dpde::training {
+
+namespace {
+
+using Runs = std::vector<std::vector<double>>;
+using Visit = std::function<std::vector<double>(Roller&, int run)>;
+
+/// `visit` of every run, on all threads.
+Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& x,
+               const BatchOptions& options, const Visit& visit) {
+  const auto runs = static_cast<std::int64_t>(on.runs.size());
+  std::deque<Roller> rollers;
+  for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
+    rollers.emplace_back(scene, on, x, options);
+  Runs values(on.runs.size());
+  Team(static_cast<int>(rollers.size())).run(runs, [&](std::int64_t run, int thread) {
+    values[static_cast<std::size_t>(run)] = visit(rollers[static_cast<std::size_t>(thread)], static_cast<int>(run));
+  });
+  return values;
+}
+
+bool fits(const model::Test& test, const files::Trajectories& on, DiagnosticSink& sink) {
+  if (test.when.count % on.every == 0 && test.when.count / on.every < on.frame_count()) return true;
+  sink.report("bad-array-file", test.on_origin.range,
+              {on.path, fmt::format("its {} frames, {} steps apart, do not reach exactly {} steps from the first",
+                                    on.frame_count(), on.every, test.when.count)},
+              fmt::format("it reaches {} steps", (on.frame_count() - 1) * on.every));
+  return false;
+}
+
+const char* word_for(model::Test::Kind kind) {
+  switch (kind) {
+    case model::Test::Kind::number: return "test";
+    case model::Test::Kind::statistic: return "statistic";
+    case model::Test::Kind::spectrum: return "spectrum";
+    case model::Test::Kind::correlation: return "correlation";
+  }
+  unreachable("kind of test");
+}
+
+/// What is asked of the data needs all of the scene's fields that it may read there.
+bool has_states(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on,
+                DiagnosticSink& sink) {
+  if (test.kind == model::Test::Kind::number) return true;
+  const dpde_program& program = *scene.compiled->program(scene.compiled->names.tests.at(test.quantity.name));
+  for (const model::State& state : scene.compiled->problem->states) {
+    const bool is_read = std::ranges::any_of(std::span(program.fields, static_cast<std::size_t>(program.field_count)),
+                                             [&](const char* field) { return state.name == field; });
+    if (!is_read || std::ranges::find(on.states, state.name) != on.states.end()) continue;
+    sink.report("bad-array-file", test.on_origin.range,
+                {on.path, fmt::format("it has no {}, of which {} {} is to be compared", state.name, word_for(test.kind),
+                                      test.quantity.name)},
+                fmt::format("it has {}", fmt::join(on.states, ", ")));
+    return false;
+  }
+  return true;
+}
+
+std::optional<files::Trajectories> load_test(const TrainingScene& scene, const model::Test& test,
+                                             const SourceFile& source, DiagnosticSink& sink) {
+  std::optional<files::Trajectories> on =
+      files::load_trajectories(*scene.compiled->problem, test.on, source, test.on_origin.range, sink);
+  if (!on || !fits(test, *on, sink) || !runs_are_of_this_scene(scene, *on, test.on_origin.range, sink))
+    return std::nullopt;
+  return on;
+}
+
+TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, const std::string& file,
+                        const files::Trajectories& on, const UnknownValues& values, const BatchOptions& options) {
+  const model::Problem& problem = *scene.compiled->problem;
+  TrajectoryTest result{test.quantity.name, problem.scene, file, test.kind, {}, {}, {}, !problem.networks.empty()};
+  result.threshold = test.threshold;
+  result.runs = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.roll(test, run); });
+  const bool has_data = test.kind == model::Test::Kind::statistic || test.kind == model::Test::Kind::spectrum;
+  if (has_data)
+    result.data =
+        over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
+  for (int k = 1; k <= frames_of(test, scene, on); ++k)
+    result.times.push_back(on.times[static_cast<std::size_t>(k)] - on.times[0]);
+  if (test.kind != model::Test::Kind::spectrum) return result;
+  const Spectrum spectrum(problem.axes);
+  result.last_resolved = spectrum.last_resolved();
+  result.unit = spectrum.unit();
+  result.noise = noise_of(problem.scheme.real);
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> TrajectoryTest::means_of(const Runs& runs) {
+  std::vector<double> result;
+  for (const std::vector<double>& run : runs) {
+    double sum = 0;
+    for (const double value : run) sum += value;
+    result.push_back(sum / static_cast<double>(run.size()));
+  }
+  return result;
+}
+
+std::vector<double> TrajectoryTest::course_of(const Runs& runs) {
+  std::vector<double> result(runs.empty() ? 0 : runs[0].size());
+  for (const std::vector<double>& run : runs) {
+    for (std::size_t k = 0; k < run.size(); ++k) result[k] += run[k] / static_cast<double>(runs.size());
+  }
+  return result;
+}
+
+std::vector<double> TrajectoryTest::deviations_of(const Runs& runs) {
+  std::vector<double> result;
+  for (const std::vector<double>& run : runs) result.push_back(mean_and_spread(run).spread);
+  return result;
+}
+
+MeanAndSpread mean_and_spread(const std::vector<double>& values) {
+  const auto count = static_cast<double>(values.size());
+  MeanAndSpread result;
+  for (const double value : values) result.mean += value / count;
+  if (values.size() < 2) return result;
+  if (!std::isfinite(result.mean)) return {result.mean, std::numeric_limits<double>::quiet_NaN()};
+  for (const double value : values) result.spread += (value - result.mean) * (value - result.mean) / (count - 1);
+  result.spread = std::sqrt(result.spread);
+  return result;
+}
+
+namespace {
+
+/// Not a number where one is none.
+double least(const std::vector<double>& values) {
+  double least = values.front();
+  for (const double value : values) least = std::isnan(value) || value < least ? value : least;
+  return least;
+}
+
+double interval_of(const TrainingScene& scene, const files::Trajectories& on) {
+  return on.every * scene.compiled->problem->step;
+}
+
+/// A statistic needs its fields, a course the same times.
+bool check_beside(const model::Test& test, double interval, const model::Test::Beside& beside,
+                  const TrainingScene& scene, DiagnosticSink& sink) {
+  const double own = interval_of(scene, scene.trajectories);
+  if (std::abs(own - interval) <= 1e-6 * interval) return has_states(test, scene, scene.trajectories, sink);
+  sink.report("bad-array-file", beside.origin.range,
+              {scene.trajectories.path,
+               fmt::format("its frames are {:.6g} apart, those of {}, which the task's own scene is tested on, {:.6g}",
+                           own, test.on, interval)});
+  return false;
+}
+
+}  // namespace
+
+std::unique_ptr<TestScenes> TestScenes::open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink) {
+  std::vector<double> intervals;
+  for (const std::vector<model::Test>* tests : {&own.task().tests, &own.task().growths}) {
+    for (const model::Test& test : *tests) {
+      const std::optional<files::Trajectories> on = load_test(own, test, source, sink);
+      if (!on || !has_states(test, own, *on, sink)) return nullptr;
+      intervals.push_back(interval_of(own, *on));
+    }
+  }
+  std::unique_ptr<TestScenes> scenes(new TestScenes{own, source, BesideScenes::open(own, source, sink), {}});
+  if (!scenes->beside) return nullptr;
+  for (std::size_t i = 0; i < own.task().tests.size(); ++i) {
+    const model::Test& test = own.task().tests[i];
+    for (const model::Test::Beside& beside : test.beside) {
+      if (!check_beside(test, intervals[i], beside, scenes->beside->scene(beside), sink)) return nullptr;
+    }
+  }
+  const auto add = [&](const std::string& scene) {
+    std::unique_ptr<GrowthScene>& growth = scenes->growths[scene];
+    if (!growth) growth = GrowthScene::open(*own.compiled, scene, source, sink);
+    return growth != nullptr;
+  };
+  for (const model::Test& growth : own.task().growths) {
+    if (!add(own.compiled->problem->scene)) return nullptr;
+    for (const model::Test::Beside& beside : growth.beside) {
+      if (!add(beside.scene)) return nullptr;
+    }
+  }
+  return scenes;
+}
+
+std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                  const BatchOptions& options, DiagnosticSink& sink) {
+  std::vector<TrajectoryTest> results;
+  for (const model::Test& test : scenes.own.task().tests) {
+    const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
+    if (!on) return {};
+    results.push_back(roll_out(test, scenes.own, test.on, *on, values, options));
+  }
+  return results;
+}
+
+std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                      const BatchOptions& options) {
+  std::vector<std::vector<TrajectoryTest>> results;
+  for (const model::Test& test : scenes.own.task().tests) {
+    std::vector<TrajectoryTest>& all = results.emplace_back();
+    for (const model::Test::Beside& beside : test.beside) {
+      const TrainingScene& scene = scenes.beside->scene(beside);
+      all.push_back(roll_out(test, scene, beside.on, scene.trajectories, values, options));
+    }
+  }
+  return results;
+}
+
+std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink) {
+  constexpr int repeats = 5;
+  constexpr double at_least = 0.02;  // seconds of one measurement
+  std::vector<std::vector<double>> costs;
+  for (const model::Test& test : scenes.own.task().tests) {
+    std::vector<double>& all = costs.emplace_back();
+    if (test.beside.empty() || test.kind != model::Test::Kind::number) continue;
+    const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
+    if (!on) return {};
+    std::deque<Roller> rollers;
+    rollers.emplace_back(scenes.own, *on, values, options);
+    for (const model::Test::Beside& beside : test.beside) {
+      const TrainingScene& scene = scenes.beside->scene(beside);
+      rollers.emplace_back(scene, scene.trajectories, values, options);
+    }
+    std::vector<std::vector<double>> measured(rollers.size());
+    for (int r = 0; r < repeats; ++r) {  // in turn: what slows the machine down for a while slows all of them
+      for (std::size_t s = 0; s < rollers.size(); ++s) measured[s].push_back(rollers[s].cost(test, at_least));
+    }
+    for (const std::vector<double>& each : measured) all.push_back(least(each));
+  }
+  return costs;
+}
+
+std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink) {
+  std::vector<GrowthTest> results;
+  const std::string& name = scenes.own.compiled->problem->scene;
+  for (const model::Test& growth : scenes.own.task().growths) {
+    const std::optional<files::Trajectories> on = load_test(scenes.own, growth, scenes.source, sink);
+    if (!on) return {};
+    results.push_back({growth.quantity.name, name, growth.on,
+                       scenes.growths.at(name)->rates(*on, growth.when.count, values, options)});
+  }
+  return results;
+}
+
+std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                    const BatchOptions& options) {
+  std::vector<std::vector<GrowthTest>> results;
+  for (const model::Test& growth : scenes.own.task().growths) {
+    std::vector<GrowthTest>& all = results.emplace_back();
+    for (const model::Test::Beside& beside : growth.beside) {
+      const TrainingScene& scene = scenes.beside->scene(beside);
+      UnknownValues learnt;  // it has parameters of its own
+      for (const network::Network& network : scene.compiled->problem->networks) {
+        if (values.contains(network.name)) learnt[network.name] = values.at(network.name);
+      }
+      const auto steps =
+          static_cast<int>(std::lround(growth.when.count * scene.own_step / scene.compiled->problem->step));
+      all.push_back({growth.quantity.name, beside.scene, beside.on,
+                     scenes.growths.at(beside.scene)->rates(scene.trajectories, steps, learnt, options)});
+    }
+  }
+  return results;
+}
+
+}  // namespace dpde::training

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// A task's tests, statistics and rates of growth on trajectories: the scene runs from the first frame of each run,
+// other scenes beside it, and a quantity tells at every frame behind it how far it has gone astray.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "training/beside.h"
+#include "training/growth.h"
+#include "training/roller.h"
+
+namespace dpde::training {
+
+struct TrajectoryTest {
+  std::string name, scene, file;
+  model::Test::Kind kind = model::Test::Kind::number;
+  std::vector<double> times;  // since the first frame
+  std::vector<std::vector<double>>
+      runs;  // the quantity of each run at each of these times; infinite from where a run has blown up
+  std::vector<std::vector<double>> data;  // of a statistic: the quantity of the data themselves
+  bool has_network = false;               // the scene
+  // Of a spectrum, whose `runs` and `data` are the energies of its shells:
+  std::size_t last_resolved = 0;  // shell
+  double unit = 0, noise = 0;     // wave number of shell 1; see distance()
+  double threshold = 0;           // of a correlation
+
+  /// Over the times, of each run; and over the runs, at each time.
+  std::vector<double> means() const { return means_of(runs); }
+  std::vector<double> course() const { return course_of(runs); }
+  static std::vector<double> means_of(const std::vector<std::vector<double>>& runs);
+  static std::vector<double> course_of(const std::vector<std::vector<double>>& runs);
+  /// Over the times, of each run.
+  static std::vector<double> deviations_of(const std::vector<std::vector<double>>& runs);
+};
+
+struct GrowthTest {
+  std::string name, scene, file;
+  std::vector<double> rates;  // of each run
+};
+
+struct MeanAndSpread {
+  double mean = 0, spread = 0;  // the standard deviation, of a sample; 0 of a single number
+};
+MeanAndSpread mean_and_spread(const std::vector<double>& values);
+
+/// What tests need beside the task's scene, and the scenes that have the tangents of their steps.
+struct TestScenes {
+  const TrainingScene& own;
+  const SourceFile& source;
+  std::unique_ptr<BesideScenes> beside;
+  std::map<std::string, std::unique_ptr<GrowthScene>> growths;  // by name; none where no rate of growth is asked for
+
+  /// null after errors, before a long training begins: files that do not fit, scenes that do not compile.
+  static std::unique_ptr<TestScenes> open(const TrainingScene& own, const SourceFile& source, DiagnosticSink& sink);
+};
+
+/// All tests and statistics, of the task's scene. Reports what is wrong with their files, which may have changed.
+std::vector<TrajectoryTest> tests_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                  const BatchOptions& options, DiagnosticSink& sink);
+/// Of the scenes beside: by test, in the order of its line.
+std::vector<std::vector<TrajectoryTest>> tests_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                      const BatchOptions& options);
+/// Seconds that a processor works for a unit of time, of the task's scene and then of those beside, one thread each:
+/// the least of several measurements in turn. By test, empty of a test with nothing beside it.
+std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink);
+
+std::vector<GrowthTest> growths_on_trajectories(const TestScenes& scenes, const UnknownValues& values,
+                                                const BatchOptions& options, DiagnosticSink& sink);
+std::vector<std::vector<GrowthTest>> growths_beside(const TestScenes& scenes, const UnknownValues& values,
+                                                    const BatchOptions& options);
+
+}  // namespace dpde::training

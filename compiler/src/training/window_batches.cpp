@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "training/window_batches.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dpde/runtime/error.h"
+#include "dpde/runtime/random.h"
+#include "driver/storage.h"
+
+namespace dpde::training {
+
+namespace {
+
+Values values_in(const Eigen::VectorXd& x) { return {x.data(), static_cast<std::size_t>(x.size())}; }
+
+}  // namespace
+
+/// The scene's table with another number of steps: everything else in it holds for runs of any length.
+WindowBatches::WindowBatches(const TrainingScene& scene, int steps, int largest_batch, const BatchOptions& options)
+    : from_(scene), steps_(steps), scale_(1), scene_(scene.table->scene()), is_timed_(options.is_timed) {
+  const int every = scene.trajectories.every;
+  for (int k = every; k <= steps; k += every) at_.push_back(k);
+  const auto count = static_cast<std::int32_t>(at_.size());
+  scale_ = static_cast<double>(scene.steps()) / static_cast<double>(at_.size());
+  losses_.assign(scene_.losses, scene_.losses + scene_.loss_count);
+  for (dpde_loss& loss : losses_) loss.at = {count, at_.data()};
+  data_.assign(scene_.data, scene_.data + scene_.datum_count);
+  for (dpde_datum& datum : data_) datum.at = count == 1 ? dpde_instants{0, nullptr} : dpde_instants{count, at_.data()};
+  scene_.steps = steps;
+  scene_.losses = losses_.data();
+  scene_.data = data_.data();
+  const int threads = std::clamp(options.threads, 1, std::max(largest_batch, 1));
+  team_ = Team(threads);
+  SimulationOptions each;
+  each.checkpoint_bytes = driver::budget_of_states({threads, options.checkpoint_bytes, ""}) / threads;
+  if (!options.stores_states) each.slots = 1;
+  each.cut = options.cut;
+  each.stop = options.stop;
+  busy_.resize(static_cast<std::size_t>(threads));
+  for (int t = 0; t < threads; ++t) {
+    seconds_.emplace_back();
+    each.seconds = is_timed_ ? &seconds_.back() : nullptr;
+    simulations_.emplace_back(scene_, each, scene.table);
+    scene.give(simulations_.back());
+  }
+}
+
+WindowBatches::~WindowBatches() = default;
+
+Eigen::VectorXd WindowBatches::unknown_values() {
+  const std::vector<double> values = simulations_.front().unknown_values();
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::vector<UnknownPart> WindowBatches::parts() {
+  std::vector<UnknownPart> all;
+  Eigen::Index offset = 0;
+  for (const dpde_unknown& unknown : std::span(scene_.unknowns, static_cast<std::size_t>(scene_.unknown_count))) {
+    const auto size = static_cast<Eigen::Index>(simulations_.front().value_of(unknown.name).size());
+    all.push_back({unknown.name, unknown.kind, unknown.low, unknown.high, offset, size});
+    offset += size;
+  }
+  return all;
+}
+
+void WindowBatches::begin(Simulation& simulation, const Eigen::VectorXd& x, const Window& window,
+                          const StartNoise& noise, std::uint64_t number) {
+  const files::Trajectories& trajectories = from_.trajectories;
+  from_.begin(simulation, trajectories, window);
+  simulation.set_unknowns(values_in(x));
+  for (std::size_t s = 0; s < noise.deviations.size(); ++s) {
+    const std::span<const double> frame = trajectories.frames(window.run, trajectories.states[s], window.frame);
+    std::vector<double> start(frame.begin(), frame.end());
+    for (std::size_t i = 0; i < start.size(); ++i)
+      start[i] += noise.deviations[s] * normal(noise.seed, i * noise.deviations.size() + s, noise.stream + number);
+    simulation.set_initial(trajectories.states[s], start);
+  }
+  for (const dpde_datum& datum : data_) {
+    const auto declared = std::ranges::find(from_.task().data, datum.name, &model::Datum::name);
+    simulation.set_field(datum.name, trajectories.frames(window.run, declared->variable, window.frame + 1,
+                                                         static_cast<int>(at_.size())));
+  }
+}
+
+void WindowBatches::for_each(const Eigen::VectorXd& x, std::span<const Window> windows, const StartNoise& noise,
+                             std::size_t first, const Work& work) {
+  const Stopwatch whole(is_timed_ ? &region_ : nullptr);
+  team_.run(static_cast<std::int64_t>(windows.size()), [&](std::int64_t i, int t) {
+    const auto number = static_cast<std::size_t>(i), thread = static_cast<std::size_t>(t);
+    const Stopwatch busy(is_timed_ ? &busy_[thread] : nullptr);
+    begin(simulations_[thread], x, windows[number], noise, first + number);
+    work(simulations_[thread], number);
+  });
+}
+
+namespace {
+
+/// A run that blows up has no loss; the training names the window.
+double finite_or_nan(const std::function<double()>& loss) {
+  try {
+    return loss();
+  } catch (const NotFinite&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+}  // namespace
+
+/// Many windows go some at a time, so that not all their gradients are there at once.
+WindowBatches::Result WindowBatches::over(const Eigen::VectorXd& x, std::span<const Window> windows,
+                                          const StartNoise& noise, Eigen::VectorXd* gradient) {
+  constexpr std::size_t at_once = 64;
+  const std::size_t most = std::min(windows.size(), at_once);
+  std::vector<double> losses(most);
+  Result result;
+  if (gradient != nullptr) gradient->setZero(x.size());
+  if (gradient != nullptr) gradients_.resize(std::max(gradients_.size(), most));
+  for (std::size_t first = 0; first < windows.size(); first += at_once) {
+    const std::size_t count = std::min(windows.size() - first, at_once);
+    for_each(x, windows.subspan(first, count), noise, first, [&](Simulation& simulation, std::size_t i) {
+      losses[i] = finite_or_nan([&] { return gradient != nullptr ? simulation.gradient() : simulation.loss(); });
+      if (gradient != nullptr)
+        gradients_[i] = Eigen::Map<const Eigen::VectorXd>(simulation.gradient_vector().data(), x.size());
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      result.loss += losses[i];
+      if (gradient != nullptr) *gradient += gradients_[i];
+      const bool fine = std::isfinite(losses[i]) && (gradient == nullptr || gradients_[i].allFinite());
+      if (!fine && !result.bad) result.bad = first + i;
+    }
+    if (result.bad) break;
+  }
+  const double factor = scale_ / static_cast<double>(windows.size());
+  result.loss *= factor;
+  if (gradient != nullptr) *gradient *= factor;
+  return result;
+}
+
+BatchSeconds WindowBatches::take_seconds() {
+  BatchSeconds all;
+  all.waiting = region_ * static_cast<double>(threads());
+  for (std::size_t t = 0; t < threads(); ++t) {
+    all.gradients += seconds_[t];
+    all.waiting -= busy_[t];
+    seconds_[t] = {};
+    busy_[t] = 0;
+  }
+  region_ = 0;
+  return all;
+}
+
+WindowBatches::Result WindowBatches::gradient(const Eigen::VectorXd& x, std::span<const Window> windows,
+                                              const StartNoise& noise, Eigen::VectorXd& gradient) {
+  return over(x, windows, noise, &gradient);
+}
+
+WindowBatches::Result WindowBatches::loss(const Eigen::VectorXd& x, std::span<const Window> windows) {
+  return over(x, windows, {}, nullptr);
+}
+
+std::string WindowBatches::why_not_finite(const Eigen::VectorXd& x, const Window& window) {
+  Simulation& simulation = simulations_.front();
+  try {
+    begin(simulation, x, window, {}, 0);
+    simulation.reset();
+    for (int k = 0; k < steps_ && simulation.run_to(simulation.time() + simulation.time_step()); ++k) {
+    }
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace dpde::training
