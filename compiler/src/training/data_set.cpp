@@ -70,9 +70,8 @@ std::unique_ptr<DataSetMaker> DataSetMaker::open(const SourceFile& source, model
 }
 
 /// The scene of a run, with its parameters set as --set would.
-std::shared_ptr<const driver::Compiled> DataSetMaker::compile_run(int run,
-                                                                  const std::map<std::string, std::string>& more,
-                                                                  DiagnosticSink& sink) const {
+DataSetMaker::Shared DataSetMaker::compile_run(int run, const std::map<std::string, std::string>& more,
+                                               DiagnosticSink& sink) const {
   driver::CompileOptions compile_options;
   compile_options.selection = options_.selection;
   compile_options.selection.name = set_.scene;
@@ -100,8 +99,7 @@ std::unique_ptr<driver::Session> DataSetMaker::open_run(int run, const std::map<
 }
 
 /// The scene on the grid of the frames; null where it cannot be there, as with files of its own grid.
-std::shared_ptr<const driver::Compiled> DataSetMaker::compile_stored(
-    int run, const std::shared_ptr<const driver::Compiled>& own) const {
+DataSetMaker::Shared DataSetMaker::compile_stored(int run, Shared own) const {
   if (set_.coarsen == 1) return own;
   std::map<std::string, std::string> more;
   for (const model::Axis& axis : session_->axes())

@@ -68,14 +68,13 @@ class DataSetMaker {
   struct Making;
   void make_run(int run, Making& all) const;
   bool plan_frames(DiagnosticSink& sink);
-  std::shared_ptr<const driver::Compiled> compile_run(int run, const std::map<std::string, std::string>& more,
-                                                      DiagnosticSink& sink) const;
+  using Shared = std::shared_ptr<const driver::Compiled>;
+  Shared compile_run(int run, const std::map<std::string, std::string>& more, DiagnosticSink& sink) const;
   std::unique_ptr<driver::Session> session_of(std::shared_ptr<const driver::Compiled> compiled,
                                               const std::atomic<bool>* stop, DiagnosticSink& sink) const;
   std::unique_ptr<driver::Session> open_run(int run, const std::map<std::string, std::string>& more,
                                             DiagnosticSink& sink) const;
-  std::shared_ptr<const driver::Compiled> compile_stored(int run,
-                                                         const std::shared_ptr<const driver::Compiled>& own) const;
+  Shared compile_stored(int run, Shared own) const;
   void add_residuals(std::shared_ptr<const driver::Compiled> stored, DataRun& data) const;
   bool is_like_first(driver::Session& session, DiagnosticSink& sink) const;
   bool frames_of(driver::Session& session, int first, int every, int count, DataRun& to, DiagnosticSink& sink) const;
