@@ -19,8 +19,10 @@ function(run)
 endfunction()
 
 set(flags "")
-if(SANITIZE)
+if(SANITIZE STREQUAL address)
   set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=address,undefined -fno-sanitize-recover=undefined")
+elseif(SANITIZE)
+  set(flags "-DCMAKE_CXX_FLAGS=-fsanitize=${SANITIZE}")
 endif()
 run(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
 run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/dsl-examples/hosts -B ${work}/build -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX}

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "analysis/certificate.h"
+#include "driver/blow_up.h"
 #include "driver/cost.h"
 #include "driver/driver_support.h"
 #include "driver/inverse.h"

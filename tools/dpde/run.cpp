@@ -63,7 +63,7 @@ Json Run::operator()() {
   if (!open()) return result;
   record_ = std::make_unique<Record>(*session_, options_.every, !options_.out.empty());
   if (!prepare_checkpoints() || !step()) return result;
-  if (!outcome_.blow_up) driver::report_growth(*session_, job_.sink());
+  if (!outcome_.blow_up) driver::report_instabilities(*session_, job_.sink());
   report(result);
   show_curve();
   write_files();

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include "analysis/instability.h"
+#include "driver/blow_up.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
@@ -121,7 +122,7 @@ std::string certificate_text(const TaskRun& run) {
 void warn_of_growth(Job& job, TaskRun& run, const Eigen::VectorXd& x) {
   run.inverse->assign(x);
   const RunResult done = run.session->rollout().run();
-  if (!done.stopped && !done.blow_up) driver::report_growth(*run.session, job.sink());
+  if (!done.stopped && !done.blow_up) driver::report_instabilities(*run.session, job.sink());
 }
 
 std::string help_at_start(const TaskRun& run, bool has_loss) {

@@ -11,6 +11,7 @@
 #include "adjoint/rounding_between.h"
 #include "analysis/generic_point.h"
 #include "analysis/quick_certificate.h"
+#include "driver/blow_up.h"
 #include "driver/inverse.h"
 #include "network/symmetrise.h"
 #include "stencil/build.h"
@@ -62,7 +63,7 @@ double most_rounding(double epsilon, double size) { return 1e7 * epsilon * size;
 std::string why_rounding_grows(driver::Session& session, const char* in) {
   constexpr double suspicious = 1e3;
   if (session.rollout().run().blow_up) return fmt::format("{} is not finite", in);
-  const std::vector<driver::Growth> growths = driver::growth_of(session, suspicious);
+  const std::vector<driver::Instability> growths = driver::instabilities_of(session, suspicious);
   return growths.empty() ? ""
                          : fmt::format("{} is not stable: {} grows from {:.3g} to {:.3g}", in, growths[0].state,
                                        growths[0].before, growths[0].after);
@@ -287,7 +288,7 @@ bool add_taylor(const SourceFile& source, const std::shared_ptr<const driver::Co
     certificate.quotients = quotients_along(along, {slope, largest_dot_error * scale});
   }
   inverse->assign(point.x);
-  if (session->rollout().run().blow_up || !driver::growth_of(*session).empty()) {
+  if (session->rollout().run().blow_up || !driver::instabilities_of(*session).empty()) {
     certificate.only_rounding = false;
     certificate.quotients.reset();
     certificate.note =

@@ -11,6 +11,7 @@
 #include <set>
 #include <span>
 
+#include "driver/blow_up.h"
 #include "files/array_file.h"
 #include "files/trajectories.h"
 #include "files/weights.h"
@@ -152,7 +153,7 @@ bool run_other_scene(Session& session, const model::Datum& datum, const std::vec
                 fmt::format("dpde run {} {} shows where", source.path(), datum.scene));
     return false;
   }
-  report_growth(*other, sink);
+  report_instabilities(*other, sink);
   return true;
 }
 

@@ -110,19 +110,7 @@ class Session {
   std::string tuning_;  // of the rollout, as it was found in the cache
 };
 
-/// A state that ended the last run `suspicious` times above where it began, and goes on so: finite, but not stable.
-struct Growth {
-  std::string state;
-  double before = 0, after = 0;  // largest magnitudes
-};
-std::vector<Growth> growth_of(Session& session, double suspicious = 1e8);
-/// A warning for each, at the equation of the field.
-void report_growth(Session& session, DiagnosticSink& sink);
-
 /// What `error` says as a diagnostic: input, run or machine.
 void report_error(const std::exception& error, DiagnosticSink& sink);
-
-/// A blown-up run in the user's words, at the equation of the field.
-void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink);
 
 }  // namespace dpde::driver

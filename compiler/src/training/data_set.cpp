@@ -10,6 +10,7 @@
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/team.h"
+#include "driver/blow_up.h"
 #include "driver/cpu_time.h"
 #include "driver/data.h"
 #include "files/evaluation_log.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "training/roller.h"
+#include "training/trajectory_evaluator.h"
 
 namespace dpde::training {
 

@@ -16,18 +16,18 @@ namespace dpde::training {
 namespace {
 
 using Runs = std::vector<std::vector<double>>;
-using Visit = std::function<std::vector<double>(Roller&, int run)>;
+using Visit = std::function<std::vector<double>(TrajectoryEvaluator&, int run)>;
 
 /// `visit` of every run, on all threads.
 Runs over_runs(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& x,
                const BatchOptions& options, const Visit& visit) {
   const auto runs = static_cast<std::int64_t>(on.runs.size());
-  std::deque<Roller> rollers;
+  std::deque<TrajectoryEvaluator> evaluators;
   for (std::int64_t t = 0; t < std::clamp<std::int64_t>(options.threads, 1, runs); ++t)
-    rollers.emplace_back(scene, on, x, options);
+    evaluators.emplace_back(scene, on, x, options);
   Runs values(on.runs.size());
-  Team(static_cast<int>(rollers.size())).run(runs, [&](std::int64_t run, int thread) {
-    values[static_cast<std::size_t>(run)] = visit(rollers[static_cast<std::size_t>(thread)], static_cast<int>(run));
+  Team(static_cast<int>(evaluators.size())).run(runs, [&](std::int64_t run, int thread) {
+    values[static_cast<std::size_t>(run)] = visit(evaluators[static_cast<std::size_t>(thread)], static_cast<int>(run));
   });
   return values;
 }
@@ -83,11 +83,12 @@ TrajectoryTest roll_out(const model::Test& test, const TrainingScene& scene, con
   const model::Problem& problem = *scene.compiled->problem;
   TrajectoryTest result{test.quantity.name, problem.scene, file, test.kind, {}, {}, {}, !problem.networks.empty()};
   result.threshold = test.threshold;
-  result.runs = over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.roll(test, run); });
+  result.runs = over_runs(scene, on, values, options,
+                          [&](TrajectoryEvaluator& evaluator, int run) { return evaluator.roll(test, run); });
   const bool has_data = test.kind == model::Test::Kind::statistic || test.kind == model::Test::Kind::spectrum;
   if (has_data)
-    result.data =
-        over_runs(scene, on, values, options, [&](Roller& roller, int run) { return roller.look_at_data(test, run); });
+    result.data = over_runs(scene, on, values, options,
+                            [&](TrajectoryEvaluator& evaluator, int run) { return evaluator.look_at_data(test, run); });
   for (int k = 1; k <= frames_of(test, scene, on); ++k)
     result.times.push_back(on.times[static_cast<std::size_t>(k)] - on.times[0]);
   if (test.kind != model::Test::Kind::spectrum) return result;
@@ -227,15 +228,15 @@ std::vector<std::vector<double>> costs_of_tests(const TestScenes& scenes, const 
     if (test.beside.empty() || test.kind != model::Test::Kind::number) continue;
     const std::optional<files::Trajectories> on = load_test(scenes.own, test, scenes.source, sink);
     if (!on) return {};
-    std::deque<Roller> rollers;
-    rollers.emplace_back(scenes.own, *on, values, options);
+    std::deque<TrajectoryEvaluator> evaluators;
+    evaluators.emplace_back(scenes.own, *on, values, options);
     for (const model::Test::Beside& beside : test.beside) {
       const TrainingScene& scene = scenes.beside->scene(beside);
-      rollers.emplace_back(scene, scene.trajectories, values, options);
+      evaluators.emplace_back(scene, scene.trajectories, values, options);
     }
-    std::vector<std::vector<double>> measured(rollers.size());
+    std::vector<std::vector<double>> measured(evaluators.size());
     for (int r = 0; r < repeats; ++r) {  // in turn: what slows the machine down for a while slows all of them
-      for (std::size_t s = 0; s < rollers.size(); ++s) measured[s].push_back(rollers[s].cost(test, at_least));
+      for (std::size_t s = 0; s < evaluators.size(); ++s) measured[s].push_back(evaluators[s].cost(test, at_least));
     }
     for (const std::vector<double>& each : measured) all.push_back(least(each));
   }

@@ -8,7 +8,7 @@
 
 #include "training/beside.h"
 #include "training/growth.h"
-#include "training/roller.h"
+#include "training/trajectory_evaluator.h"
 
 namespace dpde::training {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "training/roller.h"
+#include "training/trajectory_evaluator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +17,8 @@ UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::Vect
   return values;
 }
 
-Roller::Roller(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& values,
-               const BatchOptions& options)
+TrajectoryEvaluator::TrajectoryEvaluator(const TrainingScene& scene, const files::Trajectories& on,
+                                         const UnknownValues& values, const BatchOptions& options)
     : scene_(scene),
       on_(on),
       workspace_(driver::make_workspace(*scene.compiled->problem, *scene.compiled->code, {})),
@@ -34,7 +34,7 @@ int frames_of(const model::Test& test, const TrainingScene& scene, const files::
   return static_cast<int>(std::lround(test.when.count * scene.own_step / (on.every * scene.compiled->problem->step)));
 }
 
-void Roller::begin(int run) {
+void TrajectoryEvaluator::begin(int run) {
   scene_.begin(*simulation_, on_, {run, 0});
   if (!scene_.task().unknowns.empty()) {
     std::vector<double> all;
@@ -73,7 +73,7 @@ std::vector<double> over_frames(const model::Test& test, std::vector<double> val
 
 }  // namespace
 
-std::vector<double> Roller::roll(const model::Test& test, int run) {
+std::vector<double> TrajectoryEvaluator::roll(const model::Test& test, int run) {
   begin(run);
   take_values(run);
   std::vector<double> values = room_for(test, spectrum_);
@@ -88,7 +88,7 @@ std::vector<double> Roller::roll(const model::Test& test, int run) {
   return over_frames(test, std::move(values), frames_of(test));
 }
 
-std::vector<double> Roller::look_at_data(const model::Test& test, int run) {
+std::vector<double> TrajectoryEvaluator::look_at_data(const model::Test& test, int run) {
   begin(run);
   take_values(run);
   std::vector<double> values = room_for(test, spectrum_);
@@ -99,7 +99,7 @@ std::vector<double> Roller::look_at_data(const model::Test& test, int run) {
   return over_frames(test, std::move(values), frames_of(test));
 }
 
-double Roller::cost(const model::Test& test, double at_least) {
+double TrajectoryEvaluator::cost(const model::Test& test, double at_least) {
   const int steps = frames_of(test) * on_.every;
   double seconds = 0, time = 0;
   begin(0);
@@ -116,7 +116,7 @@ double Roller::cost(const model::Test& test, double at_least) {
 }
 
 /// Parameters, weights, and coefficients by their formulas or as they were found.
-void Roller::take_values(int run) {
+void TrajectoryEvaluator::take_values(int run) {
   for (const std::string& name : simulation_->params()) workspace_.set_param(name, simulation_->param(name));
   for (std::size_t p = 0; p < on_.params.size(); ++p)
     workspace_.set_param(on_.params[p], on_.runs[static_cast<std::size_t>(run)].params[p]);
@@ -133,7 +133,7 @@ void Roller::take_values(int run) {
 }
 
 /// False from where the run has blown up.
-bool Roller::go_on(int steps) {
+bool TrajectoryEvaluator::go_on(int steps) {
   try {
     return simulation_->run_to(simulation_->time() + steps * simulation_->time_step());
   } catch (const Error& error) {
@@ -142,12 +142,12 @@ bool Roller::go_on(int steps) {
   }
 }
 
-void Roller::take_data(int run, int frame) {
+void TrajectoryEvaluator::take_data(int run, int frame) {
   for (const std::string& state : on_.states) workspace_.set_dense(state, on_.frames(run, state, frame));
 }
 
 /// At the states that are there.
-void Roller::look(const model::Test& test, int run, int frame, std::vector<double>& values) {
+void TrajectoryEvaluator::look(const model::Test& test, int run, int frame, std::vector<double>& values) {
   for (const model::Datum& datum : scene_.task().data) {
     if (datum.trajectories) workspace_.set_dense(datum.name, on_.frames(run, datum.variable, frame));
   }
@@ -161,14 +161,14 @@ void Roller::look(const model::Test& test, int run, int frame, std::vector<doubl
   }
 }
 
-double Roller::number(const model::Test& test, int frame) {
+double TrajectoryEvaluator::number(const model::Test& test, int frame) {
   const std::map<std::string, double> sums =
       workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
   const auto value = sums.find(test.quantity.name);
   return value == sums.end() ? 0 : value->second;
 }
 
-Components Roller::fields(const model::Test& test, int frame) {
+Components TrajectoryEvaluator::fields(const model::Test& test, int frame) {
   workspace_.run(*scene_.compiled->program(name_of(test)), on_.times[static_cast<std::size_t>(frame)]);
   Components all;
   for (const std::string& field : scene_.compiled->stencil.find_program(name_of(test))->keeps)

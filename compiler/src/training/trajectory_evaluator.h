@@ -21,11 +21,11 @@ UnknownValues values_of(const std::vector<UnknownPart>& parts, const Eigen::Vect
 /// Steps of a test are those of the task's scene; other scenes have frames at the same times.
 int frames_of(const model::Test& test, const TrainingScene& scene, const files::Trajectories& on);
 
-class Roller {
+class TrajectoryEvaluator {
  public:
   /// Of `values` a scene takes what it has: the task's own all, another one the weights of networks that it calls too.
-  Roller(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& values,
-         const BatchOptions& options);
+  TrajectoryEvaluator(const TrainingScene& scene, const files::Trajectories& on, const UnknownValues& values,
+                      const BatchOptions& options);
 
   /// The test's quantity at the frames behind the first, infinite from where the run has blown up; of a correlation
   /// that with the data, 0 from there. Of a spectrum the energies of its shells, in the mean over these frames;

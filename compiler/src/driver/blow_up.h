@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs that leave all bounds: those that end with values that are not finite, and those that would.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driver/session.h"
+
+namespace dpde::driver {
+
+/// A state that ended the last run `suspicious` times above where it began, and goes on so: finite, but not stable.
+struct Instability {
+  std::string state;
+  double before = 0, after = 0;  // largest magnitudes
+};
+std::vector<Instability> instabilities_of(Session& session, double suspicious = 1e8);
+/// A warning for each, at the equation of the field.
+void report_instabilities(Session& session, DiagnosticSink& sink);
+
+/// A blown-up run in the user's words, at the equation of the field.
+void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink);
+
+}  // namespace dpde::driver
