@@ -128,8 +128,7 @@ class Readers {
 };
 
 bool asks_for_something(const model::Side& side) {
-  const bool is_slope = side.kind == SideKind::zero_gradient || side.kind == SideKind::gradient;
-  return !is_slope || !model::is_constant(side.value, 0);
+  return condition_of(side.kind).a != SideCondition::Part::zero || !model::is_constant(side.value, 0);
 }
 
 /// Where the condition is written.
@@ -192,7 +191,7 @@ bool is_sought(const model::Problem& problem, const model::State& state) {
 /// False where the state is known to begin with something else at the wall than the condition wants there.
 bool may_begin_with(const model::Problem& problem, const model::State& state, int axis, bool is_high,
                     const model::Side& side) {
-  if (side.kind != SideKind::value) return false;
+  if (!condition_of(side.kind).gives_value()) return false;
   if (!state.initial.formula || is_sought(problem, state)) return true;
   for (const double part : {0.1, 0.5, 0.8}) {  // along the wall
     WallPlace place{};
