@@ -132,6 +132,41 @@ std::vector<ProgramCase> program_cases() {
            "program p { fill u x periodic, y.low = gradient(1), y.high = mixed(1, 2, 0.2); fill v x periodic, "
            "y.low = mixed(2, 1, nu0), y.high = gradient(-1); run k; swap u, un; swap v, vn }",
        {{"u", "v"}, {"nu"}}},
+      {"straight lines",
+       1,
+       two_stages + "program p { fill u x = linear; fill kappa x.low = linear, x.high = zero_gradient; run s1; "
+                    "fill w x.low = mixed(1, 0.3, 0.1), x.high = linear; run s2; swap u, v }",
+       {{"u", "kappa"}, {"a"}}},
+      {"straight lines, wide", 1, wide + "program p { fill u x = linear; run k; swap u, v }", {{"u"}, {"c"}}},
+      {"straight lines 2-D",
+       2,
+       burgers_2d_kernel + "program p { fill u x periodic, y = linear; fill v x periodic, "
+                           "y.low = gradient(1), y.high = linear; run k; swap u, un; swap v, vn }",
+       {{"u", "v"}, {"nu"}}},
+      {"weights that vary beside straight lines",
+       2,
+       burgers_2d_kernel + "program p { fill u x.low = mixed(nu, 1, 0.3), x.high = linear, y = linear; fill v x = "
+                           "linear, y = mixed(1, nu, 0.2); run k; swap u, un; swap v, vn }",
+       {{"u", "v"}, {"nu"}}},
+      {"straight lines beyond a fold",
+       1,
+       "kernel k(u: field, out w: field, c: param) { w = c*u^2 }\n"
+       "program p { fill u x = linear; run k grow 2; fold w grow 2 x = linear; keep w }",
+       {{"u"}, {"c"}}},
+      {"straight lines on walls",
+       1,
+       walls_kernel + staggered_kernel +
+           "program p { run wall grow 2; fill e x = linear; fill u x.low = on_wall(linear), x.high = "
+           "on_wall(mixed(1, 0.4, wc)); run k; fill un x.low = on_wall(wc), x.high = on_wall(linear); swap e, en; swap "
+           "u, un }",
+       {{"e", "u"}, {"g"}}},
+      {"straight lines on nodes",
+       3,
+       node_kernels + "program p { run wall grow 1; fill w x.low = on_wall(linear), x.high = on_wall(0.3), y "
+                      "periodic, z = on_wall(linear); run k; "
+                      "fill q x = on_wall(linear), y periodic, z.low = on_wall(wc), z.high = on_wall(linear); run s; "
+                      "keep vn }",
+       {{"w", "q"}, {"c", "g"}}},
       {"values along a wall",
        1,
        walls_kernel + two_stages +

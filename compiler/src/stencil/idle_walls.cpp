@@ -131,6 +131,11 @@ bool asks_for_something(const model::Side& side) {
   return condition_of(side.kind).a != SideCondition::Part::zero || !model::is_constant(side.value, 0);
 }
 
+bool has_no_slope(const model::Side& side) {
+  const bool is_slope = side.kind == SideKind::zero_gradient || condition_of(side.kind).gives_slope();
+  return is_slope && model::is_constant(side.value, 0);
+}
+
 /// Where the condition is written.
 SourceRange range_of(const model::State& state, const model::Side& side) {
   const SourceRange range = side.value->origin.range;
@@ -231,7 +236,7 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
   }
   const std::string& holder = idle.holder->name;
   // Where the flux has no slope, what it carries stays as it is: an open end.
-  if (!asks_for_something(idle.of(*idle.holder)) && !varies(problem, side)) {
+  if (has_no_slope(idle.of(*idle.holder)) && !varies(problem, side)) {
     const std::string hint = fmt::format(
         "where {} has no slope, {} on the wall stays what it begins with: write zero_gradient", holder, name);
     if (may_begin_with(problem, idle.state, idle.axis, idle.is_high, side)) {

@@ -28,15 +28,28 @@ constexpr GhostRule mirrored_on_walls{
              .of_few = {.terms = {{{.place = {1}}, {.place = {1}, .image = {-1}}}}, .rate = {1}}},
     .beyond = {mirrored_row(-1)}};
 
+/// The line through the two cells beside the side, 2v = (m + 3)*u - (m + 1)*w, goes on; v = u where there is one.
+constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.place = {2}, .image = {-3, -1}, .behind = {1, 1}}}}},
+                                         .least = 2,
+                                         .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}}};
+/// Beyond the wall from the point on it, 2v = (m + 2)*u - m*w.
+constexpr GhostRule continued_on_walls{
+    .on_walls = true,
+    .wall = {.row = {.terms = {{{}, {.place = {1}, .image = {-2}, .behind = {1}}}}},
+             .least = 3,
+             .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}},
+    .beyond = {{.terms = {{{}, {.place = {2}, .image = {-2, -1}, .behind = {0, 1}}}}, .first = -1}}};
+
 using enum SideCondition::Part;
 
-constexpr std::array<SideCondition, 4> conditions{
+constexpr std::array<SideCondition, 5> conditions{
     {{SideKind::value, "", one, zero, given, &mirrored, &mirrored_on_walls, "a value"},
      {SideKind::zero_gradient, "zero_gradient", zero, one, zero, &mirrored, &mirrored_on_walls, "zero_gradient"},
      {SideKind::gradient, "gradient", zero, one, given, &mirrored, &mirrored_on_walls,
       "gradient(g), the derivative along the outward normal"},
      {SideKind::mixed, "mixed", given, given, given, &mirrored, &mirrored_on_walls,
-      "mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal"}}};
+      "mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal"},
+     {SideKind::linear, "linear", zero, one, zero, &continued, &continued_on_walls, "linear"}}};
 
 }  // namespace
 

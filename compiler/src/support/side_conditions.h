@@ -12,7 +12,7 @@
 
 namespace dpde {
 
-enum class SideKind { value, zero_gradient, gradient, mixed };
+enum class SideKind { value, zero_gradient, gradient, mixed, linear };
 
 /// fixed + by_way*m, for a place m cells away from its mirror image.
 struct GhostNumber {

@@ -85,11 +85,12 @@ std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::str
   }
   const auto* call = std::get_if<ast::Call>(&value->kind);
   const SideCondition* called = call ? find_condition(call->callee) : nullptr;
-  if (called && !called->is_word_alone()) return condition_side(draft, *called, *call, field);
+  if (called && !(called->is_word_alone() && call->arguments.empty()))
+    return condition_side(draft, *called, *call, field);
   if (call && call->callee == "on_wall") {
     draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
                       "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
-                      "zero_gradient, gradient(g) or mixed(a, b, c)");
+                      "zero_gradient, gradient(g), mixed(a, b, c) or linear");
     return std::nullopt;
   }
   const auto number = Expressions(draft, Purpose::boundary, field).number(value);
