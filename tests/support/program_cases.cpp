@@ -167,6 +167,19 @@ std::vector<ProgramCase> program_cases() {
                       "fill q x = on_wall(linear), y periodic, z.low = on_wall(wc), z.high = on_wall(linear); run s; "
                       "keep vn }",
        {{"w", "q"}, {"c", "g"}}},
+      {"waves that leave",  // dt(u) + c*du/dn = 0 at the walls: their values are a state, in the cells beside them
+       1,
+       "kernel edge(w: field, out at_wall: field) on 1 axes { at_wall = w }\n"
+       "kernel move(v: field, u: field halo 1, out v_next: field, c, dt, hx: param) { v_next = v + dt*c^2*(u[-1] - 2*u "
+       "+ "
+       "u[+1])/hx^2 }\n"
+       "kernel shift(u: field, v_next: field, w: field, out u_next: field, out w_next: field, c, dt, hx: param) { "
+       "u_next "
+       "= u + dt*v_next; w_next = w - 2*dt*c*(w - u)/hx }\n"
+       "program p { fill w x = zero_gradient; run edge grow 1; fill u x = at_wall; run move; run shift; swap u, "
+       "u_next; "
+       "swap v, v_next; swap w, w_next }",
+       {{"u", "v", "w"}, {"c"}}},
       {"values along a wall",
        1,
        walls_kernel + two_stages +
