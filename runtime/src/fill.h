@@ -10,59 +10,10 @@
 #include <cstdint>
 
 #include "dpde/kernel_abi.h"
+#include "halo_axis.h"
 #include "real.h"
 
 namespace dpde {
-
-/// Where the layers beyond the two sides of an axis are and which cells they are images of: layer k of the low side is
-/// cell -1-k, of the high one cells+k, or cells-1+k where the field lies on the walls (DPDE_ON_WALL,
-/// DPDE_MIXED_ON_WALL), which makes one layer more, number 0: the walls themselves.
-struct HaloAxis {
-  bool periodic = true;
-  bool on_walls = false;
-  dpde_side low{}, high{};
-  int64_t cells = 1, halo = 0;
-
-  void set(const dpde_boundary& boundary, int64_t cell_count, int64_t width);
-  int64_t layers() const { return halo + (on_walls ? 1 : 0); }
-  bool has_low(int64_t k) const { return k < halo; }
-  bool is_wall(int64_t k) const { return on_walls && k == 0; }
-  int64_t low_place(int64_t k) const { return -1 - k; }
-  int64_t high_place(int64_t k) const { return cells + k - (on_walls ? 1 : 0); }
-  int64_t low_image(int64_t k) const { return periodic ? cells - 1 - k : on_walls ? (k > 0 ? k - 1 : 0) : k; }
-  int64_t high_image(int64_t k) const {
-    return periodic ? k : cells - 1 - k - (is_wall(k) && high.kind == DPDE_MIXED_ON_WALL ? 1 : 0);
-  }
-  /// Some wall is made of two cells.
-  bool reads_two() const { return low.kind == DPDE_MIXED_ON_WALL || high.kind == DPDE_MIXED_ON_WALL; }
-  /// Calls f(is_low, k) for all layers, in the order of a fill.
-  template <class F>
-  void outwards(F f) const {
-    for (int64_t k = 0; k < layers(); ++k) {
-      if (has_low(k) && !is_wall(k)) f(true, k);
-      if (!stays(k)) f(false, k);
-      if (has_low(k) && is_wall(k)) f(true, k);
-    }
-  }
-  /// The same in the order of a fold.
-  template <class F>
-  void inwards(F f) const {
-    for (int64_t k = layers(); k-- > 0;) {
-      if (has_low(k) && is_wall(k)) f(true, k);
-      if (!stays(k)) f(false, k);
-      if (has_low(k) && !is_wall(k)) f(true, k);
-    }
-  }
-
- private:
-  /// The high wall of a single cell, where it is no value.
-  bool stays(int64_t k) const { return is_wall(k) && cells == 1 && high.kind == DPDE_MIXED_ON_WALL; }
-};
-
-/// The image of `from` in layer `layer` beyond a side (or around a periodic axis) where c is the same all along it;
-/// values are `real` (DPDE_F64, DPDE_F32).
-void set_image(int32_t real, void* to, const void* from, int64_t count, const dpde_side& side, int64_t layer,
-               const double* uniforms);
 
 class HaloFill {
  public:
@@ -83,10 +34,13 @@ class HaloFill {
   /// The rows of the y halo that are images of row y, which is complete with its ends; `row` points at its cell x = 0.
   /// Only when images_are_direct().
   void run_images(void* row, int64_t y, const double* uniforms) const {
-    if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].layers()) set_images(row, y, uniforms);
+    if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].halo) set_images(row, y, uniforms);
   }
   /// Every row of the y halo is the image of one interior row: not so when the halo is wider than the interior.
-  bool images_are_direct() const { return axes_[1].layers() <= axes_[1].cells && !axes_[1].reads_two(); }
+  bool images_are_direct() const { return images_are_direct_; }
+  /// Layer k beyond a side (is_mirrored) of an axis, `count` values beside one another, from their images.
+  void set_image(size_t axis, bool is_low, int64_t k, void* to, const void* from, int64_t count,
+                 const double* uniforms) const;
   /// The y halo, when the ends of all interior rows are set.
   void run_y(void* base, const double* uniforms) const;
   /// The z halo, when the y halo is set too.
@@ -113,6 +67,7 @@ class HaloFill {
 
   int field_ = 0;
   int32_t real_ = DPDE_F64;
+  bool images_are_direct_ = false;
   bool has_walls_ = false;  // values that vary along a wall, from a field: one cell after the other
   std::array<HaloAxis, 3> axes_;
   std::array<int64_t, 3> stride_{};
@@ -127,7 +82,7 @@ class HaloFold {
   void run(void* const* fields, const double* uniforms) const;
 
  private:
-  bool folds(std::size_t axis) const { return !axes_[axis].periodic && axes_[axis].layers() > 0; }
+  bool folds(std::size_t axis) const { return !axes_[axis].periodic && !axes_[axis].layers.empty(); }
   template <class Real>
   void fold(void* const* fields, const double* uniforms) const;
   template <class Real>

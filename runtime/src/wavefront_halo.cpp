@@ -11,15 +11,12 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
   const WavefrontLevel& level = plan.levels[number];
   const double* values = uniforms[static_cast<size_t>(level.pass)].data();
   char* row = row_of(level.outputs[output].stream, rings, place);
-  if (!splits_x) return fills[number][output].run_row(row, values);
-  const dpde_boundary& sides = level.outputs[output].fill->axes[0];
+  const HaloFill& fill = fills[number][output];
+  if (!splits_x) return fill.run_row(row, values);
   const int64_t n = layout.cells[0];
-  const auto set = [&](int64_t to, int64_t from, const dpde_side& side, int64_t k) {
-    set_image(layout.real, row + to * width, row + from * width, 1, side, k, values);
-  };
   for (int64_t k = 0; k < layout.halo[0]; ++k) {
-    if (x.from == 0) set(-1 - k, k, sides.low, k);
-    if (x.to == n) set(n + k, n - 1 - k, sides.high, k);
+    if (x.from == 0) fill.set_image(0, true, k, row + (-1 - k) * width, row + k * width, 1, values);
+    if (x.to == n) fill.set_image(0, false, k, row + (n + k) * width, row + (n - 1 - k) * width, 1, values);
   }
 }
 
@@ -32,13 +29,13 @@ void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, siz
   target[axis] = to;
   const int64_t first = x.from == 0 ? -layout.halo[0] : x.from,
                 end = x.to == layout.cells[0] ? x.to + layout.halo[0] : x.to;
-  for (const WavefrontLevel::Output& output : level.outputs) {
+  for (size_t o = 0; o < level.outputs.size(); ++o) {
+    const WavefrontLevel::Output& output = level.outputs[o];
     if (!output.fill) continue;
-    const dpde_boundary& sides = output.fill->axes[axis];
     const int64_t layer = to < 0 ? -1 - to : to - layout.cells[axis];
     const char* source = row_of(output.stream, rings, from) + first * width;
     char* image = row_of(output.stream, rings, target) + first * width;
-    set_image(layout.real, image, source, end - first, to < 0 ? sides.low : sides.high, layer, values);
+    fills[number][o].set_image(axis, to < 0, layer, image, source, end - first, values);
   }
 }
 

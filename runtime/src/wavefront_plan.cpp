@@ -6,6 +6,7 @@
 #include <map>
 #include <tuple>
 
+#include "halo_axis.h"
 #include "wavefront.h"
 
 namespace dpde {
@@ -17,18 +18,13 @@ using Kind = WavefrontStream::Kind;
 /// rows that more at once would have to be kept of them cost more than they save (RK4: 1.07 times as long).
 constexpr int64_t rows_at_once = 4;
 
-/// Values that vary along a wall come from a field, for which there is no ring; fields on the walls have images of
-/// other rows.
-bool is_known_side(const dpde_side& side) {
-  return side.kind == DPDE_PERIODIC || (side.field < 0 && side.kind != DPDE_ON_WALL && side.kind != DPDE_MIXED_ON_WALL);
-}
-
-/// Takes note of the axes' kinds; false when two fills disagree or a kind is not one that rows can be imaged for.
+/// Takes note of what axes are, periodic or bounded; false when two fills disagree, or where rows are no images of
+/// others: values that vary along a wall come from a field, for which there is no ring.
 bool note_axes(const dpde_fill& fill, int rank, std::array<int, 3>& kinds) {
   for (int axis = 0; axis < rank; ++axis) {
     const dpde_boundary& side = fill.axes[axis];
-    if (!is_known_side(side.low) || !is_known_side(side.high)) return false;
-    const int kind = side.low.kind == DPDE_PERIODIC ? 1 : 2;
+    if (!is_mirrored(side.low) || !is_mirrored(side.high)) return false;
+    const int kind = side.low.rule == nullptr ? 1 : 2;
     if (kinds[static_cast<size_t>(axis)] != 0 && kinds[static_cast<size_t>(axis)] != kind) return false;
     kinds[static_cast<size_t>(axis)] = kind;
   }

@@ -45,13 +45,17 @@ TEST(ProgramTable, Heat) {
   ASSERT_EQ(p->prepare_count, 1);
   const dpde_fill& fill = p->prepare[0];
   EXPECT_EQ(fill.field, 0);
-  EXPECT_EQ(fill.axes[0].low.kind, DPDE_VALUE);
+  EXPECT_EQ(fill.axes[0].low.coefficients[0], DPDE_ONE);
+  EXPECT_EQ(fill.axes[0].low.coefficients[1], DPDE_ZERO);
   EXPECT_EQ(fill.axes[0].low.value, 0);  // uniform `hot`
-  EXPECT_EQ(fill.axes[0].high.kind, DPDE_VALUE);
+  EXPECT_EQ(fill.axes[0].high.coefficients[0], DPDE_ONE);
   EXPECT_EQ(fill.axes[0].high.value, -1);  // the number 0
-  EXPECT_EQ(fill.axes[1].low.kind, DPDE_ZERO_GRADIENT);
-  EXPECT_EQ(fill.axes[1].high.kind, DPDE_ZERO_GRADIENT);
-  EXPECT_EQ(fill.axes[2].low.kind, DPDE_PERIODIC);
+  for (const dpde_side& side : {fill.axes[1].low, fill.axes[1].high}) {
+    EXPECT_EQ(side.coefficients[0], DPDE_ZERO);
+    EXPECT_EQ(side.coefficients[1], DPDE_ONE);
+    EXPECT_EQ(side.rule, fill.axes[0].low.rule);
+  }
+  EXPECT_EQ(fill.axes[2].low.rule, nullptr);
 
   ASSERT_EQ(p->operation_count, 1);
   const dpde_operation& sweep = p->operations[0];

@@ -61,6 +61,12 @@ TEST(IdleWalls, AnErrorWhereAnOpenEndIsNotWhatItBeginsWith) {
   EXPECT_EQ(told(channel("x.low = 2, x.high = 3", "x = zero_gradient", "", "", "3 - x"), "s"), "E0558 2; E0558 3");
 }
 
+/// A flux that goes on in a straight line leaves nothing as it is.
+TEST(IdleWalls, AStraightLineIsNoOpenEnd) {
+  EXPECT_EQ(told(channel("x = 2", "x = linear", "", "", "2"), "s"), "E0558 2");
+  EXPECT_EQ(told(channel("x = linear", "x = linear"), "s"), "");
+}
+
 TEST(IdleWalls, SilentWhereTheStepReadsThem) {
   EXPECT_EQ(told(channel("x = zero_gradient", "x = 0"), "s"), "");
   EXPECT_EQ(told(channel("x = gradient(0)", "x = 0"), "s"), "");

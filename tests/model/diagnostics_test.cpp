@@ -232,6 +232,7 @@ TEST(Diagnostics, OfBoundaries) {
   EXPECT_EQ(boundary("x.low = gradient(y*t), x.high = mixed(a, t, y)"), "0 diagnostics:");
   EXPECT_EQ(boundary("x = mixed(a, 1, y)"), "0 diagnostics:");
   EXPECT_EQ(boundary("x = gradient(1, 2)"), "E0305 write gradient(g), the derivative along the outward normal");
+  EXPECT_EQ(boundary("x = linear(2)"), "E0305 write linear");
   EXPECT_EQ(boundary("x = mixed(y, 1, 0)"),
             "E0311 in mixed(a, b, c), a*u + b*du/dn = c, c may vary along the wall; a and b are made of numbers, "
             "parameters and t");

@@ -27,7 +27,10 @@ struct Scheme {
 class Builder {
  public:
   explicit Builder(std::uint64_t seed)
-      : random_(seed), ties_(~seed ^ 0xd6e8feb86659fd93), expressions_(random_, names_) {}
+      : random_(seed),
+        ties_(~seed ^ 0xd6e8feb86659fd93),
+        lines_(~seed ^ 0x8ebc6af09c88c6e3),
+        expressions_(random_, names_) {}
 
   Part build() {
     choose_axes();
@@ -99,7 +102,7 @@ class Builder {
     return list[static_cast<std::size_t>(random_.below(static_cast<int>(list.size())))];
   }
 
-  SplitMix random_, ties_;
+  SplitMix random_, ties_, lines_;
   Names names_;
   ModelExpressions expressions_;
   Scheme scheme_;
@@ -342,7 +345,7 @@ Part Builder::side(const Quantity& quantity, int component, std::size_t axis) {
   if (may_vary) value = expression("@*" + coefficients_[0].name, {value});
   switch (random_.weighted({4, 3, 2, 2})) {
     case 0: return expression("@", {value});
-    case 1: return expression("zero_gradient");
+    case 1: return expression(lines_.percent(30) ? "linear" : "zero_gradient");
     case 2: return expression("gradient(@)", {value});
     default: return expression("mixed(@, @, @)", {expressions_.number(0.2, 2), expressions_.number(0.2, 2), value});
   }

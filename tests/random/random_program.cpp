@@ -42,7 +42,8 @@ class Builder {
         reductions_(~seed ^ 0x9e3779b97f4a7c15),
         passes_(~seed ^ 0xbf58476d1ce4e5b9),
         adjoints_(~seed ^ 0x94d049bb133111eb),
-        ties_(~seed ^ 0xd6e8feb86659fd93) {
+        ties_(~seed ^ 0xd6e8feb86659fd93),
+        lines_(~seed ^ 0x8ebc6af09c88c6e3) {
     result_.seed = seed;
     has_derived_names_ = SplitMix(~seed ^ 0xa0761d6478bd642f).percent(20);
   }
@@ -91,7 +92,7 @@ class Builder {
   }
   std::string fresh_field();
 
-  SplitMix random_, refills_, reductions_, passes_, adjoints_, ties_;
+  SplitMix random_, refills_, reductions_, passes_, adjoints_, ties_, lines_;
   RandomProgram result_;
   Program program_{"p", {}, {}, {}, {}};
   std::vector<Known> known_;
@@ -157,6 +158,7 @@ Side Builder::side(const std::string& field, bool for_fold, int least_grown) {
 
 Side Builder::wall_side(SideKind kind, const std::string& field, bool for_fold, int least_grown) {
   Side result{kind};
+  if (kind == SideKind::zero_gradient && lines_.percent(30)) result.kind = SideKind::linear;
   if (kind == SideKind::zero_gradient) return result;
   std::vector<std::string> walls;
   for (const Known& other : known_) {

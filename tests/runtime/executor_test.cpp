@@ -15,9 +15,10 @@
 namespace dpde {
 namespace {
 
-using test::side;
+using test::fixed_value;
 using test::StreamOf;
 using test::TestProgram;
+using test::zero_gradient;
 using Place = std::array<int64_t, 3>;
 
 constexpr double low_value = 0.75, high_value = -1.5;
@@ -30,10 +31,10 @@ void two_uniforms(const double* params, double* uniforms) {
 
 const std::vector<dpde_boundary>& kinds_of_axes() {
   static const std::vector<dpde_boundary> kinds{test::periodic,
-                                                {side(DPDE_VALUE, 0), side(DPDE_VALUE, 1)},
-                                                {side(DPDE_ZERO_GRADIENT), side(DPDE_ZERO_GRADIENT)},
-                                                {side(DPDE_VALUE), side(DPDE_ZERO_GRADIENT)},
-                                                {side(DPDE_ZERO_GRADIENT), side(DPDE_VALUE, 0)}};
+                                                {fixed_value(0), fixed_value(1)},
+                                                {zero_gradient, zero_gradient},
+                                                {fixed_value(), zero_gradient},
+                                                {zero_gradient, fixed_value(0)}};
   return kinds;
 }
 
@@ -52,7 +53,7 @@ Mirror mirror_of(Place place, const dpde_layout& layout, const std::array<dpde_b
   for (size_t a = 3; a-- > 0;) {
     const int64_t n = layout.cells[a];
     int64_t& p = result.cell[a];
-    if (axes[a].low.kind == DPDE_PERIODIC) {
+    if (axes[a].low.rule == nullptr) {
       p = ((p % n) + n) % n;
       continue;
     }
@@ -60,7 +61,7 @@ Mirror mirror_of(Place place, const dpde_layout& layout, const std::array<dpde_b
       const bool is_low = p < 0;
       p = is_low ? -1 - p : 2 * n - 1 - p;
       const dpde_side& wall = is_low ? axes[a].low : axes[a].high;
-      if (wall.kind != DPDE_VALUE) continue;
+      if (wall.coefficients[0] != DPDE_ONE) continue;
       result.shift += result.weight * 2 * uniform_value(wall.value);
       result.weight = -result.weight;
     }
@@ -188,8 +189,7 @@ TEST_P(AllRanks, FoldIsTheTransposeOfFill) {
         rank, rank == 3 ? 5 : 7, [&](const std::vector<int64_t>& cells, const std::array<dpde_boundary, 3>& axes) {
           TestProgram program("fold", rank, {"w"});
           Place grow{};
-          for (size_t a = 0; a < static_cast<size_t>(rank); ++a)
-            grow[a] = axes[a].low.kind == DPDE_PERIODIC ? 0 : width;
+          for (size_t a = 0; a < static_cast<size_t>(rank); ++a) grow[a] = axes[a].low.rule == nullptr ? 0 : width;
           program.fold(program.fill_of("w", axes), grow);
           const dpde_layout layout = make_layout(cells, halo_of(rank, 3));
           Field w(layout), expected(layout), beyond(layout);

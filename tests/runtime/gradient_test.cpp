@@ -272,7 +272,7 @@ TEST(Gradient, TheTimeGoesBackwardsInTheAdjoint) {
 // 2-D, zero gradient at all sides, two kernels: l = sum of the four neighbours - 4 u; u_next = u + c l with a field c.
 // The adjoint runs on the region grown by one cell, terms of points outside the interior are left out, and is folded.
 
-constexpr dpde_boundary wall{test::side(DPDE_ZERO_GRADIENT), test::side(DPDE_ZERO_GRADIENT)};
+constexpr dpde_boundary wall{test::zero_gradient, test::zero_gradient};
 
 /// streams: u, u west, u east, u south, u north, l
 void laplace_row(const dpde_row* row) {

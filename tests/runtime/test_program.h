@@ -21,8 +21,12 @@ struct StreamOf {
   int x = 0, y = 0, z = 0;
 };
 
-constexpr dpde_side side(int kind, int value = -1) { return {kind, value, -1, -1, -1}; }
-constexpr dpde_boundary periodic{side(DPDE_PERIODIC), side(DPDE_PERIODIC)};
+/// a*(u + v)/2 + b*(v - u)/m = c, both sides times 2m.
+constexpr dpde_rule mirrored{0, {{}, 1, {}}, {{{{{0, 1}, {0, 1}, {}}, {{2, 0}, {-2, 0}, {}}}, {0, 2}, 0, 1}, 1, {}}};
+constexpr dpde_side fixed_value(int value = DPDE_ZERO) { return {&mirrored, {DPDE_ONE, DPDE_ZERO}, value, -1}; }
+constexpr dpde_side zero_gradient{&mirrored, {DPDE_ZERO, DPDE_ONE}, DPDE_ZERO, -1};
+constexpr dpde_side around{nullptr, {DPDE_ZERO, DPDE_ZERO}, DPDE_ZERO, -1};
+constexpr dpde_boundary periodic{around, around};
 
 /// Streams or grids of a row of doubles.
 struct Doubles {

@@ -22,6 +22,8 @@ const std::vector<AxisBoundary> sorts = {
     {Topology::bounded, {SideKind::gradient, 0.0}, {SideKind::mixed, 0.0, 1.5, param("b")}},
     {Topology::bounded, {SideKind::gradient, 0.0, 0.0, 0.0, true}, {SideKind::mixed, 0.0, 1.5, param("b"), true}},
     {Topology::bounded, {SideKind::mixed, 0.0, 0.7, param("b"), true}, {SideKind::value, 0.0, 0.0, 0.0, true}},
+    {Topology::bounded, {SideKind::linear}, {SideKind::mixed, 0.0, 1.5, param("b")}},
+    {Topology::bounded, {SideKind::linear, 0.0, 0.0, 0.0, true}, {SideKind::linear, 0.0, 0.0, 0.0, true}},
 };
 const Params spacings{{"hx", 0.5}, {"hy", 0.3}, {"hz", 0.7}, {"b", 0.2}};
 
@@ -52,6 +54,25 @@ TEST(Halo, OnWallsSetsTheLastEntryAndTheOddImageAboutTheWall) {
   apply(state, Fill{"u", {{Topology::bounded, low, high}}}, {{"c", 20}});
   const double wanted[] = {18, 19, 10, 1, 2, 20, 38, 39, 30};
   for (int i = -3; i < 6; ++i) EXPECT_EQ(state.at("u", {i, 0, 0}), wanted[i + 3]) << i;
+}
+
+/// Straight lines go on as they are, on a wall and beyond it too; a single cell has none.
+TEST(Halo, LinearGoesOnStraight) {
+  for (const bool is_on_wall : {false, true}) {
+    const Side side{SideKind::linear, 0.0, 0.0, 0.0, is_on_wall};
+    for (int n = is_on_wall ? 3 : 2; n < 6; ++n) {
+      State state({1, {n, 1, 1}}, 4);
+      std::vector<double> line;
+      for (int i = 0; i < n; ++i) line.push_back(is_on_wall && i == n - 1 ? 99 : 3 - 2 * i);
+      state.set("u", line);
+      apply(state, Fill{"u", {{Topology::bounded, side, side}}}, {});
+      for (int i = -4; i < n + 4; ++i) EXPECT_EQ(state.at("u", {i, 0, 0}), 3 - 2 * i) << n << " " << i;
+    }
+  }
+  State one({1, {1, 1, 1}}, 3);
+  one.set("u", {7});
+  apply(one, Fill{"u", {{Topology::bounded, {SideKind::linear}, {SideKind::linear}}}}, {});
+  EXPECT_EQ(along_x(one, "u"), std::vector<double>(7, 7));
 }
 
 Side on_wall(Side side) {

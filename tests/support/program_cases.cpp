@@ -132,6 +132,54 @@ std::vector<ProgramCase> program_cases() {
            "program p { fill u x periodic, y.low = gradient(1), y.high = mixed(1, 2, 0.2); fill v x periodic, "
            "y.low = mixed(2, 1, nu0), y.high = gradient(-1); run k; swap u, un; swap v, vn }",
        {{"u", "v"}, {"nu"}}},
+      {"straight lines",
+       1,
+       two_stages + "program p { fill u x = linear; fill kappa x.low = linear, x.high = zero_gradient; run s1; "
+                    "fill w x.low = mixed(1, 0.3, 0.1), x.high = linear; run s2; swap u, v }",
+       {{"u", "kappa"}, {"a"}}},
+      {"straight lines, wide", 1, wide + "program p { fill u x = linear; run k; swap u, v }", {{"u"}, {"c"}}},
+      {"straight lines 2-D",
+       2,
+       burgers_2d_kernel + "program p { fill u x periodic, y = linear; fill v x periodic, "
+                           "y.low = gradient(1), y.high = linear; run k; swap u, un; swap v, vn }",
+       {{"u", "v"}, {"nu"}}},
+      {"weights that vary beside straight lines",
+       2,
+       burgers_2d_kernel + "program p { fill u x.low = mixed(nu, 1, 0.3), x.high = linear, y = linear; fill v x = "
+                           "linear, y = mixed(1, nu, 0.2); run k; swap u, un; swap v, vn }",
+       {{"u", "v"}, {"nu"}}},
+      {"straight lines beyond a fold",
+       1,
+       "kernel k(u: field, out w: field, c: param) { w = c*u^2 }\n"
+       "program p { fill u x = linear; run k grow 2; fold w grow 2 x = linear; keep w }",
+       {{"u"}, {"c"}}},
+      {"straight lines on walls",
+       1,
+       walls_kernel + staggered_kernel +
+           "program p { run wall grow 2; fill e x = linear; fill u x.low = on_wall(linear), x.high = "
+           "on_wall(mixed(1, 0.4, wc)); run k; fill un x.low = on_wall(wc), x.high = on_wall(linear); swap e, en; swap "
+           "u, un }",
+       {{"e", "u"}, {"g"}}},
+      {"straight lines on nodes",
+       3,
+       node_kernels + "program p { run wall grow 1; fill w x.low = on_wall(linear), x.high = on_wall(0.3), y "
+                      "periodic, z = on_wall(linear); run k; "
+                      "fill q x = on_wall(linear), y periodic, z.low = on_wall(wc), z.high = on_wall(linear); run s; "
+                      "keep vn }",
+       {{"w", "q"}, {"c", "g"}}},
+      {"waves that leave",  // dt(u) + c*du/dn = 0 at the walls: their values are a state, in the cells beside them
+       1,
+       "kernel edge(w: field, out at_wall: field) on 1 axes { at_wall = w }\n"
+       "kernel move(v: field, u: field halo 1, out v_next: field, c, dt, hx: param) { v_next = v + dt*c^2*(u[-1] - 2*u "
+       "+ "
+       "u[+1])/hx^2 }\n"
+       "kernel shift(u: field, v_next: field, w: field, out u_next: field, out w_next: field, c, dt, hx: param) { "
+       "u_next "
+       "= u + dt*v_next; w_next = w - 2*dt*c*(w - u)/hx }\n"
+       "program p { fill w x = zero_gradient; run edge grow 1; fill u x = at_wall; run move; run shift; swap u, "
+       "u_next; "
+       "swap v, v_next; swap w, w_next }",
+       {{"u", "v", "w"}, {"c"}}},
       {"values along a wall",
        1,
        walls_kernel + two_stages +

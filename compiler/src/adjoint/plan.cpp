@@ -142,8 +142,7 @@ bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSi
   const Written& written = statement.written;
   bool good = true;
   for_each_side(statement.axes, [&](const Side& side) {
-    const bool value_varies =
-        side.kind != SideKind::zero_gradient && !wall_field(side) && is_varied(side.value, varied);
+    const bool value_varies = !wall_field(side) && is_varied(side.value, varied);
     const bool weights_vary = is_fold && has_varied_weights(side, varied);
     if (!value_varies && !weights_vary) return;
     sink.report("varied-boundary-value", written.range, {written.field.empty() ? statement.field : written.field},

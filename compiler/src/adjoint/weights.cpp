@@ -2,7 +2,10 @@
 #include "adjoint/weights.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
+#include "support/assert.h"
 #include "support/match.h"
 
 namespace dpde::adjoint {
@@ -60,41 +63,86 @@ Expr is_within(const WallSide& at, int layer, int grow) {
   return inside(along(at.axis, at.is_low ? layer - grow : grow - layer), grow);
 }
 
-/// What the params contribute to the change of mean*a + rise*b.
-Slopes combined(const Slopes& by_a, const Slopes& by_b, const Expr& mean, const Expr& rise) {
+/// The params' part in each coefficient of a side.
+using CoefficientSlopes = std::array<Slopes, side_coefficients>;
+
+/// One layer of a side: where it is read from, seen from its own cells.
+struct Layer {
+  const GhostRow& row;
+  double way;
+  int image;  // cells inwards
+};
+
+/// place*v + image*u + behind*w over rate and, where the coefficient is, the spacing: what c must make up for when the
+/// coefficient grows by 1.
+Expr share(const GhostRow::Term& term, const Layer& layer, bool per_spacing, const std::string& field,
+           const WallSide& at) {
+  const int inwards = at.is_low ? layer.image : -layer.image;
+  const std::array<double, 3> numbers{term.place.at(layer.way), term.image.at(layer.way), term.behind.at(layer.way)};
+  const std::array<Expr, 3> values{access(field), access(field, along(at.axis, inwards)),
+                                   access(field, along(at.axis, inwards + (at.is_low ? 1 : -1)))};
+  double unit = std::abs(numbers[0]);  // the smallest of them
+  for (const double number : numbers) {
+    if (number != 0) unit = std::min(unit, std::abs(number));
+  }
+  std::optional<Expr> sum;
+  std::array<std::size_t, 3> order{0, 1, 2};
+  if (numbers[1] > 0) std::swap(order[0], order[1]);  // a sum begins with what is added
+  for (const std::size_t i : order) {
+    if (numbers[i] == 0) continue;
+    const double times = std::abs(numbers[i]) / unit;
+    const Expr part = times * values[i];
+    sum = !sum ? (numbers[i] < 0 ? -part : part) : numbers[i] < 0 ? *sum - part : *sum + part;
+  }
+  require(sum.has_value(), "a coefficient has a part in the row");
+  const double rate = layer.row.rate.at(layer.way) / unit;
+  if (per_spacing) return *sum / (rate * param(std::string("h") + "xyz"[at.axis]));
+  return *sum / rate;
+}
+
+/// What the params contribute to the change of the layer's rows.
+Slopes combined(const CoefficientSlopes& slopes, const Side& side, const Layer& layer, const std::string& field,
+                const WallSide& at) {
   Slopes here;
-  for (const auto& [name, slope] : by_a) add(here, name, slope * mean);
-  for (const auto& [name, slope] : by_b) add(here, name, slope * rise);
+  const auto coefficients = coefficients_of(side);
+  for (int t = 0; t < side_coefficients; ++t) {
+    for (const auto& [name, slope] : slopes[t])
+      add(here, name, slope * share(layer.row.terms[t], layer, coefficients[t].per_spacing, field, at));
+  }
   return here;
 }
 
-/// That at one place of the halo, with its image `way` cells inwards.
-Slopes at_place(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int way,
-                int layers) {
-  const Offset image = along(at.axis, at.is_low ? way : -way);
-  const Expr u = access(field, image), v = access(field), spacing = param(std::string("h") + "xyz"[at.axis]);
-  Slopes here = combined(by_a, by_b, (u + v) / 2.0, (v - u) / (way * spacing));
+/// That beyond the wall.
+Slopes beyond_the_wall(const CoefficientSlopes& slopes, const Side& side, int k, const std::string& field,
+                       const WallSide& at, int layers) {
+  const GhostRows& rows = rule_of(side).beyond;
+  require(rows.least <= 1, "a row with coefficients is the same on all axes");
+  const GhostRow& row = rows.row;
+  const Layer layer{row, static_cast<double>(2 * k + 1 - (side.on_wall ? 1 : 0)), row.first + row.step * k + 1 + k};
+  Slopes here = combined(slopes, side, layer, field, at);
   // the image is never farther out than the place: that is said for whoever asks how far out it is read
+  const Offset image = along(at.axis, at.is_low ? layer.image : -layer.image);
   for (auto& [name, value] : here) value = select(inside(image, layers), value, 0.0);
   return here;
 }
 
-/// That at a point on the wall, where the derivative is one-sided; with fewer than three cells it is of order 1, and a
-/// high wall of a single cell does not follow from anything.
-Slopes on_the_wall(const Slopes& by_a, const Slopes& by_b, const std::string& field, const WallSide& at, int layers) {
+/// That at a point on the wall; with fewer cells than its row needs it has another, and a high wall of a single cell
+/// does not follow from anything inside.
+Slopes on_the_wall(const CoefficientSlopes& slopes, const Side& side, const std::string& field, const WallSide& at,
+                   int layers) {
+  const GhostRows& rows = rule_of(side).wall;
   const int inwards = at.is_low ? 1 : -1;
   const Offset near = along(at.axis, inwards), far = along(at.axis, 2 * inwards);
-  const Expr w = access(field), u = access(field, near), spacing = param(std::string("h") + "xyz"[at.axis]);
-  const Slopes three = combined(by_a, by_b, w, (3.0 * w - 4.0 * u + access(field, far)) / (2.0 * spacing));
-  const Slopes two = combined(by_a, by_b, w, (w - u) / spacing);
+  const Slopes many = combined(slopes, side, {rows.row, 0, 1}, field, at),
+               few = combined(slopes, side, {rows.of_few, 0, 1}, field, at);
   const auto has = [&](int cells) {
     return inside(along(at.axis, (cells - (at.is_low ? 0 : 1) + layers) * inwards), layers);
   };
   Slopes here;
-  for (const auto& [name, value] : three) {
-    const Expr any =
-        select(inside(near, layers), select(has(3), select(inside(far, layers), value, 0.0), *find(two, name)), 0.0);
-    add(here, name, at.is_low ? any : select(has(2), any, 0.0));
+  for (const auto& [name, value] : many) {
+    const Expr any = select(inside(near, layers),
+                            select(has(rows.least), select(inside(far, layers), value, 0.0), *find(few, name)), 0.0);
+    add(here, name, at.is_low || !derives_wall(side, 1) ? any : select(has(2), any, 0.0));
   }
   return here;
 }
@@ -102,7 +150,7 @@ Slopes on_the_wall(const Slopes& by_a, const Slopes& by_b, const std::string& fi
 }  // namespace
 
 bool has_varied_weights(const Side& side, const Varied& varied) {
-  return side.kind == SideKind::mixed && (is_varied(side.a, varied) || is_varied(side.b, varied));
+  return std::ranges::any_of(coefficients_of(side), [&](const auto& c) { return is_varied(c.value, varied); });
 }
 
 std::vector<WallSide> sides_with_varied_weights(const std::vector<AxisBoundary>& axes, const Varied& varied) {
@@ -128,15 +176,15 @@ Side& side_at(std::vector<AxisBoundary>& axes, const WallSide& at) {
 }
 
 Slopes weight_slopes(const std::string& field, const Side& side, const WallSide& at, int layers, const Varied& varied) {
-  Slopes by_a, by_b, slopes;
-  add_slopes(side.a, 1.0, varied, by_a);
-  add_slopes(side.b, 1.0, varied, by_b);
-  const int on_wall = side.on_wall ? 1 : 0;
+  Slopes slopes;
+  CoefficientSlopes of_coefficients;
+  const auto coefficients = coefficients_of(side);
+  for (int t = 0; t < side_coefficients; ++t) add_slopes(coefficients[t].value, 1.0, varied, of_coefficients[t]);
   const int within = side.on_wall && !at.is_low ? 1 : 0;  // layers that are no halo: the last cells themselves
   for (int k = layers + within - 1; k >= 0; --k) {
     const bool is_wall = side.on_wall && k == 0;
-    const Slopes here = is_wall ? on_the_wall(by_a, by_b, field, at, layers)
-                                : at_place(by_a, by_b, field, at, 2 * k + 1 - on_wall, layers);
+    const Slopes here = is_wall ? on_the_wall(of_coefficients, side, field, at, layers)
+                                : beyond_the_wall(of_coefficients, side, k, field, at, layers);
     for (const auto& [name, value] : here) {
       const Expr* const farther = find(slopes, name);
       const Expr beyond = farther == nullptr ? Expr(0.0) : *farther;

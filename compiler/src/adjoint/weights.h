@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Weights a and b of mixed boundaries that vary. With a*m + b*s = c, m = (u+v)/2 the value at the wall and s the
-// derivative outwards, v moves as if c moved by -m*a_dot - s*b_dot. So c has a rate of its own beside that of its
-// field, and what the transpose gives to c goes on to the weights.
+// Coefficients a and b of sides that vary. The row of a halo place (support/side_conditions.h) is a*m + b*s = c, for
+// mixed with m = (u+v)/2 the value at the wall and s the derivative outwards: v moves as if c moved by -m*a_dot -
+// s*b_dot. So c has a rate of its own beside that of its field, and what the transpose gives to c goes on to the
+// coefficients.
 #pragma once
 
 #include <string>

@@ -42,15 +42,24 @@ struct KernelStorage {
   RowCode code;
 };
 
-int32_t kind_of(const loop::Side& side) {
-  switch (side.kind) {
-    case SideKind::value: return side.on_wall ? DPDE_ON_WALL : DPDE_VALUE;
-    case SideKind::zero_gradient: return DPDE_ZERO_GRADIENT;
-    case SideKind::mixed: return side.on_wall ? DPDE_MIXED_ON_WALL : DPDE_MIXED;
-    case SideKind::gradient: break;  // not at the loop level
-  }
-  unreachable("kind of boundary");
+dpde_ghost_number table_of(const GhostNumber& number) { return {number.fixed, number.by_way}; }
+
+dpde_ghost_row table_of(const GhostRow& row) {
+  dpde_ghost_row result{{}, table_of(row.rate), row.first, row.step};
+  std::ranges::transform(row.terms, result.terms, [](const GhostRow::Term& term) {
+    return dpde_ghost_term{table_of(term.place), table_of(term.image), table_of(term.behind)};
+  });
+  return result;
 }
+
+dpde_ghost_rows table_of(const GhostRows& rows) { return {table_of(rows.row), rows.least, table_of(rows.of_few)}; }
+
+dpde_rule table_of(const GhostRule& rule) {
+  return {rule.on_walls ? 1 : 0, table_of(rule.wall), table_of(rule.beyond)};
+}
+
+static_assert(DPDE_SIDE_COEFFICIENTS == side_coefficients);
+static_assert(DPDE_ZERO == loop::uniform_zero && DPDE_ONE == loop::uniform_one);
 
 int32_t kind_of(Reduction reduction) {
   switch (reduction) {
@@ -71,7 +80,7 @@ int32_t mode_of(loop::Stream::Mode mode) {
   unreachable("mode of stream");
 }
 
-constexpr dpde_side periodic{DPDE_PERIODIC, -1, -1, -1, -1};
+constexpr dpde_side periodic{nullptr, {DPDE_ZERO, DPDE_ZERO}, DPDE_ZERO, -1};
 
 }  // namespace
 
@@ -79,19 +88,24 @@ struct ProgramTables::Strings {
   explicit Strings(const loop::Module& module) : params(module.params) {
     for (const network::Network& network : module.networks) networks.emplace_back(network);
   }
+  const dpde_rule* rule(const GhostRule* source) {
+    const auto found = std::ranges::find(rules, source, [](const auto& known) { return known.first; });
+    return found == rules.end() ? &rules.emplace_back(source, table_of(*source)).second : &found->second;
+  }
   Names params;
   std::deque<NetworkTable> networks;
+  std::deque<std::pair<const GhostRule*, dpde_rule>> rules;
 };
 
 /// One program with everything its struct points to.
 struct ProgramTables::Table {
-  Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, const Strings& shared,
+  Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, Strings& shared,
         ComputeUniforms compute_uniforms);
 
-  dpde_fill fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes) const;
+  dpde_fill fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes, Strings& shared) const;
   void set_grow(dpde_operation& operation, int grow, const std::vector<Topology>& axes) const;
   dpde_operation operation(const loop::Module& module, const loop::Program& program, const loop::Operation& source,
-                           const RowResolver& row_code, const Strings& shared);
+                           const RowResolver& row_code, Strings& shared);
   int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
   dpde_inference inference(const loop::Infer& infer, const Strings& shared);
   void set_links(const std::vector<TableLink>& given, const Names& params);
@@ -111,11 +125,12 @@ struct ProgramTables::Table {
   dpde_program program{};
 };
 
-dpde_fill ProgramTables::Table::fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes) const {
+dpde_fill ProgramTables::Table::fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes,
+                                     Strings& shared) const {
   dpde_fill result{fields.index_of(field), {{periodic, periodic}, {periodic, periodic}, {periodic, periodic}}};
   const auto side = [&](const loop::Side& s) {
     const int32_t field = s.field.empty() ? -1 : fields.index_of(s.field);
-    return dpde_side{kind_of(s), s.uniform, s.a, s.b, field};
+    return dpde_side{shared.rule(s.rule), {s.coefficients[0], s.coefficients[1]}, s.value, field};
   };
   for (std::size_t a = 0; a < axes.size(); ++a) {
     if (axes[a].topology == Topology::periodic) continue;
@@ -179,17 +194,17 @@ dpde_inference ProgramTables::Table::inference(const loop::Infer& infer, const S
 
 dpde_operation ProgramTables::Table::operation(const loop::Module& module, const loop::Program& program,
                                                const loop::Operation& source, const RowResolver& row_code,
-                                               const Strings& shared) {
+                                               Strings& shared) {
   dpde_operation result{};
   match(
       source,
       [&](const loop::Fill& f) {
         result.kind = DPDE_FILL;
-        result.fill = fill(f.field, f.axes);
+        result.fill = fill(f.field, f.axes, shared);
       },
       [&](const loop::Fold& f) {
         result.kind = DPDE_FOLD;
-        result.fill = fill(f.field, f.axes);
+        result.fill = fill(f.field, f.axes, shared);
         set_grow(result, f.grow, program.axes);
       },
       [&](const loop::Reduce& r) {
@@ -207,7 +222,7 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
         set_grow(result, s.grow, program.axes);
         result.serial = s.serial;
         std::vector<dpde_fill>& then = fills.emplace_back();
-        for (const loop::Fill& f : s.then) then.push_back(fill(f.field, f.axes));
+        for (const loop::Fill& f : s.then) then.push_back(fill(f.field, f.axes, shared));
         result.then_count = static_cast<int32_t>(then.size());
         result.then = then.data();
       });
@@ -227,9 +242,9 @@ void ProgramTables::Table::set_links(const std::vector<TableLink>& given, const 
 }
 
 ProgramTables::Table::Table(const loop::Module& module, const loop::Program& source, const RowResolver& row_code,
-                            const Strings& shared, ComputeUniforms compute_uniforms)
+                            Strings& shared, ComputeUniforms compute_uniforms)
     : name(source.name), fields(source.fields), sums(source.sums) {
-  for (const loop::Fill& f : source.prepare) prepare.push_back(fill(f.field, f.axes));
+  for (const loop::Fill& f : source.prepare) prepare.push_back(fill(f.field, f.axes, shared));
   for (const loop::Operation& o : source.body) operations.push_back(operation(module, source, o, row_code, shared));
   for (const loop::Swap& s : source.swaps) swaps.push_back({fields.index_of(s.state), fields.index_of(s.next)});
 

@@ -129,23 +129,19 @@ const std::vector<std::string>& ModuleBuilder::rows_for(const stencil::Run& run,
 
 int ModuleBuilder::uniform_of(const stencil::Expr& value) {
   const Expr definition = uniform_definition(value, uniforms_);
-  return is_literal(definition, 0) ? -1 : uniforms_.index_of(definition);
+  return is_literal(definition, 0) ? uniform_zero : uniforms_.index_of(definition);
 }
 
 Side ModuleBuilder::side(const stencil::Side& side, int axis, bool with_value) {
-  Side result{side.kind};
-  result.on_wall = side.on_wall;
-  if (side.kind == SideKind::zero_gradient && !side.on_wall) return result;
+  Side result{&stencil::rule_of(side)};
   const std::string* wall = stencil::wall_field(side);
   if (wall) result.field = *wall;
-  if (!wall && with_value && side.kind != SideKind::zero_gradient) result.uniform = uniform_of(side.value);
-  if (side.kind == SideKind::value) return result;
-  const stencil::Expr h = stencil::param(std::string("h") + "xyz"[axis]);
-  const bool mixed = side.kind == SideKind::mixed;
-  result.kind = SideKind::mixed;
-  if (mixed) result.a = uniform_of(side.a);
-  const stencil::Expr b = mixed ? side.b : stencil::Expr(1.0);
-  result.b = uniform_of(side.kind == SideKind::zero_gradient ? b : b / h);  // the one is the same for all h
+  if (!wall && with_value) result.value = uniform_of(side.value);
+  std::ranges::transform(stencil::coefficients_of(side), result.coefficients.begin(), [&](const auto& coefficient) {
+    const stencil::Expr& value = coefficient.value;
+    if (coefficient.per_spacing) return uniform_of(value / stencil::param(std::string("h") + "xyz"[axis]));
+    return stencil::is_literal(value, 1) ? uniform_one : uniform_of(value);
+  });
   return result;
 }
 
@@ -155,7 +151,7 @@ std::vector<AxisBoundary> ModuleBuilder::boundaries(const std::vector<stencil::A
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const stencil::AxisBoundary& axis = axes[a];
     if (axis.topology == Topology::periodic) {
-      result.push_back({axis.topology, {SideKind::value}, {SideKind::value}});
+      result.push_back({axis.topology, {}, {}});
     } else {
       const int number = static_cast<int>(a);
       result.push_back({axis.topology, side(axis.low, number, with_values), side(axis.high, number, with_values)});

@@ -22,6 +22,7 @@
 
 #include "network/network.h"
 #include "source/source_file.h"
+#include "support/side_conditions.h"
 #include "support/vocabulary.h"
 
 namespace dpde::loop {
@@ -158,13 +159,16 @@ struct Swap {
   bool operator==(const Swap&) const = default;
 };
 
-/// Uniforms by index, -1 for 0. A given gradient c is mixed(0, 1/hx, c): kinds are value, zero_gradient and mixed.
+/// In place of the index of a uniform.
+constexpr int uniform_zero = -1, uniform_one = -2;
+/// The rule with its coefficients and c, uniforms by index.
 struct Side {
-  SideKind kind;
-  int uniform = -1;        // of the value
-  int a = -1, b = -1;      // of mixed, b per cell
-  std::string field = "";  // holds the values, in place of `uniform`
-  bool on_wall = false;    // value or mixed only
+  const GhostRule* rule = nullptr;  // null along periodic axes
+  std::array<int, side_coefficients> coefficients{uniform_zero, uniform_zero};
+  int value = uniform_zero;
+  std::string field = "";  // holds the values, in place of `value`
+  /// v = c
+  bool is_value() const { return coefficients[0] == uniform_one && coefficients[1] == uniform_zero; }
   bool operator==(const Side&) const = default;
 };
 struct AxisBoundary {

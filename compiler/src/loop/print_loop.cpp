@@ -121,13 +121,31 @@ std::string axes_text(const std::vector<Topology>& axes) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+/// The first condition in the table that these coefficients are one of.
+std::string condition_text(const Module& module, const Side& side) {
+  using Part = SideCondition::Part;
+  const auto uniform = [&](int index) {
+    return index == uniform_zero ? "0" : index == uniform_one ? "1" : module.uniforms[index].name;
+  };
+  const std::string c = side.field.empty() ? uniform(side.value) : side.field;
+  const std::array<std::string, 3> numbers{uniform(side.coefficients[0]), uniform(side.coefficients[1]), c};
+  for (const SideCondition& condition : side_condition_table()) {
+    if (&condition.rule(side.rule->on_walls) != side.rule) continue;
+    const std::array<Part, 3> parts{condition.a, condition.b, condition.c};
+    bool is_it = true;
+    std::vector<std::string> given;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (parts[i] == Part::given) given.push_back(numbers[i]);
+      if (parts[i] != Part::given) is_it = is_it && numbers[i] == (parts[i] == Part::one ? "1" : "0");
+    }
+    if (is_it) return condition.text(given);
+  }
+  unreachable("a condition of the table");
+}
+
 std::string side_text(const Module& module, const Side& side) {
-  if (side.kind == SideKind::zero_gradient) return "zero_gradient";
-  const auto uniform = [&](int index) { return index < 0 ? "0" : module.uniforms[index].name; };
-  const std::string value = side.field.empty() ? uniform(side.uniform) : side.field;
-  const std::string condition =
-      side.kind == SideKind::value ? value : fmt::format("mixed({}, {}, {})", uniform(side.a), uniform(side.b), value);
-  return side.on_wall ? fmt::format("on_wall({})", condition) : condition;
+  const std::string condition = condition_text(module, side);
+  return side.rule->on_walls ? fmt::format("on_wall({})", condition) : condition;
 }
 
 std::string boundary_text(const Module& module, const std::vector<AxisBoundary>& axes) {

@@ -25,7 +25,7 @@ const Fill* fill_of(const Items& items, const std::string& field) {
 /// Whether points on walls, which are values of the result, are made from those inside: the result has them as the
 /// program says.
 bool derives_walls(const Fill& fill) {
-  const auto derives = [](const Side& side) { return side.on_wall && side.kind != SideKind::value; };
+  const auto derives = [](const Side& side) { return side.rule && side.rule->on_walls && !side.is_value(); };
   return std::any_of(fill.axes.begin(), fill.axes.end(),
                      [&](const AxisBoundary& axis) { return derives(axis.low) || derives(axis.high); });
 }

@@ -162,8 +162,9 @@ void Verifier::check_boundaries(const Program& program, const std::string& field
     check(axes[a].topology == program.axes[a], program.name,
           fmt::format("boundary of {} on another kind of axis", field));
     for (const Side* side : {&axes[a].low, &axes[a].high}) {
-      for (const int uniform : {side->uniform, side->a, side->b}) {
-        check(uniform == -1 || is_index(uniform, module_.uniforms.size()), program.name, "no such uniform");
+      for (const int uniform : {side->value, side->coefficients[0], side->coefficients[1]}) {
+        const bool is_number = uniform == uniform_zero || (uniform == uniform_one && uniform != side->value);
+        check(is_number || is_index(uniform, module_.uniforms.size()), program.name, "no such uniform");
       }
       check(side->field.empty() || has(program.fields, side->field), program.name,
             fmt::format("no field {}", side->field));

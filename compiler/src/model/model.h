@@ -16,6 +16,7 @@
 #include "model/training.h"
 #include "network/network.h"
 #include "source/source_file.h"
+#include "support/side_conditions.h"
 #include "support/vocabulary.h"
 
 namespace dpde::model {
@@ -202,8 +203,8 @@ struct Source {
 
 struct Side {
   SideKind kind = SideKind::value;
-  Expr value = 0.0;       // of numbers, parameters, t and coordinates
-  Expr a = 0.0, b = 0.0;  // of mixed, a*u + b*du/dn = value: the same along the wall
+  Expr value = 0.0;       // of numbers, parameters, t and coordinates; 0 where the condition is given none
+  Expr a = 0.0, b = 0.0;  // where it is given them: the same along the wall
 };
 struct AxisSides {
   Side low, high;  // not looked at on periodic axes

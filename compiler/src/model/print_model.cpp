@@ -131,13 +131,11 @@ std::string load_text(const std::string& file, const std::string& variable) {
 }
 
 std::string text_of(const Side& side) {
-  switch (side.kind) {
-    case SideKind::value: return " = " + print(side.value);
-    case SideKind::zero_gradient: return " zero_gradient";
-    case SideKind::gradient: return fmt::format(" = gradient({})", bare(side.value));
-    case SideKind::mixed: return fmt::format(" = mixed({}, {}, {})", bare(side.a), bare(side.b), bare(side.value));
-  }
-  unreachable("side");
+  const SideCondition& condition = condition_of(side.kind);
+  if (condition.word.empty()) return " = " + print(side.value);
+  std::vector<std::string> given;
+  for (const Expr* part : given_parts(side)) given.push_back(bare(*part));
+  return (given.empty() ? " " : " = ") + condition.text(given);
 }
 
 std::string text_of(const When& when) {

@@ -244,8 +244,9 @@ void Rewriter::rewrite(AxisSides& sides, int axis) {
     side->value = (*this)(side->value);
     if (!is_stretched(axis)) continue;
     const double slope = slope_at(axis, side == &sides.low ? along.low : along.high);
-    if (side->kind == SideKind::gradient) side->value = times(side->value, slope);
-    if (side->kind == SideKind::mixed) side->b = over(side->b, slope);
+    const SideCondition& condition = condition_of(side->kind);
+    if (condition.gives_slope()) side->value = times(side->value, slope);
+    if (condition.b == SideCondition::Part::given) side->b = over(side->b, slope);
   }
 }
 

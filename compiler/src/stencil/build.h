@@ -77,6 +77,16 @@ struct Interface {
 };
 Interface interface_of(const Module& module, const Program& program);
 
+/// What the rule of a side is given: a and b, each over the spacing where `per_spacing`.
+struct SideCoefficient {
+  Expr value;
+  bool per_spacing = false;
+};
+std::array<SideCoefficient, side_coefficients> coefficients_of(const Side& side);
+const GhostRule& rule_of(const Side& side);
+/// Whether points on the wall are made from those inside.
+bool derives_wall(const Side& side, int cells);
+
 /// The field that holds the values of a side; nullptr where they are the same along the wall.
 const std::string* wall_field(const Side& side);
 /// Whether the field's values lie on the walls of a bounded axis, the last one on the high wall.
@@ -84,7 +94,7 @@ bool is_on_walls(const AxisBoundary& axis);
 bool is_on_walls(const std::vector<AxisBoundary>& axes);
 std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes);
 void for_each_side(const std::vector<AxisBoundary>& axes, const std::function<void(const Side&)>& f);
-/// Everything a boundary is made of: its expressions, and the spacings along axes with a derivative at the wall.
+/// Everything a boundary is made of: its expressions, and the spacings along axes where the rows of a side need it.
 void for_each_side_value(const std::vector<AxisBoundary>& axes, const std::function<void(const Expr&)>& f);
 /// The boundary with `f` applied to the expressions of its sides.
 std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::function<Expr(const Expr&)>& f);

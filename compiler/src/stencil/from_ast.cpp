@@ -301,27 +301,33 @@ class ModuleReader {
     return boundary;
   }
 
-  /// zero_gradient, gradient(c), mixed(a, b, c) or a value; on_wall(...) with one of these in it.
+  /// A condition of side_conditions.h, or on_wall(...) with one in it.
   Side read_condition(const ast::Expr& e, const char* statement) {
-    if (is_name(e, "zero_gradient")) return {SideKind::zero_gradient, 0.0};
-    BoundaryValueReader reader(fields_, statement, sink_);
     const ast::Call* call = std::get_if<ast::Call>(&e->kind);
-    const bool gradient = call && call->callee == "gradient", mixed = call && call->callee == "mixed";
-    const bool on_wall = call && call->callee == "on_wall";
-    if (on_wall && call->arguments.size() == 1) {
-      Side side = read_condition(call->arguments[0].value, statement);
+    const ast::Name* name = std::get_if<ast::Name>(&e->kind);
+    if (call && call->callee == "on_wall") {
+      Side side = takes(*call, 1, e.range()) ? read_condition(call->arguments[0].value, statement) : Side{};
       side.on_wall = true;
       return side;
     }
-    if (!gradient && !mixed && !on_wall) return {SideKind::value, read_wall(e, reader)};
-    if (call->arguments.size() != (mixed ? 3u : 1u)) {
-      sink_.report("kernel-argument-count", e.range(),
-                   {call->callee, mixed ? "3" : "1", std::to_string(call->arguments.size())});
-      return {};
+    BoundaryValueReader reader(fields_, statement, sink_);
+    const SideCondition* condition = call ? find_condition(call->callee) : name ? find_condition(name->name) : nullptr;
+    if (!condition || condition->is_word_alone() != (name != nullptr)) return {SideKind::value, read_wall(e, reader)};
+    Side side{condition->kind};
+    const std::vector<Expr*> parts = given_parts(side);
+    if (call && !takes(*call, parts.size(), e.range())) return {};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const ast::Expr& given = call->arguments[i].value;
+      *parts[i] = parts[i] == &side.value ? read_wall(given, reader) : reader.read(given);
     }
-    const Expr value = read_wall(call->arguments.back().value, reader);
-    if (!mixed) return {SideKind::gradient, value};
-    return {SideKind::mixed, value, reader.read(call->arguments[0].value), reader.read(call->arguments[1].value)};
+    return side;
+  }
+
+  bool takes(const ast::Call& call, std::size_t count, SourceRange range) {
+    if (call.arguments.size() == count) return true;
+    sink_.report("kernel-argument-count", range,
+                 {call.callee, std::to_string(count), std::to_string(call.arguments.size())});
+    return false;
   }
 
   /// A field alone, which is read along the wall, or what is the same all along it.

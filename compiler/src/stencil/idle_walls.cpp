@@ -128,8 +128,12 @@ class Readers {
 };
 
 bool asks_for_something(const model::Side& side) {
-  const bool is_slope = side.kind == SideKind::zero_gradient || side.kind == SideKind::gradient;
-  return !is_slope || !model::is_constant(side.value, 0);
+  return condition_of(side.kind).a != SideCondition::Part::zero || !model::is_constant(side.value, 0);
+}
+
+bool has_no_slope(const model::Side& side) {
+  const bool is_slope = side.kind == SideKind::zero_gradient || condition_of(side.kind).gives_slope();
+  return is_slope && model::is_constant(side.value, 0);
 }
 
 /// Where the condition is written.
@@ -192,7 +196,7 @@ bool is_sought(const model::Problem& problem, const model::State& state) {
 /// False where the state is known to begin with something else at the wall than the condition wants there.
 bool may_begin_with(const model::Problem& problem, const model::State& state, int axis, bool is_high,
                     const model::Side& side) {
-  if (side.kind != SideKind::value) return false;
+  if (!condition_of(side.kind).gives_value()) return false;
   if (!state.initial.formula || is_sought(problem, state)) return true;
   for (const double part : {0.1, 0.5, 0.8}) {  // along the wall
     WallPlace place{};
@@ -232,7 +236,7 @@ void report(const model::Problem& problem, const Idle& idle, DiagnosticSink& sin
   }
   const std::string& holder = idle.holder->name;
   // Where the flux has no slope, what it carries stays as it is: an open end.
-  if (!asks_for_something(idle.of(*idle.holder)) && !varies(problem, side)) {
+  if (has_no_slope(idle.of(*idle.holder)) && !varies(problem, side)) {
     const std::string hint = fmt::format(
         "where {} has no slope, {} on the wall stays what it begins with: write zero_gradient", holder, name);
     if (may_begin_with(problem, idle.state, idle.axis, idle.is_high, side)) {

@@ -236,36 +236,11 @@ void run_kernel(const Kernel& kernel, int grow, const std::vector<Topology>& axe
 
 // ---- halos ---------------------------------------------------------------------------------------------------------
 
-/// What a fill puts into a place: weight*u[image] + rate*c, and on walls farther*u of the cell behind the image.
-struct Mirror {
-  double weight, rate, farther = 0;
-};
-
-Mirror mirror(const Side& side, double a, double b, double way) {
-  switch (side.kind) {
-    case SideKind::value: return {-1, 2};
-    case SideKind::zero_gradient: return {1, 0};
-    case SideKind::gradient: return {1, way};
-    case SideKind::mixed: return {(2 * b - a * way) / (2 * b + a * way), 2 * way / (2 * b + a * way)};
-  }
-  unreachable("kind of side");
-}
-
-/// For the point on a wall, of an axis with n cells.
-Mirror on_the_wall(const Side& side, int n, double a, double b, double h) {
-  if (side.kind == SideKind::value) return {0, 1};
-  if (side.kind == SideKind::zero_gradient) b = h = 1;
-  if (side.kind == SideKind::gradient) b = 1;
-  const double rate = 1 / (a + (n < 3 ? 1 : 1.5) * b / h);
-  if (n < 3) return {b / h * rate, rate};
-  return {2 * b / h * rate, rate, -b / (2 * h) * rate};
-}
-
 /// A halo cell, the cells it is filled from, and how; `side` is nullptr along periodic axes.
 struct HaloCell {
   Cell place, image, behind;
   const Side* side;
-  Mirror mirror;
+  GhostWeights ghost;
 };
 
 double uniform_value(const Expr& e, const State& state, const Params& params) {
@@ -273,41 +248,53 @@ double uniform_value(const Expr& e, const State& state, const Params& params) {
   return Point{state, no_axes, params, {}, {}}.value(e);
 }
 
+/// Layer k of a side of an axis with n cells: where it is, where its image is, and how it is made of that.
+struct Layer {
+  int place, image;
+  GhostWeights ghost{1, 0, 0};
+};
+
+Layer bounded_layer(const Side& side, bool low_side, int k, int n, double h, const State& state, const Params& params) {
+  const GhostRule& rule = rule_of(side);
+  const int on_wall = rule.on_walls ? 1 : 0;
+  const GhostRow& row = (on_wall == 1 && k == 0 ? rule.wall : rule.beyond).on(n);
+  std::array<double, side_coefficients> coefficients{};
+  std::ranges::transform(coefficients_of(side), coefficients.begin(), [&](const SideCoefficient& c) {
+    const double value = uniform_value(c.value, state, params);
+    return c.per_spacing ? value / h : value;
+  });
+  const auto cell = [&](int inside) { return low_side ? inside : n - 1 - on_wall - inside; };
+  return {cell(-1 - k), cell(row.first + row.step * k), weights_of(row, coefficients, 2 * k + 1 - on_wall)};
+}
+
 /// The halo cells of both sides of an axis in layer k, over the halo of the axes before.
 std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boundary, int axis, int k,
                                     const Cell& width, const Params& params) {
   const int n = state.grid().cells[axis];
   const bool periodic = boundary.topology == Topology::periodic;
-  const int on_wall = is_on_walls(boundary) ? 1 : 0;
-  const bool is_wall = on_wall == 1 && k == 0;
+  const bool is_wall = is_on_walls(boundary) && k == 0;
+  const auto spacing = params.find(std::string("h") + "xyz"[axis]);
+  const double h = spacing == params.end() ? 0 : spacing->second;
   std::vector<HaloCell> cells;
   for (const bool first : {true, false}) {
     const bool low_side = first != is_wall;
     if (k == width[axis] && low_side) continue;
     const Side& side = low_side ? boundary.low : boundary.high;
-    if (is_wall && !low_side && n == 1 && side.kind != SideKind::value) continue;  // stays as it is
-    Mirror how{1, 0};
-    if (!periodic) {
-      const bool mixed = side.kind == SideKind::mixed, slope = mixed || side.kind == SideKind::gradient;
-      const double h = slope ? params.at(std::string("h") + "xyz"[axis]) : 0;
-      const double a = mixed ? uniform_value(side.a, state, params) : 0;
-      const double b = mixed ? uniform_value(side.b, state, params) : 0;
-      how = is_wall ? on_the_wall(side, n, a, b, h) : mirror(side, a, b, (2 * k + 1 - on_wall) * h);
-    }
-    const int place = low_side ? -1 - k : n - on_wall + k;
-    const int inner = is_wall ? std::max(n - 2, 0) : n - 1 - k;
-    const int image = periodic ? modulo(place, n) : low_side ? std::max(k - on_wall, 0) : inner;
+    if (is_wall && !low_side && n == 1 && derives_wall(side, n)) continue;  // stays as it is
+    const int around = low_side ? -1 - k : n + k;
+    const Layer layer =
+        periodic ? Layer{around, modulo(around, n)} : bounded_layer(side, low_side, k, n, h, state, params);
     Cell low{}, high = state.grid().cells;
     for (int before = 0; before < axis; ++before) {
       low[before] -= width[before];
       high[before] += width[before];
     }
-    low[axis] = place;
-    high[axis] = place + 1;
+    low[axis] = layer.place;
+    high[axis] = layer.place + 1;
     for_each_cell(low, high, [&](const Cell& cell) {
-      cells.push_back({cell, cell, cell, periodic ? nullptr : &side, how});
-      cells.back().image[axis] = image;
-      cells.back().behind[axis] = image + (low_side ? 1 : -1);
+      cells.push_back({cell, cell, cell, periodic ? nullptr : &side, layer.ghost});
+      cells.back().image[axis] = layer.image;
+      cells.back().behind[axis] = layer.image + (low_side ? 1 : -1);
     });
   }
   return cells;
@@ -315,7 +302,7 @@ std::vector<HaloCell> layer_of_halo(const State& state, const AxisBoundary& boun
 
 double wall_value(const HaloCell& cell, const std::vector<AxisBoundary>& axes, const State& state,
                   const Params& params) {
-  if (!cell.side || cell.side->kind == SideKind::zero_gradient) return 0;
+  if (!cell.side) return 0;
   Cell place = cell.place;
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     if (axes[axis].topology == Topology::periodic) place[axis] = modulo(place[axis], state.grid().cells[axis]);
@@ -332,9 +319,9 @@ void apply(State& state, const Fill& fill, const Params& params) {
     const int layers = width[axis] + (is_on_walls(fill.axes[axis]) ? 1 : 0);
     for (int k = 0; k < layers; ++k) {
       for (const HaloCell& cell : layer_of_halo(state, fill.axes[axis], axis, k, width, params)) {
-        const double constant = cell.mirror.rate * wall_value(cell, fill.axes, state, params);
-        double inner = cell.mirror.weight == 0 ? 0 : cell.mirror.weight * state.at(fill.field, cell.image);
-        if (cell.mirror.farther != 0) inner += cell.mirror.farther * state.at(fill.field, cell.behind);
+        const double constant = cell.ghost.rate * wall_value(cell, fill.axes, state, params);
+        double inner = cell.ghost.weight == 0 ? 0 : cell.ghost.weight * state.at(fill.field, cell.image);
+        if (cell.ghost.farther != 0) inner += cell.ghost.farther * state.at(fill.field, cell.behind);
         state.at(fill.field, cell.place) = state.stored(inner + constant);
       }
     }
@@ -355,15 +342,15 @@ void apply(State& state, const Fold& fold, const Params& params) {
         const double value = state.at(fold.field, cell.place);
         if (const std::string* field = wall_field(*cell.side)) {
           double& wall = state.at(*field, cell.place);
-          wall = state.stored(wall + cell.mirror.rate * value);
+          wall = state.stored(wall + cell.ghost.rate * value);
         }
-        if (cell.mirror.farther != 0) {
+        if (cell.ghost.farther != 0) {
           double& behind = state.at(fold.field, cell.behind);
-          behind = state.stored(behind + cell.mirror.farther * value);
+          behind = state.stored(behind + cell.ghost.farther * value);
         }
-        if (cell.mirror.weight != 0) {
+        if (cell.ghost.weight != 0) {
           double& image = state.at(fold.field, cell.image);
-          image = state.stored(image + cell.mirror.weight * value);
+          image = state.stored(image + cell.ghost.weight * value);
         }
         state.at(fold.field, cell.place) = 0;
       }

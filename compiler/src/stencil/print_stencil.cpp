@@ -160,14 +160,9 @@ std::string parameters_text(const Kernel& kernel) {
 }
 
 std::string condition_text(const Side& side) {
-  switch (side.kind) {
-    case SideKind::value: return print(side.value, 1);
-    case SideKind::zero_gradient: return "zero_gradient";
-    case SideKind::gradient: return fmt::format("gradient({})", print(side.value, 1));
-    case SideKind::mixed:
-      return fmt::format("mixed({}, {}, {})", print(side.a, 1), print(side.b, 1), print(side.value, 1));
-  }
-  unreachable("kind of side");
+  std::vector<std::string> given;
+  for (const Expr* part : given_parts(side)) given.push_back(print(*part, 1));
+  return condition_of(side.kind).text(given);
 }
 
 std::string side_text(const Side& side) {

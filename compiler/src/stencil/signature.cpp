@@ -126,55 +126,6 @@ const Signature::Read* Signature::find_read(const std::string& field) const {
   return found == reads.end() ? nullptr : &*found;
 }
 
-const std::string* wall_field(const Side& side) {
-  const Access* access = side.kind == SideKind::zero_gradient ? nullptr : std::get_if<Access>(&side.value->kind);
-  return access ? &access->field : nullptr;
-}
-
-bool is_on_walls(const AxisBoundary& axis) { return axis.topology == Topology::bounded && axis.low.on_wall; }
-
-bool is_on_walls(const std::vector<AxisBoundary>& axes) {
-  return std::any_of(axes.begin(), axes.end(), [](const AxisBoundary& axis) { return is_on_walls(axis); });
-}
-
-std::set<std::string> wall_fields(const std::vector<AxisBoundary>& axes) {
-  std::set<std::string> fields;
-  for_each_side(axes, [&](const Side& side) {
-    if (const std::string* wall = wall_field(side)) fields.insert(*wall);
-  });
-  return fields;
-}
-
-void for_each_side(const std::vector<AxisBoundary>& axes, const std::function<void(const Side&)>& f) {
-  for (const AxisBoundary& axis : axes) {
-    if (axis.topology == Topology::periodic) continue;
-    f(axis.low);
-    f(axis.high);
-  }
-}
-
-void for_each_side_value(const std::vector<AxisBoundary>& axes, const std::function<void(const Expr&)>& f) {
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    if (axes[axis].topology == Topology::periodic) continue;
-    for (const Side* side : {&axes[axis].low, &axes[axis].high}) {
-      if (side->kind == SideKind::zero_gradient) continue;
-      f(side->value);
-      if (side->kind == SideKind::mixed) f(side->a);
-      if (side->kind == SideKind::mixed) f(side->b);
-      if (side->kind == SideKind::gradient || side->kind == SideKind::mixed) f(param(std::string("h") + "xyz"[axis]));
-    }
-  }
-}
-
-std::vector<AxisBoundary> map_sides(std::vector<AxisBoundary> axes, const std::function<Expr(const Expr&)>& f) {
-  for (AxisBoundary& axis : axes) {
-    for (Side* side : {&axis.low, &axis.high}) {
-      for (Expr* part : {&side->value, &side->a, &side->b}) *part = f(*part);
-    }
-  }
-  return axes;
-}
-
 int reach_of(const Interp& i, const std::vector<Topology>& axes) {
   int reach = 0;
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {

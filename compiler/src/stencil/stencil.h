@@ -18,11 +18,15 @@
 //    to. on_wall(condition), at both sides of an axis or at none: the values lie on the upper faces of the cells, so
 //    that -1 and n-1 are on the walls. The fill sets both, high before low: a value c as it is, the other conditions
 //    with w at the wall for (u+v)/2 and the one-sided derivative (3w - 4u' + u'')/(2*hx) for (v-u)/s, u' and u'' one
-//    and two cells inside; (w - u')/hx where n = 2. Where n = 1 nothing lies inside: a high side that is no value keeps
+//    and two cells inside; (w - u')/hx where n = 2. Where n = 1 nothing lies inside: a high side that reads u' keeps
 //    what is there, and then low takes (w - u')/hx with that for u'. From k = 1 outwards, low before high, the
 //    conditions are as above, about the wall: -1-k from k-1, n-1+k from n-1-k, s = 2k*hx. n-1 is the only interior
 //    place a fill ever changes: such a field is filled before it is read anywhere. What a program leaves at n-1 of a
 //    result is what its kernel stored there, or a fill behind it, or what the fill of the next step sets.
+//    linear: the straight line goes on, v = (k+2)*u - (k+1)*u', u and u' the first two cells inside; v = u where n = 1.
+//    On walls w = 2u' - u'' (u' where n < 3), and beyond them v = (k+1)*w - k*u'.
+//    So each place gets weight*u + farther*u' + rate*c, u' one cell farther inside than its image u. The rows of
+//    support/side_conditions.h are these numbers, for this level, its derivatives and all back ends.
 //  - fold u grow g: the transpose of the linear part of a fill of g halo cells on each side of bounded axes (periodic
 //    axes are not touched: their transposes are fills of the seeds): axes in reverse, adds each of those halo values,
 //    times its weight, onto the cell it was filled from and then sets that halo value to 0; where c is a field, it
@@ -64,6 +68,7 @@
 
 #include "network/network.h"
 #include "source/source_file.h"
+#include "support/side_conditions.h"
 #include "support/vocabulary.h"
 
 namespace dpde::stencil {
@@ -194,8 +199,8 @@ struct Kernel {
 };
 
 /// One side of a bounded axis. `value` is made of params and numbers, or is one field at offset 0 (for a fold: the
-/// field that the transpose goes to); zero_gradient has none. `a` and `b`, of params and numbers, are meant for
-/// SideKind::mixed. `on_wall`: of a field whose last value along the axis lies on the wall.
+/// field that the transpose goes to). `a` and `b` are of params and numbers. Where the condition is not given one of
+/// them it is 0. `on_wall`: of a field whose last value along the axis lies on the wall.
 struct Side {
   SideKind kind = SideKind::value;
   Expr value = 0.0;

@@ -48,7 +48,7 @@ bool is_on_walls(const model::State& state, const model::Problem& problem, int a
 Expr with_wall_value(const model::State& state, const model::Problem& problem, const Expr& value, const Expr& time) {
   Expr result = value;
   for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
-    if (!is_on_walls(state, problem, axis) || state.boundary[axis].high.kind != SideKind::value) continue;
+    if (!is_on_walls(state, problem, axis) || !condition_of(state.boundary[axis].high.kind).gives_value()) continue;
     Offset next{};
     next[axis] = 1;
     result = select(inside(next, 0), result, side_value(state, problem, axis, false, time));
@@ -58,7 +58,7 @@ Expr with_wall_value(const model::State& state, const model::Problem& problem, c
 
 bool is_derived_on_wall(const model::State& state, const model::Problem& problem) {
   for (int axis = 0; axis < static_cast<int>(problem.axes.size()); ++axis) {
-    if (is_on_walls(state, problem, axis) && state.boundary[axis].high.kind != SideKind::value) return true;
+    if (is_on_walls(state, problem, axis) && !condition_of(state.boundary[axis].high.kind).gives_value()) return true;
   }
   return false;
 }
@@ -90,7 +90,7 @@ std::vector<AxisBoundary> Walls::boundary(const model::State& state, const Expr&
       const Expr c = side_value(state, problem_, axis, is_low, time);
       Side& side = is_low ? boundary.back().low : boundary.back().high;
       side = {from.kind, c, lowered(from.a, time, {}), lowered(from.b, time, {}), on_wall};
-      if (from.kind == SideKind::zero_gradient || !varies(from.value)) continue;
+      if (!varies(from.value)) continue;
       // the points on the high wall belong to the last cells
       const Expr last = on_wall && !is_low ? Expr(wall) - spacing(axis) : Expr(wall);
       const Expr beyond = binary(is_low ? BinaryOp::less : BinaryOp::greater, access(axis_letter(axis)), last);

@@ -46,7 +46,6 @@ enum class Fn {
 };
 
 enum class Topology { periodic, bounded };
-enum class SideKind { value, zero_gradient, gradient, mixed };
 /// How the values of a field along some axes become one.
 enum class Reduction { mean, sum, max, min };
 /// What the values of fields are, and what is computed with them.

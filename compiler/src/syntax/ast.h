@@ -158,7 +158,7 @@ struct ExactItem {  // exact u = exp(-t)*sin(x)
 };
 struct BoundarySide {  // x.low = 0     x = zero_gradient     all = 0
   Identifier place;    // "x", "x.low", "x.high", "all"
-  Expr value;          // an expression, or Name zero_gradient / periodic
+  Expr value;          // an expression, or the Name of a condition, as zero_gradient, or periodic
 };
 struct BoundaryItem {  // boundary u: x.low = 0, x.high = 1
   Identifier field;

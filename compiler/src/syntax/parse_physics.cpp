@@ -2,6 +2,7 @@
 // The items of models, scenes and schemes.
 #include <fmt/format.h>
 
+#include "support/side_conditions.h"
 #include "syntax/parse_parts.h"
 
 namespace dpde::ast {
@@ -272,7 +273,7 @@ std::vector<BoundarySide> parse_sides(Cursor& cursor) {
     const TokenKind second = cursor.peek_second().kind;
     const bool has_place = second == TokenKind::assign || second == TokenKind::dot || second == TokenKind::identifier;
     if (has_place && !cursor.at(TokenKind::assign)) side.place = parse_place(cursor);
-    const bool is_word = cursor.at_word("periodic") || cursor.at_word("zero_gradient");
+    const bool is_word = cursor.at(TokenKind::identifier) && is_side_word(cursor.peek().spelling);
     if (!is_word && !cursor.accept(TokenKind::assign)) {
       cursor.fail_expected("'=', 'periodic' or 'zero_gradient'");
     }

@@ -6,6 +6,7 @@
 
 #include "support/assert.h"
 #include "support/match.h"
+#include "support/side_conditions.h"
 
 namespace dpde::ast {
 namespace {
@@ -44,11 +45,6 @@ std::string print_grid(const GridItem& grid) {
   return text;
 }
 
-bool is_word(const Expr& value, std::string_view word) {
-  const auto* name = std::get_if<Name>(&value->kind);
-  return name != nullptr && name->name == word;
-}
-
 std::string print_boundary(const BoundaryItem& boundary) {
   std::string text = "boundary " + boundary.field.name;
   if (boundary.bare) return text + " = " + print(boundary.sides[0].value);
@@ -67,8 +63,8 @@ std::string print_fill(const FillItem& fill) {
   const char* separator = " ";
   for (const BoundarySide& side : fill.sides) {
     const bool alone = side.place.name == "all" && fill.sides.size() == 1;
-    const bool periodic = is_word(side.value, "periodic");
-    const bool bare = periodic || (alone && is_word(side.value, "zero_gradient"));
+    const auto* word = std::get_if<Name>(&side.value->kind);
+    const bool bare = word && (word->name == "periodic" || (alone && is_side_word(word->name)));
     text += fmt::format("{}{}{}{}", separator, alone ? "" : side.place.name + " ", bare ? "" : "= ", print(side.value));
     separator = ", ";
   }

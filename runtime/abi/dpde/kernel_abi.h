@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 11
+#define DPDE_ABI_VERSION 12
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -78,25 +78,45 @@ typedef struct dpde_kernel {
                   row */
 } dpde_kernel;
 
-enum {
-  DPDE_PERIODIC = 0,
-  DPDE_VALUE = 1,
-  DPDE_ZERO_GRADIENT = 2,
-  DPDE_MIXED = 3,
-  DPDE_ON_WALL = 4,
-  DPDE_MIXED_ON_WALL = 5
-};
-/* One side of an axis, what a fill puts into cell -1-k from cell k, with m = 2k+1:
- *   DPDE_VALUE: 2c - u. DPDE_ZERO_GRADIENT: u. DPDE_MIXED: the v with a*(u+v)/2 + b*(v-u)/m = c.
- *   DPDE_ON_WALL and DPDE_MIXED_ON_WALL, at both sides or none: cells -1 and cells-1 are on the walls. The first makes
- * them c, the second the w with a*w + b*(3w - 4u + u')/2 = c, u and u' one and two cells inside; with b*(w - u) where
- * there are two cells. One cell: a high side that is mixed stays as it is, a low one gets that w. Then -1-k is made
- * from cell k-1 and cells-1+k from cell cells-1-k as by DPDE_VALUE and DPDE_MIXED, with m = 2k, k >= 1. value, a, b:
- * index of the uniform that holds c, a, b; -1 for 0. field: index of the field that holds c at the place that is filled
- * (along periodic axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
+/* fixed + by_way*m, for a place m cells away from its mirror image. */
+typedef struct dpde_ghost_number {
+  double fixed, by_way;
+} dpde_ghost_number;
+typedef struct dpde_ghost_term {
+  dpde_ghost_number place, image, behind;
+} dpde_ghost_term;
+enum { DPDE_SIDE_COEFFICIENTS = 2 };
+/* What holds between v at a place beyond a side, u at its image, w one cell farther inside, and c: the sum over the
+ * coefficients of coefficient*(place*v + image*u + behind*w) is rate*c. The image of layer k lies first + step*k cells
+ * inside. A coefficient that is DPDE_ZERO has no part in it, so that nothing may be read. */
+typedef struct dpde_ghost_row {
+  dpde_ghost_term terms[DPDE_SIDE_COEFFICIENTS];
+  dpde_ghost_number rate;
+  int64_t first, step;
+} dpde_ghost_row;
+/* On axes with fewer than `least` cells the second row holds. */
+typedef struct dpde_ghost_rows {
+  dpde_ghost_row row;
+  int64_t least;
+  dpde_ghost_row of_few;
+} dpde_ghost_rows;
+/* on_walls 0: layer k is the cell -1-k or cells+k, from `beyond` with m = 2k+1. 1, at both sides of an axis or at none:
+ * cells -1 and cells-1 are layer 0, on the walls, from `wall`, the others from `beyond` with m = 2k. There a cell that
+ * is `first` cells inside lies beside the wall. One cell: a high wall that reads inside stays as it is. */
+typedef struct dpde_rule {
+  int32_t on_walls;
+  dpde_ghost_rows wall, beyond;
+} dpde_rule;
+
+/* In place of the index of a uniform. */
+enum { DPDE_ZERO = -1, DPDE_ONE = -2 };
+/* One side of an axis. rule: null where the axis is periodic. coefficients: uniforms, DPDE_ZERO or DPDE_ONE. value: the
+ * uniform that holds c; DPDE_ZERO. field: index of the field that holds c at the place that is filled (along periodic
+ * axes wrapped), -1 where c is `value`; for a fold, the field its transpose is added to. */
 typedef struct dpde_side {
-  int32_t kind;
-  int32_t value, a, b;
+  const dpde_rule* rule;
+  int32_t coefficients[DPDE_SIDE_COEFFICIENTS];
+  int32_t value;
   int32_t field;
 } dpde_side;
 typedef struct dpde_boundary {

@@ -23,15 +23,6 @@ std::vector<std::string> texts(const Item* items, int32_t count, const Text& tex
 
 std::string quoted(const char* text) { return text ? fmt::format("\"{}\"", text) : "nullptr"; }
 
-std::string side(const dpde_side& s) {
-  return fmt::format("{{{}, {}, {}, {}, {}}}", s.kind, s.value, s.a, s.b, s.field);
-}
-std::string boundary(const dpde_boundary& b) { return fmt::format("{{{}, {}}}", side(b.low), side(b.high)); }
-
-std::string fill(const dpde_fill& f) {
-  return fmt::format("{{{}, {{{}, {}, {}}}}}", f.field, boundary(f.axes[0]), boundary(f.axes[1]), boundary(f.axes[2]));
-}
-
 std::string three(const int64_t (&values)[3]) { return fmt::format("{{{}, {}, {}}}", values[0], values[1], values[2]); }
 
 /// Writes tables; each gets a name by what it holds and a number.
@@ -62,6 +53,8 @@ class Tables {
   const std::string& text() const { return out_; }
 
  private:
+  std::string rule(const dpde_rule* source);
+  std::string fill(const dpde_fill& source);
   std::string kernel(const dpde_kernel& source);
   std::string operation(const dpde_operation& source, const dpde_program& program);
   std::string inference(const dpde_inference& source, const dpde_program& program);
@@ -71,7 +64,49 @@ class Tables {
   std::map<std::string, std::string> names_;
   std::map<const dpde_program*, std::string> programs_;
   std::map<std::string, std::string> networks_;
+  std::map<const dpde_rule*, std::string> rules_;
 };
+
+std::string number(double value) {
+  if (std::isfinite(value)) return fmt::format("{}", value);
+  return value < 0 ? "-__builtin_inf()" : "__builtin_inf()";
+}
+
+std::string text_of(const dpde_ghost_number& n) { return fmt::format("{{{}, {}}}", number(n.fixed), number(n.by_way)); }
+
+std::string text_of(const dpde_ghost_row& row) {
+  const auto term = [](const dpde_ghost_term& t) {
+    return fmt::format("{{{}, {}, {}}}", text_of(t.place), text_of(t.image), text_of(t.behind));
+  };
+  return fmt::format("{{{{{}}}, {}, {}, {}}}", fmt::join(texts(row.terms, DPDE_SIDE_COEFFICIENTS, term), ", "),
+                     text_of(row.rate), row.first, row.step);
+}
+
+std::string text_of(const dpde_ghost_rows& rows) {
+  return fmt::format("{{{}, {}, {}}}", text_of(rows.row), rows.least, text_of(rows.of_few));
+}
+
+/// "nullptr" or the address of the rule, defined at its first use.
+std::string Tables::rule(const dpde_rule* source) {
+  if (source == nullptr) return "nullptr";
+  const auto found = rules_.find(source);
+  if (found != rules_.end()) return found->second;
+  const std::string name = fmt::format("dpde_rule_{}", rules_.size());
+  out_ += fmt::format("static const dpde_rule {} = {{{},\n    {},\n    {}}};\n", name, source->on_walls,
+                      text_of(source->wall), text_of(source->beyond));
+  return rules_[source] = "&" + name;
+}
+
+std::string Tables::fill(const dpde_fill& f) {
+  const auto side = [&](const dpde_side& s) {
+    return fmt::format("{{{}, {{{}}}, {}, {}}}", rule(s.rule), fmt::join(s.coefficients, ", "), s.value, s.field);
+  };
+  const auto axis = [&](const dpde_boundary& b) {
+    const std::string low = side(b.low), high = side(b.high);
+    return fmt::format("{{{}, {}}}", low, high);
+  };
+  return fmt::format("{{{}, {{{}}}}}", f.field, fmt::join(texts(f.axes, DPDE_MAX_RANK, axis), ", "));
+}
 
 std::string Tables::kernel(const dpde_kernel& k) {
   const auto stream = [](const dpde_stream& s) {
@@ -118,7 +153,8 @@ std::string Tables::inference(const dpde_inference& i, const dpde_program& progr
 }
 
 std::string Tables::operation(const dpde_operation& o, const dpde_program& program) {
-  const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, fill));
+  const auto one_fill = [&](const dpde_fill& f) { return fill(f); };
+  const std::string then = array("dpde_fill", "fills", texts(o.then, o.then_count, one_fill));
   const dpde_reduce& r = o.reduce;
   const std::string reduce =
       fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
@@ -137,7 +173,8 @@ std::string Tables::program(const dpde_program* source) {
                     sums = names(p.sums, p.sum_count);
   const std::string kernels = array("dpde_kernel", "kernels",
                                     texts(p.kernels, p.kernel_count, [&](const dpde_kernel& k) { return kernel(k); }));
-  const std::string prepare = array("dpde_fill", "fills", texts(p.prepare, p.prepare_count, fill));
+  const auto one_fill = [&](const dpde_fill& f) { return fill(f); };
+  const std::string prepare = array("dpde_fill", "fills", texts(p.prepare, p.prepare_count, one_fill));
   const std::string operations =
       array("dpde_operation", "operations",
             texts(p.operations, p.operation_count, [&](const dpde_operation& o) { return operation(o, p); }));
@@ -162,11 +199,6 @@ std::string Tables::program(const dpde_program* source) {
   out_ += fmt::format("    {}, {}, {}, {},  // networks, links\n", p.network_count, networks, p.link_count, links);
   out_ += "    nullptr, nullptr};\n";
   return programs_[source] = "&" + name;
-}
-
-std::string number(double value) {
-  if (std::isfinite(value)) return fmt::format("{}", value);
-  return value < 0 ? "-__builtin_inf()" : "__builtin_inf()";
 }
 
 std::string second(const dpde_second& s, Tables& tables) {

@@ -42,51 +42,55 @@ bool is_zero(const Draft& draft, const Expr& e) {
 }
 
 /// Whether the call has `count` arguments without names.
-bool takes(Draft& draft, const ast::Call& call, std::size_t count, const char* example) {
+bool takes(Draft& draft, const ast::Call& call, std::size_t count, const std::string& usage) {
   bool plain = call.arguments.size() == count;
   for (const ast::Argument& argument : call.arguments) plain = plain && argument.name.empty();
   if (plain) return true;
   draft.sink.report("wrong-argument-count", call.callee_range,
                     {call.callee, counted(static_cast<int>(count), "argument"), std::to_string(call.arguments.size())},
-                    example);
+                    usage);
   return false;
 }
 
-std::optional<Side> gradient_side(Draft& draft, const ast::Call& call, const std::string& field) {
-  if (!takes(draft, call, 1, "write gradient(g), the derivative along the outward normal")) return std::nullopt;
-  const auto value = Expressions(draft, Purpose::boundary, field).number(call.arguments[0].value);
-  return value ? std::optional(Side{SideKind::gradient, *value}) : std::nullopt;
-}
-
-std::optional<Side> mixed_side(Draft& draft, const ast::Call& call, const std::string& field) {
-  const char* example = "write mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal";
-  if (!takes(draft, call, 3, example)) return std::nullopt;
-  const auto a = Expressions(draft, Purpose::boundary_weight, field).number(call.arguments[0].value);
-  const auto b = Expressions(draft, Purpose::boundary_weight, field).number(call.arguments[1].value);
-  const auto c = Expressions(draft, Purpose::boundary, field).number(call.arguments[2].value);
-  if (!a || !b || !c) return std::nullopt;
-  if (is_zero(draft, *a) && is_zero(draft, *b)) {
-    draft.sink.report("empty-condition", call.callee_range, {field}, example);
+/// u = ..., WORD or WORD(...) of side_conditions.h.
+std::optional<Side> condition_side(Draft& draft, const SideCondition& condition, const ast::Call& call,
+                                   const std::string& field) {
+  Side side{condition.kind};
+  const std::vector<Expr*> parts = given_parts(side);
+  const std::string usage = fmt::format("write {}", condition.usage);
+  if (!takes(draft, call, parts.size(), usage)) return std::nullopt;
+  bool good = true;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Purpose purpose = parts[i] == &side.value ? Purpose::boundary : Purpose::boundary_weight;
+    const auto part = Expressions(draft, purpose, field).number(call.arguments[i].value);
+    if (part) *parts[i] = *part;
+    good = good && part;
+  }
+  if (!good) return std::nullopt;
+  if (condition.b == SideCondition::Part::given && is_zero(draft, side.a) && is_zero(draft, side.b)) {
+    draft.sink.report("empty-condition", call.callee_range, {field}, usage);
     return std::nullopt;
   }
-  return Side{SideKind::mixed, *c, *a, *b};
+  return side;
 }
 
 std::optional<Side> side_of(Draft& draft, const ast::Expr& value, const std::string& field) {
   const auto* word = std::get_if<ast::Name>(&value->kind);
-  if (word && word->name == "zero_gradient") return Side{SideKind::zero_gradient, 0.0};
+  const SideCondition* named = word ? find_condition(word->name) : nullptr;
+  if (named && named->is_word_alone()) return Side{named->kind};
   if (word && word->name == "periodic") {
     draft.sink.report("not-allowed-here", value.range(), {"periodic", "a boundary"},
                       "write it in the grid line: grid x = 0 .. 1, cells 128, periodic");
     return std::nullopt;
   }
   const auto* call = std::get_if<ast::Call>(&value->kind);
-  if (call && call->callee == "gradient") return gradient_side(draft, *call, field);
-  if (call && call->callee == "mixed") return mixed_side(draft, *call, field);
+  const SideCondition* called = call ? find_condition(call->callee) : nullptr;
+  if (called && !(called->is_word_alone() && call->arguments.empty()))
+    return condition_side(draft, *called, *call, field);
   if (call && call->callee == "on_wall") {
     draft.sink.report("not-allowed-here", call->callee_range, {"on_wall", "the boundary of a scene"},
                       "in a model, field u on faces.x says that u lies on the walls; its boundary is a value, "
-                      "zero_gradient, gradient(g) or mixed(a, b, c)");
+                      "zero_gradient, gradient(g), mixed(a, b, c) or linear");
     return std::nullopt;
   }
   const auto number = Expressions(draft, Purpose::boundary, field).number(value);
@@ -202,8 +206,8 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
     if ((place->axis >= 0 && place->axis != i) || is_periodic(axis)) continue;
     const Side set = value.value_or(Side{});
     const auto* call = std::get_if<ast::Call>(&side.value->kind);
-    if (set.kind == SideKind::mixed)
-      draft.mixed_sides.push_back({into.field, i, set.a, set.b, call ? call->callee_range : side.place.range});
+    if (condition_of(set.kind).b == SideCondition::Part::given)
+      draft.weighted_sides.push_back({into.field, i, set.a, set.b, call ? call->callee_range : side.place.range});
     const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before

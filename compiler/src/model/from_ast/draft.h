@@ -69,7 +69,7 @@ struct OpenPlace {
 };
 
 /// A condition a*u + b*du/dn = c at a wall across an axis.
-struct MixedSide {
+struct WeightedSide {
   std::string field;
   int axis = 0;
   Expr a = 0.0, b = 0.0;
@@ -100,7 +100,7 @@ struct Draft {
   std::set<std::string> controls;                       // parameters that vary in time
   std::set<std::string> used;                           // parameters and coefficients that were read anywhere
   std::vector<OpenPlace> open_places;                   // of all formulas
-  std::vector<MixedSide> mixed_sides;                   // as often as they are written for a field and an axis
+  std::vector<WeightedSide> weighted_sides;             // as often as they are written for a field and an axis
   std::vector<DeclaredNetwork> networks;                // all of the file
   std::set<std::string> called_networks;
 };

@@ -9,6 +9,7 @@
 
 #include "source/diagnostic.h"
 #include "support/assert.h"
+#include "support/side_conditions.h"
 
 namespace dpde::model {
 
@@ -20,8 +21,7 @@ constexpr std::size_t longest_list = 20;
 constexpr std::string_view reserved_words[] = {
     "x",      "y",   "z",   "t",   "pi",    "dt",   "hx",    "hy",           "hz",
     "if",     "and", "or",  "not", "let",   "loss", "cells", "courant_rate", "inside",
-    "interp", "in",  "out", "sum", "inout", "grow", "all",   "periodic",     "zero_gradient",
-    "param",
+    "interp", "in",  "out", "sum", "inout", "grow", "all",   "param",
 };
 
 }  // namespace
@@ -73,7 +73,8 @@ bool is_reserved(const std::string& name) {
   if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // derivatives are called so
   constexpr std::string_view noise = "noise_";                        // fields of noise are called so
   if (name.starts_with(noise) && name.find_first_not_of("0123456789", noise.size()) == std::string::npos) return true;
-  return std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
+  return is_side_word(name) ||
+         std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }
 
 std::string vector_of(const std::string& name) {

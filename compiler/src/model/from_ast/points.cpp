@@ -147,7 +147,7 @@ Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sampl
     return sampled(problem, sample, axis + 1, origin);
   };
   Expr value = taken(Along::linear);
-  if (sides.low.kind == SideKind::gradient) {
+  if (condition_of(sides.low.kind).gives_slope()) {
     const Expr first = place_after(along, number_of_axis, 0.5);
     const Expr share = binary(BinaryOp::divide, minus(first, larger(place, along.low)),
                               times(h, value_at(slope, along.low)));  // of the halo's value
@@ -155,7 +155,7 @@ Expr sampled_beside_slopes(const Problem& problem, const AxisSides& sides, Sampl
         select(binary(BinaryOp::less, place, first),
                plus(times(share, taken(Along::lower)), times(minus(1.0, share), taken(Along::upper))), value, origin);
   }
-  if (sides.high.kind == SideKind::gradient) {
+  if (condition_of(sides.high.kind).gives_slope()) {
     const Expr last = place_before(along, number_of_axis, 0.5);
     const Expr share =
         binary(BinaryOp::divide, minus(smaller(place, along.high), last), times(h, value_at(slope, along.high)));
@@ -173,7 +173,7 @@ Expr sampled(const Problem& problem, Sample sample, std::size_t axis, const Orig
   if (!state || along.topology == Topology::periodic) return sampled(problem, std::move(sample), axis + 1, origin);
   if (state->placement[axis]) return sampled_on_faces(problem, std::move(sample), axis, origin);
   const AxisSides& sides = state->boundary[axis];
-  const bool has_slope = sides.low.kind == SideKind::gradient || sides.high.kind == SideKind::gradient;
+  const bool has_slope = condition_of(sides.low.kind).gives_slope() || condition_of(sides.high.kind).gives_slope();
   if (along.stretch && has_slope) return sampled_beside_slopes(problem, sides, std::move(sample), axis, origin);
   return sampled(problem, std::move(sample), axis + 1, origin);
 }

@@ -20,8 +20,6 @@ bool is_bound(const std::string& name) {
   return std::find(std::begin(bound_params), std::end(bound_params), name) != std::end(bound_params);
 }
 
-bool is_word_of_fill(const std::string& name) { return name == "zero_gradient" || name == "periodic"; }
-
 void declare_param(Draft& draft, const std::string& name, SourceRange range) {
   if (is_bound(name) || draft.scope.find(name)) return;
   draft.scope.declare(name, {Role::parameter, range});
@@ -66,7 +64,7 @@ void declare_names_of(Draft& draft, const ast::Expr& e, const std::set<std::stri
   match(
       e->kind, [](const ast::Number&) {}, [](const ast::Text&) {},
       [&](const ast::Name& n) {
-        if (!is_word_of_fill(n.name) && !written.contains(n.name)) declare_param(draft, n.name, e.range());
+        if (!is_side_word(n.name) && !written.contains(n.name)) declare_param(draft, n.name, e.range());
       },
       [&](const ast::Unary& u) { declare_names_of(draft, u.operand, written); },
       [&](const ast::Binary& b) {
@@ -157,7 +155,7 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
 /// program's boundaries is for readers only.
 bool is_computed(const Draft& draft, const ast::Expr& e) {
   if (const auto* name = std::get_if<ast::Name>(&e->kind))
-    return !is_word_of_fill(name->name) && !draft.scope.find(name->name);
+    return !is_side_word(name->name) && !draft.scope.find(name->name);
   const auto* call = std::get_if<ast::Call>(&e->kind);
   return call && std::ranges::any_of(call->arguments,
                                      [&](const ast::Argument& argument) { return is_computed(draft, argument.value); });

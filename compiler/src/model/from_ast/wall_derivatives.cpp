@@ -18,8 +18,8 @@ std::string walls_with_values(const Problem& problem, const State& state) {
   for (std::size_t axis = 0; axis < problem.axes.size(); ++axis) {
     if (problem.axes[axis].topology == Topology::periodic || state.placement[axis]) continue;
     const AxisSides& sides = state.boundary[axis];
-    if (sides.low.kind == SideKind::value) add(problem.axes[axis].name + ".low");
-    if (sides.high.kind == SideKind::value) add(problem.axes[axis].name + ".high");
+    if (condition_of(sides.low.kind).gives_value()) add(problem.axes[axis].name + ".low");
+    if (condition_of(sides.high.kind).gives_value()) add(problem.axes[axis].name + ".high");
   }
   return walls;
 }

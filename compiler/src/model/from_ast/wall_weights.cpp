@@ -65,7 +65,7 @@ std::optional<WallMisfit> misfit_of_walls(const Problem& problem, const KnownVal
     for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
       if (problem.axes[axis].topology == Topology::periodic || problem.axes[axis].stretch) continue;
       for (const Side* side : {&state.boundary[axis].low, &state.boundary[axis].high}) {
-        if (side->kind != SideKind::mixed || !(may_change(problem, side->a) || may_change(problem, side->b))) continue;
+        if (!may_change(problem, side->a) && !may_change(problem, side->b)) continue;
         const auto misfit = misfit_of_wall(problem, state.name, static_cast<int>(axis), side->a, side->b, values);
         if (misfit) return misfit;
       }
@@ -76,7 +76,7 @@ std::optional<WallMisfit> misfit_of_walls(const Problem& problem, const KnownVal
 
 void check_wall_weights(Draft& draft) {
   std::set<int> told;  // where a line begins: once for all components and axes it is for
-  for (const MixedSide& side : draft.mixed_sides) {
+  for (const WeightedSide& side : draft.weighted_sides) {
     if (told.contains(side.range.begin)) continue;
     std::string when;
     std::optional<WallMisfit> misfit =

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/side_conditions.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "support/assert.h"
+
+namespace dpde {
+
+namespace {
+
+/// a*(u + v)/2 + b*(v - u)/m = c, both sides times 2m.
+constexpr GhostRow mirrored_row(int first) {
+  return {.terms = {{{.place = {0, 1}, .image = {0, 1}}, {.place = {2}, .image = {-2}}}},
+          .rate = {0, 2},
+          .first = first,
+          .step = 1};
+}
+constexpr GhostRule mirrored{.beyond = {mirrored_row(0)}};
+/// With the one-sided derivative (3v - 4u + w)/2; with v - u where there are two cells only.
+constexpr GhostRule mirrored_on_walls{
+    .on_walls = true,
+    .wall = {.row = {.terms = {{{.place = {2}}, {.place = {3}, .image = {-4}, .behind = {1}}}}, .rate = {2}},
+             .least = 3,
+             .of_few = {.terms = {{{.place = {1}}, {.place = {1}, .image = {-1}}}}, .rate = {1}}},
+    .beyond = {mirrored_row(-1)}};
+
+/// The line through the two cells beside the side, 2v = (m + 3)*u - (m + 1)*w, goes on; v = u where there is one.
+constexpr GhostRule continued{.beyond = {.row = {.terms = {{{}, {.place = {2}, .image = {-3, -1}, .behind = {1, 1}}}}},
+                                         .least = 2,
+                                         .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}}};
+/// Beyond the wall from the point on it, 2v = (m + 2)*u - m*w.
+constexpr GhostRule continued_on_walls{
+    .on_walls = true,
+    .wall = {.row = {.terms = {{{}, {.place = {1}, .image = {-2}, .behind = {1}}}}},
+             .least = 3,
+             .of_few = {.terms = {{{}, {.place = {1}, .image = {-1}}}}}},
+    .beyond = {{.terms = {{{}, {.place = {2}, .image = {-2, -1}, .behind = {0, 1}}}}, .first = -1}}};
+
+using enum SideCondition::Part;
+
+constexpr std::array<SideCondition, 5> conditions{
+    {{SideKind::value, "", one, zero, given, &mirrored, &mirrored_on_walls, "a value"},
+     {SideKind::zero_gradient, "zero_gradient", zero, one, zero, &mirrored, &mirrored_on_walls, "zero_gradient"},
+     {SideKind::gradient, "gradient", zero, one, given, &mirrored, &mirrored_on_walls,
+      "gradient(g), the derivative along the outward normal"},
+     {SideKind::mixed, "mixed", given, given, given, &mirrored, &mirrored_on_walls,
+      "mixed(a, b, c) for a*u + b*du/dn = c, n the outward normal"},
+     {SideKind::linear, "linear", zero, one, zero, &continued, &continued_on_walls, "linear"}}};
+
+}  // namespace
+
+GhostWeights weights_of(const GhostRow& row, const std::array<double, side_coefficients>& coefficients, double way) {
+  double place = 0, image = 0, behind = 0;
+  for (int t = 0; t < side_coefficients; ++t) {
+    const GhostRow::Term& term = row.terms[t];
+    place += coefficients[t] * term.place.at(way);
+    image += coefficients[t] * term.image.at(way);
+    behind += coefficients[t] * term.behind.at(way);
+  }
+  return {-image / place, -behind / place, row.rate.at(way) / place};
+}
+
+std::string SideCondition::text(const std::vector<std::string>& given) const {
+  if (word.empty()) return given.front();
+  return given.empty() ? std::string(word) : fmt::format("{}({})", word, fmt::join(given, ", "));
+}
+
+std::span<const SideCondition> side_condition_table() { return conditions; }
+
+const SideCondition& condition_of(SideKind kind) {
+  const auto found = std::ranges::find(conditions, kind, &SideCondition::kind);
+  require(found != conditions.end(), "each kind of side is in the table");
+  return *found;
+}
+
+const SideCondition* find_condition(std::string_view word) {
+  const auto found = std::ranges::find(conditions, word, &SideCondition::word);
+  return word.empty() || found == conditions.end() ? nullptr : &*found;
+}
+
+bool is_side_word(std::string_view word) {
+  const SideCondition* condition = find_condition(word);
+  return word == "periodic" || (condition && condition->is_word_alone());
+}
+
+}  // namespace dpde

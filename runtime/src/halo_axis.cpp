@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "halo_axis.h"
+
+#include <algorithm>
+
+namespace dpde {
+namespace {
+
+double at(const dpde_ghost_number& number, double way) { return number.fixed + number.by_way * way; }
+
+bool is_zero(const dpde_ghost_number& number) { return number.fixed == 0 && number.by_way == 0; }
+
+bool reads_inside(const dpde_side& side, const dpde_ghost_row& row, dpde_ghost_number dpde_ghost_term::*from) {
+  for (int t = 0; t < DPDE_SIDE_COEFFICIENTS; ++t) {
+    if (side.coefficients[t] != DPDE_ZERO && !is_zero(row.terms[t].*from)) return true;
+  }
+  return false;
+}
+
+const dpde_ghost_row& row_of(const dpde_ghost_rows& rows, int64_t cells) {
+  return cells < rows.least ? rows.of_few : rows.row;
+}
+
+}  // namespace
+
+HaloLayer::HaloLayer(const dpde_side& side, int64_t cells, bool is_low, int64_t layer)
+    : place(0), image(0), behind(0), value_(side.value), field_(side.field) {
+  const dpde_rule& rule = *side.rule;
+  const int64_t on_walls = rule.on_walls;
+  row_ = &row_of(on_walls != 0 && layer == 0 ? rule.wall : rule.beyond, cells);
+  way_ = static_cast<double>(2 * layer + 1 - on_walls);
+  const auto cell = [&](int64_t inside) { return is_low ? inside : cells - 1 - on_walls - inside; };
+  const int64_t inside = row_->first + row_->step * layer;
+  place = cell(-1 - layer);
+  image = cell(inside);
+  behind = cell(inside + 1);
+  std::ranges::copy(side.coefficients, coefficients_);
+  is_number_ = std::ranges::all_of(side.coefficients, [](int32_t c) { return c < 0; });
+  reads_image_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::image);
+  reads_behind_ = dpde::reads_inside(side, *row_, &dpde_ghost_term::behind);
+  if (is_number_) ghost_ = computed(nullptr);
+  copies_ = is_number_ && !reads_behind_ && ghost_.weight == 1 && value_ < 0 && field_ < 0;
+}
+
+Ghost HaloLayer::computed(const double* uniforms) const {
+  double at_place = 0, at_image = 0, at_behind = 0;
+  for (int t = 0; t < DPDE_SIDE_COEFFICIENTS; ++t) {
+    if (coefficients_[t] == DPDE_ZERO) continue;
+    const double coefficient = coefficients_[t] == DPDE_ONE ? 1.0 : uniforms[coefficients_[t]];
+    at_place += coefficient * at(row_->terms[t].place, way_);
+    at_image += coefficient * at(row_->terms[t].image, way_);
+    at_behind += coefficient * at(row_->terms[t].behind, way_);
+  }
+  return {-at_image / at_place, -at_behind / at_place, at(row_->rate, way_) / at_place};
+}
+
+HaloAxis::HaloAxis(const dpde_boundary& boundary, int64_t cell_count, int64_t width)
+    : periodic(boundary.low.rule == nullptr), cells(cell_count), halo(width) {
+  if (periodic) {
+    for (int64_t k = 0; k < halo; ++k) {
+      layers.emplace_back(-1 - k, cells - 1 - k);
+      layers.emplace_back(cells + k, k);
+    }
+    return;
+  }
+  const bool on_walls = boundary.low.rule->on_walls != 0;
+  for (int64_t k = 0; k < halo + (on_walls ? 1 : 0); ++k) {
+    const bool is_wall = on_walls && k == 0;
+    const HaloLayer low(boundary.low, cells, true, k), high(boundary.high, cells, false, k);
+    if (k < halo && !is_wall) layers.push_back(low);
+    if (!(is_wall && cells == 1 && high.reads_inside())) layers.push_back(high);
+    if (k < halo && is_wall) layers.push_back(low);
+  }
+}
+
+bool HaloAxis::images_are_direct() const {
+  return std::ranges::all_of(layers, [&](const HaloLayer& layer) {
+    const bool is_beyond = layer.place < 0 || layer.place >= cells;
+    return is_beyond && layer.image >= 0 && layer.image < cells && !layer.reads_behind();
+  });
+}
+
+bool is_mirrored(const dpde_side& side) {
+  if (side.rule == nullptr) return true;
+  const dpde_ghost_rows& beyond = side.rule->beyond;
+  return side.field < 0 && side.rule->on_walls == 0 && beyond.least <= 1 && beyond.row.first == 0 &&
+         beyond.row.step == 1 && !reads_inside(side, beyond.row, &dpde_ghost_term::behind);
+}
+
+}  // namespace dpde

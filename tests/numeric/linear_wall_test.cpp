@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where something leaves: the straight line through the two cells beside a side goes on beyond it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "support/scene_run.h"
+
+namespace dpde {
+namespace {
+
+using testing::Overrides;
+using testing::run_scene;
+using testing::task_gradient;
+
+/// A wave that goes to the right and leaves.
+std::string leaving(const std::string& on, const std::string& out, const std::string& stretch = "") {
+  return "model carry { field u" + on + "; dt(u) = -dx(u) }\nscheme s { time = rk4 }\nscene s : carry with s {\n" +
+         "  grid x = 0 .. 1, cells 8" + stretch + "\n  boundary u: x.low = sin(-3*t), x.high = " + out +
+         "\n  initial u = sin(3*x)\n  exact u = sin(3*(x - t))\n  time 0 .. 0.5, step 1/2048\n}\n";
+}
+
+double order(const std::string& text, int cells) {
+  const auto error = [&](int n) { return run_scene(text, "s", {{"cells", std::to_string(n)}}).l2.at("u"); };
+  return std::log2(error(cells) / error(2 * cells));
+}
+
+TEST(LinearWall, WhatLeavesIsOfOrderTwo) {
+  const std::string stretch = ", stretched (exp(1.5*x) - 1)/(exp(1.5) - 1)";
+  EXPECT_NEAR(order(leaving("", "linear"), 64), 2, 0.1);
+  EXPECT_NEAR(order(leaving("", "linear", stretch), 64), 2, 0.15);
+  EXPECT_NEAR(order(leaving(" on faces.x", "linear"), 64), 2, 0.1);
+  EXPECT_LT(order(leaving("", "zero_gradient"), 64), 1.6);
+}
+
+/// u = 2 + x - t is exact for all operators, in any number of cells that hold a line.
+TEST(LinearWall, LinesAreExact) {
+  const std::string line = R"(
+model carry { field u; dt(u) = -dx(u) + 0.1*lap(u) }
+scheme s { time = rk4; SCHEME }
+scene s : carry with s {
+  grid x = 0 .. 1, cells 8
+  boundary u: x = linear
+  initial u = 2 + x
+  exact u = 2 + x - t
+  time 0 .. 0.25, step 1/256
+}
+)";
+  for (const char* scheme : {"", "advect = upwind(1)", "dx = central(4); lap = central(4)"}) {
+    std::string text = line;
+    text.replace(text.find("SCHEME"), 6, scheme);
+    for (const char* cells : {"2", "3", "4", "9"})
+      EXPECT_LT(run_scene(text, "s", {{"cells", cells}}).l2.at("u"), 1e-13) << scheme << " " << cells;
+  }
+}
+
+/// The loss is quadratic in A, so that its difference is its derivative for any displacement.
+TEST(LinearWall, GradientsAreExact) {
+  const auto text = [](const std::string& a, const std::string& cells, const std::string& sides) {
+    return "model m { field u; param A; dt(u) = 0.05*lap(u) - dx(u) }\nscheme s { time = rk4; dx = central(4) }\n"
+           "scene s : m with s {\n  grid x = 0 .. 1, cells " +
+           cells + "\n  boundary u: " + sides + "\n  A = " + a +
+           "\n  initial u = sin(3*x)\n  time 0 .. 0.2, step 0.02\n}\n"
+           "task t : s {\n  unknown A from " +
+           a + "\n  unknown initial u\n  minimise integral((u - 1)^2) + mean(dx(u)^2) over time\n}\n";
+  };
+  for (const char* cells : {"1", "2", "3", "7"}) {
+    for (const char* sides : {"x.low = A, x.high = linear", "x.low = linear, x.high = gradient(A)",
+                              "x.low = "
+                              "mixed(1, 0.5, A), x.high = linear"}) {
+      const auto here = task_gradient(text("0.4", cells, sides), "t");
+      const double difference =
+          (task_gradient(text("1.4", cells, sides), "t").loss - task_gradient(text("-0.6", cells, sides), "t").loss) /
+          2;
+      EXPECT_NEAR(here.gradient.at("A")[0], difference, 1e-11 * (1 + std::abs(difference))) << cells << " " << sides;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dpde
