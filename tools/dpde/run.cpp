@@ -8,6 +8,7 @@
 
 #include "command.h"
 #include "data_set.h"
+#include "driver/blow_up.h"
 #include "interrupt.h"
 #include "netcdf_output.h"
 #include "preparing.h"
