@@ -122,8 +122,7 @@ bool selects_program(const ast::File& file, const std::string& name) {
 /// What a program computes, as text. Fills are left out: emitted scenes have no boundaries, their programs have.
 std::string computed_by(const stencil::Module& module, const std::string& program) {
   stencil::Module part = run_passes(extract(module, {program}));
-  std::erase_if(part.programs.front().body,
-                [&](const stencil::Statement& statement) { return !stencil::effects(part, statement).fills.empty(); });
+  part.programs.front().body = stencil::without_fills(part.programs.front().body);
   return print(part);
 }
 
