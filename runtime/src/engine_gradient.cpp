@@ -184,7 +184,7 @@ void Engine::set_direction(Rollout& rollout, Values direction) {
       rollout.set_param(unknown.rate, rates[0]);
     } else if (unknown.kind == DPDE_UNKNOWN_CONTROL) {
       const int every = workspace_->controls().find(unknown.name)->second.every;
-      workspace_->set_control(unknown.rate, every, {rates.begin(), rates.end()});
+      workspace_->set_control(unknown.rate, every, rates);
       rollout.set_control(unknown.rate, every, rates);
     }
   }
@@ -219,11 +219,11 @@ void Engine::run_tangents_of_formulas() {
   for (const dpde_program* tangent : {scene_.coefficient_second.tangent, scene_.initial_second.tangent}) {
     if (tangent == nullptr) continue;
     Workspace::Bound bound;
-    std::vector<std::unique_ptr<Field>> unused;
+    std::size_t left_out = 0;
     for (int f = tangent->input_count; f < tangent->field_count; ++f) {
       const std::string_view name = tangent->fields[f];
       if (!given_.contains(name)) continue;
-      bound[name] = unused.emplace_back(std::make_unique<Field>(workspace_->layout()))->base();
+      bound[name] = unused(left_out++);
     }
     workspace_->execute(*tangent, t_begin(), bound);
   }
@@ -241,6 +241,10 @@ void Engine::product(Values direction, std::span<double> to, Curvature curvature
   const bool of_rates = curvature == Curvature::gauss_newton;
   copy_bars(rollout, of_rates, to);
   add_through_formulas(rollout, of_rates, scene_.initial_second.adjoint, scene_.coefficient_second.adjoint, to);
+}
+
+void Engine::release_products() {
+  for (std::optional<Rollout>* rollout : {&full_, &gauss_newton_, &tangent_}) rollout->reset();
 }
 
 double Engine::rate_along(Values direction) {

@@ -40,8 +40,8 @@ void Engine::set_param(std::string_view name, double value) {
 
 void Engine::set_control(std::string_view name, Values values) {
   const int every = workspace_->controls().find(name)->second.every;
-  workspace_->set_control(name, every, {values.begin(), values.end()});
-  for_each_rollout([&](Rollout& rollout) { rollout.set_control(name, every, values); });
+  const Workspace::Control& control = workspace_->set_control(name, every, values);
+  for_each_rollout([&](Rollout& rollout) { rollout.set_control(name, every, control.values); });
   change_of_param(name);
 }
 
@@ -82,8 +82,8 @@ void Engine::take_datum(std::string_view name, std::vector<int> at) {
   std::ranges::find(data_, name, &Datum::name)->at = std::move(at);
 }
 
-/// Whether a program of initial states has one to compute: windows of trajectories begin anew again and again, each
-/// with states of the data, and their formulas may cost as much as many steps.
+/// Whether a program of formulas has a field to compute that nobody has given: windows of trajectories begin anew again
+/// and again, each with states of the data, and formulas of states may cost as much as many steps.
 bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
   return std::any_of(program.fields + program.input_count, program.fields + program.field_count, [&](const char* name) {
     const int s = state_index(name);
@@ -94,14 +94,17 @@ bool Engine::formulas_need(const dpde_program& program, int32_t start) const {
   });
 }
 
+void* Engine::unused(std::size_t number) {
+  while (unused_.size() <= number) unused_.push_back(std::make_unique<Field>(workspace_->layout()));
+  return unused_[number]->base();
+}
+
 /// States with this start go where the initial state is; what was given stays.
 void Engine::run_formulas(const dpde_program& program, int32_t start) {
   if (!formulas_need(program, start)) return;
   Workspace::Bound bound;
-  std::vector<std::unique_ptr<Field>> unused;
-  const auto leave_out = [&](const char* name) {
-    bound[name] = unused.emplace_back(std::make_unique<Field>(workspace_->layout())).get()->base();
-  };
+  std::size_t left_out = 0;
+  const auto leave_out = [&](const char* name) { bound[name] = unused(left_out++); };
   bool has_states = false;
   for (int f = program.input_count; f < program.field_count; ++f) {
     const char* const name = program.fields[f];

@@ -13,12 +13,15 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <utility>
 
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/layout.h"
 #include "fill.h"
+#include "fit.h"
 #include "inference.h"
+#include "passes.h"
 #include "real.h"
 #include "reduce.h"
 #include "sweep.h"
@@ -35,7 +38,17 @@ struct Operation {
   FieldReduction reduction;
   Inference inference;
   Sweep sweep;
+  Passes passes;
+  std::vector<Operation> block;  // of one pass
 };
+
+/// `f` on each sweep, in repeats too.
+void for_each_sweep(auto& operations, const auto& f) {
+  for (auto& operation : operations) {
+    if (operation.kind == DPDE_SWEEP) f(operation.sweep);
+    for_each_sweep(operation.block, f);
+  }
+}
 
 /// What one thread needs to call rows; on a cache line of its own.
 struct alignas(64) Caller {
@@ -82,22 +95,6 @@ Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* unif
   return line;
 }
 
-void check_fits(const dpde_program& program, const dpde_layout& layout) {
-  const auto fail = [&](const std::string& what) {
-    throw Error(ErrorKind::run, fmt::format("program {}: {}", program.name, what));
-  };
-  if (program.version != DPDE_ABI_VERSION)
-    fail(fmt::format("made for version {} of the runtime's tables, this is {}", program.version, DPDE_ABI_VERSION));
-  if (program.real != layout.real) fail("its values and the grid's are not of the same precision");
-  if (program.rank != layout.rank) fail(fmt::format("has {} axes, the grid has {}", program.rank, layout.rank));
-  for (int axis = 0; axis < program.rank; ++axis) {
-    if (program.halo[axis] > layout.halo[axis]) {
-      fail(fmt::format("needs a halo of {} cells along {}, the grid has {}", program.halo[axis], "xyz"[axis],
-                       layout.halo[axis]));
-    }
-  }
-}
-
 }  // namespace
 
 struct Executor::Plan {
@@ -108,7 +105,13 @@ struct Executor::Plan {
   std::vector<Caller> callers;    // one a thread
   std::vector<void*> grids;       // bases of the grids of the sweep that runs
   std::vector<double> row_sums;   // sums of each row of the sweep that runs
+  std::vector<Stack> stacks;
+  bool has_stacks = false;  // in memory
   Team team;
+
+  std::vector<Operation> make(const dpde_program& program, const dpde_operation* source, int count,
+                              const dpde_layout& layout);
+  void run(std::vector<Operation>& all, Executor& executor);
 
   void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
   void run_all_parts(const Sweep& sweep, const Executor& executor);
@@ -131,29 +134,14 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   for (int i = 0; i < program.network_count && program.interpret == nullptr; ++i)
     plan_->networks.emplace_back(*program.networks[i], layout, team);
   for (int i = 0; i < program.prepare_count; ++i) plan_->prepare.emplace_back(program.prepare[i], layout);
+  for (int i = 0; i < program.stack_count; ++i) plan_->stacks.emplace_back(program.stacks[i]);
+  plan_->operations = plan_->make(program, program.operations, program.operation_count, layout);
   size_t pointers = 0, grids = 0, row_sums = 0;
-  for (int i = 0; i < program.operation_count; ++i) {
-    const dpde_operation& from = program.operations[i];
-    Operation operation;
-    operation.kind = from.kind;
-    switch (from.kind) {
-      case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
-      case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
-      case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team); break;
-      case DPDE_NETWORK:
-        operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
-        break;
-      case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
-      default:
-        throw Error(ErrorKind::run,
-                    fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
-    }
-    const Sweep& sweep = operation.sweep;
+  for_each_sweep(plan_->operations, [&](const Sweep& sweep) {
     pointers = std::max(pointers, sweep.streams.size() + sweep.then.size());
     grids = std::max(grids, sweep.grids.size());
     row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
-    plan_->operations.push_back(std::move(operation));
-  }
+  });
   if (program.interpret == nullptr && std::ranges::all_of(plan_->operations, [&](const Operation& operation) {
         return is_line(operation, layout.rank);
       })) {
@@ -175,6 +163,34 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
     caller.row.uniforms = uniforms_.data();
     caller.row.layout = layout_.get();
   }
+}
+
+std::vector<Operation> Executor::Plan::make(const dpde_program& program, const dpde_operation* source, int count,
+                                            const dpde_layout& layout) {
+  std::vector<Operation> made;
+  for (int i = 0; i < count; ++i) {
+    const dpde_operation& from = source[i];
+    Operation operation;
+    operation.kind = from.kind;
+    switch (from.kind) {
+      case DPDE_FILL: operation.fill = HaloFill(from.fill, layout); break;
+      case DPDE_FOLD: operation.fold = HaloFold(from.fill, from.grow, layout); break;
+      case DPDE_REDUCE: operation.reduction = FieldReduction(from.reduce, layout, team); break;
+      case DPDE_NETWORK:
+        operation.inference = Inference(from.inference, *program.networks[from.inference.network]);
+        break;
+      case DPDE_SWEEP: operation.sweep = make_sweep(program, from, layout, team.threads()); break;
+      case DPDE_REPEAT:
+        operation.passes = Passes(from.repeat, stacks);
+        operation.block = make(program, from.repeat.operations, from.repeat.operation_count, layout);
+        break;
+      default:
+        throw Error(ErrorKind::run,
+                    fmt::format("program {}: an operation of unknown kind {}", program.name, from.kind));
+    }
+    made.push_back(std::move(operation));
+  }
+  return made;
 }
 
 Executor::~Executor() = default;
@@ -255,45 +271,74 @@ void Executor::run() {
     return run_lines(frame_.data());
   }
   std::fill(sums_.begin(), sums_.end(), 0.0);
-  for (Operation& operation : plan_->operations) {
+  make_stacks();
+  plan_->run(plan_->operations, *this);
+}
+
+void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
+  void** const fields = executor.fields_.data();
+  const double* const uniforms = executor.uniforms_.data();
+  for (Operation& operation : all) {
     switch (operation.kind) {
-      case DPDE_SWEEP: plan_->run_sweep(operation.sweep, *this, sums_); break;
-      case DPDE_FILL: operation.fill.run(fields_.data(), uniforms_.data()); break;
-      case DPDE_FOLD: operation.fold.run(fields_.data(), uniforms_.data()); break;
+      case DPDE_SWEEP: run_sweep(operation.sweep, executor, executor.sums_); break;
+      case DPDE_FILL: operation.fill.run(fields, uniforms); break;
+      case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
       case DPDE_NETWORK: {
-        const Stopwatch part(clock_ ? &clock_->networks : nullptr);
-        operation.inference.run(plan_->networks[operation.inference.network()], fields_.data(),
-                                weights_[operation.inference.network()]);
+        const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
+        const int network = operation.inference.network();
+        operation.inference.run(networks[static_cast<size_t>(network)], fields,
+                                executor.weights_[static_cast<size_t>(network)]);
         break;
       }
-      case DPDE_REDUCE: operation.reduction.run(fields_.data()); break;
+      case DPDE_REDUCE: operation.reduction.run(fields); break;
+      case DPDE_REPEAT: {
+        Passes& passes = operation.passes;
+        passes.begin(fields);
+        for (int64_t pass = 0; pass < passes.count(); ++pass) {
+          passes.before(pass, fields, stacks);
+          run(operation.block, executor);
+          passes.after(fields);
+        }
+        passes.end(fields);
+        break;
+      }
     }
   }
 }
 
+void Executor::make_stacks() {
+  if (std::exchange(plan_->has_stacks, true) || program_->interpret != nullptr) return;
+  for (Stack& stack : plan_->stacks) stack.make(*layout_);
+}
+
+std::int64_t Executor::stack_fields() const {
+  std::int64_t fields = 0;
+  for (const Stack& stack : plan_->stacks) fields += stack.fields();
+  return fields;
+}
+
 std::string Executor::tuning() const {
   std::string text;
-  for (const Operation& operation : plan_->operations) {
-    const SweepTuner& tuner = operation.sweep.tuner;
-    if (!tuner.is_done()) return "";
-    if (tuner.has_choice()) text += tuner.text() + '\n';
-  }
+  if (is_tuning()) return text;
+  for_each_sweep(plan_->operations, [&](const Sweep& sweep) {
+    if (sweep.tuner.has_choice()) text += sweep.tuner.text() + '\n';
+  });
   return text;
 }
 
 bool Executor::is_tuning() const {
-  return std::ranges::any_of(plan_->operations,
-                             [](const Operation& operation) { return !operation.sweep.tuner.is_done(); });
+  bool is_tuning = false;
+  for_each_sweep(plan_->operations, [&](const Sweep& sweep) { is_tuning = is_tuning || !sweep.tuner.is_done(); });
+  return is_tuning;
 }
 
 void Executor::set_tuning(std::string_view text) {
-  for (Operation& operation : plan_->operations) {
-    SweepTuner& tuner = operation.sweep.tuner;
-    if (!tuner.has_choice()) continue;
+  for_each_sweep(plan_->operations, [&](Sweep& sweep) {
+    if (!sweep.tuner.has_choice()) return;
     const size_t end = std::min(text.find('\n'), text.size());
-    tuner.set(text.substr(0, end));
+    sweep.tuner.set(text.substr(0, end));
     text.remove_prefix(std::min(end + 1, text.size()));
-  }
+  });
 }
 
 void Executor::make_frame(void** frame) const {

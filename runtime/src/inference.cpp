@@ -32,12 +32,23 @@ void Inference::run(Network& network, void* const* fields, const dpde_weights& w
   }
 }
 
+namespace {
+
+std::int64_t count_applications(const dpde_operation* operations, int32_t count, int network, int mode) {
+  std::int64_t total = 0;
+  for (int32_t i = 0; i < count; ++i) {
+    const dpde_operation& o = operations[i];
+    total += o.kind == DPDE_NETWORK && o.inference.network == network && o.inference.mode == mode;
+    if (o.kind == DPDE_REPEAT)
+      total += o.repeat.count * count_applications(o.repeat.operations, o.repeat.operation_count, network, mode);
+  }
+  return total;
+}
+
+}  // namespace
+
 std::int64_t applications(const dpde_program& program, int network, int mode) {
-  return std::count_if(program.operations, program.operations + program.operation_count,
-                       [&](const dpde_operation& operation) {
-                         return operation.kind == DPDE_NETWORK && operation.inference.network == network &&
-                                operation.inference.mode == mode;
-                       });
+  return count_applications(program.operations, program.operation_count, network, mode);
 }
 
 }  // namespace dpde

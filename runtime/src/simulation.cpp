@@ -36,7 +36,14 @@ std::vector<std::string> keys_of(const Workspace::Named<Value>& map) {
   return names;
 }
 
-EngineOptions options_of(const SimulationOptions& options) {
+EngineOptions options_of(const dpde_scene& scene, const SimulationOptions& options) {
+  for (std::size_t a = 0; a < options.cells.size() && a < static_cast<std::size_t>(scene.rank); ++a) {
+    if (scene.axes[a].centres == nullptr || options.cells[a] == scene.axes[a].cells) continue;
+    throw Error(
+        ErrorKind::input,
+        fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number",
+                    scene.axes[a].name, scene.name, scene.axes[a].cells));
+  }
   EngineOptions result;
   result.cells = options.cells;
   result.threads = options.threads;
@@ -51,18 +58,12 @@ EngineOptions options_of(const SimulationOptions& options) {
 }  // namespace
 
 Simulation::Impl::Impl(const dpde_scene& scene, const SimulationOptions& options, std::shared_ptr<const void> keep)
-    : engine(scene, options_of(options), std::move(keep)), gradient_values(engine.unknown_count()) {
-  for (std::size_t a = 0; a < engine.cells().size(); ++a) {
-    if (scene.axes[a].centres == nullptr || engine.cells()[a] == scene.axes[a].cells) continue;
-    throw Error(
-        ErrorKind::input,
-        fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number",
-                    scene.axes[a].name, scene.name, scene.axes[a].cells));
-  }
+    : engine(scene, options_of(scene, options), std::move(keep)), gradient_values(engine.unknown_count()) {
   for (int32_t p = 0; p < scene.param_count; ++p) {
     if (!engine.workspace().controls().contains(scene.params[p].name)) param_names.emplace_back(scene.params[p].name);
   }
-  std::ranges::sort(param_names);
+  for (int32_t c = 0; c < scene.control_count; ++c) control_names.emplace_back(scene.controls[c].name);
+  for (std::vector<std::string>* names : {&param_names, &control_names}) std::ranges::sort(*names);
   for (int32_t n = 0; n < scene.network_count; ++n) {
     const dpde_network& network = *scene.networks[n];
     if (network.is_host == 0) continue;
@@ -78,10 +79,9 @@ void Simulation::Impl::require_param(std::string_view name) const {
 }
 
 const std::vector<double>& Simulation::Impl::control_named(std::string_view name) const {
-  const auto& controls = engine.workspace().controls();
-  const auto found = controls.find(name);
-  if (found == controls.end()) no_such(engine.scene(), "control", name, keys_of(controls));
-  return found->second.values;
+  if (std::ranges::find(control_names, name) == control_names.end())
+    no_such(engine.scene(), "control", name, control_names);
+  return engine.workspace().controls().find(name)->second.values;
 }
 
 const std::vector<double>& Simulation::Impl::weights_named(std::string_view name) const {

@@ -51,7 +51,7 @@ struct Simulation::Impl {
   Optimised optimise(const OptimiserCallback& progress, int iterations);
 
   Engine engine;
-  std::vector<std::string> param_names;  // those that are no controls
+  std::vector<std::string> param_names, control_names;  // of the scene; no name is in both
   Workspace::Named<std::unique_ptr<SuppliedNetwork>> supplied;
   bool has_begun = false;
   int reached = 0, looked_at = 0;       // steps

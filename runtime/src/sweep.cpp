@@ -10,7 +10,7 @@
 namespace dpde {
 namespace {
 
-constexpr int64_t tile_bytes = 640 * 1024;  // of one plane of a tile
+constexpr int64_t plane_bytes = 640 * 1024;  // of one plane of a tile
 constexpr int64_t least_cells_for_threads = 32 * 1024;
 constexpr int64_t parts_per_thread = 4;  // so that little is left to wait for where a thread comes late
 constexpr int64_t least_bytes_for_prefetch = 4 * 1024 * 1024;  // of a field: smaller ones stay near the core
@@ -45,7 +45,7 @@ SweepTuner make_tuner(const Sweep& sweep, const dpde_layout& layout) {
   SweepChoice first{begins_ahead ? ahead - sweep.code.begin() : 0, is_large ? 1 : 0, sweep.y.count()};
   if (has_tiles)
     first.tile = std::min(sweep.y.count(),
-                          std::max(least_tile, tile_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields)));
+                          std::max(least_tile, plane_bytes / (layout.stride[1] * real_bytes(layout) * plane_fields)));
   std::vector<SweepTuner::Move> moves;
   if (!is_large || sweep.ordered || layout.rank == 1) return {first, {}};
   for (size_t v = 0; v < sweep.code.size(); ++v) {

@@ -38,19 +38,44 @@ bool is_plain_sweep(const dpde_program& program, const dpde_operation& operation
   return kernel.grid_count == 0 && (may_sum || kernel.sum_count == 0);
 }
 
-/// Takes note of the axes of all that a program fills; false when it cannot be blocked.
-bool note_program(const dpde_program& program, bool may_sum, std::array<int, 3>& kinds) {
-  for (int i = 0; i < program.prepare_count; ++i) {
-    if (!note_axes(program.prepare[i], program.rank, kinds)) return false;
+/// Sweeps of a step, those of all passes of its repeats: blocks of more need more rings than pay.
+constexpr int64_t most_sweeps = 64;
+
+int64_t sweeps_in(const dpde_operation* operations, int32_t count) {
+  int64_t sweeps = 0;
+  for (int32_t i = 0; i < count && sweeps <= most_sweeps; ++i) {
+    const dpde_repeat& repeat = operations[i].repeat;
+    const bool is_repeat = operations[i].kind == DPDE_REPEAT;
+    sweeps +=
+        is_repeat ? std::min(repeat.count, most_sweeps) * sweeps_in(repeat.operations, repeat.operation_count) : 1;
   }
-  for (int i = 0; i < program.operation_count; ++i) {
-    const dpde_operation& operation = program.operations[i];
+  return sweeps;
+}
+
+bool note_operations(const dpde_program& program, const dpde_operation* operations, int32_t count, bool may_sum,
+                     std::array<int, 3>& kinds) {
+  for (int32_t i = 0; i < count; ++i) {
+    const dpde_operation& operation = operations[i];
+    if (operation.kind == DPDE_REPEAT) {
+      const dpde_repeat& repeat = operation.repeat;
+      if (!note_operations(program, repeat.operations, repeat.operation_count, may_sum, kinds)) return false;
+      continue;
+    }
     if (!is_plain_sweep(program, operation, may_sum)) return false;
     for (int f = 0; f < operation.then_count; ++f) {
       if (!note_axes(operation.then[f], program.rank, kinds)) return false;
     }
   }
   return true;
+}
+
+/// Takes note of the axes of all that a program fills; false when it cannot be blocked.
+bool note_program(const dpde_program& program, bool may_sum, std::array<int, 3>& kinds) {
+  for (int i = 0; i < program.prepare_count; ++i) {
+    if (!note_axes(program.prepare[i], program.rank, kinds)) return false;
+  }
+  return program.stack_count == 0 && sweeps_in(program.operations, program.operation_count) <= most_sweeps &&
+         note_operations(program, program.operations, program.operation_count, may_sum, kinds);
 }
 
 /// Builds the levels of all passes, one after the other.
@@ -110,12 +135,42 @@ class Planner {
   bool add_pass(WavefrontPass pass, Sources& now, bool is_last) {
     const dpde_program& program = *programs_[static_cast<size_t>(pass.program)];
     plan_.passes.push_back(pass);
-    std::vector<bool> written(static_cast<size_t>(program.field_count));
-    for (int i = 0; i < program.operation_count; ++i) {
-      if (!add_level(program, program.operations[i], now, written, is_last)) return false;
-    }
+    if (!add_operations(program, program.operations, program.operation_count, now, is_last)) return false;
     const Sources ended = now;
     for (int s = 0; s < program.swap_count; ++s) now[program.swaps[s].state] = ended.at(program.swaps[s].next);
+    return true;
+  }
+
+  bool add_operations(const dpde_program& program, const dpde_operation* operations, int32_t count, Sources& now,
+                      bool is_last) {
+    std::vector<bool> written(static_cast<size_t>(program.field_count));
+    for (int32_t i = 0; i < count; ++i) {
+      const bool is_repeat = operations[i].kind == DPDE_REPEAT;
+      if (is_repeat && !add_repeat(program, operations[i].repeat, now, is_last)) return false;
+      if (!is_repeat && !add_level(program, operations[i], now, written, is_last)) return false;
+    }
+    return true;
+  }
+
+  /// Pass by pass: what a level reads is a value, whatever the field is called there.
+  bool add_repeat(const dpde_program& program, const dpde_repeat& repeat, Sources& now, bool is_last) {
+    const std::span carries(repeat.carries, static_cast<size_t>(repeat.carry_count));
+    const Sources before = now;
+    for (int64_t pass = 0; pass < repeat.count; ++pass) {
+      const std::map<int, int> outer = results_;
+      for (const dpde_carry& carry : carries) {
+        const auto known = outer.find(carry.result);
+        results_[carry.next] = pass + 1 < repeat.count ? -1 : known == outer.end() ? carry.result : known->second;
+      }
+      if (!add_operations(program, repeat.operations, repeat.operation_count, now, is_last)) return false;
+      results_ = outer;
+      const Sources ended = now;
+      for (const dpde_carry& carry : carries) now[carry.state] = ended.at(carry.next);
+    }
+    for (const dpde_carry& carry : carries) {
+      now[carry.result] = now.at(carry.next);
+      now[carry.state] = before.at(carry.state);
+    }
     return true;
   }
 
@@ -212,8 +267,10 @@ class Planner {
   }
 
   WavefrontStream make_output(const dpde_program& program, int field, bool is_last) {
+    const auto known = results_.find(field);
+    const int result = known == results_.end() ? field : known->second;
     for (int s = 0; is_last && s < program.swap_count; ++s) {
-      if (program.swaps[s].next == field) return {Kind::result, s};
+      if (program.swaps[s].next == result) return {Kind::result, s};
     }
     return {Kind::ring, rings_++};
   }
@@ -350,6 +407,7 @@ class Planner {
   AdjointFields adjoint_;
   WavefrontPlan plan_;
   std::vector<Read> reads_;
+  std::map<int, int> results_;  // what a field of a pass is outside of its repeat; -1: nothing
   int rings_ = 0;
 };
 

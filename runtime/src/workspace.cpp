@@ -112,14 +112,16 @@ void Workspace::set_param(std::string_view name, double value) {
   }
 }
 
-void Workspace::set_control(std::string_view name, int every, std::vector<double> values) {
+const Workspace::Control& Workspace::set_control(std::string_view name, int every, std::span<const double> values) {
   set_param(name, values.front());
-  const auto found = setup_.controls.find(name);
-  if (found != setup_.controls.end()) {
-    found->second = {every, std::move(values)};
-  } else {
-    setup_.controls.emplace(name, Control{every, std::move(values)});
-  }
+  auto found = setup_.controls.find(name);
+  if (found == setup_.controls.end()) found = setup_.controls.emplace(name, Control{}).first;
+  Control& control = found->second;
+  control.every = every;
+  // In place: `values` may be what it holds, and who looks at it may go on to do so.
+  if (control.values.size() != values.size()) control.values.resize(values.size());
+  std::ranges::copy(values, control.values.begin());
+  return control;
 }
 
 double Workspace::param_at(std::string_view name, double t) const {
@@ -134,6 +136,7 @@ double Workspace::param_at(std::string_view name, double t) const {
 }
 
 void Workspace::add_weights(const dpde_network& network, const double* given) {
+  if (weights_.contains(std::string_view(network.name))) return;
   const auto count = static_cast<std::size_t>(network.weight_count);
   const std::vector<double> zero(count);
   weights_.try_emplace(

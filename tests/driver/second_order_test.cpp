@@ -86,6 +86,27 @@ TEST(SecondOrder, ReachesThroughFormulas) {
   EXPECT_NEAR(ready.product(Curvature::gauss_newton, one)[0], slope * slope, 1e-13);
 }
 
+/// A task begins elsewhere, and the scene's own values stay what its formula says.
+TEST(Inverse, KnowsTheScenesOwnValuesAndWhereTheTaskBegins) {
+  Ready ready(R"(
+model heated { field u; coefficient q; dt(u) = q }
+scheme e { time = euler }
+scene s : heated with e { grid x = 0 .. 1, cells 4, periodic
+  q = 1 + x
+  initial u = 2*x
+  time 0 .. 0.5, step 0.1 }
+task t : s { unknown q from 3; unknown initial u from 5*x
+  minimise 0.5*integral(u^2) }
+)");
+  const std::vector<driver::Inverse::Part>& parts = ready.inverse->parts();
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(ready.inverse->own(parts[0]), (std::vector<double>{0.25, 0.75, 1.25, 1.75}));
+  EXPECT_EQ(ready.inverse->own(parts[1]), (std::vector<double>{1.125, 1.375, 1.625, 1.875}));
+  EXPECT_DOUBLE_EQ(ready.inverse->start()[1], 5 * 0.375);
+  EXPECT_EQ(ready.inverse->start()[4], 3);
+  EXPECT_EQ(ready.session->workspace().dense("q"), ready.inverse->own(parts[1])) << "the start is not the scene's";
+}
+
 /// u(T) = u0 + T q: the Hessian of 1/2 int u(T)^2 by (u0, q) is h (1, T; T, T^2) in each cell.
 TEST(SecondOrder, OfACoefficientIsTheClosedForm) {
   Ready ready(R"(

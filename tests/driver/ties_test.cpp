@@ -48,12 +48,12 @@ task t : tube { unknown )" +
 }
 
 /// A task that is ready for evaluations.
-struct Ready {
+struct TiedScene {
   SourceFile source;
   std::unique_ptr<driver::Session> session;
   std::unique_ptr<driver::Inverse> inverse;
 
-  Ready(const std::string& text, Backend backend) : source("t.dpde", text) {
+  TiedScene(const std::string& text, Backend backend) : source("t.dpde", text) {
     driver::CompileOptions options;
     options.selection.name = "t";
     options.backend = backend;
@@ -71,7 +71,7 @@ struct Ready {
 };
 
 void expect_right(const std::string& text, Backend backend) {
-  Ready ready(text, backend), oracle(text, Backend::interpreter);
+  TiedScene ready(text, backend), oracle(text, Backend::interpreter);
   ASSERT_TRUE(ready.inverse && oracle.inverse);
   const Eigen::VectorXd start = ready.inverse->start();
   Eigen::VectorXd direction(start.size()), gradient, other, unused;

@@ -49,6 +49,30 @@ TEST(HostControlFields, AreSetAndDifferentiatedByInterval) {
   EXPECT_THROW(sim.set_field("F", Numbers(3)), Error);
 }
 
+/// A host may give a control what it has, or what another look at it said; rates of products are none of its controls.
+TEST(HostControls, AreTheScenesAloneAndMayBeGivenThemselves) {
+  Simulation sim = compile_text(R"(model m { field u; control f; dt(u) = f*u }
+scheme e { time = euler }
+scene s : m with e {
+  grid x = 0 .. 1, cells 4, periodic
+  f = 0.5 every 0.5
+  initial u = 1 + x
+  time 0 .. 1, step 0.25
+}
+task t : s { unknown f from 0.5; minimise 0.5*integral(u^2) }
+)",
+                                {.second_order = true});
+  const double loss = sim.loss();
+  const std::span<const double> f = sim.control("f");
+  sim.set_control("f", f);
+  EXPECT_EQ(sim.loss(), loss);
+  sim.set_control("f", std::vector<double>(f.size(), 0.25));
+  EXPECT_EQ(f[0], 0.25) << "the view stays one of the control";
+  EXPECT_LT(sim.loss(), loss);
+  sim.hessian_vector(std::vector<double>(f.size(), 1.0));
+  EXPECT_THROW(sim.control("f_dot"), Error);
+}
+
 TEST(HostControlFields, FormulasFollowParametersAndObservablesTheTime) {
   Simulation sim = compile_text(pushes, {.name = "t"});
   sim.set("a", 4);

@@ -5,6 +5,7 @@
 #include "loop/from_stencil.h"
 #include "random/check_program.h"
 #include "random/variants.h"
+#include "stencil/effects.h"
 
 namespace dpde::testing {
 
@@ -17,9 +18,7 @@ Module with_suffix(Module module, const std::string& suffix) {
   for (Kernel& kernel : module.kernels) kernel.name += suffix;
   for (Program& program : module.programs) {
     program.name += suffix;
-    for (Statement& statement : program.body) {
-      if (Run* run = std::get_if<Run>(&statement)) run->kernel += suffix;
-    }
+    for_each_run(program, [&](Run& run) { run.kernel += suffix; });
   }
   return module;
 }

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "stencil/print_stencil.h"
 #include "stencil/verify_stencil.h"
 
@@ -82,6 +83,31 @@ bool without_each(const std::vector<T>& list, const F& try_without) {
     if (try_without(std::move(shorter))) return true;
   }
   return false;
+}
+
+/// One pass in place of a repeat.
+bool write_out(const RandomProgram& p, const Try& accept) {
+  RandomProgram candidate = p;
+  Program& program = program_of(candidate);
+  const Repeat* repeat = program.body.size() == 1 ? std::get_if<Repeat>(&program.body[0]) : nullptr;
+  if (repeat == nullptr) return false;
+  for (Swap& swap : program.swaps) {
+    const auto carry = std::ranges::find(repeat->carries, swap.next, &Carry::result);
+    if (carry != repeat->carries.end()) swap.next = carry->next;
+  }
+  program.body = std::vector(repeat->body);
+  return accept(std::move(candidate));
+}
+
+/// Statements of the block that the program repeats.
+bool drop_inner_statements(const RandomProgram& p, const Try& accept) {
+  const std::vector<Statement>& body = p.module.programs.front().body;
+  const Repeat* repeat = body.size() == 1 ? std::get_if<Repeat>(&body[0]) : nullptr;
+  return repeat != nullptr && without_each(repeat->body, [&](std::vector<Statement> shorter) {
+           RandomProgram candidate = p;
+           std::get<Repeat>(program_of(candidate).body[0]).body = std::move(shorter);
+           return accept(std::move(candidate));
+         });
 }
 
 bool drop_statements(const RandomProgram& p, const Try& accept) {
@@ -176,6 +202,8 @@ bool lower_rank(const RandomProgram& p, const Try& accept) {
       scatter.target.displacement.resize(static_cast<std::size_t>(axis), Expr(0.0));
     }
   }
+  const std::vector<Statement>& body = program_of(candidate).body;
+  if (body.size() == 1 && std::holds_alternative<Repeat>(body[0])) return false;  // one pass has less to change
   program_of(candidate).axes.pop_back();
   for (Statement& statement : program_of(candidate).body) {
     if (Fill* fill = std::get_if<Fill>(&statement)) fill->axes.pop_back();
@@ -251,12 +279,8 @@ void tidy(RandomProgram& p) {
     const Kernel* kernel = run ? p.module.find_kernel(run->kernel) : nullptr;
     return run && (!kernel || (kernel->stores.empty() && kernel->sums.empty() && kernel->scatters.empty()));
   });
-  std::erase_if(p.module.kernels, [&](const Kernel& kernel) {
-    return std::none_of(body.begin(), body.end(), [&](const Statement& statement) {
-      const Run* run = std::get_if<Run>(&statement);
-      return run && run->kernel == kernel.name;
-    });
-  });
+  const std::set<std::string> run = parts_of({program_of(p)}).kernels;
+  std::erase_if(p.module.kernels, [&](const Kernel& kernel) { return !run.contains(kernel.name); });
 }
 
 bool has_result(const RandomProgram& p) {
@@ -282,9 +306,10 @@ RandomProgram shrink(RandomProgram program, const std::function<bool(const Rando
   };
   const auto round = [&] {
     const RandomProgram now = program;
-    return drop_statements(now, accept) || drop_parts_of_kernels(now, accept) || lower_rank(now, accept) ||
-           shrink_grid(now, accept) || simplify_expressions(now, accept) || simplify_sides(now, accept) ||
-           lower_growth(now, accept) || drop_activity(now, accept);
+    return write_out(now, accept) || drop_inner_statements(now, accept) || drop_statements(now, accept) ||
+           drop_parts_of_kernels(now, accept) || lower_rank(now, accept) || shrink_grid(now, accept) ||
+           simplify_expressions(now, accept) || simplify_sides(now, accept) || lower_growth(now, accept) ||
+           drop_activity(now, accept);
   };
   while (most > 0 && round()) {
   }

@@ -102,6 +102,37 @@ class TestProgram {
                            then_table.data()});
   }
 
+  struct Carry {
+    std::string state, next, result;
+  };
+  struct Stacked {
+    std::string field;
+    int stack;
+  };
+  /// The last `size` operations become the block of a repeat.
+  void repeat(std::int64_t count, std::size_t size, const std::vector<Carry>& carries,
+              const std::vector<Stacked>& saves = {}, const std::vector<Stacked>& loads = {}) {
+    const auto begin = operations_.end() - static_cast<std::ptrdiff_t>(size);
+    const std::vector<dpde_operation>& block = blocks_.emplace_back(begin, operations_.end());
+    operations_.erase(begin, operations_.end());
+    std::vector<dpde_carry>& carried = carries_.emplace_back();
+    for (const Carry& c : carries)
+      carried.push_back({index(fields_, c.state), index(fields_, c.next), index(fields_, c.result)});
+    const auto list = [&](const std::vector<Stacked>& all) {
+      std::vector<dpde_stacked>& stacked = stacked_.emplace_back();
+      for (const Stacked& each : all) stacked.push_back({index(fields_, each.field), each.stack});
+      return stacked.data();
+    };
+    const auto length = [](const auto& all) { return static_cast<int>(all.size()); };
+    dpde_operation operation{};
+    operation.kind = DPDE_REPEAT;
+    operation.repeat = {count,         length(block), block.data(),  length(carried), carried.data(),
+                        length(saves), list(saves),   length(loads), list(loads)};
+    operations_.push_back(operation);
+  }
+  /// As many fields as each needs memory for.
+  void stacks(std::vector<std::int64_t> fields) { stack_fields_ = std::move(fields); }
+
   const dpde_program& table() {
     for (const auto& [names, pointers] :
          {std::pair{&fields_, &field_names_}, {&params_, &param_names_}, {&sums_, &sum_names_}}) {
@@ -128,6 +159,8 @@ class TestProgram {
     table_.prepare = prepare_.data();
     table_.operation_count = static_cast<int>(operations_.size());
     table_.operations = operations_.data();
+    table_.stack_count = static_cast<int>(stack_fields_.size());
+    table_.stacks = stack_fields_.data();
     table_.swap_count = static_cast<int>(swaps_.size());
     table_.swaps = swaps_.data();
     table_.link_count = static_cast<int>(links_.size());
@@ -155,6 +188,10 @@ class TestProgram {
   std::vector<dpde_kernel> kernels_;
   std::vector<dpde_fill> prepare_;
   std::vector<dpde_operation> operations_;
+  std::deque<std::vector<dpde_operation>> blocks_;
+  std::deque<std::vector<dpde_carry>> carries_;
+  std::deque<std::vector<dpde_stacked>> stacked_;
+  std::vector<std::int64_t> stack_fields_;
   std::vector<dpde_swap> swaps_;
   std::deque<std::string> primals_;
   std::vector<dpde_link> links_;

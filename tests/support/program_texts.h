@@ -235,6 +235,24 @@ kernel fast(w: field halo 1, out q: field, c: param) { q = w + c*(w[-1, 0] + w[0
 kernel both(u: field, w: field, m: field, out v: field, c: param) on 2 axes { v = u/2 + c*w*m }
 )";
 
+/// What passes leave alone, add to, sum up, fill walls from, take a maximum of, sample and scatter.
+inline const std::string passing_kernels = R"(
+kernel begin(u: field, out s: field) { s = u/2 }
+kernel source(u: field halo 1, b: field halo 1, inout s: field, out v: field, sum e: param, c: param) {
+  v = u + c*u*(u[-1] - u[+1]) + c*b[+1]*b
+  s += c*u^2
+  e += b*u
+}
+kernel wall(u: field, out h: field, c: param) { h = c*u^2 }
+kernel edge(out h: field, c: param) on 1 axis { h = c^2 }
+kernel between(u: field halo 1, h: field, out v: field) { v = u/2 + (u[-1] + u[+1])*u/4 + h/3 }
+kernel most(u: field, m: field, out v: field, c: param) { v = u*m/2 + c*u }
+kernel leap(old: field, u: field halo 1, out v: field, c: param) { v = 2*u - old + c*(u[-1] - 2*u + u[+1])*u }
+kernel zero(out r: field) on 1 axis { r = 0 }
+kernel give(u: field, inout r: field, c: param) { interp(r, c*u) += u^2 }
+kernel take(u: field, r: field, out v: field, c: param) { v = u/2 + interp(r, c*u)/2 }
+)";
+
 /// Reads the corners.
 inline const std::string cross_kernel = R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }

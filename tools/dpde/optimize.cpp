@@ -73,8 +73,9 @@ OptimiseResult minimise_with(TaskRun& run, const model::Optimiser& optimiser, co
                              const IterationObserver& observer) {
   const Method method = method_of(optimiser);
   const Curvature curvature = optimiser.gauss_newton ? Curvature::gauss_newton : Curvature::full;
-  if (method.kind == Method::Kind::newton_cg && !run.inverse->has_products(curvature))
-    throw Error(ErrorKind::run, "the programs of this task have no second derivatives");
+  if (const std::string why = run.session->engine().why_no_products(curvature);
+      method.kind == Method::Kind::newton_cg && !why.empty())
+    throw Error(ErrorKind::run, why);
   const HessianProduct product = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v, Eigen::VectorXd& result) {
     run.inverse->product(x, v, result, curvature);
   };

@@ -10,6 +10,7 @@
 #include "adjoint/plan.h"
 #include "adjoint/recomputation.h"
 #include "adjoint/regions.h"
+#include "adjoint/reversed_passes.h"
 #include "adjoint/weights.h"
 #include "stencil/effects.h"
 #include "support/assert.h"
@@ -25,12 +26,14 @@ namespace {
 /// Writes the reverse part of the adjoint program, statement by statement.
 class Reversal {
  public:
-  Reversal(const Module& module, const Program& program, const Varied& varied, DerivedNames& names, Module& kernels)
+  Reversal(const Module& module, const Program& program, const Varied& varied, DerivedNames& names, Module& kernels,
+           DiagnosticSink& sink)
       : module_(module),
         program_(program),
         varied_(varied),
         names_(names),
         kernels_(kernels),
+        sink_(sink),
         reach_(reach(module, program, varied)) {
     for (const Swap& swap : program.swaps) add_seed(swap.next);
     for (const std::string& keep : program.keeps) add_seed(keep);
@@ -39,11 +42,16 @@ class Reversal {
     grown_ = grown_fields(module, program);
   }
 
+  void reverse_all() {
+    for (int i = static_cast<int>(program_.body.size()) - 1; i >= 0; --i) reverse(i);
+  }
+
   void reverse(int index) {
     match(
         program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); },
         [&](const Fold& fold) { reverse_fold(fold); }, [&](const Reduce& reduce) { reverse_reduce(reduce, index); },
-        [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); });
+        [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); },
+        [&](const Repeat& repeat) { reverse_repeat(repeat, index); });
   }
 
   /// Gives seeds their names back: those of the interface.
@@ -61,12 +69,24 @@ class Reversal {
     if (!zero.stores.empty()) run(std::move(zero), 0);
   }
 
+  /// What the reverse part needs of the primal, and that part.
+  std::vector<Statement> statements(Module& kernels) const {
+    std::set<std::string> fields;
+    for (const auto& [field, first] : needed) fields.insert(field);
+    std::vector<Statement> all = recomputation(module_, program_, std::move(fields), saves, kernels);
+    all.insert(all.end(), body.begin(), body.end());
+    return all;
+  }
+
   std::vector<Statement> body;
   /// Primal fields the reverse part reads, with the index of the earliest statement whose adjoint does.
   std::map<std::string, int> needed;
+  /// States whose values in all passes it reads.
+  Saves saves;
   /// Where the adjoint would read beyond bounded axes what a fill has overwritten: kernels, or for a fold the program.
   /// And what of it.
   std::map<std::string, std::string> refused;
+  bool has_failed = false;  // in a repeat; that was reported
 
  private:
   /// State of one x_bar.
@@ -85,7 +105,7 @@ class Reversal {
   void copy_seeds_read_inside() {
     Kernel copy{
         names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
-    const std::set<std::string> read = fields_read_inside();
+    const std::set<std::string> read = fields_read_inside(module_, program_);
     for (auto& [field, bar] : bars_) {
       if (!read.contains(field)) continue;
       const std::string seed = names_.of(field), total = names_.fresh(seed + "_total");
@@ -95,31 +115,6 @@ class Reversal {
       bar.grow = reach_;
     }
     if (!copy.stores.empty()) run(std::move(copy), reach_);
-  }
-
-  /// The fields that the program reads, sets on walls or scatters to.
-  std::set<std::string> fields_read_inside() const {
-    std::set<std::string> read;
-    for (const Statement& statement : program_.body) {
-      match(
-          statement,
-          [&](const Fill& fill) {
-            read.merge(wall_fields(fill.axes));
-            if (is_on_walls(fill.axes)) read.insert(fill.field);
-          },
-          [&](const Fold& fold) {
-            read.merge(wall_fields(fold.axes));
-            read.insert(fold.field);
-          },
-          [&](const Reduce& reduce) { read.insert(reduce.field); },
-          [&](const Infer& infer) { read.insert(infer.inputs.begin(), infer.inputs.end()); },
-          [&](const Run& run) {
-            const Kernel& kernel = *module_.find_kernel(run.kernel);
-            for (const auto& one : signature(kernel).reads) read.insert(one.field);
-            for (const Scatter& scatter : kernel.scatters) read.insert(scatter.target.field);
-          });
-    }
-    return read;
   }
 
   void reverse_fill(const Fill& fill, int index) {
@@ -196,7 +191,8 @@ class Reversal {
           [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
           [&](const Reduce& reduce) { return reduce.field == field; },
           [&](const Infer& infer) { return contains(infer.inputs, field) || contains(infer.rates, field); },
-          [&](const Run& run) { return signature(*kernels_.find_kernel(run.kernel)).find_read(field) != nullptr; });
+          [&](const Run& run) { return signature(*kernels_.find_kernel(run.kernel)).find_read(field) != nullptr; },
+          [&](const Repeat& repeat) { return contains(effects(kernels_, repeat).reads, field); });
     });
   }
 
@@ -280,6 +276,43 @@ class Reversal {
     for (const auto& [input, contribution] : to_add) add_inside(input, access(contribution));
   }
 
+  /// The repeat of the adjoint of its block, from the last pass to the first. What that reads of primal states comes
+  /// from stacks; what it gives to fields that are the same in all passes is added up.
+  void reverse_repeat(const Repeat& repeat, int index) {
+    std::set<std::string> results;
+    for (const Carry& carry : repeat.carries) {
+      if (varied_.fields.contains(carry.next)) results.insert(carry.result);
+    }
+    const Effects known = effects(module_, repeat);
+    const auto has_bar = [&](const std::string& field) { return bars_.contains(field); };
+    const auto has_stack = [&](const Stacked& save) { return stacks_.contains(save.stack); };
+    const bool has_saved = std::ranges::any_of(repeat.saves, has_stack);
+    if (known.sums.empty() && !has_saved && std::ranges::none_of(results, has_bar)) return;
+    begin_bars(results);
+    ReversedPasses passes(repeat, known.reads, varied_, names_);
+    const Program pass = pass_of(repeat, program_);
+    Reversal block(module_, pass, varied_, names_, kernels_, sink_);
+    block.reverse_all();
+    block.finish(passes.states());
+    block.restore_seed_names();
+    Repeat reversed{repeat.count, block.statements(kernels_), {}};
+    const auto is_given = [&](const std::string& field) { return block.bars_.contains(field); };
+    const auto given = passes.finish(reversed, is_given, stacks_, {program_, "_adjoint", names_, kernels_, body});
+    const auto [constant, differing] = passes.read_by(interface_of(kernels_, pass_of(reversed, program_)).inputs);
+    for (const std::string& field : constant) needed[field] = index;
+    for (const std::string& field : differing) {
+      reversed.loads.push_back({field, names_.fresh(field + "_passes")});
+      saves[static_cast<std::size_t>(index)].push_back(reversed.loads.back());
+    }
+    for (const std::string& field : effects(kernels_, reversed).spoils) filled_.erase(field);
+    body.push_back(std::move(reversed));
+    for (const Carry& carry : repeat.carries) bars_.erase(carry.result);
+    for (const auto& [field, bar] : given) add_inside(field, access(bar));
+    refused.merge(block.refused);
+    const bool is_good = passes.check(stacks_, sink_) && check_overwritten(module_, pass, block.needed, sink_);
+    has_failed = has_failed || block.has_failed || !is_good;
+  }
+
   /// Adds a value, known in the interior, to a bar.
   void add_inside(const std::string& field, const Expr& value) {
     const bool is_new = !bars_.contains(field);
@@ -307,7 +340,7 @@ class Reversal {
     if (!derived.shared.stores.empty()) run(std::move(derived.shared), derived.shared_grow);
     const std::set<std::string> gathered_around = read_around(derived.gather, program_.axes);
     for (const std::string& field : derived.stored) {
-      if (gathered_around.contains(field)) body.push_back(Fill{field, seed_boundary()});
+      if (gathered_around.contains(field)) body.push_back(Fill{field, seed_boundary(program_.axes)});
     }
     if (!derived.gather.stores.empty() || !derived.gather.sums.empty())
       run(std::move(derived.gather), context.target_grow);
@@ -369,44 +402,16 @@ class Reversal {
     const std::set<std::string> around = read_around(kernel, program_.axes);
     for (const auto& read : signature(kernel).reads) {
       if (!needed.contains(read.field) || is_coordinate(read.field) || !around.contains(read.field)) continue;
-      if (filled_.insert(read.field).second) body.push_back(Fill{read.field, primal_boundary(read.field)});
+      if (filled_.insert(read.field).second)
+        body.push_back(Fill{read.field, primal_boundary(module_, program_, read.field)});
     }
     for (auto& [field, bar] : bars_) {
       if (bar.is_around || !around.contains(names_.of(field))) continue;
-      body.push_back(Fill{names_.of(field), seed_boundary()});
+      body.push_back(Fill{names_.of(field), seed_boundary(program_.axes)});
       bar = {0, true, 0};
     }
     body.push_back(Run{kernel.name, grow});
     kernels_.kernels.push_back(std::move(kernel));
-  }
-
-  /// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as
-  /// other programs do it, the halo of a coefficient stays right for them and is not made anew in each run. Not so on
-  /// walls, where that fill would undo what this program has added to the value there since.
-  std::vector<AxisBoundary> primal_boundary(const std::string& field) const {
-    const auto changes_it = [&](const Program& other) {
-      return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; });
-    };
-    if (std::ranges::any_of(module_.programs, changes_it)) return seed_boundary();
-    const std::vector<std::string> written = interface_of(module_, program_).written;
-    const bool is_changed_here = std::ranges::find(written, field) != written.end();
-    std::optional<std::vector<AxisBoundary>> found;
-    for (const Program& other : module_.programs) {
-      for_each_fill(other, [&](const Fill& fill) {
-        const bool is_this = !found && fill.field == field && wall_fields(fill.axes).empty();
-        if (is_this && !(is_changed_here && is_on_walls(fill.axes))) found = fill.axes;
-      });
-    }
-    return found.value_or(seed_boundary());
-  }
-
-  /// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
-  std::vector<AxisBoundary> seed_boundary() const {
-    std::vector<AxisBoundary> axes;
-    for (const Topology topology : program_.axes) {
-      axes.push_back({topology, {SideKind::zero_gradient, 0.0}, {SideKind::zero_gradient, 0.0}});
-    }
-    return axes;
   }
 
   /// `own`: fields that one part of a kernel's adjoint leaves to the next.
@@ -423,26 +428,15 @@ class Reversal {
   const Varied& varied_;
   DerivedNames& names_;
   Module& kernels_;
+  DiagnosticSink& sink_;
   const int reach_;
   std::map<std::string, Bar> bars_;                // primal field -> its bar, where it holds values
   std::set<std::string> filled_;                   // primal fields whose halo is filled
   std::set<std::string> grown_;                    // primal fields computed beyond the interior
   std::map<std::string, std::string> seed_names_;  // of the fields that copy_seeds_read_inside renamed
   std::vector<std::string> consumed_;
+  std::set<std::string> stacks_;  // of the primal, that have bars
 };
-
-void add_results(const Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names,
-                 Program& derived) {
-  std::set<std::string> swapped;
-  for (const Swap& swap : program.swaps) {
-    if (!varied.fields.contains(swap.state)) continue;
-    derived.swaps.push_back({names.of(swap.next), names.of(swap.state)});
-    swapped.insert(swap.state);
-  }
-  for (const std::string& field : wrt.fields) {
-    if (!swapped.contains(field)) derived.keeps.push_back(names.of(field));
-  }
-}
 
 /// With the formulas that are given believed.
 Derivative reverse(const Module& module, const std::string& name, const Activity& wrt, DiagnosticSink& sink) {
@@ -455,8 +449,8 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   Derivative result;
   result.program = names.fresh_program(name + "_adjoint");
   Module reverse_kernels;
-  Reversal reversal(module, *program, varied, names, reverse_kernels);
-  for (int i = static_cast<int>(program->body.size()) - 1; i >= 0; --i) reversal.reverse(i);
+  Reversal reversal(module, *program, varied, names, reverse_kernels, sink);
+  reversal.reverse_all();
   std::set<std::string> inputs = wrt.fields;
   for (const Swap& swap : program->swaps) {
     if (varied.fields.contains(swap.state)) inputs.insert(swap.state);
@@ -467,13 +461,13 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
     sink.report("no-useful-derivative", {}, {what, "in kernel " + kernel},
                 "store what is read in a field that is filled, and read that one without grow");
   }
-  if (!reversal.refused.empty() || !check_overwritten(module, *program, reversal.needed, sink)) return {};
+  if (!check_overwritten(module, *program, reversal.needed, sink)) return {};
+  if (!reversal.refused.empty() || reversal.has_failed) return {};
 
-  std::set<std::string> needed;
-  for (const auto& [field, first] : reversal.needed) needed.insert(field);
-  Program derived{result.program, program->axes, recomputation(module, *program, needed, result.module), {}, {}};
-  derived.body.insert(derived.body.end(), reversal.body.begin(), reversal.body.end());
-  for (Kernel& kernel : reverse_kernels.kernels) result.module.kernels.push_back(std::move(kernel));
+  Program derived{result.program, program->axes, reversal.statements(result.module), {}, {}};
+  for (Kernel& kernel : reverse_kernels.kernels) {
+    if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(std::move(kernel));
+  }
   add_results(*program, varied, wrt, names, derived);
   for (const std::string& network : parts_of({derived}).networks)
     add_networks(result.module, {*module.find_network(network)});

@@ -16,7 +16,18 @@ using namespace stencil;
 
 namespace {
 
-/// Fields, parameters, sums and networks: what derivatives are told of by name.
+void add_stacks(const std::vector<Statement>& statements, std::set<std::string>& names) {
+  for (const Statement& statement : statements) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {},
+        [&](const Repeat& repeat) {
+          for (const Stacked& save : repeat.saves) names.insert(save.stack);
+          add_stacks(repeat.body, names);
+        });
+  }
+}
+
+/// Fields, parameters, sums, networks and stacks: what derivatives are told of by name.
 std::set<std::string> values_of(const Module& module) {
   std::set<std::string> values;
   for (const Kernel& kernel : module.kernels) {
@@ -30,6 +41,7 @@ std::set<std::string> values_of(const Module& module) {
     for (const auto* names : {&known.inputs, &known.written, &known.params})
       values.insert(names->begin(), names->end());
     for (const Swap& swap : program.swaps) values.insert({swap.state, swap.next});
+    add_stacks(program.body, values);
   }
   return values;
 }
@@ -52,9 +64,22 @@ void grow_varied(const Kernel& kernel, Varied& varied) {
   }
 }
 
+/// What is swapped varies together: what varies after one pass varies before the next. Stacks vary like fields.
+void grow_varied(const Repeat& repeat, Varied& varied) {
+  const auto together = [&](std::initializer_list<std::string> names) {
+    if (std::ranges::any_of(names, [&](const std::string& name) { return varied.fields.contains(name); }))
+      varied.fields.insert(names);
+  };
+  for (const Carry& carry : repeat.carries) together({carry.state, carry.next, carry.result});
+  for (const Stacked& save : repeat.saves) together({save.field, save.stack});
+  for (const Stacked& load : repeat.loads) {
+    if (varied.fields.contains(load.stack)) varied.fields.insert(load.field);
+  }
+}
+
 /// One pass over the statements: adds the fields they make vary.
-void grow_varied(const Module& module, const Program& program, Varied& varied) {
-  for (const Statement& statement : program.body) {
+void grow_varied(const Module& module, const std::vector<Statement>& statements, Varied& varied) {
+  for (const Statement& statement : statements) {
     match(
         statement,
         [&](const Fill& fill) {
@@ -73,7 +98,11 @@ void grow_varied(const Module& module, const Program& program, Varied& varied) {
           if (!varies(infer, varied)) return;
           for (const std::string& field : fields_written(infer)) varied.fields.insert(field);
         },
-        [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); });
+        [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); },
+        [&](const Repeat& repeat) {
+          grow_varied(repeat, varied);
+          grow_varied(module, repeat.body, varied);
+        });
   }
 }
 
@@ -222,27 +251,38 @@ Varied find_varied(const Module& module, const Program& program, const Activity&
       if (varied.fields.contains(swap.state)) varied.fields.insert(swap.next);
       if (varied.fields.contains(swap.next)) varied.fields.insert(swap.state);
     }
-    grow_varied(module, program, varied);
+    grow_varied(module, program.body, varied);
     grew = varied.fields.size() > before;
   }
   return varied;
 }
 
-bool check_differentiable(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
+namespace {
+
+bool check_statements(const Module& module, const std::vector<Statement>& statements, const Varied& varied,
+                      DiagnosticSink& sink) {
   bool good = true;
-  for (const Statement& statement : program.body) {
+  for (const Statement& statement : statements) {
     good &= match(
         statement,  //
         [&](const Fill& fill) { return check_sides(fill, varied, sink); },
         [&](const Fold& fold) { return check_sides(fold, varied, sink); }, [](const Reduce&) { return true; },
         [&](const Infer& infer) { return check_network(infer, varied, sink); },
-        [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); });
+        [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); },
+        [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, sink); });
   }
   return good;
 }
 
+}  // namespace
+
+bool check_differentiable(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
+  return check_statements(module, program.body, varied, sink);
+}
+
 bool check_folds(const Module& module, const Program& program, const Varied& varied, DiagnosticSink& sink) {
   std::string scatters;
+  bool good = true;
   for (const Statement& statement : program.body) {
     std::set<std::string> folded;
     match(
@@ -250,7 +290,9 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
         [](const Infer&) {},
         [&](const Run& run) {
           if (!module.find_kernel(run.kernel)->scatters.empty()) scatters = run.kernel;
-        });
+        },
+        [&](const Repeat& repeat) { good = good && check_folds(module, pass_of(repeat, program), varied, sink); });
+    if (!good) return false;
     if (scatters.empty()) continue;
     for (const std::string& wall : folded) {
       if (!varied.fields.contains(wall)) continue;
@@ -260,6 +302,19 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
     }
   }
   return true;
+}
+
+void add_results(const Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names,
+                 Program& derived) {
+  std::set<std::string> swapped;
+  for (const Swap& swap : program.swaps) {
+    if (!varied.fields.contains(swap.state)) continue;
+    derived.swaps.push_back({names.of(swap.next), names.of(swap.state)});
+    swapped.insert(swap.state);
+  }
+  for (const std::string& field : wrt.fields) {
+    if (!swapped.contains(field)) derived.keeps.push_back(names.of(field));
+  }
 }
 
 std::vector<AxisBoundary> derived_sides(std::vector<AxisBoundary> axes, const DerivedField& derived) {

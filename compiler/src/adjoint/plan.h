@@ -56,6 +56,10 @@ bool check_differentiable(const stencil::Module& module, const stencil::Program&
 bool check_folds(const stencil::Module& module, const stencil::Program& program, const Varied& varied,
                  DiagnosticSink& sink);
 
+/// Lets an adjoint swap and keep the bars of the states and of what is active.
+void add_results(const stencil::Program& program, const Varied& varied, const Activity& wrt, DerivedNames& names,
+                 stencil::Program& derived);
+
 /// The derived field of a field that holds values of a wall; nothing where it does not vary.
 using DerivedField = std::function<std::optional<std::string>(const std::string&)>;
 /// The boundary of the derivative of a fill or fold: values that are the same along the wall become 0, fields derived.

@@ -41,15 +41,33 @@ bool changes(const Program& program, size_t index, const std::string& field, boo
       program.body[index],
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
-      [](const Reduce&) { return false; }, [](const Infer&) { return false; }, [](const Run&) { return false; });
+      [](const Reduce&) { return false; }, [](const Infer&) { return false; }, [](const Run&) { return false; },
+      [](const Repeat&) { return false; });
+}
+
+/// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
+std::optional<Repeat> needed_of(const Module& module, const Program& program, Repeat repeat,
+                                const std::set<std::string>& needed, const Saves& saves, std::size_t index,
+                                Module& kernels) {
+  const auto is_needed = [&](const Carry& carry) { return needed.contains(carry.result); };
+  std::erase_if(repeat.saves, [&](const Stacked& save) { return !needed.contains(save.stack); });
+  const auto saved = saves.find(index);
+  if (saved != saves.end()) repeat.saves.insert(repeat.saves.end(), saved->second.begin(), saved->second.end());
+  if (repeat.saves.empty() && std::ranges::none_of(repeat.carries, is_needed)) return std::nullopt;
+  std::set<std::string> inside;
+  for (const Carry& carry : repeat.carries) inside.insert(carry.next);
+  repeat.body = recomputation(module, pass_of(repeat, program), inside, {}, kernels);
+  return repeat;
 }
 
 }  // namespace
 
 std::vector<Statement> recomputation(const Module& module, const Program& program, std::set<std::string> needed,
-                                     Module& kernels) {
+                                     const Saves& saves, Module& kernels) {
   std::vector<Statement> kept;
-  for (auto statement = program.body.rbegin(); statement != program.body.rend(); ++statement) {
+  for (std::size_t index = program.body.size(); index-- > 0;) {
+    const Statement* statement = &program.body[index];
+    std::optional<Repeat> repeat;
     const bool keep = match(
         *statement,
         [&](const Fill& fill) {
@@ -88,8 +106,15 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
           for (const auto& read : s.reads) needed.insert(read.field);
           if (!kernels.find_kernel(kernel.name)) kernels.kernels.push_back(kernel);
           return true;
+        },
+        [&](const Repeat& whole) {
+          repeat = needed_of(module, program, whole, needed, saves, index, kernels);
+          if (!repeat) return false;
+          for (const std::string& field : effects(module, *repeat).reads) needed.insert(field);
+          for (const Stacked& load : repeat->loads) needed.insert(load.stack);
+          return true;
         });
-    if (keep) kept.push_back(*statement);
+    if (keep) kept.push_back(repeat ? Statement(*repeat) : *statement);
   }
   std::reverse(kept.begin(), kept.end());
   return kept;

@@ -12,9 +12,14 @@
 
 namespace dpde::adjoint {
 
-/// The statements of `program` that compute the fields `needed`; their kernels are added to `kernels`.
+/// Which states each repeat saves for what comes later, by its index in the program.
+using Saves = std::map<std::size_t, std::vector<stencil::Stacked>>;
+
+/// The statements of `program` that compute the fields `needed` and save what is to be saved; their kernels are added
+/// to `kernels`.
 std::vector<stencil::Statement> recomputation(const stencil::Module& module, const stencil::Program& program,
-                                              std::set<std::string> needed, stencil::Module& kernels);
+                                              std::set<std::string> needed, const Saves& saves,
+                                              stencil::Module& kernels);
 
 /// Values are recomputed to their final state: a field that is read and changed later would be read wrongly. Reports
 /// it; `needed` has for each field the earliest statement whose adjoint reads it.

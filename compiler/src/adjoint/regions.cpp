@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
+#include <optional>
 
 #include "stencil/effects.h"
 #include "support/match.h"
@@ -71,11 +72,62 @@ std::set<std::string> filled_at_the_end(const Module& module, const Program& pro
   for (const Statement& statement : program.body) {
     const Effects e = effects(module, statement);
     filled.insert(e.fills.begin(), e.fills.end());
-    for (const auto* changed : {&e.writes, &e.updates}) {
+    for (const auto* changed : {&e.writes, &e.updates, &e.spoils}) {
       for (const std::string& field : *changed) filled.erase(field);
     }
   }
   return filled;
+}
+
+std::set<std::string> fields_read_inside(const Module& module, const Program& program) {
+  std::set<std::string> read;
+  for (const Statement& statement : program.body) {
+    match(
+        statement,
+        [&](const Fill& fill) {
+          read.merge(wall_fields(fill.axes));
+          if (is_on_walls(fill.axes)) read.insert(fill.field);
+        },
+        [&](const Fold& fold) {
+          read.merge(wall_fields(fold.axes));
+          read.insert(fold.field);
+        },
+        [&](const Reduce& reduce) { read.insert(reduce.field); },
+        [&](const Infer& infer) { read.insert(infer.inputs.begin(), infer.inputs.end()); },
+        [&](const Run& run) {
+          const Kernel& kernel = *module.find_kernel(run.kernel);
+          for (const auto& one : signature(kernel).reads) read.insert(one.field);
+          for (const Scatter& scatter : kernel.scatters) read.insert(scatter.target.field);
+        },
+        [&](const Repeat& repeat) {
+          for (const std::string& field : effects(module, repeat).reads) read.insert(field);
+        });
+  }
+  return read;
+}
+
+std::vector<AxisBoundary> seed_boundary(const std::vector<Topology>& axes) {
+  std::vector<AxisBoundary> boundary;
+  for (const Topology topology : axes)
+    boundary.push_back({topology, {SideKind::zero_gradient, 0.0}, {SideKind::zero_gradient, 0.0}});
+  return boundary;
+}
+
+std::vector<AxisBoundary> primal_boundary(const Module& module, const Program& program, const std::string& field) {
+  const auto changes_it = [&](const Program& other) {
+    return std::ranges::any_of(other.swaps, [&](const Swap& swap) { return swap.state == field; });
+  };
+  if (changes_it(program) || std::ranges::any_of(module.programs, changes_it)) return seed_boundary(program.axes);
+  const std::vector<std::string> written = interface_of(module, program).written;
+  const bool is_changed_here = std::ranges::find(written, field) != written.end();
+  std::optional<std::vector<AxisBoundary>> found;
+  for (const Program& other : module.programs) {
+    for_each_fill(other, [&](const Fill& fill) {
+      const bool is_this = !found && fill.field == field && wall_fields(fill.axes).empty();
+      if (is_this && !(is_changed_here && is_on_walls(fill.axes))) found = fill.axes;
+    });
+  }
+  return found.value_or(seed_boundary(program.axes));
 }
 
 std::map<std::string, int> extents_of(const Kernel& kernel, int grow, const std::vector<Topology>& axes) {

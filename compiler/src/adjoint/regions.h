@@ -28,6 +28,18 @@ std::map<std::string, int> extents_of(const stencil::Kernel& kernel, int grow, c
 /// Fields whose periodic halo is right when the program has run.
 std::set<std::string> filled_at_the_end(const stencil::Module& module, const stencil::Program& program);
 
+/// The fields that the program reads, sets on walls or scatters to.
+std::set<std::string> fields_read_inside(const stencil::Module& module, const stencil::Program& program);
+
+/// Bounded sides of a seed are masked by inside[...], so their kind is never seen.
+std::vector<stencil::AxisBoundary> seed_boundary(const std::vector<Topology>& axes);
+
+/// Of a primal field that only the adjoint reads beside periodic axes. Nothing beyond walls is read here; filled as
+/// other programs do it, the halo of a coefficient stays right for them and is not made anew in each run. Not so on
+/// walls, where that fill would undo what this program has added to the value there since.
+std::vector<stencil::AxisBoundary> primal_boundary(const stencil::Module& module, const stencil::Program& program,
+                                                   const std::string& field);
+
 /// Fields computed beyond the interior.
 std::set<std::string> grown_fields(const stencil::Module& module, const stencil::Program& program);
 

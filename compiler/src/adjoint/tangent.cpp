@@ -262,6 +262,90 @@ void add_fill(const Module& module, const Fill& fill, const Program& program, co
   derived.body.push_back(std::move(result));
 }
 
+/// Writes the statements of a tangent, those of blocks too.
+class TangentWriter {
+ public:
+  TangentWriter(const Module& module, const Program& program, const Varied& varied, DerivedNames& names, SumForm form,
+                Module& kernels)
+      : module_(module), program_(program), varied_(varied), names_(names), form_(form), kernels_(kernels) {}
+
+  void add(const std::vector<Statement>& statements, Program& derived) {
+    for (const Statement& statement : statements) {
+      match(
+          statement,
+          [&](const Fill& fill) {
+            derived.body.push_back(fill);
+            add_fill(module_, fill, program_, varied_, names_, derived, kernels_);
+          },
+          [&](const Fold& fold) { add_fold(fold, derived); },
+          [&](const Reduce& reduce) {
+            derived.body.push_back(reduce);
+            add_reduction(reduce, program_, varied_, names_, derived, kernels_);
+          },
+          [&](const Infer& infer) {
+            derived.body.push_back(infer);
+            add_networks(kernels_, {*module_.find_network(infer.network)});
+            add_rates(infer, varied_, names_, derived);
+          },
+          [&](const Run& run) { add_run(run, derived); }, [&](const Repeat& repeat) { add_repeat(repeat, derived); });
+    }
+  }
+  /// Whether squares were asked for and a sum is something else.
+  bool failed() const { return failed_; }
+
+ private:
+  void add_fold(const Fold& fold, Program& derived) {
+    const DerivedField dot_of_wall = [&](const std::string& wall) {
+      return varied_.fields.contains(wall) ? std::optional(names_.of(wall)) : std::nullopt;
+    };
+    derived.body.push_back(fold);
+    if (!varied_.fields.contains(fold.field)) return;
+    derived.body.push_back(Fold{names_.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});
+  }
+
+  /// The dots before the primal kernel: that one may accumulate onto what the dots still have to read.
+  void add_run(const Run& run, Program& derived) {
+    const Kernel& kernel = *module_.find_kernel(run.kernel);
+    if (!kernels_.find_kernel(kernel.name)) kernels_.kernels.push_back(kernel);
+    if (writes_varied(kernel, varied_)) {
+      KernelTangent derived_kernel(kernel, varied_, names_, form_);
+      Kernel dots = derived_kernel.build();
+      failed_ = failed_ || derived_kernel.failed();
+      derived.body.push_back(Run{dots.name, run.grow});
+      kernels_.kernels.push_back(std::move(dots));
+    }
+    derived.body.push_back(run);
+  }
+
+  /// The repeat of the tangent of its block: what it carries and stacks has rates beside it.
+  void add_repeat(const Repeat& repeat, Program& derived) {
+    Program pass{derived.name, derived.axes, {}, {}, {}};
+    add(repeat.body, pass);
+    Repeat result = repeat;
+    result.body = std::move(pass.body);
+    for (const Carry& carry : repeat.carries) {
+      if (varied_.fields.contains(carry.next))
+        result.carries.push_back({names_.of(carry.state), names_.of(carry.next), names_.of(carry.result)});
+    }
+    for (auto* stacked : {&result.saves, &result.loads}) {
+      for (std::size_t i = stacked->size(); i-- > 0;) {
+        const Stacked primal = (*stacked)[i];
+        if (varied_.fields.contains(primal.field))
+          stacked->push_back({names_.of(primal.field), names_.of(primal.stack)});
+      }
+    }
+    derived.body.push_back(std::move(result));
+  }
+
+  const Module& module_;
+  const Program& program_;
+  const Varied& varied_;
+  DerivedNames& names_;
+  const SumForm form_;
+  Module& kernels_;
+  bool failed_ = false;
+};
+
 /// nullopt when sums of squares were asked for and there are others.
 std::optional<Derivative> derive(const Module& module, const std::string& name, const Activity& wrt, SumForm form,
                                  DiagnosticSink& sink) {
@@ -271,39 +355,12 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
   if (!check_differentiable(module, *program, varied, sink)) return Derivative{};
 
   DerivedNames names(module, "_dot");
-  bool failed = false;
   Derivative result;
   result.program = names.fresh_program(name + (form == SumForm::derivative ? "_tangent" : "_squares"));
   Program derived{result.program, program->axes, {}, program->swaps, program->keeps};
-  const DerivedField dot_of_wall = [&](const std::string& wall) {
-    return varied.fields.contains(wall) ? std::optional(names.of(wall)) : std::nullopt;
-  };
   add_still_inputs(module, *program, varied, wrt, names, derived, result.module);
-  for (const Statement& statement : program->body) {
-    derived.body.push_back(statement);
-    match(
-        statement, [&](const Fill& fill) { add_fill(module, fill, *program, varied, names, derived, result.module); },
-        [&](const Fold& fold) {
-          if (!varied.fields.contains(fold.field)) return;
-          derived.body.push_back(Fold{names.of(fold.field), fold.grow, derived_sides(fold.axes, dot_of_wall)});
-        },
-        [&](const Reduce& reduce) { add_reduction(reduce, *program, varied, names, derived, result.module); },
-        [&](const Infer& infer) {
-          add_networks(result.module, {*module.find_network(infer.network)});
-          add_rates(infer, varied, names, derived);
-        },
-        [&](const Run& run) {
-          const Kernel& kernel = *module.find_kernel(run.kernel);
-          if (!result.module.find_kernel(kernel.name)) result.module.kernels.push_back(kernel);
-          if (!writes_varied(kernel, varied)) return;
-          KernelTangent derived_kernel(kernel, varied, names, form);
-          Kernel dots = derived_kernel.build();
-          failed = failed || derived_kernel.failed();
-          // before the primal kernel: that one may accumulate onto what the dots still have to read
-          derived.body.insert(derived.body.end() - 1, Run{dots.name, run.grow});
-          result.module.kernels.push_back(std::move(dots));
-        });
-  }
+  TangentWriter writer(module, *program, varied, names, form, result.module);
+  writer.add(program->body, derived);
   for (const Swap& swap : program->swaps) {
     if (varied.fields.contains(swap.next)) derived.swaps.push_back({names.of(swap.state), names.of(swap.next)});
   }
@@ -314,7 +371,7 @@ std::optional<Derivative> derive(const Module& module, const std::string& name, 
   for (const std::string& p : wrt.params) names.of(p);
   result.module.programs.push_back(std::move(derived));
   result.links = names.links(module, *program, wrt);
-  if (failed) return std::nullopt;
+  if (writer.failed()) return std::nullopt;
   return result;
 }
 

@@ -142,6 +142,7 @@ bool add_symmetry_case(const SourceFile& source, const std::shared_ptr<const dri
   const double least_scale = 1e-3 * w.cwiseAbs().dot(gradient.cwiseAbs());
   for (const Curvature curvature : {Curvature::full, Curvature::gauss_newton}) {
     if (!inverse->has_products(curvature)) continue;
+    session->engine().release_products();  // each has the states of a run
     Eigen::VectorXd hv(v.size()), hw(v.size());
     inverse->product(point.x, v, hv, curvature);
     inverse->product(point.x, w, hw, curvature);
@@ -179,6 +180,16 @@ bool bends(const network::Layer& layer) {
   return layer.kind == network::LayerKind::max_pool || (layer.kind == network::LayerKind::activate && is_rectifier);
 }
 
+bool has_extremes(const std::vector<stencil::Statement>& statements) {
+  return std::ranges::any_of(statements, [](const stencil::Statement& statement) {
+    return match(
+        statement, [](const stencil::Fill&) { return false; }, [](const stencil::Fold&) { return false; },
+        [](const stencil::Reduce& reduce) { return reduce.kind == Reduction::max || reduce.kind == Reduction::min; },
+        [](const stencil::Infer&) { return false; }, [](const stencil::Run&) { return false; },
+        [](const stencil::Repeat& repeat) { return has_extremes(repeat.body); });
+  });
+}
+
 /// Whether the programs that were differentiated bend anywhere.
 bool has_kinks(const driver::Compiled& compiled) {
   bool found = false;
@@ -187,14 +198,7 @@ bool has_kinks(const driver::Compiled& compiled) {
   };
   for (const auto& [name, derived] : compiled.derived) {
     const stencil::Module module = driver::extract(compiled.stencil, {name});
-    for (const stencil::Statement& statement : module.programs.front().body) {
-      match(
-          statement, [](const stencil::Fill&) {}, [](const stencil::Fold&) {},
-          [&](const stencil::Reduce& reduce) {
-            found = found || reduce.kind == Reduction::max || reduce.kind == Reduction::min;
-          },
-          [](const stencil::Infer&) {}, [](const stencil::Run&) {});  // networks and kernels are looked at below
-    }
+    found = found || has_extremes(module.programs.front().body);
     for (const network::Network& network : module.networks) found = found || std::ranges::any_of(network.layers, bends);
     for (const stencil::Kernel& kernel : module.kernels) {
       found = found || !kernel.scatters.empty();

@@ -108,6 +108,8 @@ struct ProgramTables::Table {
                            const RowResolver& row_code, Strings& shared);
   int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
   dpde_inference inference(const loop::Infer& infer, const Strings& shared);
+  dpde_repeat repeat(const loop::Module& module, const loop::Program& program, const loop::Repeat& source,
+                     const RowResolver& row_code, Strings& shared);
   void set_links(const std::vector<TableLink>& given, const Names& params);
 
   std::string name;
@@ -119,6 +121,10 @@ struct ProgramTables::Table {
   std::vector<dpde_operation> operations;
   std::vector<dpde_swap> swaps;
   std::deque<std::vector<int32_t>> lists;
+  std::deque<std::vector<dpde_operation>> blocks;
+  std::deque<std::vector<dpde_carry>> carries;
+  std::deque<std::vector<dpde_stacked>> stacked;
+  std::vector<int64_t> stacks;
   std::vector<const dpde_network*> networks;
   std::deque<std::string> primals;
   std::vector<dpde_link> links;
@@ -225,8 +231,30 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
         for (const loop::Fill& f : s.then) then.push_back(fill(f.field, f.axes, shared));
         result.then_count = static_cast<int32_t>(then.size());
         result.then = then.data();
+      },
+      [&](const loop::Repeat& r) {
+        result.kind = DPDE_REPEAT;
+        result.repeat = repeat(module, program, r, row_code, shared);
       });
   return result;
+}
+
+dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop::Program& program,
+                                         const loop::Repeat& source, const RowResolver& row_code, Strings& shared) {
+  std::vector<dpde_operation>& block = blocks.emplace_back();
+  for (const loop::Operation& o : source.body) block.push_back(operation(module, program, o, row_code, shared));
+  std::vector<dpde_carry>& carried = carries.emplace_back();
+  for (const loop::Carry& c : source.carries)
+    carried.push_back({fields.index_of(c.state), fields.index_of(c.next), fields.index_of(c.result)});
+  const auto stacked_fields = [&](const std::vector<loop::Stacked>& all) -> const std::vector<dpde_stacked>& {
+    std::vector<dpde_stacked>& list = stacked.emplace_back();
+    for (const loop::Stacked& s : all) list.push_back({fields.index_of(s.field), s.stack});
+    return list;
+  };
+  const std::vector<dpde_stacked>&saves = stacked_fields(source.saves), &loads = stacked_fields(source.loads);
+  const auto size = [](const auto& list) { return static_cast<int32_t>(list.size()); };
+  return {source.count, size(block),  block.data(), size(carried), carried.data(),
+          size(saves),  saves.data(), size(loads),  loads.data()};
 }
 
 void ProgramTables::Table::set_links(const std::vector<TableLink>& given, const Names& params) {
@@ -268,6 +296,9 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
   program.prepare = prepare.data();
   program.operation_count = static_cast<int32_t>(operations.size());
   program.operations = operations.data();
+  stacks.assign(source.stacks.begin(), source.stacks.end());
+  program.stack_count = static_cast<int32_t>(stacks.size());
+  program.stacks = stacks.data();
   program.swap_count = static_cast<int32_t>(swaps.size());
   program.swaps = swaps.data();
   program.network_count = static_cast<int32_t>(networks.size());

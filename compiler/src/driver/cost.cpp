@@ -83,25 +83,29 @@ double copy_once(std::vector<double>& to, const std::vector<double>& from, int t
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+Cost cost_of_operations(const loop::Module& module, const std::vector<loop::Operation>& operations) {
+  Cost total;
+  for (const loop::Operation& operation : operations) {
+    match(
+        operation, [](const loop::Fill&) {}, [](const loop::Fold&) {},
+        [&](const loop::Reduce&) {
+          total += {2.0 * static_cast<double>(bytes_of(module.real)), 1};  // reads one field and writes one
+        },
+        [&](const loop::Infer& infer) { total += cost_of_network(module, infer); },
+        [&](const loop::Sweep& sweep) { total += cost_of_row(*module.find_row(sweep.row), module.real); },
+        [&](const loop::Repeat& repeat) {
+          const Cost pass = cost_of_operations(module, repeat.body);
+          total += {repeat.count * pass.bytes, repeat.count * pass.flops};
+        });
+  }
+  return total;
+}
+
 }  // namespace
 
 Cost cost_of(const loop::Module& module, const std::string& program) {
-  Cost total;
-  for (const loop::Program& candidate : module.programs) {
-    if (candidate.name != program) continue;
-    for (const loop::Operation& operation : candidate.body) {
-      if (std::holds_alternative<loop::Reduce>(operation)) {
-        total.bytes += 2 * bytes_of(module.real);  // reads one field and writes one
-        total.flops += 1;
-      }
-      if (const loop::Infer* infer = std::get_if<loop::Infer>(&operation)) total += cost_of_network(module, *infer);
-      const loop::Sweep* sweep = std::get_if<loop::Sweep>(&operation);
-      if (sweep == nullptr) continue;
-      const Cost cost = cost_of_row(*module.find_row(sweep->row), module.real);
-      total += cost;
-    }
-  }
-  return total;
+  const auto found = std::ranges::find(module.programs, program, &loop::Program::name);
+  return found == module.programs.end() ? Cost{} : cost_of_operations(module, found->body);
 }
 
 dpde_layout layout_of(const Compiled& compiled) {

@@ -40,11 +40,7 @@ void for_each_cell(const dpde_layout& layout, const std::array<int, stencil::max
 /// In the order of the networks of the program's table.
 std::vector<const network::Network*> networks_of(const Context& context) {
   std::vector<const network::Network*> networks;
-  for (const loop::Operation& operation : context.table->body) {
-    const loop::Infer* infer = std::get_if<loop::Infer>(&operation);
-    const network::Network* network = infer ? context.module->find_network(infer->network) : nullptr;
-    if (network && std::find(networks.begin(), networks.end(), network) == networks.end()) networks.push_back(network);
-  }
+  for (const std::string& name : context.interface.networks) networks.push_back(context.module->find_network(name));
   return networks;
 }
 

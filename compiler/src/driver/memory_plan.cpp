@@ -49,7 +49,9 @@ class Planner {
     for (const std::string& field : program->fields) {
       if (!states_given || problem_.find_state(field) == nullptr) fields_.insert(field);
     }
-    note();
+    double stacked = 0;
+    for (const int fields : program->stacks) stacked += fields;
+    note(stacked * field_);
   }
   /// Workspace::release.
   void release(const std::string& name) {

@@ -122,8 +122,7 @@ bool selects_program(const ast::File& file, const std::string& name) {
 /// What a program computes, as text. Fills are left out: emitted scenes have no boundaries, their programs have.
 std::string computed_by(const stencil::Module& module, const std::string& program) {
   stencil::Module part = run_passes(extract(module, {program}));
-  std::erase_if(part.programs.front().body,
-                [&](const stencil::Statement& statement) { return !stencil::effects(part, statement).fills.empty(); });
+  part.programs.front().body = stencil::without_fills(part.programs.front().body);
   return print(part);
 }
 
@@ -420,11 +419,6 @@ adjoint::Activity active_inputs(const Compiled& compiled, const std::string& nam
 }
 
 std::vector<std::string> Compiled::formula_programs() const { return {names.coefficients, names.initial}; }
-
-const dpde_program* Compiled::tangent_of(const std::string& name) const {
-  const auto found = derived.find(name);
-  return found == derived.end() || !found->second.tangent ? nullptr : program(found->second.tangent->program);
-}
 
 const dpde_program* Compiled::adjoint_of(const std::string& name) const {
   const auto found = derived.find(name);

@@ -80,7 +80,6 @@ struct Compiled {
   std::vector<std::string> derivative_programs(bool adjoint) const;
   /// nullptr when there is no such program.
   const dpde_program* program(const std::string& name) const { return code ? code->find(name) : nullptr; }
-  const dpde_program* tangent_of(const std::string& name) const;
   const dpde_program* adjoint_of(const std::string& name) const;
 };
 

@@ -190,7 +190,7 @@ void SceneTable::Storage::add_second(const model::Task& task) {
 
 void SceneTable::Storage::add_task(const model::Task& task) {
   scene.task = text(task.name);
-  scene.start = compiled->program(compiled->names.start);
+  if (!options.begins_as_scene) scene.start = compiled->program(compiled->names.start);
   const auto is_read = [&](const std::string& name) {
     for (std::size_t i = 0; i < task.losses.size(); ++i) {
       const dpde_program* loss = compiled->program(compiled->names.losses[i]);

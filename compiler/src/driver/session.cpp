@@ -48,7 +48,8 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   session->options_ = options;
   session->steps_ = options.steps.value_or(session->problem().steps);
   session->axes_ = session->problem().axes;
-  for (std::size_t a = 0; a < options.cells.size(); ++a) session->axes_[a].cells = options.cells[a];
+  for (std::size_t a = 0; a < std::min(options.cells.size(), session->axes_.size()); ++a)
+    session->axes_[a].cells = options.cells[a];
   try {
     if (options.cells.empty() && !fits_in_memory(*session->compiled_, sink)) return nullptr;
     session->options_.checkpoint_bytes =

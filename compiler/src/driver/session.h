@@ -4,7 +4,6 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -86,8 +85,6 @@ class Session {
   std::vector<int> steps_of(const model::When& when) const { return driver::steps_of(when, problem(), steps_); }
   /// A quantity of the task (a loss or test) at one state.
   double evaluate(const dpde_program& program, const std::string& sum, double t, const std::vector<void*>& states);
-  /// The same with all fields given by name, data excepted.
-  double evaluate(const dpde_program& program, const std::string& sum, double t, std::map<std::string, void*> bound);
 
  private:
   Session() = default;

@@ -15,6 +15,7 @@
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/assert.h"
+#include "support/contains.h"
 #include "support/match.h"
 #include "support/name_supply.h"
 
@@ -55,7 +56,7 @@ NameSupply taken_names(const stencil::Module& module) {
   for (const stencil::Program& program : module.programs) {
     for (const stencil::Statement& statement : program.body) {
       const stencil::Effects e = stencil::effects(module, statement);
-      for (const auto* fields : {&e.reads, &e.writes, &e.updates}) {
+      for (const auto* fields : {&e.reads, &e.writes, &e.updates, &e.inner}) {
         for (const std::string& field : *fields) taken.reserve(field);
       }
     }
@@ -78,6 +79,21 @@ std::set<std::string> contested_fields(const stencil::Module& module) {
   return fields;
 }
 
+/// Fields with a boundary that depends on the time, or on fields of its own: it is another one in the next step.
+std::set<std::string> time_dependent_fields(const stencil::Program& program) {
+  std::set<std::string> fields;
+  stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
+    stencil::for_each_side_value(fill.axes, [&](const stencil::Expr& value) {
+      stencil::visit(value, [&](const stencil::Expr& e) {
+        const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
+        const bool is_time = param && param->name == "t";
+        if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill.field);
+      });
+    });
+  });
+  return fields;
+}
+
 class ModuleBuilder {
  public:
   ModuleBuilder(const stencil::Module& source, std::vector<std::string> params)
@@ -96,6 +112,8 @@ class ModuleBuilder {
   Side side(const stencil::Side& side, int axis, bool with_value);
   int uniform_of(const stencil::Expr& value);
   std::vector<ScheduleItem> items_of(const stencil::Program& program);
+  void add_repeat(std::vector<ScheduleItem>& items, const stencil::Repeat& repeat, const stencil::Program& program);
+  int stack_number(const std::string& name);
   void add_sweeps(std::vector<ScheduleItem>& items, const stencil::Run& run, const stencil::Program& program);
 
   const stencil::Module& source_;
@@ -103,6 +121,8 @@ class ModuleBuilder {
   std::set<std::string> contested_;
   NameSupply row_names_;
   std::map<RowKey, std::vector<std::string>> rows_;
+  std::vector<std::string> stack_names_;  // of the program that is made
+  std::vector<int> stacks_;
   Module result_;
 };
 
@@ -201,24 +221,50 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
           items.push_back({Reduce{r.result, r.kind, r.field, r.over}, {r.result}, {r.field, r.result}});
         },
         [&](const Infer& i) { items.push_back(item_of(i)); },
-        [&](const stencil::Run& run) { add_sweeps(items, run, program); });
+        [&](const stencil::Run& run) { add_sweeps(items, run, program); },
+        [&](const stencil::Repeat& repeat) { add_repeat(items, repeat, program); });
   }
   return items;
 }
 
-/// Fields with a boundary that depends on the time, or on fields of its own: it is another one in the next step.
-std::set<std::string> time_dependent_fields(const stencil::Program& program) {
-  std::set<std::string> fields;
-  stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
-    stencil::for_each_side_value(fill.axes, [&](const stencil::Expr& value) {
-      stencil::visit(value, [&](const stencil::Expr& e) {
-        const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
-        const bool is_time = param && param->name == "t";
-        if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill.field);
-      });
-    });
-  });
-  return fields;
+int ModuleBuilder::stack_number(const std::string& name) {
+  const auto known = std::ranges::find(stack_names_, name);
+  const auto number = static_cast<int>(known - stack_names_.begin());
+  if (known != stack_names_.end()) return number;
+  stack_names_.push_back(name);
+  stacks_.push_back(0);
+  return number;
+}
+
+/// A pass is scheduled as a program that is run again and again: what is prepared there is filled before the repeat.
+void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::Repeat& repeat,
+                               const stencil::Program& program) {
+  const stencil::Program pass = stencil::pass_of(repeat, program);
+  const stencil::Effects known = stencil::effects(source_, repeat);
+  Repeat result{repeat.count, {}, {}, {}, {}};
+  ScheduleInput input{items_of(pass), known.reads, {}, program.axes, time_dependent_fields(pass)};
+  for (const stencil::Carry& carry : repeat.carries) {
+    result.carries.push_back({carry.state, carry.next, carry.result});
+    input.swaps.push_back({carry.state, carry.next});
+  }
+  for (const stencil::Stacked& load : repeat.loads) result.loads.push_back({load.field, stack_number(load.stack)});
+  for (const stencil::Stacked& save : repeat.saves) {
+    const auto is_it = [&](const auto& other) { return other.field == save.field; };
+    const bool has_memory = std::ranges::any_of(repeat.loads, is_it) || std::ranges::any_of(result.saves, is_it);
+    const int number = stack_number(save.stack), first = contains(known.reads, save.field) ? 1 : 0;
+    stacks_[static_cast<std::size_t>(number)] = has_memory ? 0 : repeat.count - first;
+    result.saves.push_back({save.field, number});
+  }
+  input.filled_each_run.insert(contested_.begin(), contested_.end());
+  Schedule scheduled = schedule(std::move(input));
+  for (Fill& fill : scheduled.prepare) items.push_back({fill, {}, {fill.field}});
+  result.body = std::move(scheduled.body);
+  std::set<std::string> modified(known.writes.begin(), known.writes.end());
+  modified.insert(known.spoils.begin(), known.spoils.end());
+  for (const Fill& fill : scheduled.prepare) modified.erase(fill.field);
+  std::set<std::string> touched = modified;
+  touched.insert(known.reads.begin(), known.reads.end());
+  items.push_back({std::move(result), std::move(modified), std::move(touched)});
 }
 
 /// Inputs first, then what the program writes, then names only swaps and keeps know.
@@ -248,6 +294,8 @@ void set_halo(Program& result, const stencil::Module& module, const stencil::Pro
 void ModuleBuilder::add_program(const stencil::Program& program) {
   const stencil::Interface known = stencil::interface_of(source_, program);
   Program result{.name = program.name, .axes = program.axes};
+  stack_names_.clear();
+  stacks_.clear();
   set_fields(result, program, known);
   set_halo(result, source_, program);
   result.sums = known.sums;
@@ -260,6 +308,7 @@ void ModuleBuilder::add_program(const stencil::Program& program) {
       schedule({items_of(program), known.inputs, result.swaps, program.axes, std::move(filled_each_run)});
   result.prepare = std::move(scheduled.prepare);
   result.body = std::move(scheduled.body);
+  result.stacks = stacks_;
   result_.programs.push_back(std::move(result));
 }
 

@@ -222,7 +222,31 @@ struct Sweep {
   Binding binding;
   bool operator==(const Sweep&) const = default;
 };
-using Operation = std::variant<Fill, Fold, Reduce, Infer, Sweep>;
+struct Repeat;
+using Operation = std::variant<Fill, Fold, Reduce, Infer, Sweep, Repeat>;
+/// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
+/// `result` and to that of `next` in turn, so that nothing is copied.
+struct Carry {
+  std::string state, next, result;
+  bool operator==(const Carry&) const = default;
+};
+/// What `field` is in each pass goes onto a stack, or is what was saved last.
+struct Stacked {
+  std::string field;
+  int stack;  // a number of the program's
+  bool operator==(const Stacked&) const = default;
+};
+struct Repeat {
+  int count = 1;
+  std::vector<Operation> body;
+  std::vector<Carry> carries;
+  std::vector<Stacked> saves, loads;
+  bool operator==(const Repeat& other) const;
+};
+inline bool Repeat::operator==(const Repeat& other) const {
+  return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
+         loads == other.loads;
+}
 
 struct Program {
   std::string name;
@@ -231,6 +255,7 @@ struct Program {
   int input_count = 0;
   std::vector<std::string> sums;
   std::array<int, max_rank> halo{};
+  std::vector<int> stacks;  // fields that each needs memory for
   /// Fills of inputs: run once when inputs are bound. The body leaves the halo of every swap's `next` filled, so a loop
   /// over steps runs `prepare` once.
   std::vector<Fill> prepare;

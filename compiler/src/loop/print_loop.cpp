@@ -187,7 +187,21 @@ std::string binding_text(const Module& module, const Sweep& sweep) {
   return parts.empty() ? "" : fmt::format(" with {}", fmt::join(parts, ", "));
 }
 
-std::string operation_text(const Module& module, const Operation& operation) {
+std::string operation_text(const Module& module, const Operation& operation, const std::string& margin);
+
+std::string repeat_text(const Module& module, const Repeat& repeat, const std::string& margin) {
+  std::string text = fmt::format("repeat {} {{\n", repeat.count);
+  const auto add = [&](const std::string& line) { text += margin + "  " + line + "\n"; };
+  for (const Stacked& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
+  for (const Stacked& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
+  for (const Operation& operation : repeat.body) add(operation_text(module, operation, margin + "  "));
+  for (const Carry& carry : repeat.carries)
+    add(fmt::format("swap {}, {} to {}", carry.state, carry.next, carry.result));
+  return text + margin + "}";
+}
+
+/// Lines but the first begin with `margin`.
+std::string operation_text(const Module& module, const Operation& operation, const std::string& margin) {
   return match(
       operation, [&](const Fill& f) { return fill_text(module, f); },
       [&](const Fold& f) {
@@ -206,7 +220,8 @@ std::string operation_text(const Module& module, const Operation& operation) {
             fmt::format("sweep {}{}{}{}", s.row, binding_text(module, s), grow_text(s.grow), s.serial ? " serial" : "");
         for (const Fill& fill : s.then) text += " then " + fill_text(module, fill);
         return text;
-      });
+      },
+      [&](const Repeat& r) { return repeat_text(module, r, margin); });
 }
 
 std::string program_text(const Module& module, const Program& program) {
@@ -218,8 +233,9 @@ std::string program_text(const Module& module, const Program& program) {
   out += fmt::format("  fields {}\n", fmt::join(inputs_end, program.fields.end(), ", "));
   if (!program.sums.empty()) out += fmt::format("  sums {}\n", fmt::join(program.sums, ", "));
   out += fmt::format("  halo {}\n", fmt::join(halo, ", "));
+  if (!program.stacks.empty()) out += fmt::format("  stacks {}\n", fmt::join(program.stacks, ", "));
   for (const Fill& fill : program.prepare) out += fmt::format("  prepare {}\n", fill_text(module, fill));
-  for (const Operation& operation : program.body) out += fmt::format("  {}\n", operation_text(module, operation));
+  for (const Operation& operation : program.body) out += fmt::format("  {}\n", operation_text(module, operation, "  "));
   for (const Swap& swap : program.swaps) out += fmt::format("  swap {}, {}\n", swap.state, swap.next);
   if (!program.keeps.empty()) out += fmt::format("  keep {}\n", fmt::join(program.keeps, ", "));
   return out + "}\n";

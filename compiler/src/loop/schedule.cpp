@@ -133,6 +133,20 @@ bool has_walls(const Fill& fill) {
                      [](const AxisBoundary& axis) { return !axis.low.field.empty() || !axis.high.field.empty(); });
 }
 
+/// Whether the halo of this result of a repeat is filled so, as the last pass has filled that of what it carries on.
+bool is_left_filled(const Repeat& repeat, const Fill& fill) {
+  const auto carry = std::find_if(repeat.carries.begin(), repeat.carries.end(),
+                                  [&](const Carry& each) { return each.result == fill.field; });
+  if (carry == repeat.carries.end()) return false;
+  const Fill in_pass{carry->next, fill.axes};
+  return std::any_of(repeat.body.begin(), repeat.body.end(), [&](const Operation& operation) {
+    const Sweep* sweep = std::get_if<Sweep>(&operation);
+    const Repeat* inner = std::get_if<Repeat>(&operation);
+    if (inner != nullptr) return is_left_filled(*inner, in_pass);
+    return sweep != nullptr && std::find(sweep->then.begin(), sweep->then.end(), in_pass) != sweep->then.end();
+  });
+}
+
 /// Moves the fill at `at` into the sweep that wrote its field, or drops it where the halo is filled already.
 bool Scheduler::attach(std::size_t at) {
   const Fill fill = *as_fill(items()[at]);
@@ -148,7 +162,8 @@ bool Scheduler::attach(std::size_t at) {
       return true;
     }
   }
-  return false;
+  const Repeat* repeat = std::get_if<Repeat>(&items()[*writer].operation);
+  return repeat != nullptr && is_left_filled(*repeat, fill);
 }
 
 void Scheduler::attach_to_sweeps() {

@@ -13,6 +13,7 @@
 
 #include "loop/expressions.h"
 #include "support/assert.h"
+#include "support/match.h"
 #include "support/name_supply.h"
 
 namespace dpde::loop {
@@ -196,11 +197,7 @@ class Sharing {
     for (const Group& group : groups_of(module_))
       rows.push_back(group.rows.size() == 1 ? *group.rows[0] : share(group));
     module_.rows = std::move(rows);
-    for (Program& program : module_.programs) {
-      for (Operation& operation : program.body) {
-        if (Sweep* sweep = std::get_if<Sweep>(&operation)) bind(*sweep);
-      }
-    }
+    for (Program& program : module_.programs) bind(program.body);
     return std::move(module_);
   }
 
@@ -273,6 +270,14 @@ class Sharing {
     } while (names_.is_used(name));
     names_.reserve(name);
     return name;
+  }
+
+  void bind(std::vector<Operation>& operations) const {
+    for (Operation& operation : operations) {
+      match(
+          operation, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
+          [&](Sweep& sweep) { bind(sweep); }, [&](Repeat& repeat) { bind(repeat.body); });
+    }
   }
 
   void bind(Sweep& sweep) const {

@@ -52,6 +52,8 @@ class Verifier {
   void check_sweep(const Program& program, const Sweep& sweep);
   void check_reduce(const Program& program, const Reduce& reduce);
   void check_network(const Program& program, const Infer& infer);
+  void check_operations(const Program& program, const std::vector<Operation>& operations);
+  void check_repeat(const Program& program, const Repeat& repeat);
   void check_program(const Program& program);
 
   const Module& module_;
@@ -231,19 +233,40 @@ void Verifier::check_network(const Program& program, const Infer& infer) {
   }
 }
 
+void Verifier::check_repeat(const Program& program, const Repeat& repeat) {
+  check(repeat.count >= 1, program.name, "a repeat without passes");
+  for (const Carry& carry : repeat.carries) {
+    for (const std::string& field : {carry.state, carry.next, carry.result})
+      check(has(program.fields, field), program.name, fmt::format("no field {}", field));
+    check(carry.state != carry.next && carry.next != carry.result && carry.state != carry.result, program.name,
+          fmt::format("carries {} in one memory", carry.state));
+  }
+  for (const auto* all : {&repeat.saves, &repeat.loads}) {
+    for (const Stacked& stacked : *all) {
+      check(has(program.fields, stacked.field), program.name, fmt::format("no field {}", stacked.field));
+      check(is_index(stacked.stack, program.stacks.size()), program.name, "no such stack");
+    }
+  }
+  check_operations(program, repeat.body);
+}
+
+void Verifier::check_operations(const Program& program, const std::vector<Operation>& operations) {
+  for (const Operation& operation : operations) {
+    match(
+        operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
+        [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
+        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Infer& i) { check_network(program, i); },
+        [&](const Sweep& s) { check_sweep(program, s); }, [&](const Repeat& r) { check_repeat(program, r); });
+  }
+}
+
 void Verifier::check_program(const Program& program) {
   check(program.input_count >= 0 && program.input_count <= static_cast<int>(program.fields.size()), program.name,
         "more inputs than fields");
   std::set<std::string> unique(program.fields.begin(), program.fields.end());
   check(unique.size() == program.fields.size(), program.name, "a field twice");
   for (const Fill& fill : program.prepare) check_boundaries(program, fill.field, fill.axes);
-  for (const Operation& operation : program.body) {
-    match(
-        operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Infer& i) { check_network(program, i); },
-        [&](const Sweep& s) { check_sweep(program, s); });
-  }
+  check_operations(program, program.body);
   for (const Swap& swap : program.swaps) {
     check(has(program.fields, swap.state) && has(program.fields, swap.next), program.name,
           "swaps a field it does not have");

@@ -5,12 +5,16 @@
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
 #include "model/stretch.h"
-#include "syntax/unroll.h"
+#include "syntax/repeats.h"
 
 namespace dpde::model {
 
 std::optional<Problem> from_ast(const ast::File& written, const Selection& selection, DiagnosticSink& sink) {
-  const ast::File file = ast::unrolled(written, sink).file;
+  ast::File file = ast::resolve_repeats(written, sink).file;
+  for (ast::Declaration& declaration : file.declarations) {
+    if (auto* program = std::get_if<ast::Program>(&declaration.kind))
+      program->items = ast::without_blocks(program->items);
+  }
   Draft draft(file, selection, sink);
   if (!select(draft)) return std::nullopt;
   if (draft.model) declare_model(draft);

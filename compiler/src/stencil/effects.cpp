@@ -55,14 +55,45 @@ Effects of_run(const Kernel& kernel) {
   return e;
 }
 
+bool has(const NameList& names, const std::string& name) { return std::ranges::find(names, name) != names.end(); }
+
+Effects of_repeat(const Module& module, const Repeat& repeat) {
+  const Program pass = pass_of(repeat, {});
+  const Interface known = interface_of(module, pass);
+  Effects e{.params = known.params, .sums = known.sums, .networks = known.networks, .inner = known.written};
+  for (const Kernel* kernel : kernels_run(module, pass)) e.kernels.push_back(kernel->name);
+  const auto is_loaded = [&](const std::string& field) {
+    return std::ranges::any_of(repeat.loads, [&](const Stacked& load) { return load.field == field; });
+  };
+  for (const std::string& field : known.inputs) {
+    if (!is_loaded(field)) e.reads.push_back(field);
+  }
+  for (const Carry& carry : repeat.carries) {
+    add_new(e.reads, carry.state);
+    e.writes.push_back(carry.result);
+  }
+  for (const Stacked& load : repeat.loads) add_new(e.inner, load.field);
+  for_each_fill(pass, [&](const Fill& fill) {
+    if (has(e.reads, fill.field)) add_new(e.spoils, fill.field);
+  });
+  return e;
+}
+
 }  // namespace
+
+Program pass_of(const Repeat& repeat, const Program& program) {
+  Program pass{program.name, program.axes, repeat.body, {}, {}};
+  for (const Carry& carry : repeat.carries) pass.swaps.push_back({carry.state, carry.next});
+  return pass;
+}
 
 Effects effects(const Module& module, const Statement& statement) {
   return match(
       statement, [](const Fill& fill) { return of_fill(fill); }, [](const Fold& fold) { return of_fold(fold); },
       [](const Reduce& reduce) { return Effects{.reads = {reduce.field}, .writes = {reduce.result}}; },
       [](const Infer& infer) { return of_infer(infer); },
-      [&](const Run& run) { return of_run(kernel_of(module, run)); });
+      [&](const Run& run) { return of_run(kernel_of(module, run)); },
+      [&](const Repeat& repeat) { return of_repeat(module, repeat); });
 }
 
 std::vector<const Kernel*> kernels_run(const Module& module, const Program& program) {
@@ -74,17 +105,40 @@ std::vector<const Kernel*> kernels_run(const Module& module, const Program& prog
   return kernels;
 }
 
+namespace {
+
+void add_parts(const std::vector<Statement>& statements, Parts& parts) {
+  for (const Statement& statement : statements) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
+        [&](const Infer& infer) { add_new(parts.networks, infer.network); },
+        [&](const Run& run) { parts.kernels.insert(run.kernel); },
+        [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
+  }
+}
+
+}  // namespace
+
 Parts parts_of(const std::vector<Program>& programs) {
   Parts parts;
-  for (const Program& program : programs) {
-    for (const Statement& statement : program.body) {
-      match(
-          statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
-          [&](const Infer& infer) { add_new(parts.networks, infer.network); },
-          [&](const Run& run) { parts.kernels.insert(run.kernel); });
-    }
-  }
+  for (const Program& program : programs) add_parts(program.body, parts);
   return parts;
+}
+
+std::vector<Statement> without_fills(const std::vector<Statement>& statements) {
+  std::vector<Statement> kept;
+  for (const Statement& statement : statements) {
+    const auto keep = [&](const auto& same) { kept.push_back(same); };
+    match(
+        statement, [](const Fill&) {}, [&](const Fold& fold) { keep(fold); },
+        [&](const Reduce& reduce) { keep(reduce); }, [&](const Infer& infer) { keep(infer); },
+        [&](const Run& run) { keep(run); },
+        [&](Repeat repeat) {
+          repeat.body = without_fills(repeat.body);
+          keep(repeat);
+        });
+  }
+  return kept;
 }
 
 }  // namespace dpde::stencil

@@ -23,13 +23,21 @@ struct Effects {
   std::vector<std::string> params;   // of kernels and of boundary values
   std::vector<std::string> sums;
   std::vector<std::string> kernels, networks;  // that it runs and applies
+  std::vector<std::string> inner;              // fields of the block of a repeat, which nothing outside knows
+  std::vector<std::string> spoils;             // fields whose halo is anything afterwards
 };
 Effects effects(const Module& module, const Statement& statement);
+
+/// One pass of a repeat as a program of its own, with what it loads as inputs.
+Program pass_of(const Repeat& repeat, const Program& program);
 
 /// That the run runs, which is in the module.
 const Kernel& kernel_of(const Module& module, const Run& run);
 /// The kernels that the program runs, each once, in order.
 std::vector<const Kernel*> kernels_run(const Module& module, const Program& program);
+
+/// The statements but for fills, those in repeats too.
+std::vector<Statement> without_fills(const std::vector<Statement>& statements);
 
 /// The names of the kernels and networks that the programs need, networks in the order in which they first appear.
 struct Parts {
@@ -38,13 +46,13 @@ struct Parts {
 };
 Parts parts_of(const std::vector<Program>& programs);
 
-/// `f` on each fill.
+/// `f` on each fill, in repeats too.
 template <class F>
 void for_each_fill(std::span<const Statement> statements, const F& f) {
   for (const Statement& statement : statements) {
     match(
         statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
-        [](const Run&) {});
+        [](const Run&) {}, [&](const Repeat& repeat) { for_each_fill(std::span(repeat.body), f); });
   }
 }
 template <class F>
@@ -52,14 +60,15 @@ void for_each_fill(const Program& program, const F& f) {
   for_each_fill(std::span(program.body), f);
 }
 
-/// `f` on each run of a kernel, which it may change where the program may be changed.
+/// `f` on each run of a kernel, in repeats too, which it may change where the program (or the repeat) may be changed.
 template <class AnyProgram, class F>
 void for_each_run(AnyProgram& program, const F& f) {
   using AnyRun = std::conditional_t<std::is_const_v<AnyProgram>, const Run, Run>;
+  using AnyRepeat = std::conditional_t<std::is_const_v<AnyProgram>, const Repeat, Repeat>;
   for (auto& statement : program.body) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
-        [&](AnyRun& run) { f(run); });
+        [&](AnyRun& run) { f(run); }, [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
   }
 }
 

@@ -6,78 +6,35 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 
+#include "stencil/boundary_from_ast.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
 #include "stencil/networks_from_ast.h"
+#include "stencil/repeat_fills.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
-#include "syntax/unroll.h"
+#include "syntax/repeats.h"
 
 namespace dpde::stencil {
 
 namespace {
 
-constexpr std::string_view axis_names = "xyz";
-
-bool is_name(const ast::Expr& e, std::string_view name) {
-  const auto* found = std::get_if<ast::Name>(&e->kind);
-  return found && found->name == name;
-}
-
-/// Boundary values: params, numbers and functions of them.
-class BoundaryValueReader : public ExprReader {
- public:
-  BoundaryValueReader(const std::vector<std::string>& fields, const char* statement, DiagnosticSink& sink)
-      : ExprReader(sink), fields_(fields), statement_(statement) {}
-
- private:
-  Expr read_name(const std::string& name, SourceRange range) override {
-    if (std::find(fields_.begin(), fields_.end(), name) != fields_.end()) return refuse(name, range);
-    return name == "pi" ? Expr(3.14159265358979323846) : param(name);
-  }
-  Expr read_offsets(const ast::Offsets& offsets, SourceRange range) override { return refuse(offsets.name, range); }
-  Expr read_interp(const ast::Call& call, SourceRange range) override { return refuse(call.callee, range); }
-
-  Expr refuse(const std::string& name, SourceRange range) {
-    sink().report("boundary-value-varies", range, {name, statement_},
-                  "store the values in a field by a kernel, and let the field stand alone");
-    return 0.0;
-  }
-
-  const std::vector<std::string>& fields_;
-  const char* statement_;
-};
-
-/// What a place such as "y.low" names.
-struct Place {
-  int axis = -1;  // -1: all axes
-  bool low = true, high = true;
-};
-
-std::optional<Place> place_of(const std::string& text) {
-  if (text == "all") return Place{};
-  const std::size_t axis = text.empty() ? std::string::npos : axis_names.find(text[0]);
-  if (axis == std::string::npos) return std::nullopt;
-  const std::string side = text.substr(1);
-  if (!side.empty() && side != ".low" && side != ".high") return std::nullopt;
-  return Place{static_cast<int>(axis), side != ".high", side != ".low"};
-}
-
 class ModuleReader {
  public:
-  ModuleReader(const ast::File& file, DiagnosticSink& sink) : source_(ast::unrolled(file, sink)), sink_(sink) {}
+  ModuleReader(const ast::File& file, DiagnosticSink& sink) : source_(ast::resolve_repeats(file, sink)), sink_(sink) {}
 
   Module run() {
-    if (!source_.copies.empty() && sink_.has_errors()) return module_;
+    if (source_.has_repeats && sink_.has_errors()) return module_;
     for_each<ast::Kernel>([&](const ast::Kernel& kernel) {
       if (!is_copy(kernel)) read_kernel(kernel);
     });
-    if (!source_.copies.empty() && sink_.has_errors()) return module_;  // copies would say the same again
+    if (source_.has_repeats && sink_.has_errors()) return module_;  // copies would say the same again
     for_each<ast::Kernel>([&](const ast::Kernel& kernel) {
       if (is_copy(kernel)) read_kernel(kernel);
     });
@@ -123,23 +80,22 @@ class ModuleReader {
       if (const auto* axes = std::get_if<ast::AxesItem>(&item.kind)) {
         return std::min(static_cast<int>(axes->axes.size()), max_rank);
       }
+    }
+    ast::for_each_item(source.items, [&](const ast::Item& item) {
       if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
         for (const ast::Identifier& axis : reduce->axes) rank = std::max(rank, axis_of(axis) + 1);
       }
       if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind))
         rank = std::max(rank, stencil::told_rank(source_.file, *apply).value_or(0));
-      const auto* fill = std::get_if<ast::FillItem>(&item.kind);
-      if (!fill) continue;
-      for (const ast::BoundarySide& side : fill->sides) {
-        const std::optional<Place> place = place_of(side.place.name);
-        if (place && place->axis >= 0) rank = std::max(rank, place->axis + 1);
-      }
-    }
-    for (const ast::Item& item : source.items) {
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const KernelRead* kernel = run ? find_kernel(run->kernel.name) : nullptr;
       if (kernel && kernel->rank_known) rank = std::max(rank, kernel->kernel.rank);
-    }
+      const auto* fill = std::get_if<ast::FillItem>(&item.kind);
+      for (std::size_t side = 0; fill && side < fill->sides.size(); ++side) {
+        const std::optional<Place> place = place_of(fill->sides[side].place.name);
+        if (place && place->axis >= 0) rank = std::max(rank, place->axis + 1);
+      }
+    });
     return rank == 0 ? std::nullopt : std::optional(rank);
   }
 
@@ -149,13 +105,13 @@ class ModuleReader {
     if (!rank && last) rank = 1;
     if (!rank) return;
     ranks_[source.name.name] = *rank;
-    for (const ast::Item& item : source.items) {
+    ast::for_each_item(source.items, [&](const ast::Item& item) {
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       KernelRead* kernel = run ? find_kernel(run->kernel.name) : nullptr;
-      if (!kernel || kernel->rank_known) continue;
+      if (!kernel || kernel->rank_known) return;
       kernel->kernel.rank = *rank;
       kernel->rank_known = true;
-    }
+    });
   }
 
   // ---- programs ----------------------------------------------------------------------------------------------------
@@ -167,12 +123,8 @@ class ModuleReader {
     program_ = Program{source.name.name, read_topologies(source), {}, {}, {}};
     fields_ = fields_of(source);
     ranges_.clear();
-    std::set<int> refused;  // begins of statements: the other passes of a repeat would say the same again
-    for (const ast::Item& item : source.items) {
-      const std::size_t before = sink_.all().size();
-      if (!refused.contains(item.range.begin)) read_item(item);
-      if (sink_.all().size() != before) refused.insert(item.range.begin);
-    }
+    filled_.clear();
+    for (const ast::Item& item : source.items) read_item(item);
     check_results(source);
     statement_ranges_[program_.name] = ranges_;
     module_.programs.push_back(program_);
@@ -181,7 +133,11 @@ class ModuleReader {
   std::vector<std::string> fields_of(const ast::Program& source) {
     std::vector<std::string> fields;
     fields_known_ = true;
-    for (const ast::Item& item : source.items) {
+    ast::for_each_item(source.items, [&](const ast::Item& item) {
+      if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
+        for (const ast::Identifier& result : repeat->to) fields.push_back(result.name);
+      }
+      if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) fields.push_back(swap->state.name);
       if (const auto* reduce = std::get_if<ast::ReduceItem>(&item.kind)) {
         fields.push_back(reduce->field.name);
         fields.push_back(reduce->result.name);
@@ -193,22 +149,22 @@ class ModuleReader {
       const auto* run = std::get_if<ast::RunItem>(&item.kind);
       const Kernel* kernel = run ? module_.find_kernel(run->kernel.name) : nullptr;
       fields_known_ = fields_known_ && (!run || kernel);
-      if (!kernel) continue;
+      if (!kernel) return;
       const Signature s = signature(*kernel);
       for (const Signature::Read& read : s.reads) fields.push_back(read.field);
       fields.insert(fields.end(), s.writes.begin(), s.writes.end());
       fields.insert(fields.end(), s.updates.begin(), s.updates.end());
-    }
+    });
     return fields;
   }
 
   /// Periodic where nothing tells otherwise.
   std::vector<Topology> read_topologies(const ast::Program& source) {
     std::vector<Topology> axes(std::clamp(ranks_[source.name.name], 1, max_rank), Topology::periodic);
-    for (const ast::Item& item : source.items) {
+    ast::for_each_item(source.items, [&](const ast::Item& item) {
       if (const auto* stated = std::get_if<ast::AxesItem>(&item.kind)) read_axes(*stated, axes);
       const auto* fill = std::get_if<ast::FillItem>(&item.kind);
-      if (!fill) continue;
+      if (!fill) return;
       for (const ast::BoundarySide& side : fill->sides) {
         const std::optional<Place> place = place_of(side.place.name);
         if (!place || is_name(side.value, "periodic")) continue;
@@ -216,14 +172,14 @@ class ModuleReader {
           if (place->axis < 0 || place->axis == axis) axes[axis] = Topology::bounded;
         }
       }
-    }
+    });
     return axes;
   }
 
   void read_axes(const ast::AxesItem& stated, std::vector<Topology>& axes) {
     for (std::size_t i = 0; i < stated.axes.size(); ++i) {
       const ast::Identifier& name = stated.axes[i].name;
-      if (i >= max_rank || name.name != axis_names.substr(i, 1)) {
+      if (i >= max_rank || name.name != axis_letters.substr(i, 1)) {
         sink_.report("bad-program", name.range, {"the axes of a program are x, then y, then z"});
         return;
       }
@@ -242,6 +198,8 @@ class ModuleReader {
       const auto infer = read_infer(source_.file, *apply, module_, sink_);
       if (infer) ranges_.push_back(item.range);
       if (infer) program_.body.push_back(*infer);
+    } else if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
+      read_repeat(*repeat, item.range);
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
       read_swap(*swap);
     } else if (const auto* keep = std::get_if<ast::KeepItem>(&item.kind)) {
@@ -252,6 +210,31 @@ class ModuleReader {
     } else if (!std::holds_alternative<ast::AxesItem>(item.kind)) {
       sink_.report("not-in-kernels", item.range, {"this item"});
     }
+  }
+
+  void read_repeat(const ast::RepeatItem& source, SourceRange range) {
+    Repeat repeat{source.count, std::exchange(program_.body, {}), {}};
+    ranges_.push_back(range);
+    const std::size_t first_inside = ranges_.size();
+    for (const ast::Item& item : source.items) {
+      const auto* stack = std::get_if<ast::StackItem>(&item.kind);
+      const auto* swap = std::get_if<ast::SwapItem>(&item.kind);
+      if (stack) {
+        (stack->is_save ? repeat.saves : repeat.loads).push_back({stack->field.name, stack->stack.name});
+      } else if (swap) {
+        check_written(swap->next);
+        const std::string& result = source.to.at(repeat.carries.size()).name;
+        repeat.carries.push_back({swap->state.name, swap->next.name, result});
+      } else {
+        blocks_.insert(item.range.begin);
+        read_item(item);
+      }
+    }
+    std::swap(repeat.body, program_.body);
+    const std::vector<Statement> fills = fills_for(module_, repeat, filled_);
+    repeat.body.insert(repeat.body.begin(), fills.begin(), fills.end());
+    ranges_.insert(ranges_.begin() + static_cast<std::ptrdiff_t>(first_inside), fills.size(), range);
+    program_.body.push_back(std::move(repeat));
   }
 
   void read_fill(const ast::FillItem& fill, SourceRange range) {
@@ -283,8 +266,10 @@ class ModuleReader {
     const Written written{fill.written, fill.field.range};
     if (fill.fold) {
       program_.body.push_back(Fold{fill.field.name, fill.grow, axes, written});
+      filled_.erase(fill.field.name);
     } else {
       program_.body.push_back(Fill{fill.field.name, axes, written});
+      if (wall_fields(axes).empty()) filled_.insert_or_assign(fill.field.name, Fill{fill.field.name, axes, written});
     }
   }
 
@@ -344,12 +329,12 @@ class ModuleReader {
       if (!said[axis][0] || !said[axis][1]) {
         const char* side = said[axis][0] ? ".high" : said[axis][1] ? ".low" : "";
         sink_.report("fill-incomplete", fill.field.range,
-                     {statement, fill.field.name, fmt::format("{}{}", axis_names[axis], side)});
+                     {statement, fill.field.name, fmt::format("{}{}", axis_letters[axis], side)});
       } else if (axes[axis].topology != program_.axes[axis]) {
         const bool bounded = program_.axes[axis] == Topology::bounded;
         sink_.report(
             "program-axes", fill.field.range,
-            {program_.name, fmt::format("{} axis {}", bounded ? "a bounded" : "a periodic", axis_names[axis]),
+            {program_.name, fmt::format("{} axis {}", bounded ? "a bounded" : "a periodic", axis_letters[axis]),
              fmt::format("the {} of {}", statement, fill.field.name), bounded ? "a periodic one" : "a bounded one"});
       }
     }
@@ -374,7 +359,7 @@ class ModuleReader {
 
   /// -1 for other names.
   static int axis_of(const ast::Identifier& name) {
-    const std::size_t axis = name.name.size() == 1 ? axis_names.find(name.name) : std::string_view::npos;
+    const std::size_t axis = name.name.size() == 1 ? axis_letters.find(name.name) : std::string_view::npos;
     return axis == std::string_view::npos ? -1 : static_cast<int>(axis);
   }
 
@@ -454,7 +439,6 @@ class ModuleReader {
   }
 
   void report_problems() {
-    std::set<int> seen;  // the other passes of a repeat have the same problem
     for (const Problem& problem : find_problems(module_)) {
       SourceRange range;
       for_each<ast::Kernel>([&](const ast::Kernel& k) {
@@ -464,33 +448,26 @@ class ModuleReader {
         if (p.name.name == problem.declaration) range = p.name.range;
       });
       if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
-      if (source_.copies.empty() || seen.insert(range.begin).second)
-        sink_.report("bad-program", range, {problem.text}, pass_hint(problem));
+      sink_.report("bad-program", range, {problem.text},
+                   blocks_.contains(range.begin)
+                       ? "each pass of a repeat is by itself: it fills what it reads around a "
+                         "cell, and what it writes is known in it only"
+                       : "");
     }
   }
 
-  /// Names of later passes need a word: no text of the user has them.
-  std::string pass_hint(const Problem& problem) {
-    if (source_.copies.empty() || problem.statement < 0) return {};
-    const std::vector<SourceRange>& ranges = statement_ranges_[problem.declaration];
-    const auto is_same = [&](const SourceRange& range) { return range.begin == ranges[problem.statement].begin; };
-    const auto here = ranges.begin() + problem.statement;
-    const auto earlier = std::count_if(ranges.begin(), here, is_same);
-    if (earlier == 0) return {};
-    return fmt::format("so it is in pass {} of the repeat; names with a number are the fields of that pass",
-                       earlier + 1);
-  }
-
-  const ast::Unrolled source_;
+  const ast::ResolvedRepeats source_;
   DiagnosticSink& sink_;
   Module module_;
   std::vector<KernelRead> kernels_;
   std::map<std::string, int> ranks_;  // of programs
   std::map<std::string, std::vector<SourceRange>> statement_ranges_;
-  Program program_;                  // the one being read
-  std::vector<std::string> fields_;  // of the kernels it runs
-  bool fields_known_ = true;         // all of these kernels exist
-  std::vector<SourceRange> ranges_;  // of its statements
+  Program program_;                     // the one being read
+  std::vector<std::string> fields_;     // of the kernels it runs
+  bool fields_known_ = true;            // all of these kernels exist
+  std::vector<SourceRange> ranges_;     // of its statements, those of blocks each behind what it is in
+  std::set<int> blocks_;                // begins of statements in repeats
+  std::map<std::string, Fill> filled_;  // the last one of each field, where any pass of a repeat can do it again
 };
 
 }  // namespace

@@ -8,15 +8,14 @@
 #include <functional>
 #include <limits>
 
-#include "network/evaluate.h"
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "support/assert.h"
+#include "support/contains.h"
 #include "support/evaluate.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
-
-using Cell = std::array<int, max_rank>;
 
 namespace {
 
@@ -24,7 +23,8 @@ constexpr double garbage = std::numeric_limits<double>::signaling_NaN();
 
 int modulo(int i, int n) { return (i % n + n) % n; }
 
-/// Calls f for every cell of the box [low, high), x fastest.
+}  // namespace
+
 void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f) {
   for (int k = low[2]; k < high[2]; ++k) {
     for (int j = low[1]; j < high[1]; ++j) {
@@ -32,8 +32,6 @@ void for_each_cell(const Cell& low, const Cell& high, const std::function<void(c
     }
   }
 }
-
-}  // namespace
 
 // ---- memory --------------------------------------------------------------------------------------------------------
 
@@ -382,78 +380,90 @@ void apply(State& state, const Reduce& reduce) {
 
 namespace {
 
-/// One channel a field; "" is 0.
-network::Tensor tensor_of(const State& state, const std::vector<std::string>& fields) {
-  network::Tensor tensor{static_cast<int>(fields.size()), state.grid().cells, {}};
-  for (const std::string& field : fields) {
-    for_each_cell({}, tensor.cells,
-                  [&](const Cell& cell) { tensor.values.push_back(field.empty() ? 0.0 : state.at(field, cell)); });
-  }
-  return tensor;
-}
+/// One run of a program.
+class Interpreter {
+ public:
+  Interpreter(const Module& module, State& state, const Params& params)
+      : module_(module), state_(state), params_(params) {}
 
-/// Of a network that the host computes.
-network::Tensor apply_host(const State& state, const Infer& infer, const network::Network& network,
-                           const network::Tensor& inputs, Weights& weights) {
-  require(infer.mode != Infer::Mode::tangent && weights.host_value, "a network of the host's, and not its rates");
-  network::Tensor result{network.outputs, inputs.cells, {}};
-  if (infer.mode == Infer::Mode::value) {
-    result.values.resize(inputs.values.size() / infer.inputs.size() * infer.results.size());
-    weights.host_value(inputs.values.data(), weights.values.data(), result.values.data());
-    return result;
+  void run(const Program& program) {
+    for (const Statement& statement : program.body) {
+      match(
+          statement, [&](const Fill& fill) { apply(state_, fill, params_); },
+          [&](const Fold& fold) { apply(state_, fold, params_); }, [&](const Reduce& reduce) { apply(state_, reduce); },
+          [&](const Infer& infer) { apply(state_, infer, *module_.find_network(infer.network)); },
+          [&](const Run& run) {
+            run_kernel(*module_.find_kernel(run.kernel), run.grow, program.axes, state_, params_, sums);
+          },
+          [&](const Repeat& repeat) { this->repeat(repeat, program); });
+    }
   }
-  std::vector<double> bars(weights.values.size());
-  result.values.resize(inputs.values.size());
-  weights.host_vector_jacobian(inputs.values.data(), weights.values.data(), tensor_of(state, infer.rates).values.data(),
-                               result.values.data(), bars.data());
-  weights.bars.resize(bars.size());
-  for (std::size_t i = 0; infer.weights && i < bars.size(); ++i) weights.bars[i] += bars[i];
-  return result;
-}
+
+  std::map<std::string, double> sums;
+
+ private:
+  using Values = std::map<std::string, std::vector<double>>;
+
+  Values values_of(const auto& names) const {
+    Values values;
+    for (const std::string& name : names) values[name] = state_.get(name);
+    return values;
+  }
+  /// Interiors; halos are garbage.
+  void set(const Values& all) {
+    for (const auto& [field, values] : all) state_.set(field, values);
+  }
+
+  void repeat(const Repeat& repeat, const Program& program) {
+    const Program pass = pass_of(repeat, program);
+    const Effects known = effects(module_, repeat);
+    Values outside;
+    for (const Stacked& load : repeat.loads) outside[load.field] = state_.get(load.field);
+    for (int k = 0; k < repeat.count; ++k) {
+      for (const Stacked& load : repeat.loads) {
+        state_.set(load.field, stacks_[load.stack].back());
+        stacks_[load.stack].pop_back();
+      }
+      const auto save_where = [&](bool is_own) {
+        for (const Stacked& save : repeat.saves) {
+          const bool is_written = contains(known.inner, save.field) && !outside.contains(save.field);
+          if (is_written == is_own) stacks_[save.stack].push_back(state_.get(save.field));
+        }
+      };
+      save_where(false);
+      Values seen = values_of(known.reads);
+      std::erase_if(seen, [](const auto& entry) { return is_coordinate(entry.first); });
+      set(seen);
+      run(pass);
+      save_where(true);
+      Values next;
+      for (const Carry& carry : repeat.carries) {
+        if (k == 0) outside[carry.state] = state_.get(carry.state);
+        next[k + 1 == repeat.count ? carry.result : carry.state] = state_.get(carry.next);
+      }
+      set(next);
+      for (const std::string& field : known.inner) {
+        if (!outside.contains(field)) state_.poison(field);
+      }
+    }
+    set(values_of(known.spoils));
+    set(outside);
+  }
+
+  const Module& module_;
+  State& state_;
+  const Params& params_;
+  std::map<std::string, std::vector<std::vector<double>>> stacks_;
+};
 
 }  // namespace
-
-void apply(State& state, const Infer& infer, const network::Network& network) {
-  Weights& weights = state.weights[infer.network];
-  const network::Tensor inputs = tensor_of(state, infer.inputs);
-  network::Tensor result;
-  if (network.is_host()) {
-    result = apply_host(state, infer, network, inputs, weights);
-  } else if (infer.mode == Infer::Mode::value) {
-    result = network::value(network, inputs, weights.values);
-  } else if (infer.mode == Infer::Mode::tangent) {
-    const network::Weights all{weights.values, infer.weights ? weights.rates : std::vector<double>{}};
-    result = network::tangent(network, inputs, tensor_of(state, infer.rates), all);
-  } else {
-    std::vector<double> bars = weights.bars;
-    bars.resize(weights.values.size());
-    result = network::adjoint(network, inputs, tensor_of(state, infer.rates), weights.values, bars);
-    if (infer.weights) weights.bars = bars;
-  }
-  auto next = result.values.begin();
-  for (const std::string& field : infer.results) {
-    if (!field.empty() && !state.has(field)) state.poison(field);
-    for_each_cell({}, state.grid().cells, [&](const Cell& cell) {
-      const double value = *next++;
-      if (!field.empty()) state.at(field, cell) = state.stored(value);
-    });
-  }
-}
 
 std::map<std::string, double> interpret(const Module& module, const Program& program, State& state,
                                         const Params& params) {
   require(static_cast<int>(program.axes.size()) == state.grid().rank, "one topology an axis");
-  std::map<std::string, double> sums;
-  for (const std::string& name : interface_of(module, program).sums) sums[name] = 0;
-  for (const Statement& statement : program.body) {
-    match(
-        statement, [&](const Fill& fill) { apply(state, fill, params); },
-        [&](const Fold& fold) { apply(state, fold, params); }, [&](const Reduce& reduce) { apply(state, reduce); },
-        [&](const Infer& infer) { apply(state, infer, *module.find_network(infer.network)); },
-        [&](const Run& run) {
-          run_kernel(*module.find_kernel(run.kernel), run.grow, program.axes, state, params, sums);
-        });
-  }
+  Interpreter interpreter(module, state, params);
+  for (const std::string& name : interface_of(module, program).sums) interpreter.sums[name] = 0;
+  interpreter.run(program);
   const State before = state;
   for (const Swap& swap : program.swaps) state.poison(swap.next);
   for (const Swap& swap : program.swaps) {
@@ -465,7 +475,7 @@ std::map<std::string, double> interpret(const Module& module, const Program& pro
     }
     for_each_cell(low, high, [&](const Cell& cell) { state.at(swap.state, cell) = before.at(swap.next, cell); });
   }
-  return sums;
+  return std::move(interpreter.sums);
 }
 
 }  // namespace dpde::stencil

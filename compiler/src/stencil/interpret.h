@@ -20,6 +20,10 @@ struct Grid {
 
 using Params = std::map<std::string, double>;
 
+using Cell = std::array<int, max_rank>;
+/// Calls f for every cell of the box [low, high), x fastest.
+void for_each_cell(const Cell& low, const Cell& high, const std::function<void(const Cell&)>& f);
+
 /// Of one network, in the order of its weights. Empty rates are 0; what an adjoint adds to `bars` begins with 0.
 struct Weights {
   std::vector<double> values, rates, bars;

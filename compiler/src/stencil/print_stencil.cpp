@@ -199,22 +199,45 @@ std::string reduce_text(const Reduce& reduce, std::size_t rank) {
   return fmt::format("reduce {} = {} {}{}", reduce.result, name_of(reduce.kind), reduce.field, over);
 }
 
-std::string statement_text(const Statement& statement, std::size_t rank) {
+std::string statement_text(const Statement& statement, std::size_t rank, const std::string& margin);
+
+std::string repeat_text(const Repeat& repeat, std::size_t rank, const std::string& margin) {
+  std::string text = fmt::format("repeat {} {{\n", repeat.count);
+  const auto add = [&](const std::string& line) { text += margin + "  " + line + "\n"; };
+  for (const Stacked& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
+  for (const Stacked& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
+  for (const Statement& statement : repeat.body) add(statement_text(statement, rank, margin + "  "));
+  std::vector<std::string> results;
+  for (const Carry& carry : repeat.carries) {
+    add(fmt::format("swap {}, {}", carry.state, carry.next));
+    results.push_back(carry.result);
+  }
+  return text + margin + "}" + (results.empty() ? "" : fmt::format(" to {}", fmt::join(results, ", ")));
+}
+
+/// Lines but the first begin with `margin`.
+std::string statement_text(const Statement& statement, std::size_t rank, const std::string& margin) {
   return match(
       statement, [](const Fill& f) { return fmt::format("fill {} {}", f.field, boundary_text(f.axes)); },
       [](const Fold& f) { return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(f.axes)); },
       [&](const Reduce& r) { return reduce_text(r, rank); }, [](const Infer& i) { return network::text_of(i); },
-      [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); });
+      [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); },
+      [&](const Repeat& r) { return repeat_text(r, rank, margin); });
+}
+
+void note_what_tells_axes(const std::vector<Statement>& statements, bool& has_fill, bool& has_run) {
+  for (const Statement& statement : statements) {
+    match(
+        statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
+        [](const Infer&) {}, [&](const Run&) { has_run = true; },
+        [&](const Repeat& repeat) { note_what_tells_axes(repeat.body, has_fill, has_run); });
+  }
 }
 
 /// "axes x periodic, y bounded", or "" where the fills tell the kinds and the kernels or fills the number of axes.
 std::string axes_text(const Program& program) {
   bool has_fill = false, has_run = false;
-  for (const Statement& statement : program.body) {
-    match(
-        statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
-        [](const Infer&) {}, [&](const Run&) { has_run = true; });
-  }
+  note_what_tells_axes(program.body, has_fill, has_run);
   const bool all_periodic = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) == 0;
   if (has_fill && (!all_periodic || has_run || program.axes.size() == 1)) return "";
   std::vector<std::string> parts;
@@ -254,7 +277,7 @@ std::string print(const Program& program) {
   const std::string axes = axes_text(program);
   if (!axes.empty()) out += fmt::format("  {}\n", axes);
   for (const Statement& statement : program.body)
-    out += fmt::format("  {}\n", statement_text(statement, program.axes.size()));
+    out += fmt::format("  {}\n", statement_text(statement, program.axes.size(), "  "));
   for (const Swap& swap : program.swaps) out += fmt::format("  swap {}, {}\n", swap.state, swap.next);
   if (!program.keeps.empty()) out += fmt::format("  keep {}\n", fmt::join(program.keeps, ", "));
   return out + "}\n";

@@ -179,38 +179,65 @@ Interface interface_of(const Module& module, const Program& program) {
                                    {&e.networks, &networks}}) {
       for (const std::string& name : *from) to->add(name);
     }
+    for (const std::string& field : e.inner) {
+      if (!inputs.contains(field)) written.add(field);
+    }
   }
   return {inputs.take(), written.take(), params.take(), sums.take(), networks.take()};
 }
 
-std::map<std::string, Halo> required_halo(const Module& module, const Program& program) {
-  std::map<std::string, Halo> result;
-  const auto add_run = [&](const Run& run) {
-    const Kernel& kernel = kernel_of(module, run);
-    const Halo grown = on_bounded_axes(program, run.grow);
-    map_kernel(kernel, [&](const Expr& e) {
-      visit(e, [&](const Expr& part) { add_read_halo(result, part, grown, program); });
-      return e;
-    });
-    for (const Store& store : kernel.stores) widen(result[store.field], grown);
-    for (const Scatter& scatter : kernel.scatters)
-      widen(result[scatter.target.field], on_bounded_axes(program, reach_of(scatter.target, program.axes)));
-  };
-  for (const Statement& statement : program.body) {
+namespace {
+
+/// Adds up what the statements of a program need.
+class RequiredHalo {
+ public:
+  RequiredHalo(const Module& module, const Program& program) : module_(module), program_(program) {}
+
+  std::map<std::string, Halo> take(const std::vector<Statement>& statements) {
+    for (const Statement& statement : statements) add(statement);
+    return std::move(result_);
+  }
+
+ private:
+  void add(const Statement& statement) {
     match(
-        statement, [&](const Fill& fill) { result[fill.field]; },
-        [&](const Fold& fold) { widen(result[fold.field], on_bounded_axes(program, fold.grow)); },
+        statement, [&](const Fill& fill) { result_[fill.field]; },
+        [&](const Fold& fold) { widen(result_[fold.field], on_bounded_axes(program_, fold.grow)); },
         [&](const Reduce& reduce) {
-          result[reduce.field];
-          result[reduce.result];
+          result_[reduce.field];
+          result_[reduce.result];
         },
         [&](const Infer& infer) {
-          for (const std::string& field : fields_read(infer)) result[field];
-          for (const std::string& field : fields_written(infer)) result[field];
+          for (const std::string& field : fields_read(infer)) result_[field];
+          for (const std::string& field : fields_written(infer)) result_[field];
         },
-        add_run);
+        [&](const Run& run) { add_run(run); },
+        [&](const Repeat& repeat) {
+          for (const Statement& inner : repeat.body) add(inner);
+        });
   }
-  return result;
+
+  void add_run(const Run& run) {
+    const Kernel& kernel = kernel_of(module_, run);
+    const Halo grown = on_bounded_axes(program_, run.grow);
+    map_kernel(kernel, [&](const Expr& e) {
+      visit(e, [&](const Expr& part) { add_read_halo(result_, part, grown, program_); });
+      return e;
+    });
+    for (const Store& store : kernel.stores) widen(result_[store.field], grown);
+    for (const Scatter& scatter : kernel.scatters)
+      widen(result_[scatter.target.field], on_bounded_axes(program_, reach_of(scatter.target, program_.axes)));
+  }
+
+  const Module& module_;
+  const Program& program_;
+  std::map<std::string, Halo> result_;
+};
+
+}  // namespace
+
+std::map<std::string, Halo> required_halo(const Module& module, const Program& program) {
+  return RequiredHalo(module, program).take(program.body);
 }
 
 }  // namespace dpde::stencil

@@ -7,8 +7,8 @@
 //    All reads of a point see the fields as they were before the kernel ran; therefore a field that is stored
 //    may be read in the same kernel only at offset 0, and only when its store accumulates (`+=`).
 //  - Stores and sums of all points happen first, scatters after them, in the order of the points.
-//  - A program is a straight line of fills, folds, reductions and kernel runs. Every field is written by one kernel (or
-//    reduction) with `=` before any `+=` to it; inputs are the fields that are read before they are written.
+//  - A program is a straight line of fills, folds, reductions, kernel runs and repeats. Every field is written by one
+//    statement with `=` before any `+=` to it; inputs are the fields that are read before they are written.
 //  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.
 //    periodic: u[p] = u[p mod n]. Bounded: the place -1-k (or n+k) from its mirror image k (or n-1-k), outwards from k
 //    = 0, so that the image is set and any n >= 1 and any width is defined. With u, v at the image and the place and s
@@ -42,6 +42,14 @@
 //    c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With
 //    `weights` the tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have
 //    no second derivatives. Their weights are given from outside.
+//  - repeat n { block } to a, b: the block n times, each time as a program of its own: of what it reads from outside it
+//    sees the interior, and what it writes is known inside only. Behind `swap u, v` the v of a pass is the u of the
+//    next one, and the v of the last pass is a (of the second swap b). The block writes v, which stands in one swap; it
+//    does not write u, which outside keeps its value. Behind the repeat the halo of what it fills from outside is
+//    anything. Sums go on through all passes, and t is that of the program. save u in s: the u of each pass goes onto
+//    the stack s, as it begins with it or, where it writes u and swaps it with nothing, as it leaves it. load u from s,
+//    in a later repeat of as many passes: each begins with the u that was saved last and not loaded yet. Stacks are no
+//    fields: one repeat saves, one loads.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): interpolation of u at the point displaced by `offset` and then d (in cells, one value an axis). The
@@ -250,12 +258,31 @@ struct Run {
   int grow = 0;
   bool operator==(const Run&) const = default;
 };
-using Statement = std::variant<Fill, Fold, Reduce, Infer, Run>;
+struct Repeat;
+using Statement = std::variant<Fill, Fold, Reduce, Infer, Run, Repeat>;
 
-/// After the program `next` becomes `state`.
+/// After the program, or after a pass, `next` becomes `state`.
 struct Swap {
   std::string state, next;
   bool operator==(const Swap&) const = default;
+};
+/// A swap of a repeat; `result`: the `next` of the last pass.
+struct Carry {
+  std::string state, next, result;
+  bool operator==(const Carry&) const = default;
+};
+/// A field whose values in each pass go onto a stack, or come from one.
+struct Stacked {
+  std::string field, stack;
+  bool operator==(const Stacked&) const = default;
+};
+struct Repeat {
+  int count = 1;
+  std::vector<Statement> body;
+  std::vector<Carry> carries;
+  std::vector<Stacked> saves = {};
+  std::vector<Stacked> loads = {};
+  bool operator==(const Repeat& other) const;
 };
 
 struct Program {
@@ -266,6 +293,11 @@ struct Program {
   std::vector<std::string> keeps;  // results beside those of swaps and sums
   bool operator==(const Program&) const = default;
 };
+
+inline bool Repeat::operator==(const Repeat& other) const {
+  return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
+         loads == other.loads;
+}
 
 /// loop counter in from .. to { programs }; from > to runs backwards.
 struct Loop {

@@ -8,6 +8,8 @@
 #include <set>
 
 #include "stencil/build.h"
+#include "stencil/effects.h"
+#include "stencil/verify_kernel.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -15,141 +17,6 @@ namespace dpde::stencil {
 namespace {
 
 using Problems = std::vector<Problem>;
-
-/// Checks of one kernel by itself.
-class KernelCheck {
- public:
-  KernelCheck(const Kernel& kernel, Problems& problems)
-      : kernel_(kernel), signature_(signature(kernel)), problems_(problems) {}
-
-  void run() {
-    if (kernel_.name.find('.') != std::string::npos) problem("has a name with a dot, which is not read back");
-    if (kernel_.rank < 1 || kernel_.rank > max_rank) problem("has {} axes", kernel_.rank);
-    check_locals();
-    check_names();
-    check_stores();
-    check_scatters();
-  }
-
- private:
-  template <class... Args>
-  void problem(fmt::format_string<Args...> text, Args&&... args) {
-    const std::string what = fmt::format(text, std::forward<Args>(args)...);
-    problems_.push_back({fmt::format("kernel {} {}", kernel_.name, what), kernel_.name});
-  }
-
-  void check_offset(const Offset& offset, const std::string& what) {
-    for (int axis = kernel_.rank; axis < max_rank; ++axis) {
-      if (offset[axis] != 0) problem("has an offset of {} along an axis it does not have", what);
-    }
-  }
-
-  void check_interp(const Interp& i) {
-    check_offset(i.offset, i.field);
-    if (static_cast<int>(i.displacement.size()) != kernel_.rank) {
-      problem("interpolates {} with {} displacements", i.field, i.displacement.size());
-    }
-    for (int axis = kernel_.rank; axis < max_rank; ++axis) {
-      if (i.along[axis] != Along::linear) problem("takes a slope of {} along an axis it does not have", i.field);
-    }
-  }
-
-  void check_node(const Expr& e) {
-    if (const Local* l = std::get_if<Local>(&e->kind)) {
-      if (!defined_.contains(l->name)) problem("uses local {} before it is defined", l->name);
-    } else if (const Access* a = std::get_if<Access>(&e->kind)) {
-      check_offset(a->offset, a->field);
-    } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
-      check_interp(*i);
-    } else if (const Inside* inside = std::get_if<Inside>(&e->kind)) {
-      check_offset(inside->offset, "inside");
-      if (inside->grow < 0) problem("has inside grown by {}", inside->grow);
-    } else if (const Call* c = std::get_if<Call>(&e->kind)) {
-      if (static_cast<int>(c->arguments.size()) != arity(c->fn)) {
-        problem("calls {} with {} arguments", name_of(c->fn), c->arguments.size());
-      }
-    }
-  }
-
-  void check_locals() {
-    const auto check = [this](const Expr& e) { visit(e, [this](const Expr& part) { check_node(part); }); };
-    for (const Let& let : kernel_.lets) {
-      check(let.value);
-      if (!defined_.insert(let.name).second) problem("defines local {} twice", let.name);
-    }
-    for (const Store& store : kernel_.stores) check(store.value);
-    for (const Sum& sum : kernel_.sums) check(sum.value);
-    for (const Scatter& scatter : kernel_.scatters) {
-      check_interp(scatter.target);
-      for (const Expr& d : scatter.target.displacement) check(d);
-      check(scatter.value);
-    }
-  }
-
-  void check_names() {
-    std::map<std::string, std::string> kinds;
-    const auto claim = [&](const std::string& name, const std::string& kind) {
-      const auto [found, is_new] = kinds.emplace(name, kind);
-      if (!is_new && found->second != kind) problem("uses {} both as {} and as {}", name, found->second, kind);
-    };
-    for (const Signature::Read& read : signature_.reads) claim(read.field, "field");
-    for (const std::string& field : signature_.writes) claim(field, "field");
-    for (const std::string& field : signature_.updates) claim(field, "field");
-    for (const std::string& name : signature_.params) claim(name, "param");
-    for (const std::string& name : signature_.sums) claim(name, "sum");
-    for (const Let& let : kernel_.lets) claim(let.name, "local");
-  }
-
-  void check_stores() {
-    std::set<std::string> stored, summed;
-    for (const Store& store : kernel_.stores) {
-      if (!stored.insert(store.field).second) problem("stores {} twice", store.field);
-      const Signature::Read* read = signature_.find_read(store.field);
-      if (!read) continue;
-      if (!store.accumulate) problem("both reads and writes {}", store.field);
-      if (store.accumulate && read->halo != std::array<int, max_rank>{}) {
-        problem("adds to {} and reads it at an offset", store.field);
-      }
-    }
-    for (const Sum& sum : kernel_.sums) {
-      if (!summed.insert(sum.name).second) problem("has two sums {}", sum.name);
-    }
-  }
-
-  void check_scatters() {
-    if (kernel_.scatters.empty()) return;
-    Kernel scatters_only = kernel_;
-    scatters_only.stores.clear();
-    scatters_only.sums.clear();
-    std::set<std::string> used;
-    for (const Scatter& scatter : kernel_.scatters) collect_locals(scatter.value, used);
-    for (const Scatter& scatter : kernel_.scatters) {
-      for (const Expr& d : scatter.target.displacement) collect_locals(d, used);
-    }
-    for (auto let = kernel_.lets.rbegin(); let != kernel_.lets.rend(); ++let) {
-      if (used.contains(let->name)) collect_locals(let->value, used);
-    }
-    std::erase_if(scatters_only.lets, [&](const Let& let) { return !used.contains(let.name); });
-    const Signature read_by_scatters = signature(scatters_only);
-    for (const Store& store : kernel_.stores) {
-      if (read_by_scatters.find_read(store.field)) problem("stores {}, which a scatter reads", store.field);
-    }
-    for (const std::string& field : read_by_scatters.updates) {
-      if (signature_.find_read(field)) problem("both reads {} and scatters to it", field);
-    }
-  }
-
-  static void collect_locals(const Expr& e, std::set<std::string>& used) {
-    visit(e, [&](const Expr& part) {
-      if (const Local* l = std::get_if<Local>(&part->kind)) used.insert(l->name);
-    });
-  }
-
-  const Kernel& kernel_;
-  const Signature signature_;
-  Problems& problems_;
-  std::set<std::string> defined_;
-};
 
 /// Checks of one program, statement by statement.
 class ProgramCheck {
@@ -159,17 +26,14 @@ class ProgramCheck {
 
   void run() {
     if (program_.axes.empty() || program_.axes.size() > max_rank) problem("has {} axes", program_.axes.size());
-    for (const Statement& statement : program_.body) {
-      ++statement_;
-      match(
-          statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
-          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Infer& infer) { check_infer(infer); },
-          [&](const Run& run) { check_run(run); });
-    }
+    check_statements();
     statement_ = -1;
     check_results();
     for (const std::string& name : params_) {
-      if (fields_.contains(name)) problem("uses {} both as field and as param", name);
+      if (fields_.contains(name) || inner_.contains(name)) problem("uses {} both as field and as param", name);
+    }
+    for (const std::string& name : inner_) {
+      if (fields_.contains(name)) problem("uses {} both in a repeat, which writes it, and outside", name);
     }
   }
 
@@ -178,6 +42,77 @@ class ProgramCheck {
   void problem(fmt::format_string<Args...> text, Args&&... args) {
     const std::string what = fmt::format(text, std::forward<Args>(args)...);
     problems_.push_back({fmt::format("program {} {}", program_.name, what), program_.name, statement_});
+  }
+
+  void check_statements() {
+    for (const Statement& statement : program_.body) {
+      ++statement_;
+      match(
+          statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
+          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Infer& infer) { check_infer(infer); },
+          [&](const Run& run) { check_run(run); }, [&](const Repeat& repeat) { check_repeat(repeat); });
+    }
+  }
+
+  /// One pass is a program of its own. Statements are counted with those of blocks, each after what it is in.
+  void check_repeat(const Repeat& repeat) {
+    if (repeat.count < 1) problem("repeats something {} times", repeat.count);
+    const Program pass = pass_of(repeat, program_);
+    ProgramCheck inside(module_, pass, problems_);
+    inside.statement_ = statement_;
+    inside.check_statements();
+    statement_ = inside.statement_;
+    std::set<std::string> own = inside.written_;
+    own.merge(inside.inner_);
+    for (const Stacked& load : repeat.loads) own.insert(load.field);
+    check_carries(repeat, inside);
+    check_stacks(repeat, inside);
+    inner_.insert(inside.written_.begin(), inside.written_.end());
+    inner_.insert(inside.inner_.begin(), inside.inner_.end());
+    params_.insert(inside.params_.begin(), inside.params_.end());
+    for (const std::string& field : inside.fields_) {
+      if (own.contains(field)) continue;
+      fields_.insert(field);
+      if (!filled_.contains(field)) read_unfilled_.insert(field);
+      if (!inside.filled_.contains(field)) continue;
+      filled_.erase(field);
+      grown_[field] = 0;
+    }
+    for (const Carry& carry : repeat.carries) {
+      check_write(carry.result);
+      grown_[carry.result] = 0;
+    }
+  }
+
+  void check_carries(const Repeat& repeat, const ProgramCheck& inside) {
+    std::set<std::string> names;
+    for (const Carry& carry : repeat.carries) {
+      fields_.insert(carry.state);
+      if (!names.insert(carry.state).second || !names.insert(carry.next).second)
+        problem("has {} or {} in two swaps of a repeat", carry.state, carry.next);
+      if (!inside.is_written(carry.next)) problem("swaps {}, which the repeat does not write", carry.next);
+      if (inside.is_written(carry.state)) problem("writes {}, which the repeat carries", carry.state);
+    }
+  }
+
+  void check_stacks(const Repeat& repeat, const ProgramCheck& inside) {
+    for (const Stacked& save : repeat.saves) {
+      const auto is_it = [&](const Carry& carry) { return carry.state == save.field; };
+      const auto is_next = [&](const Carry& carry) { return carry.next == save.field; };
+      const auto is_loaded = [&](const Stacked& load) { return load.field == save.field; };
+      const bool differs = inside.is_written(save.field) || std::ranges::any_of(repeat.carries, is_it) ||
+                           std::ranges::any_of(repeat.loads, is_loaded);
+      if (!differs || std::ranges::any_of(repeat.carries, is_next))
+        problem("saves {}, which is no state of the repeat and not its own", save.field);
+      if (!stacks_.emplace(save.stack, repeat.count).second) problem("saves twice in {}", save.stack);
+    }
+    for (const Stacked& load : repeat.loads) {
+      const auto saved = stacks_.find(load.stack);
+      if (saved == stacks_.end() || saved->second != repeat.count)
+        problem("loads from {}, which no repeat of {} passes has saved", load.stack, repeat.count);
+      if (saved != stacks_.end()) saved->second = 0;
+      if (inside.is_written(load.field)) problem("writes {}, which the repeat loads", load.field);
+    }
   }
 
   void check_axes(const std::string& field, const std::vector<AxisBoundary>& axes) {
@@ -408,8 +343,10 @@ class ProgramCheck {
   int statement_ = -1;
   std::set<std::string> written_, updated_, filled_, read_unfilled_, fields_, params_;
   std::map<std::string, std::map<std::string, int>>
-      walls_of_;                      // how far each wall was known when the field was filled from it
-  std::map<std::string, int> grown_;  // region on which a field's values were computed, and no fill has lost them
+      walls_of_;                       // how far each wall was known when the field was filled from it
+  std::set<std::string> inner_;        // what repeats write for themselves
+  std::map<std::string, int> stacks_;  // that were saved, and as how many passes; 0: loaded
+  std::map<std::string, int> grown_;   // region on which a field's values were computed, and no fill has lost them
 };
 
 template <class T>
@@ -427,7 +364,7 @@ std::vector<Problem> find_problems(const Module& module) {
   Problems problems;
   check_unique_names(module.kernels, "kernels", problems);
   check_unique_names(module.programs, "programs", problems);
-  for (const Kernel& kernel : module.kernels) KernelCheck(kernel, problems).run();
+  for (const Kernel& kernel : module.kernels) check_kernel(kernel, problems);
   for (const Program& program : module.programs) ProgramCheck(module, program, problems).run();
   for (const Loop& loop : module.loops) {
     for (const std::string& program : loop.programs) {

@@ -294,8 +294,12 @@ struct RunItem {  // run burgers_step      run k grow 1
 struct SwapItem {  // swap u, v             (v becomes u for the next step)
   Identifier state, next;
 };
+struct StackItem {  // save u in passes      load u from passes      (of a repeat)
+  Identifier field, stack;
+  bool is_save = true;
+};
 struct Item;
-/// repeat 8 { fill u ...; run ...; swap u, v }      What a swap in it says holds from the next pass on.
+/// repeat 8 { fill u ...; run ...; swap u, v } to w      What a swap in it says holds from the next pass on.
 /// In a network: its layers so many times, each with weights of its own.
 struct RepeatItem {
   int count = 1;
@@ -303,6 +307,7 @@ struct RepeatItem {
   SourceRange count_range;
   std::vector<Item> items;
   BlockLayout layout;
+  std::vector<Identifier> to = {};  // what the swaps' fields are called behind it; none: as before it
 };
 struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
   std::vector<Identifier> names;
@@ -380,12 +385,13 @@ struct OptionItem {  // runs 10     seed 3     coarsen 4     file "train.nc"
   Expr value;
 };
 
-using ItemKind = std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem,
-                              ValueItem, InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem,
-                              SubcycleItem, ObserveItem, OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem,
-                              UsingItem, TestItem, AssignItem, ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem,
-                              SwapItem, RepeatItem, KeepItem, AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem,
-                              StartItem, SymmetryItem, RealItem, HostItem, VaryItem, FramesItem, OptionItem>;
+using ItemKind =
+    std::variant<FieldItem, CoefficientItem, ParamItem, ControlItem, LetItem, EquationItem, GridItem, ValueItem,
+                 InitialItem, ExactItem, BoundaryItem, TimeItem, StepItem, EventItem, SubcycleItem, ObserveItem,
+                 OutputItem, DataItem, UnknownItem, MinimiseItem, LearnItem, UsingItem, TestItem, AssignItem,
+                 ScatterItem, AdjointItem, FillItem, ReduceItem, RunItem, SwapItem, StackItem, RepeatItem, KeepItem,
+                 AxesItem, ApplyItem, LayerItem, BranchItem, PaddingItem, StartItem, SymmetryItem, RealItem, HostItem,
+                 VaryItem, FramesItem, OptionItem>;
 struct Item {
   ItemKind kind;
   SourceRange range;

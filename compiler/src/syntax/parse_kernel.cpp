@@ -132,7 +132,19 @@ ItemKind parse_swap(Cursor& cursor) {
   return item;
 }
 
-ItemKind parse_repeated(Cursor& cursor) { return parse_repeat(cursor, repeat_rule()); }
+template <bool is_save>
+ItemKind parse_stack(Cursor& cursor) {
+  StackItem item{cursor.expect_component("the name of a field"), {}, is_save};
+  cursor.expect_word(is_save ? "in" : "from");
+  item.stack = cursor.expect_component("the name of a stack");
+  return item;
+}
+
+ItemKind parse_repeated(Cursor& cursor) {
+  RepeatItem item = parse_repeat(cursor, repeat_rule());
+  if (cursor.accept_word("to")) item.to = parse_components(cursor, "the name of a field");
+  return item;
+}
 
 /// corrector(a, b), and behind it `by` and `to` with fields as the mode has them.
 template <ApplyItem::Mode mode>
@@ -216,6 +228,8 @@ BlockRule repeat_rule() {
            {"tangent", parse_apply<ApplyItem::Mode::tangent>},
            {"adjoint", parse_apply<ApplyItem::Mode::adjoint>},
            {"repeat", parse_repeated},
+           {"save", parse_stack<true>},
+           {"load", parse_stack<false>},
            {"swap", parse_swap}},
           {}};
 }
@@ -223,6 +237,7 @@ BlockRule repeat_rule() {
 BlockRule program_rule() {
   BlockRule rule = repeat_rule();
   rule.name = "program";
+  std::erase_if(rule.items, [](const ItemRule& item) { return item.word == "save" || item.word == "load"; });
   rule.items.push_back({"keep", parse_keep});
   rule.items.push_back({"axes", parse_axes});
   return rule;

@@ -209,6 +209,10 @@ std::string print_vary(const VaryItem& item) {
 
 /// Several lines, each but the first behind the indent of the block; or one.
 std::string print_repeat(const RepeatItem& repeat);
+
+std::string print_stack(const StackItem& i) {
+  return fmt::format("{} {} {} {}", i.is_save ? "save" : "load", i.field.name, i.is_save ? "in" : "from", i.stack.name);
+}
 std::string print_branch(const BranchItem& branch);
 
 std::string print_item(const Item& item) {
@@ -254,7 +258,7 @@ std::string print_item(const Item& item) {
       [](const AdjointItem& i) { return print_adjoint(i); }, [](const FillItem& i) { return print_fill(i); },
       [](const ReduceItem& i) { return print_reduce(i); }, [](const RunItem& i) { return print_run(i); },
       [](const SwapItem& i) { return fmt::format("swap {}, {}", i.state.name, i.next.name); },
-      [](const RepeatItem& i) { return print_repeat(i); },
+      [](const StackItem& i) { return print_stack(i); }, [](const RepeatItem& i) { return print_repeat(i); },
       [](const KeepItem& i) { return "keep " + print_names(i.names); }, [](const AxesItem& i) { return print_axes(i); },
       [](const ApplyItem& i) { return print_apply(i); }, [](const LayerItem& i) { return print_layer(i); },
       [](const BranchItem& i) { return print_branch(i); }, [](const PaddingItem& i) { return print_padding(i); },
@@ -424,8 +428,9 @@ std::string print_inner_block(const std::string& header, const BlockLayout& layo
 }
 
 std::string print_repeat(const RepeatItem& repeat) {
-  return print_inner_block(fmt::format("repeat {}{}", repeat.count, repeat.shared ? " shared" : ""), repeat.layout,
-                           repeat.items);
+  const std::string block = print_inner_block(fmt::format("repeat {}{}", repeat.count, repeat.shared ? " shared" : ""),
+                                              repeat.layout, repeat.items);
+  return repeat.to.empty() ? block : block + " to " + print_names(repeat.to);
 }
 
 std::string print_branch(const BranchItem& branch) {

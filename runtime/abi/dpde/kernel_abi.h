@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 12
+#define DPDE_ABI_VERSION 13
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -156,7 +156,32 @@ typedef struct dpde_weights {
   const dpde_host_network* host; /* of networks that the host computes */
 } dpde_weights;
 
-enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4 };
+/* What a pass makes of `state`, both indices into dpde_program.fields, is written under `next`: the `state` of the next
+ * pass, and of the last one `result`. Passes write to the memory of `result` and to that of `next` in turn, the last
+ * one to that of `result`, or where the state is saved to a stack; the memory of `state` stays as it is. */
+typedef struct dpde_carry {
+  int32_t state, next, result;
+} dpde_carry;
+/* The field of each pass goes onto a stack (an index into dpde_program.stacks), or is what was put there last and not
+ * taken yet. What goes there is a state that is carried, as the pass begins with it; what the pass loads; or what it
+ * writes and does not carry. Where the stack has no memory it stays where it is, as does the state of the first pass.
+ */
+typedef struct dpde_stacked {
+  int32_t field, stack;
+} dpde_stacked;
+typedef struct dpde_repeat {
+  int64_t count;
+  int32_t operation_count; /* of one pass */
+  const struct dpde_operation* operations;
+  int32_t carry_count;
+  const dpde_carry* carries;
+  int32_t save_count;
+  const dpde_stacked* saves;
+  int32_t load_count;
+  const dpde_stacked* loads;
+} dpde_repeat;
+
+enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4, DPDE_REPEAT = 5 };
 typedef struct dpde_operation {
   int32_t kind;
   dpde_fill fill;              /* of DPDE_FILL and DPDE_FOLD */
@@ -168,6 +193,7 @@ typedef struct dpde_operation {
   const dpde_fill* then;
   dpde_reduce reduce;       /* of DPDE_REDUCE */
   dpde_inference inference; /* of DPDE_NETWORK */
+  dpde_repeat repeat;       /* of DPDE_REPEAT */
 } dpde_operation;
 
 typedef struct dpde_swap {
@@ -205,6 +231,8 @@ typedef struct dpde_program {
   const dpde_fill* prepare;
   int32_t operation_count;
   const dpde_operation* operations;
+  int32_t stack_count;
+  const int64_t* stacks; /* as many fields as each needs memory for */
   int32_t swap_count;
   const dpde_swap* swaps;
   int32_t network_count;

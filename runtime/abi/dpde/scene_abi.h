@@ -43,7 +43,7 @@ typedef struct dpde_source {
  * steps. Its formula is then a program of its own, run for each interval with t in the middle of it. */
 typedef struct dpde_coefficient {
   const char* name;
-  int32_t has_formula; /* of an unknown control field: where its task begins */
+  int32_t has_formula; /* of an unknown control field: where it begins */
   int32_t every, count;
   const dpde_program* formula; /* keeps the field; null: in coefficient_formulas */
 } dpde_coefficient;
@@ -77,7 +77,7 @@ typedef struct dpde_loss {
   const dpde_program* loss; /* its one sum is the loss */
   const dpde_program* adjoint;
   dpde_instants at;
-  dpde_second full;    /* null programs: see dpde_scene::no_second */
+  dpde_second full;    /* null programs: nothing that is sought reaches it, or see dpde_scene::no_second */
   dpde_second squares; /* the same with the squares of the residuals' rates, for Gauss-Newton; null: the loss is no sum
                           of squares */
 } dpde_loss;
@@ -148,7 +148,7 @@ typedef struct dpde_scene {
   const dpde_unknown* unknowns; /* initial states, coefficients, parameters, controls, weights of networks: the order of
                                    the vector of all of them */
   dpde_optimiser optimiser;
-  const char* no_second; /* why there are no programs of second derivatives; null: there are */
+  const char* no_second; /* why not all programs of second derivatives are there; null: they are */
   dpde_second second, initial_second, coefficient_second; /* of the step and of the formulas */
 } dpde_scene;
 

@@ -58,6 +58,7 @@ class Tables {
   std::string kernel(const dpde_kernel& source);
   std::string operation(const dpde_operation& source, const dpde_program& program);
   std::string inference(const dpde_inference& source, const dpde_program& program);
+  std::string repeat(const dpde_repeat& source, const dpde_program& program);
 
   std::string out_;
   std::map<std::string, int> count_;
@@ -158,8 +159,23 @@ std::string Tables::operation(const dpde_operation& o, const dpde_program& progr
   const dpde_reduce& r = o.reduce;
   const std::string reduce =
       fmt::format("{{{}, {}, {}, {{{}, {}, {}}}}}", r.kind, r.field, r.result, r.over[0], r.over[1], r.over[2]);
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow), o.serial,
-                     o.then_count, then, reduce, o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}");
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", o.kind, fill(o.fill), o.kernel, three(o.grow),
+                     o.serial, o.then_count, then, reduce,
+                     o.kind == DPDE_NETWORK ? inference(o.inference, program) : "{}",
+                     o.kind == DPDE_REPEAT ? repeat(o.repeat, program) : "{}");
+}
+
+std::string Tables::repeat(const dpde_repeat& r, const dpde_program& program) {
+  const auto carry = [](const dpde_carry& c) { return fmt::format("{{{}, {}, {}}}", c.state, c.next, c.result); };
+  const auto stacked = [](const dpde_stacked& s) { return fmt::format("{{{}, {}}}", s.field, s.stack); };
+  const std::string operations =
+      array("dpde_operation", "operations",
+            texts(r.operations, r.operation_count, [&](const dpde_operation& o) { return operation(o, program); }));
+  const std::string carries = array("dpde_carry", "carries", texts(r.carries, r.carry_count, carry));
+  const std::string saves = array("dpde_stacked", "saves", texts(r.saves, r.save_count, stacked));
+  const std::string loads = array("dpde_stacked", "loads", texts(r.loads, r.load_count, stacked));
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}}}", r.count, r.operation_count, operations, r.carry_count,
+                     carries, r.save_count, saves, r.load_count, loads);
 }
 
 std::string Tables::program(const dpde_program* source) {
@@ -181,6 +197,8 @@ std::string Tables::program(const dpde_program* source) {
   const std::string networks =
       array("dpde_network* const", "networks",
             texts(p.networks, p.network_count, [&](const dpde_network* n) { return network(n); }));
+  const std::string stacks = array(
+      "int64_t", "stacks", texts(p.stacks, p.stack_count, [](int64_t passes) { return fmt::format("{}", passes); }));
   const std::string swaps = array("dpde_swap", "swaps", texts(p.swaps, p.swap_count, swap));
   const auto link = [](const dpde_link& l) {
     return fmt::format("{{{}, {}, {}, {}}}", l.kind, quoted(l.primal), l.derived_kind, l.derived);
@@ -194,8 +212,8 @@ std::string Tables::program(const dpde_program* source) {
   out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params,
                       p.uniform_count);
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
-  out_ += fmt::format("    {}, {}, {}, {}, {}, {},  // prepare, operations, swaps\n", p.prepare_count, prepare,
-                      p.operation_count, operations, p.swap_count, swaps);
+  out_ += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // prepare, operations, stacks, swaps\n", p.prepare_count,
+                      prepare, p.operation_count, operations, p.stack_count, stacks, p.swap_count, swaps);
   out_ += fmt::format("    {}, {}, {}, {},  // networks, links\n", p.network_count, networks, p.link_count, links);
   out_ += "    nullptr, nullptr};\n";
   return programs_[source] = "&" + name;

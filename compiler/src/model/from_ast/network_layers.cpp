@@ -114,7 +114,8 @@ class LayerReader {
   void read_repeat(const ast::RepeatItem& repeat) {
     if (refuses_words(repeat.count_range)) return;
     if (repeat.count < 1 || repeat.count > most_layers) {
-      return fail("bad-repeat", repeat.count_range, {std::to_string(most_layers), std::to_string(repeat.count)});
+      return fail("bad-repeat", repeat.count_range,
+                  {"1 to " + std::to_string(most_layers), std::to_string(repeat.count)});
     }
     const std::size_t before = network_.layers.size();
     for (int pass = 0; pass < repeat.count && !failed_; ++pass) {

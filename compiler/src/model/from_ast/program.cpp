@@ -186,6 +186,9 @@ void declare_program(Draft& draft) {
   for (const auto& [apply, range] : networks) {
     for (const ast::Identifier& result : apply.to) written.insert(result.name);
   }
+  for (const auto& [repeat, range] : items_of<ast::RepeatItem>(draft.program->items)) {
+    for (const ast::Identifier& result : repeat.to) written.insert(result.name);
+  }
   for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
   for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
   for (const auto& [apply, range] : networks) {

@@ -56,18 +56,26 @@ class Liveness {
   /// The statements that have an effect, in order.
   std::vector<Statement> run() {
     std::vector<Statement> kept;
+    const auto keep_if = [&](bool has_effect, const auto& statement) {
+      if (has_effect) kept.push_back(statement);
+    };
     for (auto statement = program_.body.rbegin(); statement != program_.body.rend(); ++statement) {
-      const bool has_effect = match(
-          *statement, [&](const Fill& fill) { return pass_fill(fill); },
-          [&](const Fold& fold) { return pass_fold(fold); }, [&](const Reduce& reduce) { return pass_reduce(reduce); },
-          [&](const Infer& infer) { return pass_infer(infer); }, [&](const Run& run) { return pass_run(run); });
-      if (!has_effect) continue;
-      kept.push_back(match(
-          *statement, [](const Fill& fill) -> Statement { return fill; },
-          [&](const Fold& fold) -> Statement { return without_dead_walls(fold); },
-          [](const Reduce& reduce) -> Statement { return reduce; },
-          [&](const Infer& infer) -> Statement { return without_dead_results(infer); },
-          [](const Run& run) -> Statement { return run; }));
+      match(
+          *statement, [&](const Fill& fill) { keep_if(pass_fill(fill), fill); },
+          [&](const Fold& fold) {
+            const bool has_effect = pass_fold(fold);
+            keep_if(has_effect, without_dead_walls(fold));
+          },
+          [&](const Reduce& reduce) { keep_if(pass_reduce(reduce), reduce); },
+          [&](const Infer& infer) {
+            const bool has_effect = pass_infer(infer);
+            keep_if(has_effect, without_dead_results(infer));
+          },
+          [&](const Run& run) { keep_if(pass_run(run), run); },
+          [&](Repeat repeat) {
+            const bool has_effect = pass_repeat(repeat);
+            keep_if(has_effect, repeat);
+          });
     }
     std::reverse(kept.begin(), kept.end());
     return kept;
@@ -152,12 +160,52 @@ class Liveness {
     return true;
   }
 
+  /// Leaves in it what has an effect: what a pass carries on may be needed by what it carries else.
+  bool pass_repeat(Repeat& repeat) {
+    std::erase_if(repeat.saves, [&](const Stacked& save) { return live_stacks_.erase(save.stack) == 0; });
+    const auto is_saved = [&](const Carry& carry) {
+      return std::ranges::any_of(repeat.saves, [&](const Stacked& save) { return save.field == carry.state; });
+    };
+    Repeat live = repeat;
+    std::erase_if(live.carries, [&](const Carry& carry) { return !is_live(carry.result) && !is_saved(carry); });
+    for (const Carry& carry : repeat.carries) {
+      live_.erase(carry.result);
+      live_halos_.erase(carry.result);
+    }
+    Names needed;
+    std::size_t before = 0;
+    do {
+      before = live.carries.size();
+      Program pass = pass_of(live, program_);
+      for (const Stacked& save : live.saves) pass.keeps.push_back(save.field);
+      Liveness inside(module_, pass, live_parts_);
+      live.body = inside.run();
+      needed = std::move(inside.live_);
+      live.carries.clear();
+      for (const Carry& carry : repeat.carries) {
+        const auto was = std::ranges::find(pass.swaps, Swap{carry.state, carry.next});
+        if (was != pass.swaps.end() || needed.contains(carry.state)) live.carries.push_back(carry);
+      }
+      if (live.carries.size() != before) live.body = repeat.body;
+    } while (live.carries.size() != before);
+    if (live.body.empty() && live.saves.empty()) return false;
+    std::erase_if(live.loads, [&](const Stacked& load) { return !needed.contains(load.field); });
+    for (const Stacked& load : live.loads) {
+      needed.erase(load.field);
+      live_stacks_.insert(load.stack);
+    }
+    for (const Carry& carry : live.carries) needed.insert(carry.state);
+    live_.merge(needed);
+    repeat = std::move(live);
+    return true;
+  }
+
   bool is_live(const std::string& field) const { return live_.contains(field) || live_halos_.contains(field); }
 
   const Module& module_;
   const Program& program_;
   std::map<std::string, Names>& live_parts_;
-  Names live_, live_halos_;
+  Names live_, live_halos_, live_stacks_;
   Names dead_results_;  // of the network that was passed last
 };
 

@@ -49,18 +49,21 @@ void simplify_sides(std::vector<AxisBoundary>& axes) {
   axes = map_sides(std::move(axes), [](const Expr& e) { return rebuild(e, {}); });
 }
 
+void simplify_statements(std::vector<Statement>& statements) {
+  for (Statement& statement : statements) {
+    match(
+        statement, [](Fill& fill) { simplify_sides(fill.axes); }, [](Fold& fold) { simplify_sides(fold.axes); },
+        [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {},
+        [](Repeat& repeat) { simplify_statements(repeat.body); });
+  }
+}
+
 }  // namespace
 
 Module simplify(const Module& module) {
   Module result = module;
   for (Kernel& kernel : result.kernels) kernel = simplify_kernel(kernel);
-  for (Program& program : result.programs) {
-    for (Statement& statement : program.body) {
-      match(
-          statement, [](Fill& fill) { simplify_sides(fill.axes); }, [](Fold& fold) { simplify_sides(fold.axes); },
-          [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {});
-    }
-  }
+  for (Program& program : result.programs) simplify_statements(program.body);
   return result;
 }
 

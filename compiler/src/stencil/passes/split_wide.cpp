@@ -92,6 +92,26 @@ std::vector<Kernel> parts_of(const Kernel& kernel) {
   return is_worth_it ? parts : std::vector{kernel};
 }
 
+using PartsByKernel = std::map<std::string, std::vector<std::string>>;
+
+std::vector<Statement> running_parts(const std::vector<Statement>& statements, const PartsByKernel& parts_by_kernel) {
+  std::vector<Statement> body;
+  for (const Statement& statement : statements) {
+    const auto keep = [&](const auto& as_it_is) { body.push_back(as_it_is); };
+    match(
+        statement, [&](const Fill& fill) { keep(fill); }, [&](const Fold& fold) { keep(fold); },
+        [&](const Reduce& reduce) { keep(reduce); }, [&](const Infer& infer) { keep(infer); },
+        [&](const Run& run) {
+          for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
+        },
+        [&](Repeat repeat) {
+          repeat.body = running_parts(repeat.body, parts_by_kernel);
+          body.push_back(std::move(repeat));
+        });
+  }
+  return body;
+}
+
 }  // namespace
 
 Module split_wide_kernels(const Module& module) {
@@ -99,7 +119,7 @@ Module split_wide_kernels(const Module& module) {
   result.kernels.clear();
   NameSupply names;
   for (const Kernel& kernel : module.kernels) names.reserve(kernel.name);
-  std::map<std::string, std::vector<std::string>> parts_by_kernel;
+  PartsByKernel parts_by_kernel;
   for (const Kernel& kernel : module.kernels) {
     std::vector<Kernel> parts = parts_of(kernel);
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -108,19 +128,7 @@ Module split_wide_kernels(const Module& module) {
       result.kernels.push_back(std::move(parts[i]));
     }
   }
-  for (Program& program : result.programs) {
-    std::vector<Statement> body;
-    for (const Statement& statement : program.body) {
-      const auto keep = [&](const auto& as_it_is) { body.push_back(as_it_is); };
-      match(
-          statement, [&](const Fill& fill) { keep(fill); }, [&](const Fold& fold) { keep(fold); },
-          [&](const Reduce& reduce) { keep(reduce); }, [&](const Infer& infer) { keep(infer); },
-          [&](const Run& run) {
-            for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
-          });
-    }
-    program.body = std::move(body);
-  }
+  for (Program& program : result.programs) program.body = running_parts(program.body, parts_by_kernel);
   return result;
 }
 

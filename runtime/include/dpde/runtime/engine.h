@@ -144,6 +144,8 @@ class Engine {
   /// The rate of the loss along a direction, by tangents alone.
   double rate_along(Values direction);
   Rollout& products(Curvature curvature);
+  /// Gives back the memory of products and rates; they are made anew when they are asked for.
+  void release_products();
 
  private:
   struct Datum {
@@ -169,6 +171,7 @@ class Engine {
 
   bool formulas_need(const dpde_program& program, int32_t start) const;
   void run_formulas(const dpde_program& program, int32_t start);
+  void* unused(std::size_t number);
 
   std::string_view rate_of(int32_t kind, std::string_view name) const;
   std::string_view value_of_rate(std::string_view rate) const;
@@ -193,6 +196,7 @@ class Engine {
   std::vector<Unknown> unknowns_;
   std::size_t unknown_count_ = 0;
   bool formulas_are_stale_ = true;
+  std::vector<std::unique_ptr<Field>> unused_;  // where formulas put what is given
   std::optional<Rollout> stepper_, losses_, full_, gauss_newton_, tangent_;
   Rollout* primary_ = nullptr;
   GradientCallback watch_;

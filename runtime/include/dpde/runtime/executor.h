@@ -91,6 +91,11 @@ class Executor {
   /// Takes what an executor of the same program and layout has found; text that does not fit is ignored.
   void set_tuning(std::string_view text);
 
+  /// Memory of what passes leave for later: made once. The first run() does it, unless it was done before.
+  void make_stacks();
+  /// As fields of the layout.
+  std::int64_t stack_fields() const;
+
   /// Adds the time of each run from now on; null: no more. `to` must stay.
   void set_clock(RunSeconds* to) { clock_ = to; }
 

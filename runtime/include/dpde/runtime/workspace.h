@@ -81,7 +81,7 @@ class Workspace {
   void set_param(std::string_view name, double value);
   const Named<Control>& controls() const { return setup_.controls; }
   /// params() then has the first value.
-  void set_control(std::string_view name, int every, std::vector<double> values);
+  const Control& set_control(std::string_view name, int every, std::span<const double> values);
   /// 0 for what nobody has set, as seeds and directions of derivatives.
   double param_at(std::string_view name, double t) const;
   /// Values as they are given or, null, as the network's seed says.

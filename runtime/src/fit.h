@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+/// @throws Error(run) when the program's version, rank, precision or halo does not fit the layout.
+void check_fits(const dpde_program& program, const dpde_layout& layout);
+
+}  // namespace dpde

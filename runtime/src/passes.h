@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whose memory is whose in the passes of a repeat, and the stacks that passes leave for later: nothing is copied, only
+// pointers move.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dpde/kernel_abi.h"
+#include "dpde/runtime/field.h"
+
+namespace dpde {
+
+/// One field of each pass of a repeat.
+class Stack {
+ public:
+  explicit Stack(std::int64_t fields) : fields_(fields) {}
+
+  /// Those that need memory: others are somebody else's.
+  std::int64_t fields() const { return fields_; }
+  void make(const dpde_layout& layout);
+  void* memory(std::int64_t number) { return memory_[static_cast<std::size_t>(number)].base(); }
+
+  void set_passes(std::int64_t count) { slots_.resize(static_cast<std::size_t>(count)); }
+  void*& slot(std::int64_t pass) { return slots_[static_cast<std::size_t>(pass)]; }
+
+ private:
+  std::int64_t fields_;
+  std::vector<Field> memory_;
+  std::vector<void*> slots_;
+};
+
+class Passes {
+ public:
+  Passes() = default;
+  Passes(const dpde_repeat& source, std::vector<Stack>& stacks);
+
+  std::int64_t count() const { return count_; }
+  /// `fields`: of the program. Behind end() they are what they were at begin().
+  void begin(void** fields);
+  void before(std::int64_t pass, void** fields, std::vector<Stack>& stacks) const;
+  void after(void** fields) const;
+  void end(void** fields) const;
+
+ private:
+  struct Carried {
+    dpde_carry names{};
+    int stack = -1;  // on which it is saved
+    void *state = nullptr, *next = nullptr;
+  };
+  struct Loaded {
+    dpde_stacked names{};
+    void* field = nullptr;
+  };
+  std::int64_t count_ = 0;
+  std::vector<Carried> carried_;
+  std::vector<dpde_stacked> written_, elsewhere_;  // saved in memory of the stack, and in that of another or of a state
+  std::vector<void*> places_;                      // of what is written
+  std::vector<Loaded> loaded_;
+};
+
+}  // namespace dpde

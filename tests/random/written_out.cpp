@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random/written_out.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "stencil/build.h"
+#include "stencil/effects.h"
+#include "support/match.h"
+
+namespace dpde::testing {
+
+using namespace stencil;
+
+namespace {
+
+using Names = std::map<std::string, std::string>;
+
+std::string name_in(const Names& names, const std::string& field) {
+  const auto found = names.find(field);
+  return found == names.end() ? field : found->second;
+}
+
+std::vector<AxisBoundary> renamed(const std::vector<AxisBoundary>& axes, const Names& names) {
+  return map_sides(axes, [&](const Expr& e) {
+    return rename_fields(e, [&](const std::string& field) { return name_in(names, field); });
+  });
+}
+
+Kernel renamed(const Kernel& kernel, const Names& names, std::string name) {
+  Kernel result = map_kernel(kernel, [&](const Expr& e) {
+    return rename_fields(e, [&](const std::string& field) { return name_in(names, field); });
+  });
+  result.name = std::move(name);
+  for (Store& store : result.stores) store.field = name_in(names, store.field);
+  for (Scatter& scatter : result.scatters) scatter.target.field = name_in(names, scatter.target.field);
+  result.given.clear();
+  return result;
+}
+
+class Writer {
+ public:
+  explicit Writer(const Module& module) : module_(module), result_(module) {}
+
+  Module run(const std::string& name) {
+    for (Program& program : result_.programs) {
+      if (program.name == name) program.body = written(program.body);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  std::vector<Statement> written(const std::vector<Statement>& statements) {
+    std::vector<Statement> body;
+    for (const Statement& statement : statements) {
+      const Repeat* repeat = std::get_if<Repeat>(&statement);
+      if (repeat == nullptr) body.push_back(statement);
+      if (repeat != nullptr) add_passes(*repeat, body);
+    }
+    return body;
+  }
+
+  void add_passes(const Repeat& repeat, std::vector<Statement>& body) {
+    const Effects known = effects(module_, repeat);
+    Names names;
+    for (int pass = 1; pass <= repeat.count; ++pass) {
+      Names states;
+      for (const Carry& carry : repeat.carries)
+        states[carry.state] = name_in(names, pass > 1 ? carry.next : carry.state);
+      names = states;
+      for (const std::string& field : known.inner) names[field] = fmt::format("{}_pass{}", field, pass);
+      if (pass == repeat.count) {
+        for (const Carry& carry : repeat.carries) names[carry.next] = carry.result;
+      }
+      for (const Statement& statement : repeat.body) add(statement, names, pass, body);
+    }
+  }
+
+  void add(const Statement& statement, const Names& names, int pass, std::vector<Statement>& body) {
+    const auto name = [&](const std::string& field) { return name_in(names, field); };
+    match(
+        statement,
+        [&](const Fill& fill) {
+          body.push_back(Fill{name(fill.field), renamed(fill.axes, names)});
+        },
+        [&](const Fold& fold) {
+          body.push_back(Fold{name(fold.field), fold.grow, renamed(fold.axes, names)});
+        },
+        [&](const Reduce& reduce) {
+          body.push_back(Reduce{name(reduce.result), reduce.kind, name(reduce.field), reduce.over});
+        },
+        [&](const Infer& infer) { body.push_back(infer); },
+        [&](const Run& run) {
+          const std::string kernel = fmt::format("{}_pass{}", run.kernel, pass);
+          if (!result_.find_kernel(kernel))
+            result_.kernels.push_back(renamed(*module_.find_kernel(run.kernel), names, kernel));
+          body.push_back(Run{kernel, run.grow});
+        },
+        [&](const Repeat& repeat) { body.push_back(repeat); });
+  }
+
+  const Module& module_;
+  Module result_;
+};
+
+}  // namespace
+
+Module written_out(const Module& module, const std::string& program) { return Writer(module).run(program); }
+
+}  // namespace dpde::testing

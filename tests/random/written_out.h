@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// Repeats pass by pass, as a person would write them without `repeat`: what their meaning is compared with.
+#pragma once
+
+#include "stencil/stencil.h"
+
+namespace dpde::testing {
+
+/// The module with the repeats of its program, none of them in another and without stacks, written out.
+stencil::Module written_out(const stencil::Module& module, const std::string& program);
+
+}  // namespace dpde::testing
