@@ -439,6 +439,12 @@ std::vector<ProgramCase> program_cases() {
        1,
        passing_kernels + "program p { repeat 2 { run zero; run give; fill r x = zero_gradient; run take; swap u, v } }",
        {{"u"}, {"c"}}},
+      {"repeat that leaves a halo alone",
+       1,
+       "kernel begin(u: field, out w: field) { w = 0.3*u }\nkernel step(w: field, u: field, out v: field) { v = "
+       "0.5*w*u }\nkernel fin(u: field halo 1, w: field, out n: field) { n = w + 0.2*u[-1] }\n"
+       "program p { fill u x = 0; run begin; repeat 2 { run step; swap w, v }; run fin; swap u, n }",
+       {{"u"}, {}}},
       {"shared values periodic",
        1,
        shared_kernels + "program p { fill u periodic; run k; swap u, v; keep r }",

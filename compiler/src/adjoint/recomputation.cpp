@@ -42,7 +42,13 @@ bool changes(const Program& program, size_t index, const std::string& field, boo
       [&](const Fill& fill) { return fill.field == field && (is_grown || refills(program, index, fill)); },
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [](const Reduce&) { return false; }, [](const Infer&) { return false; }, [](const Run&) { return false; },
-      [](const Repeat&) { return false; });
+      [&](const Repeat&) {
+        bool is_filled_anew = false;
+        for_each_fill(std::span(program.body).subspan(index, 1), [&](const Fill& fill) {
+          is_filled_anew = is_filled_anew || (fill.field == field && (is_grown || refills(program, index, fill)));
+        });
+        return is_filled_anew;
+      });
 }
 
 /// What of a repeat is needed for its results and for what it saves; nullopt where nothing is.
@@ -56,6 +62,7 @@ std::optional<Repeat> needed_of(const Module& module, const Program& program, Re
   if (repeat.saves.empty() && std::ranges::none_of(repeat.carries, is_needed)) return std::nullopt;
   std::set<std::string> inside;
   for (const Carry& carry : repeat.carries) inside.insert(carry.next);
+  for (const Stacked& save : repeat.saves) inside.insert(save.field);
   repeat.body = recomputation(module, pass_of(repeat, program), inside, {}, kernels);
   return repeat;
 }
@@ -118,6 +125,14 @@ std::vector<Statement> recomputation(const Module& module, const Program& progra
   }
   std::reverse(kept.begin(), kept.end());
   return kept;
+}
+
+bool is_updated_behind(const Module& module, const Program& program, const std::string& field, int index) {
+  const auto updates = [&](const Statement& statement) {
+    const std::vector<std::string> updated = effects(module, statement).updates;
+    return std::ranges::find(updated, field) != updated.end();
+  };
+  return std::any_of(program.body.begin() + index + 1, program.body.end(), updates);
 }
 
 bool check_overwritten(const Module& module, const Program& program, const std::map<std::string, int>& needed,

@@ -21,6 +21,10 @@ std::vector<stencil::Statement> recomputation(const stencil::Module& module, con
                                               std::set<std::string> needed, const Saves& saves,
                                               stencil::Module& kernels);
 
+/// Whether a statement behind `index` adds to the field.
+bool is_updated_behind(const stencil::Module& module, const stencil::Program& program, const std::string& field,
+                       int index);
+
 /// Values are recomputed to their final state: a field that is read and changed later would be read wrongly. Reports
 /// it; `needed` has for each field the earliest statement whose adjoint reads it.
 bool check_overwritten(const stencil::Module& module, const stencil::Program& program,

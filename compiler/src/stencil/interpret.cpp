@@ -417,7 +417,12 @@ class Interpreter {
   void repeat(const Repeat& repeat, const Program& program) {
     const Program pass = pass_of(repeat, program);
     const Effects known = effects(module_, repeat);
-    Values outside;
+    Values outside, whole;  // what passes read but do not fill keeps its halo outside
+    for (const std::string& field : known.reads) {
+      if (!contains(known.spoils, field) && !contains(known.inner, field) && !is_coordinate(field))
+        whole[field] = state_.cells(field);
+    }
+    for (const Carry& carry : repeat.carries) whole.erase(carry.result);
     for (const Stacked& load : repeat.loads) outside[load.field] = state_.get(load.field);
     for (int k = 0; k < repeat.count; ++k) {
       for (const Stacked& load : repeat.loads) {
@@ -448,6 +453,7 @@ class Interpreter {
     }
     set(values_of(known.spoils));
     set(outside);
+    for (const auto& [field, cells] : whole) state_.set_cells(field, cells);
   }
 
   const Module& module_;

@@ -58,6 +58,10 @@ class State {
   void set(const std::string& field, const std::vector<double>& interior);
   std::vector<double> get(const std::string& field) const;
 
+  /// All cells of a field, halo included, and the same put back.
+  const std::vector<double>& cells(const std::string& field) const { return fields_.at(field); }
+  void set_cells(const std::string& field, const std::vector<double>& cells) { fields_[field] = cells; }
+
   /// Makes every cell NaN.
   void poison(const std::string& field);
   /// Sets field x, y or z to the coordinates of the cell centres, low + (i + 1/2)*spacing, halo included.
