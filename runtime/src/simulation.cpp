@@ -36,6 +36,7 @@ std::vector<std::string> keys_of(const Workspace::Named<Value>& map) {
   return names;
 }
 
+/// The same for the engine, when the scene can be run so.
 EngineOptions options_of(const dpde_scene& scene, const SimulationOptions& options) {
   for (std::size_t a = 0; a < options.cells.size() && a < static_cast<std::size_t>(scene.rank); ++a) {
     if (scene.axes[a].centres == nullptr || options.cells[a] == scene.axes[a].cells) continue;
@@ -44,15 +45,7 @@ EngineOptions options_of(const dpde_scene& scene, const SimulationOptions& optio
         fmt::format("axis {} of scene {} is stretched: it was compiled for {} cells and runs on no other number",
                     scene.axes[a].name, scene.name, scene.axes[a].cells));
   }
-  EngineOptions result;
-  result.cells = options.cells;
-  result.threads = options.threads;
-  result.checkpoint_bytes = options.checkpoint_bytes;
-  result.slots = options.slots;
-  result.cut = options.cut;
-  result.stop = options.stop;
-  result.seconds = options.seconds;
-  return result;
+  return {options};
 }
 
 }  // namespace

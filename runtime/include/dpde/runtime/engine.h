@@ -22,22 +22,15 @@
 #include "dpde/runtime/curvature.h"
 #include "dpde/runtime/optimise.h"
 #include "dpde/runtime/rollout.h"
+#include "dpde/runtime/simulation_options.h"
 #include "dpde/runtime/values.h"
 #include "dpde/runtime/workspace.h"
 #include "dpde/scene_abi.h"
 
 namespace dpde {
 
-struct EngineOptions {
-  std::vector<std::int64_t> cells;  // one number an axis, in place of the scene's
-  int threads = 1;
-  /// Of gradients: see RolloutSetup.
-  std::int64_t checkpoint_bytes = std::numeric_limits<std::int64_t>::max();
-  int slots = 0;
-  std::string checkpoint_folder;
-  int cut = 0;
-  const std::atomic<bool>* stop = nullptr;
-  GradientSeconds* seconds = nullptr;
+struct EngineOptions : SimulationOptions {
+  std::string checkpoint_folder;  // see RolloutSetup
   /// Cells of halo that programs beside the scene's need, which the caller runs on the same fields.
   std::array<std::int64_t, 3> halo{};
   /// What is known of the tuning of a rollout (RolloutSetup::tuning); may be empty.
