@@ -163,7 +163,10 @@ struct Rollout::Impl {
   std::vector<ParamBar> bind_param_bars(const dpde_program& program);
   std::vector<FieldBar> bind_field_bars(const Executor& executor) const;
   void schedule_losses();
-  bool adjoint_reads_states() const;
+  std::vector<char> states_read() const;
+  void plan_buffers(int slots, const std::vector<char>& read);
+  int64_t bytes_of_states() const;
+  int plan_slots(const std::vector<char>& read);
   int64_t recomputed_steps(int slots);
   void plan_storage();
   void allocate_states();
@@ -277,6 +280,7 @@ struct Rollout::Impl {
   // Buffers of states: 0 is initial, the others lie in `pool`.
   int64_t buffer_count = 0;
   FieldPool pool;
+  std::vector<int64_t> buffers_of_state;  // how many there are of each state
   std::vector<StateBuffer> buffers;
   StateBuffer final_states;
   double loss_value = 0;
