@@ -214,6 +214,7 @@ class ModuleReader {
 
   void read_repeat(const ast::RepeatItem& source, SourceRange range) {
     Repeat repeat{source.count, std::exchange(program_.body, {}), {}};
+    if (source.counter) repeat.counter = {source.counter->name, source.is_backwards};
     ranges_.push_back(range);
     const std::size_t first_inside = ranges_.size();
     for (const ast::Item& item : source.items) {

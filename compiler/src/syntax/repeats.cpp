@@ -130,6 +130,7 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
     if (!repeat) continue;
     reserve_fields(repeat->items);
     for (const Identifier& result : repeat->to) names_.reserve(result.name);
+    if (repeat->counter) names_.reserve(repeat->counter->name);
   }
 }
 
@@ -278,6 +279,8 @@ void ProgramResolver::add_repeat(const RepeatItem& repeat, const Item& item) {
   const std::vector<Carried> carried = end_pass(before, repeat.count);
   RepeatItem resolved{
       std::max(repeat.count, 1), false, repeat.count_range, std::exchange(result_, std::move(outer)), {}};
+  resolved.counter = repeat.counter;
+  resolved.is_backwards = repeat.is_backwards;
   passes_.pop_back();
   resolved.to = results_of(repeat, carried, before);
   emit(std::move(resolved), item.range);
