@@ -19,6 +19,7 @@
 #include "stencil/repeat_fills.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
+#include "syntax/blocks.h"
 #include "syntax/repeats.h"
 
 namespace dpde::stencil {

@@ -464,26 +464,4 @@ ResolvedRepeats resolve_repeats(const File& file, DiagnosticSink& sink) {
   return result;
 }
 
-std::vector<Item> without_blocks(const std::vector<Item>& items) {
-  std::vector<Item> flat;
-  for (const Item& item : items) {
-    const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind);
-    flat.push_back(item);
-    if (!repeat) continue;
-    std::get<RepeatItem>(flat.back().kind).items.clear();
-    for (const Item& inner : without_blocks(repeat->items)) {
-      if (!std::holds_alternative<SwapItem>(inner.kind) && !std::holds_alternative<StackItem>(inner.kind))
-        flat.push_back(inner);
-    }
-  }
-  return flat;
-}
-
-void for_each_item(const std::vector<Item>& items, const std::function<void(const Item&)>& f) {
-  for (const Item& item : items) {
-    f(item);
-    if (const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind)) for_each_item(repeat->items, f);
-  }
-}
-
 }  // namespace dpde::ast
