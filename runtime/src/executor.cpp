@@ -127,7 +127,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
   check_fits(program, layout);
   plan_->team = team;
   fields_.assign(static_cast<size_t>(program.field_count), nullptr);
-  params_.assign(static_cast<size_t>(program.param_count), 0.0);
+  params_.assign(static_cast<size_t>(program.param_count + program.counter_count), 0.0);
   uniforms_.assign(static_cast<size_t>(program.uniform_count), 0.0);
   sums_.assign(static_cast<size_t>(program.sum_count), 0.0);
   weights_.assign(static_cast<size_t>(program.network_count), dpde_weights{});
@@ -235,6 +235,11 @@ void Executor::compute_uniforms() {
   if (program_->compute_uniforms != nullptr) program_->compute_uniforms(params_.data(), uniforms_.data());
 }
 
+void Executor::count(size_t counter, double number) {
+  params_[static_cast<size_t>(program_->param_count) + counter] = number;
+  program_->compute_counted(params_.data(), uniforms_.data());
+}
+
 void Executor::prepare() {
   for (size_t i = 0; i < fields_.size(); ++i) {
     if (fields_[i] == nullptr)
@@ -296,6 +301,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
         passes.begin(fields);
         for (int64_t pass = 0; pass < passes.count(); ++pass) {
           passes.before(pass, fields, stacks);
+          if (passes.has_counter()) executor.count(passes.counter(), passes.number_of(pass));
           run(operation.block, executor);
           passes.after(fields);
         }

@@ -10,7 +10,11 @@ void Stack::make(const dpde_layout& layout) {
   for (std::int64_t i = 0; i < fields_; ++i) memory_.emplace_back(layout, static_cast<int>(i % 64));
 }
 
-Passes::Passes(const dpde_repeat& source, std::vector<Stack>& stacks) : count_(source.count) {
+Passes::Passes(const dpde_repeat& source, std::vector<Stack>& stacks)
+    : count_(source.count),
+      first_(source.first),
+      step_(source.step),
+      counter_(static_cast<std::size_t>(source.counter)) {
   for (int i = 0; i < source.carry_count; ++i) carried_.push_back({source.carries[i]});
   for (int i = 0; i < source.load_count; ++i) loaded_.push_back({source.loads[i]});
   for (int i = 0; i < source.save_count; ++i) {

@@ -36,6 +36,9 @@ class Passes {
   Passes(const dpde_repeat& source, std::vector<Stack>& stacks);
 
   std::int64_t count() const { return count_; }
+  bool has_counter() const { return step_ != 0; }
+  std::size_t counter() const { return counter_; }
+  double number_of(std::int64_t pass) const { return static_cast<double>(first_ + step_ * pass); }
   /// `fields`: of the program. Behind end() they are what they were at begin().
   void begin(void** fields);
   void before(std::int64_t pass, void** fields, std::vector<Stack>& stacks) const;
@@ -52,7 +55,8 @@ class Passes {
     dpde_stacked names{};
     void* field = nullptr;
   };
-  std::int64_t count_ = 0;
+  std::int64_t count_ = 0, first_ = 0, step_ = 0;
+  std::size_t counter_ = 0;
   std::vector<Carried> carried_;
   std::vector<dpde_stacked> written_, elsewhere_;  // saved in memory of the stack, and in that of another or of a state
   std::vector<void*> places_;                      // of what is written

@@ -49,8 +49,11 @@ Wavefront::Impl::Impl(std::array<const Executor*, 2> from, WavefrontPlan made, c
   }
   for (const WavefrontPass& pass : plan.passes) {
     const dpde_program& program = executors[static_cast<size_t>(pass.program)]->program();
-    uniforms.emplace_back(static_cast<size_t>(program.uniform_count));
     sums.emplace_back(static_cast<size_t>(program.sum_count));
+  }
+  for (const WavefrontUniforms& each : plan.uniforms) {
+    const int program = plan.passes[static_cast<size_t>(each.pass)].program;
+    uniforms.emplace_back(static_cast<size_t>(executors[static_cast<size_t>(program)]->program().uniform_count));
   }
   make_tiles(team.threads());
   make_sums();
@@ -297,7 +300,7 @@ void Wavefront::Impl::begin_tile(Rings& rings, const Tile& tile) const {
       rings.accesses[number][s] = access_of(level.streams[s], rings, x.from);
     dpde_row& row = rings.rows[number];
     row.streams = last == 2 ? rings.pointers.data() : rings.slabs.data();
-    row.uniforms = uniforms[static_cast<size_t>(level.pass)].data();
+    row.uniforms = uniforms[static_cast<size_t>(level.uniforms)].data();
     row.own = row.uniforms + level.own;
     row.count = x.count();
     row.first = x.from;
@@ -365,7 +368,18 @@ double Wavefront::work() const {
 }
 
 void Wavefront::set_uniforms(size_t pass, std::span<const double> uniforms) {
-  std::ranges::copy(uniforms, impl_->uniforms[pass].begin());
+  const WavefrontPlan& plan = impl_->plan;
+  const Executor& executor = *impl_->executors[static_cast<size_t>(plan.passes[pass].program)];
+  const dpde_program& program = executor.program();
+  for (size_t i = 0; i < plan.uniforms.size(); ++i) {
+    if (plan.uniforms[i].pass != static_cast<int>(pass)) continue;
+    std::ranges::copy(uniforms, impl_->uniforms[i].begin());
+    if (plan.uniforms[i].counted.empty()) continue;
+    std::vector<double> params(executor.params().begin(), executor.params().end());
+    for (const auto& [counter, number] : plan.uniforms[i].counted)
+      params[static_cast<size_t>(program.param_count) + counter] = number;
+    program.compute_counted(params.data(), impl_->uniforms[i].data());
+  }
 }
 void Wavefront::set_totals(std::span<double* const> totals) { impl_->totals.assign(totals.begin(), totals.end()); }
 std::span<const double> Wavefront::sums(size_t pass) const { return impl_->sums[pass]; }

@@ -31,6 +31,7 @@ struct WavefrontLevel {
   dpde_row_fn row = nullptr;
   int own = 0;  // first of its own uniforms
   int pass = 0;
+  int uniforms = 0;  // of the plan
   std::vector<WavefrontStream> streams;
   struct Output {
     WavefrontStream stream;  // offset 0
@@ -58,9 +59,17 @@ struct WavefrontPass {
   int program = 0, step = 0;
 };
 
+/// Those of a pass, where its repeats count so far: counters and their numbers.
+struct WavefrontUniforms {
+  int pass = 0;
+  std::vector<std::pair<size_t, double>> counted;
+  bool operator==(const WavefrontUniforms&) const = default;
+};
+
 struct WavefrontPlan {
   std::vector<WavefrontLevel> levels;
   std::vector<WavefrontPass> passes;
+  std::vector<WavefrontUniforms> uniforms;
   std::vector<int64_t> ring_slots;  // rows (planes) of each ring, powers of two
   std::vector<WavefrontCopy> copies;
   std::array<bool, 3> periodic{true, true, true};

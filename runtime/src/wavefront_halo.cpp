@@ -9,7 +9,7 @@ namespace dpde {
 void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings, const Range& x,
                                 const Place& place) const {
   const WavefrontLevel& level = plan.levels[number];
-  const double* values = uniforms[static_cast<size_t>(level.pass)].data();
+  const double* values = uniforms[static_cast<size_t>(level.uniforms)].data();
   char* row = row_of(level.outputs[output].stream, rings, place);
   const HaloFill& fill = fills[number][output];
   if (!splits_x) return fill.run_row(row, values);
@@ -24,7 +24,7 @@ void Wavefront::Impl::fill_ends(size_t number, size_t output, const Rings& rings
 void Wavefront::Impl::image_row(size_t number, Rings& rings, const Range& x, size_t axis, const Place& from,
                                 int64_t to) const {
   const WavefrontLevel& level = plan.levels[number];
-  const double* values = uniforms[static_cast<size_t>(level.pass)].data();
+  const double* values = uniforms[static_cast<size_t>(level.uniforms)].data();
   Place target = from;
   target[axis] = to;
   const int64_t first = x.from == 0 ? -layout.halo[0] : x.from,
@@ -58,8 +58,8 @@ void Wavefront::Impl::image_slab(size_t number, Rings& rings, Tile region, int64
 
 /// The halos of the results that need rows or ends of other tiles.
 void Wavefront::Impl::finish() const {
-  const double* values = uniforms.back().data();
   for (size_t number = 0; number < plan.levels.size(); ++number) {
+    const double* values = uniforms[static_cast<size_t>(plan.levels[number].uniforms)].data();
     for (size_t o = 0; o < plan.levels[number].outputs.size(); ++o) {
       const WavefrontLevel::Output& output = plan.levels[number].outputs[o];
       const bool is_copied = output.copied >= 0;

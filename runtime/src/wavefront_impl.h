@@ -104,7 +104,7 @@ struct Wavefront::Impl {
   int64_t width;                              // bytes of a value
   int64_t line;                               // values of a cache line
   std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
-  std::vector<std::vector<double>> uniforms;  // of each pass
+  std::vector<std::vector<double>> uniforms;  // as the plan has them
   std::vector<std::vector<double>> sums;      // of each pass
   std::vector<int64_t> first_row_sum;         // of each level: where its sums begin in row_sums
   std::vector<double> row_sums;               // of each level, strip, plane, row and sum

@@ -162,7 +162,10 @@ class Planner {
         const auto known = outer.find(carry.result);
         results_[carry.next] = pass + 1 < repeat.count ? -1 : known == outer.end() ? carry.result : known->second;
       }
+      if (repeat.step != 0)
+        counted_.emplace_back(repeat.counter, static_cast<double>(repeat.first + repeat.step * pass));
       if (!add_operations(program, repeat.operations, repeat.operation_count, now, is_last)) return false;
+      if (repeat.step != 0) counted_.pop_back();
       results_ = outer;
       const Sources ended = now;
       for (const dpde_carry& carry : carries) now[carry.state] = ended.at(carry.next);
@@ -182,6 +185,9 @@ class Planner {
     level.row = kernel.row;
     level.own = kernel.own;
     level.pass = static_cast<int>(plan_.passes.size()) - 1;
+    const WavefrontUniforms uniforms{level.pass, counted_};
+    level.uniforms = static_cast<int>(std::ranges::find(plan_.uniforms, uniforms) - plan_.uniforms.begin());
+    if (level.uniforms == static_cast<int>(plan_.uniforms.size())) plan_.uniforms.push_back(uniforms);
     level.sums.assign(kernel.sums, kernel.sums + kernel.sum_count);
     Sources outputs;
     for (int s = 0; s < kernel.stream_count; ++s) {
@@ -407,7 +413,8 @@ class Planner {
   AdjointFields adjoint_;
   WavefrontPlan plan_;
   std::vector<Read> reads_;
-  std::map<int, int> results_;  // what a field of a pass is outside of its repeat; -1: nothing
+  std::map<int, int> results_;                      // what a field of a pass is outside of its repeat; -1: nothing
+  std::vector<std::pair<size_t, double>> counted_;  // of the repeats that are under way
   int rings_ = 0;
 };
 

@@ -227,14 +227,6 @@ program p { run a; reduce m = max w; run c; keep m, w }
                           {{"u"}, {}}),
             "E0603");
   EXPECT_EQ(code_of_error(R"(
-kernel begin(u: field halo 1, out w: field) { w = 0.3*u[-1]^2 + 0.1*u[+1]*u }
-kernel step(w: field, u: field halo 1, out v: field) { v = 0.5*w*u[+1] }
-program p { fill u x = 2; run begin; repeat 2 { fill u x = 0; run step; swap w, v }; swap u, w }
-)",
-                          {{"u"}, {}}),
-            "E0603")
-      << "a halo that a repeat fills otherwise";
-  EXPECT_EQ(code_of_error(R"(
 kernel begin(u: field, out w: field) { w = 0.3*u^2 }
 kernel square(w: field halo 1, out v: field) { v = 0.5*w[-1]*w + 0.2*w[+1]^2 }
 kernel add(u: field, inout w: field) { w += u^3 }

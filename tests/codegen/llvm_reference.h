@@ -189,6 +189,7 @@ class Reference {
         e->kind, [](const loop::Literal& l) { return l.value; },
         [&](const loop::Uniform& u) { return uniforms_.at(u.index); },
         [&](const loop::Param& p) { return params_.at(p.index); },
+        [](const loop::Counter&) { return std::numeric_limits<double>::quiet_NaN(); },  // no passes are counted here
         [&](const loop::Load& l) { return double{stream(l.stream)}; },
         [&](const loop::Local& l) { return lets_.at(l.index); },
         [&](const loop::Inside& i) { return is_inside(i) ? 1.0 : 0.0; },

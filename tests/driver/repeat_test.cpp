@@ -7,6 +7,7 @@
 #include "driver/storage.h"
 #include "driver_support.h"
 #include "loop/print_loop.h"
+#include "support/scene_run.h"
 
 namespace dpde::testing {
 namespace {
@@ -57,6 +58,26 @@ TEST(RepeatedScene, PlansMemoryForWhatPassesSave) {
 TEST(RepeatedScene, IsCertified) {
   expect_certified(task_of(quadratic, 5), true);
   expect_certified(task_of(linear, 6), true);
+}
+
+/// From u = 1: 1, 1, 2 are saved and u becomes 4. Last first: w = 2*2, 10*4 + 1*1, 10*41.
+const std::string loading =
+    "kernel up(u: field, out v: field, k: param) { v = u + k }\n"
+    "kernel join(w: field halo 1, q: field, out r: field, n, c: param) { r = 10*w + n*q + 0*c*w[-1] }\n"
+    "program step {\n  axes x bounded\n  repeat k in 0 .. 3 { save u in s; run up; swap u, v } to u_2\n"
+    "  repeat n in 3 .. 0 { load q from s; fill w x = 0.1*n + c; run join; swap w, r } to w_2\n"
+    "  swap u, u_2\n  swap w, w_2\n}\n";
+
+/// What is loaded has a name of its own, which asks for no value.
+TEST(RepeatedScene, LoadsUnderAName) {
+  const std::string text = loading +
+                           "scene s : step { grid x = 0 .. 1, cells 2; c = 2; initial u = 1; initial w = 0; time 0 .. "
+                           "1, step 1 }\ntask t : s { unknown initial u; unknown initial w; minimise mean(w^2 + u) }\n";
+  const SceneResult result = run_scene(text.substr(0, text.find("task")), "s");
+  ASSERT_FALSE(result.state.empty());
+  EXPECT_EQ(result.state.at("u"), (std::vector<double>{4, 4}));
+  EXPECT_EQ(result.state.at("w"), (std::vector<double>{410, 410}));
+  expect_certified(text, true);
 }
 
 }  // namespace

@@ -130,5 +130,24 @@ TEST(Subcycle, OfWhatStaggeredVelocitiesCarry) {
       false);
 }
 
+/// The slow one reads the halo of the fast one, which its parts fill by their own times.
+TEST(Subcycle, DerivativesWhereTheSlowReadsWallsOfTheFast) {
+  for (const std::string scheme : {"euler", "rk4"}) {
+    for (const std::string cells : {"1", "2", "7"}) {
+      SCOPED_TRACE(scheme + " " + cells);
+      expect_certified(
+          "model m {\n  field u, v\n  param q\n  dt(u) = 0.1*dx(v)^2 + 0.02*(1 + v)^2*lap(u)*(1 + t)\n  dt(v) = "
+          "q*cos(t)*u*dx(v) + "
+          "(0.1 + t)*lap(v)\n}\nscheme c { time = " +
+              scheme + " }\nscene s : m with c {\n  grid x = 0 .. 1, cells " + cells +
+              "\n  grid y = 0 .. 1, cells 3, periodic\n  q = 0.3\n  boundary u: x = q*t\n  boundary v: x.low = "
+              "sin(9*t), x.high = gradient(t)\n  initial u = 0.2 + sin(6*x)/4\n  initial v = cos(6*(x + y))\n  time 0 "
+              ".. 1/16, step 1/128\n  subcycle v in 5\n}\ntask t : s {\n  unknown initial u\n  unknown initial v\n  "
+              "unknown q from 0.4\n  minimise mean(u^2 + v^3)\n}\n",
+          false);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

@@ -33,6 +33,34 @@ program p {
   EXPECT_EQ(print(module_of(text)), text);
 }
 
+/// k is a parameter of what the block runs and fills, 0, 1, 2 or 2, 1, 0.
+TEST(Repeat, Counts) {
+  const auto text = [](const std::string& passes) {
+    return "kernel count(u: field, out v: field, k: param) {\n  v = 10*u + k\n}\n\nprogram p {\n  axes x periodic\n  "
+           "repeat k in " +
+           passes + " {\n    run count\n    swap u, v\n  } to u_2\n  swap u, u_2\n}\n";
+  };
+  for (const auto& [passes, expected] : {std::pair{"0 .. 3", 7012.0}, {"3 .. 0", 7210.0}}) {
+    const Module module = module_of(text(passes));
+    EXPECT_EQ(print(module), text(passes));
+    EXPECT_EQ(interface_of(module, module.programs[0]).params, std::vector<std::string>{});
+    State state({1, {2, 1, 1}}, 1);
+    state.set("u", {7, 7});
+    interpret(module, module.programs[0], state, {});
+    EXPECT_EQ(state.get("u"), (std::vector<double>{expected, expected}));
+  }
+}
+
+TEST(Repeat, CountsByANameThatIsNothingElse) {
+  Module module = module_of(jacobi + "program p { repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v } }\n");
+  EXPECT_EQ(verify(module), std::vector<std::string>{});
+  for (const std::string name : {"u", "b", "u_2", "t", "x", "hx"}) {
+    std::get<Repeat>(module.programs[0].body[0]).counter.name = name;
+    EXPECT_EQ(verify(module).front(),
+              "program p counts the passes of a repeat by " + name + ", which is something else");
+  }
+}
+
 /// Behind the repeat kernels that read u are copies that read u_2.
 TEST(Repeat, LeavesANameThatMeansItsResult) {
   const std::string square = "kernel square(u: field, out w: field) { w = u^2 }\n";
@@ -334,6 +362,11 @@ TEST(RepeatErrors, AreSaidOnce) {
           "kernel k(u: field, out v: field) { v = w }\nprogram p { axes x periodic; repeat 9 { run k; swap u, v } }")
           .size(),
       1u);
+}
+
+TEST(RepeatErrors, PassesThatAreNotCountedFromZero) {
+  EXPECT_EQ(in_program("repeat k in 1 .. 3 { run jacobi; swap u, v }").at(0),
+            "E0372 a repeat makes 0 .. n or n .. 0 passes, not 1 .. 3 | 1 .. 3");
 }
 
 TEST(RepeatErrors, WhatStandsInARepeat) {

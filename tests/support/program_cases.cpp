@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/program_cases.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "support/program_texts.h"
 
 namespace dpde::testing {
@@ -10,7 +13,7 @@ using adjoint::Activity;
 std::vector<ProgramCase> program_cases() {
   const Activity u_nu{{"u"}, {"nu"}};
   const std::string bounded = "fill u x.low = 0.3, x.high = zero_gradient\n";
-  return {
+  std::vector<ProgramCase> cases{
       {"burgers periodic", 1, burgers_kernel + "program p { fill u periodic; run k; swap u, v }", u_nu},
       {"burgers bounded", 1, burgers_kernel + "program p { " + bounded + "run k; swap u, v }", u_nu},
       {"wide periodic", 1, wide + "program p { fill u periodic; run k; swap u, v }", {{"u"}, {"c"}}},
@@ -391,60 +394,6 @@ std::vector<ProgramCase> program_cases() {
        1,
        alike_scatters + "program p { axes x periodic; run zero; run a; run b; keep s, r }",
        {{"u"}, {"c"}}},
-      {"repeat periodic",
-       1,
-       jacobi_kernels + "program p { run begin; repeat 5 { fill w periodic; run jacobi; swap w, v }; swap u, w }",
-       {{"u"}, {"c"}}},
-      {"repeat bounded",
-       1,
-       jacobi_kernels + "program p { run begin; repeat 3 { fill w x.low = 0.3, x.high = gradient(0.2); run jacobi; "
-                        "swap w, v }; swap u, w }",
-       {{"u"}, {"c"}}},
-      {"repeat in repeat",
-       2,
-       repeated_steps + "program p { repeat 2 { fill u x periodic, y = zero_gradient; run slow; repeat 3 { fill w x "
-                        "periodic, y = 0.5; run fast; swap w, q }; "
-                        "reduce m = mean w over x; run both; swap u, v } }",
-       {{"u"}, {"c"}}},
-      {"repeat with what it leaves alone and adds to",
-       1,
-       passing_kernels +
-           "program p { run begin; fill b x = 0.2; repeat 3 { fill u x.low = c, x.high = gradient(0.1); run source; "
-           "swap u, v }; keep s }",
-       {{"u", "b"}, {}}},
-      {"repeat with what it leaves alone, periodic",
-       1,
-       passing_kernels + "program p { run begin; fill b periodic; repeat 4 { fill u periodic; run source; swap u, v }; "
-                         "run wall; swap u, h; keep s }",
-       {{"u", "b"}, {"c"}}},
-      {"repeat with walls of its own",
-       1,
-       passing_kernels + "program p { repeat 3 { run edge grow 1; fill u x = h; run between; swap u, v } }",
-       {{"u"}, {"c"}}},
-      {"repeat on walls",
-       1,
-       passing_kernels +
-           "program p { repeat 2 { fill u x.low = on_wall(0.3), x.high = on_wall(gradient(0.2)); run wall; run "
-           "between; swap u, v } }",
-       {{"u"}, {"c"}}},
-      {"repeat with a maximum",
-       1,
-       passing_kernels + "program p { axes x periodic; repeat 3 { reduce m = max u; run most; swap u, v } }",
-       {{"u"}, {"c"}}},
-      {"repeat of two steps back",
-       1,
-       passing_kernels + "program p { repeat 3 { fill u periodic; run leap; swap old, u; swap u, v } }",
-       {{"u", "old"}, {"c"}}},
-      {"repeat with places",
-       1,
-       passing_kernels + "program p { repeat 2 { run zero; run give; fill r x = zero_gradient; run take; swap u, v } }",
-       {{"u"}, {"c"}}},
-      {"repeat that leaves a halo alone",
-       1,
-       "kernel begin(u: field, out w: field) { w = 0.3*u }\nkernel step(w: field, u: field, out v: field) { v = "
-       "0.5*w*u }\nkernel fin(u: field halo 1, w: field, out n: field) { n = w + 0.2*u[-1] }\n"
-       "program p { fill u x = 0; run begin; repeat 2 { run step; swap w, v }; run fin; swap u, n }",
-       {{"u"}, {}}},
       {"shared values periodic",
        1,
        shared_kernels + "program p { fill u periodic; run k; swap u, v; keep r }",
@@ -474,6 +423,8 @@ std::vector<ProgramCase> program_cases() {
       {"kinks", 1, kinks + "program p { fill u periodic; run k; keep v }", {{"u"}, {"c"}}},
       {"kinks bounded", 1, kinks + "program p { fill u x.low = 0.6, x.high = 1.3; run k; keep v }", {{"u"}, {"c"}}},
   };
+  std::ranges::move(repeat_cases(), std::back_inserter(cases));
+  return cases;
 }
 
 std::vector<stencil::Grid> small_grids(int rank) {

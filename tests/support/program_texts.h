@@ -258,4 +258,8 @@ inline const std::string cross_kernel = R"(
 kernel k(u: field halo 1, out v: field) { v = u[+1, +1]*u[-1, +1] + u[+1, -1]*u + u[-1, -1] }
 )";
 
+inline const std::string counting =
+    "kernel step(u: field halo 1, out v: field, c, k: param) { v = u + 0.1*c*(k + 0.5)*(u[-1] - 2*u + u[+1])*u }\n"
+    "kernel step2(w: field halo 1, out v: field, c, k, n: param) { v = w + 0.1*c*(k + n)*(w[-1] - 2*w + w[+1])*w }\n";
+
 }  // namespace dpde::testing

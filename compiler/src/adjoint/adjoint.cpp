@@ -34,12 +34,13 @@ class Reversal {
         names_(names),
         kernels_(kernels),
         sink_(sink),
-        reach_(reach(module, program, varied)) {
+        spoiled_(module, program),
+        reach_(reach(module, program, varied)),
+        filled_(filled_at_the_end(module, program)),
+        grown_(grown_fields(module, program)) {
     for (const Swap& swap : program.swaps) add_seed(swap.next);
     for (const std::string& keep : program.keeps) add_seed(keep);
     copy_seeds_read_inside();
-    filled_ = filled_at_the_end(module, program);
-    grown_ = grown_fields(module, program);
   }
 
   void reverse_all() {
@@ -47,6 +48,7 @@ class Reversal {
   }
 
   void reverse(int index) {
+    statement_ = index;
     match(
         program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); },
         [&](const Fold& fold) { reverse_fold(fold); }, [&](const Reduce& reduce) { reverse_reduce(reduce, index); },
@@ -61,8 +63,7 @@ class Reversal {
 
   /// Kernel that sets to 0 the bars of active inputs nothing contributed to.
   void finish(const std::set<std::string>& inputs) {
-    Kernel zero{
-        names_.fresh_kernel(program_.name + "_adjoint_zero"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel zero = kernel_called("_adjoint_zero");
     for (const std::string& field : inputs) {
       if (!bars_.contains(field)) zero.stores.push_back({names_.of(field), false, 0.0, {}});
     }
@@ -96,6 +97,10 @@ class Reversal {
     int extent = 0;          // farther out than that they are 0; at most `grow`
   };
 
+  Kernel kernel_called(const std::string& suffix) {
+    return {names_.fresh_kernel(program_.name + suffix), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+  }
+
   void add_seed(const std::string& field) {
     if (varied_.fields.contains(field)) bars_[field] = {};
   }
@@ -103,8 +108,7 @@ class Reversal {
   /// A result that the program itself reads gets contributions beside its seed. They are added to a copy: an input is
   /// never changed, and holds values on the interior only. So does the transpose of a scatter to a result need a copy.
   void copy_seeds_read_inside() {
-    Kernel copy{
-        names_.fresh_kernel(program_.name + "_adjoint_seeds"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel copy = kernel_called("_adjoint_seeds");
     const std::set<std::string> read = fields_read_inside(module_, program_);
     for (auto& [field, bar] : bars_) {
       if (!read.contains(field)) continue;
@@ -141,12 +145,7 @@ class Reversal {
   /// Lets the fold give what belongs to c of mixed(a, b, c), where a or b varies, to fields of their own: the weights
   /// need it.
   std::vector<std::string> separate_values(const Fill& fill, Fold& fold) {
-    Kernel zero{names_.fresh_kernel(program_.name + "_adjoint_walls_begin"),
-                static_cast<int>(program_.axes.size()),
-                {},
-                {},
-                {},
-                {}};
+    Kernel zero = kernel_called("_adjoint_walls_begin");
     std::vector<std::string> values;
     for (const WallSide& at : sides_with_varied_weights(fill.axes, varied_)) {
       values.push_back(names_.fresh(fill.field + "_wall_value_bar"));
@@ -167,8 +166,7 @@ class Reversal {
 
   /// Bars of varied fields that nothing contributed to yet: 0, so that a fold can add to them or a fill continue them.
   void begin_bars(const std::set<std::string>& fields) {
-    Kernel zero{
-        names_.fresh_kernel(program_.name + "_adjoint_begin"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel zero = kernel_called("_adjoint_begin");
     for (const std::string& field : fields) {
       if (!varied_.fields.contains(field) || !bars_.emplace(field, Bar{reach_, false}).second) continue;
       zero.stores.push_back({names_.of(field), false, 0.0, {}});
@@ -198,8 +196,7 @@ class Reversal {
 
   /// Under another name, as a field is filled on walls before anything reads it.
   void copy_bar(const std::string& field) {
-    Kernel copy{
-        names_.fresh_kernel(program_.name + "_adjoint_copy"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel copy = kernel_called("_adjoint_copy");
     const std::string bar = names_.of(field), copied = names_.fresh(bar);
     copy.stores.push_back({copied, false, access(bar), {}});
     run(std::move(copy), bars_.at(field).grow);
@@ -245,6 +242,7 @@ class Reversal {
     Expr value = access(total.result);
     if (is_extreme) {
       needed[reduce.field] = needed[reduce.result] = index;
+      restore(reduce.field);
       value =
           at_extreme(reduce, value / access(add_count_of_ties(reduce, {program_, "_adjoint", names_, kernels_, body})));
     }
@@ -272,6 +270,7 @@ class Reversal {
     }
     if (!reversed.weights && fields_written(reversed).empty()) return;
     for (const std::string& input : infer.inputs) needed[input] = index;
+    std::ranges::for_each(infer.inputs, [&](const std::string& input) { restore(input); });
     body.push_back(reversed);
     for (const auto& [input, contribution] : to_add) add_inside(input, access(contribution));
   }
@@ -295,7 +294,7 @@ class Reversal {
     block.reverse_all();
     block.finish(passes.states());
     block.restore_seed_names();
-    Repeat reversed{repeat.count, block.statements(kernels_), {}};
+    Repeat reversed{repeat.count, block.statements(kernels_), {}, {}, {}, reversed_counter(repeat)};
     const auto is_given = [&](const std::string& field) { return block.bars_.contains(field); };
     const auto given = passes.finish(reversed, is_given, stacks_, {program_, "_adjoint", names_, kernels_, body});
     const auto [constant, differing] = passes.read_by(interface_of(kernels_, pass_of(reversed, program_)).inputs);
@@ -307,7 +306,7 @@ class Reversal {
       const bool is_carried = std::ranges::find(repeat.carries, field, &Carry::state) != repeat.carries.end();
       if (is_carried && is_updated_behind(module_, program_, field, index)) needed[field] = index;
     }
-    for (const std::string& field : effects(kernels_, reversed).spoils) filled_.erase(field);
+    for (const std::string& field : spoiled_.add(effects(kernels_, reversed))) filled_.erase(field);
     body.push_back(std::move(reversed));
     for (const Carry& carry : repeat.carries) bars_.erase(carry.result);
     for (const auto& [field, bar] : given) add_inside(field, access(bar));
@@ -319,8 +318,7 @@ class Reversal {
   /// Adds a value, known in the interior, to a bar.
   void add_inside(const std::string& field, const Expr& value) {
     const bool is_new = !bars_.contains(field);
-    Kernel kernel{
-        names_.fresh_kernel(program_.name + "_adjoint_reduce"), static_cast<int>(program_.axes.size()), {}, {}, {}, {}};
+    Kernel kernel = kernel_called("_adjoint_reduce");
     kernel.stores.push_back(
         {names_.of(field), !is_new, is_new && reach_ > 0 ? select(inside({}, 0), value, 0.0) : value, {}});
     run(std::move(kernel), is_new ? reach_ : 0);
@@ -404,6 +402,7 @@ class Reversal {
   void run(Kernel kernel, int grow) {
     const std::set<std::string> around = read_around(kernel, program_.axes);
     for (const auto& read : signature(kernel).reads) {
+      restore(read.field);
       if (!needed.contains(read.field) || is_coordinate(read.field) || !around.contains(read.field)) continue;
       if (filled_.insert(read.field).second)
         body.push_back(Fill{read.field, primal_boundary(module_, program_, read.field)});
@@ -415,6 +414,10 @@ class Reversal {
     }
     body.push_back(Run{kernel.name, grow});
     kernels_.kernels.push_back(std::move(kernel));
+  }
+
+  void restore(const std::string& field) {
+    if (spoiled_.restore(field, statement_, needed, body)) filled_.insert(field);
   }
 
   /// `own`: fields that one part of a kernel's adjoint leaves to the next.
@@ -432,6 +435,8 @@ class Reversal {
   DerivedNames& names_;
   Module& kernels_;
   DiagnosticSink& sink_;
+  SpoiledHalos spoiled_;
+  int statement_ = 0;  // that is reversed
   const int reach_;
   std::map<std::string, Bar> bars_;                // primal field -> its bar, where it holds values
   std::set<std::string> filled_;                   // primal fields whose halo is filled

@@ -16,11 +16,8 @@ namespace {
 
 /// Whether statement `index`, a fill, leaves another halo than the fill of its field before that.
 bool refills(const Program& program, size_t index, const Fill& fill) {
-  bool result = false;
-  for_each_fill(std::span(program.body).first(index), [&](const Fill& other) {
-    if (other.field == fill.field) result = other != fill || !wall_fields(fill.axes).empty();
-  });
-  return result;
+  const Fill* other = last_fill(program, fill.field, index);
+  return other != nullptr && (*other != fill || !wall_fields(fill.axes).empty());
 }
 
 /// The last run that adds to each field, and its place in the program.
@@ -43,10 +40,9 @@ bool changes(const Program& program, size_t index, const std::string& field, boo
       [&](const Fold& fold) { return fold.field == field || wall_fields(fold.axes).contains(field); },
       [](const Reduce&) { return false; }, [](const Infer&) { return false; }, [](const Run&) { return false; },
       [&](const Repeat&) {
-        bool is_filled_anew = false;
-        for_each_fill(std::span(program.body).subspan(index, 1), [&](const Fill& fill) {
-          is_filled_anew = is_filled_anew || (fill.field == field && (is_grown || refills(program, index, fill)));
-        });
+        bool is_filled_anew = false;  // behind it the adjoint has the fill from before it again
+        for_each_fill(std::span(program.body).subspan(index, 1),
+                      [&](const Fill& fill) { is_filled_anew = is_filled_anew || (fill.field == field && is_grown); });
         return is_filled_anew;
       });
 }

@@ -79,6 +79,37 @@ std::set<std::string> filled_at_the_end(const Module& module, const Program& pro
   return filled;
 }
 
+const Fill* last_fill(const Program& program, const std::string& field, std::size_t end) {
+  const Fill* last = nullptr;
+  for (std::size_t i = 0; i < end; ++i) {
+    match(
+        program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
+        [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {}, [](const Repeat&) {});
+  }
+  return last;
+}
+
+SpoiledHalos::SpoiledHalos(const Module& module, const Program& program) : program_(program) {
+  for (const Statement& statement : program.body) {
+    const Effects e = effects(module, statement);
+    add(e);
+    for (const auto* set : {&e.fills, &e.writes}) {
+      for (const std::string& field : *set) fields_.erase(field);
+    }
+  }
+}
+
+bool SpoiledHalos::restore(const std::string& field, int statement, std::map<std::string, int>& needed,
+                           std::vector<Statement>& body) {
+  const Fill* fill =
+      fields_.contains(field) ? last_fill(program_, field, static_cast<std::size_t>(statement)) : nullptr;
+  if (fill == nullptr) return false;
+  fields_.erase(field);
+  for (const std::string& wall : wall_fields(fill->axes)) needed[wall] = statement;
+  body.push_back(*fill);
+  return true;
+}
+
 std::set<std::string> fields_read_inside(const Module& module, const Program& program) {
   std::set<std::string> read;
   for (const Statement& statement : program.body) {

@@ -16,6 +16,11 @@
 
 namespace dpde::adjoint {
 
+/// It counts the other way.
+inline stencil::Counter reversed_counter(const stencil::Repeat& repeat) {
+  return {repeat.counter.name, !repeat.counter.name.empty() && !repeat.counter.is_backwards};
+}
+
 class ReversedPasses {
  public:
   /// `reads`: from outside. From now on names stand for what they are in the block.

@@ -100,7 +100,7 @@ struct ProgramTables::Strings {
 /// One program with everything its struct points to.
 struct ProgramTables::Table {
   Table(const loop::Module& module, const loop::Program& program, const RowResolver& row_code, Strings& shared,
-        ComputeUniforms compute_uniforms);
+        ComputeUniforms compute_uniforms, ComputeUniforms compute_counted);
 
   dpde_fill fill(const std::string& field, const std::vector<loop::AxisBoundary>& axes, Strings& shared) const;
   void set_grow(dpde_operation& operation, int grow, const std::vector<Topology>& axes) const;
@@ -253,8 +253,20 @@ dpde_repeat ProgramTables::Table::repeat(const loop::Module& module, const loop:
   };
   const std::vector<dpde_stacked>&saves = stacked_fields(source.saves), &loads = stacked_fields(source.loads);
   const auto size = [](const auto& list) { return static_cast<int32_t>(list.size()); };
-  return {source.count, size(block),  block.data(), size(carried), carried.data(),
-          size(saves),  saves.data(), size(loads),  loads.data()};
+  return {source.count,
+          size(block),
+          block.data(),
+          size(carried),
+          carried.data(),
+          size(saves),
+          saves.data(),
+          size(loads),
+          loads.data(),
+          std::max(source.counter, 0),
+          source.is_backwards ? source.count - 1 : 0,
+          source.counter < 0    ? 0
+          : source.is_backwards ? -1
+                                : 1};
 }
 
 void ProgramTables::Table::set_links(const std::vector<TableLink>& given, const Names& params) {
@@ -270,7 +282,7 @@ void ProgramTables::Table::set_links(const std::vector<TableLink>& given, const 
 }
 
 ProgramTables::Table::Table(const loop::Module& module, const loop::Program& source, const RowResolver& row_code,
-                            Strings& shared, ComputeUniforms compute_uniforms)
+                            Strings& shared, ComputeUniforms compute_uniforms, ComputeUniforms compute_counted)
     : name(source.name), fields(source.fields), sums(source.sums) {
   for (const loop::Fill& f : source.prepare) prepare.push_back(fill(f.field, f.axes, shared));
   for (const loop::Operation& o : source.body) operations.push_back(operation(module, source, o, row_code, shared));
@@ -287,7 +299,9 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
   program.param_count = shared.params.count();
   program.params = shared.params.pointers.data();
   program.uniform_count = static_cast<int32_t>(module.uniforms.size());
+  program.counter_count = static_cast<int32_t>(module.counters.size());
   program.compute_uniforms = compute_uniforms;
+  program.compute_counted = module.counters.empty() ? nullptr : compute_counted;
   program.sum_count = sums.count();
   program.sums = sums.pointers.data();
   program.kernel_count = static_cast<int32_t>(kernels.size());
@@ -305,10 +319,11 @@ ProgramTables::Table::Table(const loop::Module& module, const loop::Program& sou
   program.networks = networks.data();
 }
 
-ProgramTables::ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms)
+ProgramTables::ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms,
+                             ComputeUniforms compute_counted)
     : strings_(std::make_unique<Strings>(module)) {
   for (const loop::Program& program : module.programs) {
-    tables_.push_back(std::make_unique<Table>(module, program, row_code, *strings_, compute_uniforms));
+    tables_.push_back(std::make_unique<Table>(module, program, row_code, *strings_, compute_uniforms, compute_counted));
   }
 }
 

@@ -21,7 +21,8 @@ struct RowCode {
 };
 /// By the name of the loop::Row.
 using RowResolver = std::function<RowCode(const std::string& row)>;
-/// Fills all uniforms of the module (order of Module::uniforms) from all its parameters (order of Module::params).
+/// Fills all uniforms of the module (order of Module::uniforms), or those that depend on a counter, from all its
+/// parameters and the counters behind them (order of Module::params and Module::counters).
 using ComputeUniforms = void (*)(const double* params, double* uniforms);
 using Interpret = void (*)(void* context, const dpde_layout* layout, void* const* fields, const double* params,
                            const dpde_weights* weights, double* sums);
@@ -37,7 +38,8 @@ struct TableLink {
 class ProgramTables {
  public:
   /// An interpreter that needs no code passes {} and nullptr and calls set_interpreter for each program.
-  ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms);
+  ProgramTables(const loop::Module& module, const RowResolver& row_code, ComputeUniforms compute_uniforms,
+                ComputeUniforms compute_counted = nullptr);
   ~ProgramTables();
   ProgramTables(ProgramTables&&) noexcept;
   ProgramTables& operator=(ProgramTables&&) noexcept;

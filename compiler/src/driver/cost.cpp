@@ -34,8 +34,9 @@ double flops_of_all(const std::vector<loop::Expr>& parts) {
 double flops(const loop::Expr& e) {
   return match(
       e->kind, [](const loop::Literal&) { return 0.0; }, [](const loop::Uniform&) { return 0.0; },
-      [](const loop::Param&) { return 0.0; }, [](const loop::Load&) { return 0.0; },
-      [](const loop::Local&) { return 0.0; }, [](const loop::Inside&) { return 0.0; },
+      [](const loop::Param&) { return 0.0; }, [](const loop::Counter&) { return 0.0; },
+      [](const loop::Load&) { return 0.0; }, [](const loop::Local&) { return 0.0; },
+      [](const loop::Inside&) { return 0.0; },
       // Two products and a sum for each axis an interpolation folds, 2^rank - 1 of them.
       [](const loop::Interp& i) { return flops_of_all(i.displacement) + 3.0 * (std::exp2(i.displacement.size()) - 1); },
       [](const loop::Neg& n) { return flops(n.operand); }, [](const loop::Rounded& r) { return flops(r.operand); },

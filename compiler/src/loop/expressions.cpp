@@ -80,14 +80,14 @@ bool is_literal(const Expr& e, double value) {
 
 bool is_leaf(const Expr& e) {
   return std::holds_alternative<Literal>(e->kind) || std::holds_alternative<Uniform>(e->kind) ||
-         std::holds_alternative<Param>(e->kind) || std::holds_alternative<Load>(e->kind) ||
-         std::holds_alternative<Local>(e->kind);
+         std::holds_alternative<Param>(e->kind) || std::holds_alternative<Counter>(e->kind) ||
+         std::holds_alternative<Load>(e->kind) || std::holds_alternative<Local>(e->kind);
 }
 
 void for_each_child(const Expr& e, const std::function<void(const Expr&)>& f) {
   match(
-      e->kind, [](const Literal&) {}, [](const Uniform&) {}, [](const Param&) {}, [](const Load&) {},
-      [](const Local&) {}, [](const Inside&) {},
+      e->kind, [](const Literal&) {}, [](const Uniform&) {}, [](const Param&) {}, [](const Counter&) {},
+      [](const Load&) {}, [](const Local&) {}, [](const Inside&) {},
       [&](const Interp& i) { std::for_each(i.displacement.begin(), i.displacement.end(), f); },
       [&](const Neg& n) { f(n.operand); }, [&](const Rounded& r) { f(r.operand); },
       [&](const Binary& b) {
@@ -109,7 +109,8 @@ Expr map_children(const Expr& e, const std::function<Expr(const Expr&)>& f) {
   };
   return match(
       e->kind, [&](const Literal&) { return e; }, [&](const Uniform&) { return e; }, [&](const Param&) { return e; },
-      [&](const Load&) { return e; }, [&](const Local&) { return e; }, [&](const Inside&) { return e; },
+      [&](const Counter&) { return e; }, [&](const Load&) { return e; }, [&](const Local&) { return e; },
+      [&](const Inside&) { return e; },
       [&](const Interp& i) {
         return make(Interp{i.grid, i.offset, map_all(i.displacement), i.along});
       },
@@ -150,6 +151,20 @@ std::set<int> used_uniforms(const Row& row) {
   };
   for_each_expression(row, [&](const Expr& e) { visit(e, look); });
   return used;
+}
+
+std::vector<bool> counted_uniforms(const Module& module) {
+  std::vector<bool> counted;
+  for (const UniformDef& uniform : module.uniforms) {
+    bool is_counted = false;
+    visit(uniform.value, [&](const Expr& e) {
+      const Uniform* other = std::get_if<Uniform>(&e->kind);
+      const bool is_of_counted = other && counted[static_cast<std::size_t>(other->index)];
+      is_counted = is_counted || is_of_counted || std::holds_alternative<Counter>(e->kind);
+    });
+    counted.push_back(is_counted);
+  }
+  return counted;
 }
 
 Row map_expressions(Row row, const std::function<Expr(const Expr&)>& f) {

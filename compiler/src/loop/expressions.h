@@ -30,6 +30,8 @@ void visit(const Expr& e, const std::function<void(const Expr&)>& f);
 void for_each_expression(const Row& row, const std::function<void(const Expr&)>& f);
 /// Indices of the uniforms the row reads.
 std::set<int> used_uniforms(const Row& row);
+/// Of each uniform, whether it depends on the number of a pass.
+std::vector<bool> counted_uniforms(const Module& module);
 /// The row with `f` applied to each of them, in the same order.
 Row map_expressions(Row row, const std::function<Expr(const Expr&)>& f);
 

@@ -79,14 +79,16 @@ std::set<std::string> contested_fields(const stencil::Module& module) {
   return fields;
 }
 
-/// Fields with a boundary that depends on the time, or on fields of its own: it is another one in the next step.
-std::set<std::string> time_dependent_fields(const stencil::Program& program) {
+/// Fields with a boundary that depends on the time, on the number of a pass or on fields of its own: it is another one
+/// in the next step or pass.
+std::set<std::string> time_dependent_fields(const stencil::Program& program, std::vector<std::string> counters) {
   std::set<std::string> fields;
+  counters.push_back("t");
   stencil::for_each_fill(program, [&](const stencil::Fill& fill) {
     stencil::for_each_side_value(fill.axes, [&](const stencil::Expr& value) {
       stencil::visit(value, [&](const stencil::Expr& e) {
         const stencil::Param* param = std::get_if<stencil::Param>(&e->kind);
-        const bool is_time = param && param->name == "t";
+        const bool is_time = param && contains(counters, param->name);
         if (is_time || std::holds_alternative<stencil::Access>(e->kind)) fields.insert(fill.field);
       });
     });
@@ -105,7 +107,7 @@ class ModuleBuilder {
   Module take();
 
  private:
-  using RowKey = std::tuple<std::string, std::vector<Topology>, int>;
+  using RowKey = std::tuple<std::string, std::vector<Topology>, int, std::vector<std::string>>;
 
   const std::vector<std::string>& rows_for(const stencil::Run& run, const std::vector<Topology>& axes);
   std::vector<AxisBoundary> boundaries(const std::vector<stencil::AxisBoundary>& axes, bool with_values);
@@ -121,6 +123,7 @@ class ModuleBuilder {
   std::set<std::string> contested_;
   NameSupply row_names_;
   std::map<RowKey, std::vector<std::string>> rows_;
+  std::vector<std::string> counters_;     // of the repeats that are under way
   std::vector<std::string> stack_names_;  // of the program that is made
   std::vector<int> stacks_;
   Module result_;
@@ -130,8 +133,12 @@ class ModuleBuilder {
 const std::vector<std::string>& ModuleBuilder::rows_for(const stencil::Run& run, const std::vector<Topology>& axes) {
   const stencil::Kernel* kernel = source_.find_kernel(run.kernel);
   require(kernel != nullptr, "a program runs a kernel of its module");
+  std::vector<std::string> counters;
+  for (const std::string& param : stencil::signature(*kernel).params) {
+    if (contains(counters_, param)) counters.push_back(param);
+  }
   const bool specific = depends_on_axes(*kernel);
-  const RowKey key = specific ? RowKey{run.kernel, axes, run.grow} : RowKey{run.kernel, {}, 0};
+  const RowKey key = specific ? RowKey{run.kernel, axes, run.grow, counters} : RowKey{run.kernel, {}, 0, counters};
   const auto found = rows_.find(key);
   if (found != rows_.end()) return found->second;
 
@@ -242,7 +249,14 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
   const stencil::Program pass = stencil::pass_of(repeat, program);
   const stencil::Effects known = stencil::effects(source_, repeat);
   Repeat result{repeat.count, {}, {}, {}, {}};
-  ScheduleInput input{items_of(pass), known.reads, {}, program.axes, time_dependent_fields(pass)};
+  const bool counts = !repeat.counter.name.empty();
+  if (counts) {
+    result.counter = uniforms_.counter(repeat.counter.name);
+    result.is_backwards = repeat.counter.is_backwards;
+    counters_.push_back(repeat.counter.name);
+    uniforms_.set_counters(counters_);
+  }
+  ScheduleInput input{items_of(pass), known.reads, {}, program.axes, time_dependent_fields(pass, counters_)};
   for (const stencil::Carry& carry : repeat.carries) {
     result.carries.push_back({carry.state, carry.next, carry.result});
     input.swaps.push_back({carry.state, carry.next});
@@ -259,6 +273,8 @@ void ModuleBuilder::add_repeat(std::vector<ScheduleItem>& items, const stencil::
   Schedule scheduled = schedule(std::move(input));
   for (Fill& fill : scheduled.prepare) items.push_back({fill, {}, {fill.field}});
   result.body = std::move(scheduled.body);
+  if (counts) counters_.pop_back();
+  uniforms_.set_counters(counters_);
   std::set<std::string> modified(known.writes.begin(), known.writes.end());
   modified.insert(known.spoils.begin(), known.spoils.end());
   for (const Fill& fill : scheduled.prepare) modified.erase(fill.field);
@@ -302,7 +318,7 @@ void ModuleBuilder::add_program(const stencil::Program& program) {
   for (const stencil::Swap& swap : program.swaps) result.swaps.push_back({swap.state, swap.next});
   result.keeps = program.keeps;
 
-  std::set<std::string> filled_each_run = time_dependent_fields(program);
+  std::set<std::string> filled_each_run = time_dependent_fields(program, stencil::counters_of(program.body));
   filled_each_run.insert(contested_.begin(), contested_.end());
   Schedule scheduled =
       schedule({items_of(program), known.inputs, result.swaps, program.axes, std::move(filled_each_run)});
@@ -314,6 +330,7 @@ void ModuleBuilder::add_program(const stencil::Program& program) {
 
 Module ModuleBuilder::take() {
   result_.params = uniforms_.params();
+  result_.counters = uniforms_.counters();
   result_.uniforms = uniforms_.take();
   return std::move(result_);
 }

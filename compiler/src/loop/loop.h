@@ -55,6 +55,10 @@ struct Param {  // index into Module::params; only inside the definition of a un
   int index;
   bool operator==(const Param&) const = default;
 };
+struct Counter {  // index into Module::counters; only inside the definition of a uniform
+  int index;
+  bool operator==(const Counter&) const = default;
+};
 struct Load {  // the stream's value at the current cell
   int stream;
   bool operator==(const Load&) const = default;
@@ -100,7 +104,8 @@ struct Select {
   bool operator==(const Select&) const = default;
 };
 
-using Kind = std::variant<Literal, Uniform, Param, Load, Local, Inside, Interp, Neg, Rounded, Binary, Call, Select>;
+using Kind =
+    std::variant<Literal, Uniform, Param, Counter, Load, Local, Inside, Interp, Neg, Rounded, Binary, Call, Select>;
 struct Node {
   Kind kind;
   bool operator==(const Node&) const = default;
@@ -241,11 +246,13 @@ struct Repeat {
   std::vector<Operation> body;
   std::vector<Carry> carries;
   std::vector<Stacked> saves, loads;
+  int counter = -1;  // index into Module::counters: the number of the pass
+  bool is_backwards = false;
   bool operator==(const Repeat& other) const;
 };
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
-         loads == other.loads;
+         loads == other.loads && counter == other.counter && is_backwards == other.is_backwards;
 }
 
 struct Program {
@@ -267,7 +274,7 @@ struct Program {
 
 struct UniformDef {
   std::string name;  // u0, u1, ... or the parameter's own name
-  Expr value;        // of Params, Literals and earlier Uniforms
+  Expr value;        // of Params, Counters, Literals and earlier Uniforms
   bool operator==(const UniformDef&) const = default;
 };
 
@@ -275,6 +282,7 @@ struct Module {
   /// Of all values in rows; uniforms and sums are computed in f64, and a row rounds the uniforms it reads.
   Precision real = Precision::f64;
   std::vector<std::string> params;
+  std::vector<std::string> counters;  // numbers of passes: what depends on them changes from pass to pass
   std::vector<UniformDef> uniforms;
   std::vector<Row> rows;
   std::vector<Program> programs;

@@ -72,6 +72,7 @@ class ExprPrinter {
         },
         [&](const Uniform& u) { return Piece{module_.uniforms[u.index].name}; },
         [&](const Param& p) { return Piece{module_.params[p.index]}; },
+        [&](const Counter& c) { return Piece{module_.counters[c.index]}; },
         [&](const Load& l) { return Piece{stream_text(row_->streams[l.stream], row_->rank)}; },
         [&](const Local& l) { return Piece{row_->lets[l.index].name}; },
         [&](const Inside& i) { return Piece{inside_text(i)}; }, [&](const Interp& i) { return Piece{interp_text(i)}; },
@@ -190,7 +191,11 @@ std::string binding_text(const Module& module, const Sweep& sweep) {
 std::string operation_text(const Module& module, const Operation& operation, const std::string& margin);
 
 std::string repeat_text(const Module& module, const Repeat& repeat, const std::string& margin) {
-  std::string text = fmt::format("repeat {} {{\n", repeat.count);
+  std::string passes = fmt::format("{}", repeat.count);
+  if (repeat.counter >= 0)
+    passes = fmt::format("{} in {}", module.counters[repeat.counter],
+                         repeat.is_backwards ? passes + " .. 0" : "0 .. " + passes);
+  std::string text = fmt::format("repeat {} {{\n", passes);
   const auto add = [&](const std::string& line) { text += margin + "  " + line + "\n"; };
   for (const Stacked& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
   for (const Stacked& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));
@@ -276,6 +281,7 @@ std::string print(const Module& module) {
   std::string out;
   if (module.real != Precision::f64) out += fmt::format("real {}\n", name_of(module.real));
   if (!module.params.empty()) out += fmt::format("params {}\n", fmt::join(module.params, ", "));
+  if (!module.counters.empty()) out += fmt::format("counters {}\n", fmt::join(module.counters, ", "));
   for (const UniformDef& uniform : module.uniforms) out += fmt::format("uniform {}\n", print(module, uniform));
   for (const Row& row : module.rows) out += fmt::format("{}{}", out.empty() ? "" : "\n", print(module, row));
   for (const Program& program : module.programs) {

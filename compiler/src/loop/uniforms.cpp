@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "loop/expressions.h"
+#include "support/contains.h"
 
 namespace dpde::loop {
 
@@ -20,6 +21,7 @@ std::size_t hash_of(const Expr& e) {
   const auto mix = [&](std::size_t part) { hash = hash * 1'000'003 + part; };
   if (const Literal* literal = std::get_if<Literal>(&e->kind)) mix(std::hash<double>{}(literal->value));
   if (const Param* param = std::get_if<Param>(&e->kind)) mix(param->index);
+  if (const Counter* counter = std::get_if<Counter>(&e->kind)) mix(counter->index);
   if (const Uniform* uniform = std::get_if<Uniform>(&e->kind)) mix(uniform->index);
   for_each_child(e, [&](const Expr& child) { mix(hash_of(child)); });
   return hash;
@@ -32,7 +34,15 @@ UniformTable::UniformTable(std::vector<std::string> params, NameSupply taken)
   for (const std::string& name : params_) names_.reserve(name);
 }
 
+int UniformTable::counter(const std::string& name) {
+  const auto found = std::find(counters_.begin(), counters_.end(), name);
+  const auto index = static_cast<int>(found - counters_.begin());
+  if (found == counters_.end()) counters_.push_back(name);
+  return index;
+}
+
 Expr UniformTable::param(const std::string& name) {
+  if (contains(in_scope_, name)) return make(Counter{counter(name)});
   const auto found = std::find(params_.begin(), params_.end(), name);
   const int index = static_cast<int>(found - params_.begin());
   if (found == params_.end()) {
@@ -44,6 +54,7 @@ Expr UniformTable::param(const std::string& name) {
 
 std::string UniformTable::name_for(const Expr& definition, const std::string& wish) {
   if (const Param* param = std::get_if<Param>(&definition->kind)) return params_[param->index];
+  if (const Counter* counter = std::get_if<Counter>(&definition->kind)) return names_.fresh(counters_[counter->index]);
   if (!wish.empty()) return names_.fresh(wish);
   std::string name;
   do {

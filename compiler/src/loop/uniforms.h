@@ -21,18 +21,23 @@ class UniformTable {
   /// The parameter as a leaf of a uniform's definition; a name seen for the first time becomes a parameter.
   Expr param(const std::string& name);
 
+  /// From now on these names are numbers of passes and no parameters.
+  void set_counters(std::vector<std::string> in_scope) { in_scope_ = std::move(in_scope); }
+  int counter(const std::string& name);
+
   /// `definition` (of Literal, Param, Uniform and what is built from them) as it appears in a row: numbers stay
   /// numbers, all else is one Uniform. `wish` names it if it is new and the name is free.
   Expr use(const Expr& definition, const std::string& wish = "");
   int index_of(const Expr& definition, const std::string& wish = "");
 
   std::vector<std::string> params() const { return params_; }
+  std::vector<std::string> counters() const { return counters_; }
   std::vector<UniformDef> take() { return std::move(uniforms_); }
 
  private:
   std::string name_for(const Expr& definition, const std::string& wish);
 
-  std::vector<std::string> params_;
+  std::vector<std::string> params_, counters_, in_scope_;
   std::vector<UniformDef> uniforms_;
   std::unordered_multimap<std::size_t, int> by_hash_;  // of definitions -> index
   NameSupply names_;

@@ -67,6 +67,9 @@ void Verifier::check_uniforms() {
       if (const Param* p = std::get_if<Param>(&e->kind)) {
         check(is_index(p->index, module_.params.size()), def.name, "no such parameter");
       }
+      if (const Counter* c = std::get_if<Counter>(&e->kind)) {
+        check(is_index(c->index, module_.counters.size()), def.name, "no such counter");
+      }
       if (const Uniform* other = std::get_if<Uniform>(&e->kind)) {
         check(is_index(other->index, u), def.name, "reads a uniform that is not defined before it");
       }
@@ -89,6 +92,7 @@ void Verifier::check_expression(const Row& row, const Expr& e, std::size_t lets)
         part->kind, [](const Literal&) {},
         [&](const Uniform& u) { check(is_index(u.index, module_.uniforms.size()), row.name, "no such uniform"); },
         [&](const Param&) { check(false, row.name, "a parameter outside the definition of a uniform"); },
+        [&](const Counter&) { check(false, row.name, "a counter outside the definition of a uniform"); },
         [&](const Load& l) {
           const bool exists = is_index(l.stream, row.streams.size());
           check(exists, row.name, "no such stream");
@@ -235,6 +239,7 @@ void Verifier::check_network(const Program& program, const Infer& infer) {
 
 void Verifier::check_repeat(const Program& program, const Repeat& repeat) {
   check(repeat.count >= 1, program.name, "a repeat without passes");
+  check(repeat.counter == -1 || is_index(repeat.counter, module_.counters.size()), program.name, "no such counter");
   for (const Carry& carry : repeat.carries) {
     for (const std::string& field : {carry.state, carry.next, carry.result})
       check(has(program.fields, field), program.name, fmt::format("no field {}", field));

@@ -5,6 +5,7 @@
 #include "model/from_ast/draft.h"
 #include "model/from_ast/parts.h"
 #include "model/stretch.h"
+#include "syntax/blocks.h"
 #include "syntax/repeats.h"
 
 namespace dpde::model {
@@ -13,7 +14,7 @@ std::optional<Problem> from_ast(const ast::File& written, const Selection& selec
   ast::File file = ast::resolve_repeats(written, sink).file;
   for (ast::Declaration& declaration : file.declarations) {
     if (auto* program = std::get_if<ast::Program>(&declaration.kind))
-      program->items = ast::without_blocks(program->items);
+      program->items = ast::without_blocks(file, program->items);
   }
   Draft draft(file, selection, sink);
   if (!select(draft)) return std::nullopt;

@@ -61,6 +61,7 @@ Effects of_repeat(const Module& module, const Repeat& repeat) {
   const Program pass = pass_of(repeat, {});
   const Interface known = interface_of(module, pass);
   Effects e{.params = known.params, .sums = known.sums, .networks = known.networks, .inner = known.written};
+  std::erase(e.params, repeat.counter.name);
   for (const Kernel* kernel : kernels_run(module, pass)) e.kernels.push_back(kernel->name);
   const auto is_loaded = [&](const std::string& field) {
     return std::ranges::any_of(repeat.loads, [&](const Stacked& load) { return load.field == field; });
@@ -85,6 +86,19 @@ Program pass_of(const Repeat& repeat, const Program& program) {
   Program pass{program.name, program.axes, repeat.body, {}, {}};
   for (const Carry& carry : repeat.carries) pass.swaps.push_back({carry.state, carry.next});
   return pass;
+}
+
+NameList counters_of(std::span<const Statement> statements) {
+  NameList counters;
+  for (const Statement& statement : statements) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {},
+        [&](const Repeat& repeat) {
+          if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
+          for (const std::string& inner : counters_of(repeat.body)) counters.push_back(inner);
+        });
+  }
+  return counters;
 }
 
 Effects effects(const Module& module, const Statement& statement) {

@@ -31,6 +31,9 @@ Effects effects(const Module& module, const Statement& statement);
 /// One pass of a repeat as a program of its own, with what it loads as inputs.
 Program pass_of(const Repeat& repeat, const Program& program);
 
+/// The numbers of passes in the statements, those of repeats in repeats too, in the order in which they appear.
+std::vector<std::string> counters_of(std::span<const Statement> statements);
+
 /// That the run runs, which is in the module.
 const Kernel& kernel_of(const Module& module, const Run& run);
 /// The kernels that the program runs, each once, in order.

@@ -19,6 +19,7 @@
 #include "stencil/repeat_fills.h"
 #include "stencil/verify_stencil.h"
 #include "support/match.h"
+#include "syntax/blocks.h"
 #include "syntax/repeats.h"
 
 namespace dpde::stencil {
@@ -214,6 +215,7 @@ class ModuleReader {
 
   void read_repeat(const ast::RepeatItem& source, SourceRange range) {
     Repeat repeat{source.count, std::exchange(program_.body, {}), {}};
+    if (source.counter) repeat.counter = {source.counter->name, source.is_backwards};
     ranges_.push_back(range);
     const std::size_t first_inside = ranges_.size();
     for (const ast::Item& item : source.items) {

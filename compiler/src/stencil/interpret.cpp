@@ -423,8 +423,12 @@ class Interpreter {
         whole[field] = state_.cells(field);
     }
     for (const Carry& carry : repeat.carries) whole.erase(carry.result);
-    for (const Stacked& load : repeat.loads) outside[load.field] = state_.get(load.field);
+    for (const Stacked& load : repeat.loads) {
+      outside[load.field] = state_.get(load.field);
+      if (state_.has(load.field)) whole[load.field] = state_.cells(load.field);
+    }
     for (int k = 0; k < repeat.count; ++k) {
+      params_[repeat.counter.name] = repeat.counter.is_backwards ? repeat.count - 1 - k : k;
       for (const Stacked& load : repeat.loads) {
         state_.set(load.field, stacks_[load.stack].back());
         stacks_[load.stack].pop_back();
@@ -458,7 +462,7 @@ class Interpreter {
 
   const Module& module_;
   State& state_;
-  const Params& params_;
+  Params params_;
   std::map<std::string, std::vector<std::vector<double>>> stacks_;
 };
 

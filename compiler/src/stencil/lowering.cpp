@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/effects.h"
 #include "stencil/given.h"
 #include "stencil/walls.h"
+#include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -124,6 +126,61 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
   return stages;
 }
 
+/// The fields that a stage writes, by the names that they have at the end of the program.
+std::vector<std::string> known_outside(const Stage& stage) {
+  std::vector<std::string> fields = signature(stage.kernel).writes;
+  if (!stage.block) return fields;
+  std::vector<std::string> results;
+  for (const Carry& carry : stage.block->carries) {
+    if (contains(fields, carry.next)) results.push_back(carry.result);
+  }
+  return results;
+}
+
+/// Lets what is added to a program be that of a block. In it nothing is filled that was filled outside: of that it
+/// knows the interior.
+class BlockScope {
+ public:
+  BlockScope(const Module& module, Program& program, std::set<std::string>& filled, std::set<std::string>& grown,
+             Walls& walls)
+      : module_(module), program_(program), filled_(filled), grown_(grown), walls_(walls) {}
+
+  /// Leaves the block that is under way, unless it is this one; null: none.
+  void enter(const std::shared_ptr<const StageBlock>& block) {
+    if (block == block_) return;
+    if (block_) leave();
+    block_ = block;
+    if (!block_) return;
+    outer_body_ = std::exchange(program_.body, {});
+    outer_filled_ = std::exchange(filled_, {});
+    outer_grown_ = std::exchange(grown_, {});
+    outer_walls_ = walls_.forget();
+  }
+
+ private:
+  void leave() {
+    Repeat repeat{block_->count, std::exchange(program_.body, std::move(outer_body_)), block_->carries};
+    repeat.counter.name = block_->counter;
+    const Effects known = effects(module_, repeat);
+    filled_ = std::move(outer_filled_);
+    grown_ = std::move(outer_grown_);
+    walls_.remember(std::move(outer_walls_));
+    for (const auto* fields : {&known.spoils, &known.writes}) {
+      for (const std::string& field : *fields) filled_.erase(field);
+    }
+    program_.body.push_back(std::move(repeat));
+  }
+
+  const Module& module_;
+  Program& program_;
+  std::set<std::string>&filled_, &grown_;
+  Walls& walls_;
+  std::shared_ptr<const StageBlock> block_;
+  std::vector<Statement> outer_body_;
+  std::set<std::string> outer_filled_, outer_grown_;
+  Walls::Stored outer_walls_;
+};
+
 }  // namespace
 
 std::vector<Signature::Read> reads_of(const Stage& stage) {
@@ -225,11 +282,12 @@ const model::State* Lowering::state_on_walls(const std::string& field) const {
 std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const {
   const auto time_of = [&](const std::string& field, std::size_t after) {
     for (std::size_t later = after + 1; later < stages.size(); ++later) {
+      if (stages[later].block != stages[after].block) continue;  // results, for passes
       const std::vector<Signature::Read> reads = reads_of(stages[later]);
       const auto is_of_field = [&](const Signature::Read& read) { return read.field == field; };
       if (std::any_of(reads.begin(), reads.end(), is_of_field)) return stages[later].time;
     }
-    return time_of_results;
+    return stages[after].block ? stages[after].block->end : time_of_results;
   };
   for (std::size_t i = 0; i < stages.size(); ++i) {
     for (Store& store : stages[i].kernel.stores) {
@@ -268,7 +326,9 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     for (const std::string& field : signature(kernel).writes) filled.erase(field);
     program.body.push_back(Run{add_kernel(module, std::move(kernel)), grow});
   };
+  BlockScope scope(module, program, filled, grown, walls);
   for (const Stage& stage : stages) {
+    scope.enter(stage.block);
     const std::vector<int> grows = grows_of(stage, has_walls);
     for (std::size_t i = 0; i < stage.before.size(); ++i) {
       fill(reads_of(stage.before[i]), stage.time, grows[i]);
@@ -289,9 +349,10 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     fill(signature(stage.kernel).reads, stage.time, 0);
     run(stage.kernel, 0);
   }
+  scope.enter(nullptr);
   std::vector<Signature::Read> results;
   for (const Stage& stage : stages) {
-    for (const std::string& field : signature(stage.kernel).writes) {
+    for (const std::string& field : known_outside(stage)) {
       const model::State* state = state_on_walls(field);
       if (state && is_derived_on_wall(*state, problem_)) results.push_back({field, {}, false});
     }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,21 @@
 
 namespace dpde::stencil {
 
+/// Stages that are the passes of a repeat.
+struct StageBlock {
+  int count = 1;
+  std::string counter;
+  std::vector<Carry> carries;
+  Expr end;  // the time where a pass ends
+};
+
 /// One kernel of a program, what is done before it, and the time of the fields that these read (for boundary values
 /// that vary).
 struct Stage {
   Kernel kernel;
   Expr time;
   std::vector<Preparation> before;
+  std::shared_ptr<const StageBlock> block = nullptr;  // which it stands in with the stages that have the same
 };
 /// All that a stage reads.
 std::vector<Signature::Read> reads_of(const Stage& stage);

@@ -202,7 +202,11 @@ std::string reduce_text(const Reduce& reduce, std::size_t rank) {
 std::string statement_text(const Statement& statement, std::size_t rank, const std::string& margin);
 
 std::string repeat_text(const Repeat& repeat, std::size_t rank, const std::string& margin) {
-  std::string text = fmt::format("repeat {} {{\n", repeat.count);
+  const Counter& counter = repeat.counter;
+  const std::string passes = counter.name.empty()   ? fmt::format("{}", repeat.count)
+                             : counter.is_backwards ? fmt::format("{} in {} .. 0", counter.name, repeat.count)
+                                                    : fmt::format("{} in 0 .. {}", counter.name, repeat.count);
+  std::string text = fmt::format("repeat {} {{\n", passes);
   const auto add = [&](const std::string& line) { text += margin + "  " + line + "\n"; };
   for (const Stacked& load : repeat.loads) add(fmt::format("load {} from {}", load.field, load.stack));
   for (const Stacked& save : repeat.saves) add(fmt::format("save {} in {}", save.field, save.stack));

@@ -49,7 +49,8 @@
 //    anything. Sums go on through all passes, and t is that of the program. save u in s: the u of each pass goes onto
 //    the stack s, as it begins with it or, where it writes u and swaps it with nothing, as it leaves it. load u from s,
 //    in a later repeat of as many passes: each begins with the u that was saved last and not loaded yet. Stacks are no
-//    fields: one repeat saves, one loads.
+//    fields: one repeat saves, one loads. repeat k in 0 .. n: in the block, boundary values too, k is a parameter, the
+//    number of the pass; n .. 0 counts down, from n-1 to 0. Nothing else in the program has that name.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): interpolation of u at the point displaced by `offset` and then d (in cells, one value an axis). The
@@ -276,12 +277,19 @@ struct Stacked {
   std::string field, stack;
   bool operator==(const Stacked&) const = default;
 };
+/// A parameter that is the number of the pass, from 0 on or, backwards, down to 0.
+struct Counter {
+  std::string name;  // "": the passes have no numbers
+  bool is_backwards = false;
+  bool operator==(const Counter&) const = default;
+};
 struct Repeat {
   int count = 1;
   std::vector<Statement> body;
   std::vector<Carry> carries;
   std::vector<Stacked> saves = {};
   std::vector<Stacked> loads = {};
+  Counter counter = {};
   bool operator==(const Repeat& other) const;
 };
 
@@ -296,7 +304,7 @@ struct Program {
 
 inline bool Repeat::operator==(const Repeat& other) const {
   return count == other.count && body == other.body && carries == other.carries && saves == other.saves &&
-         loads == other.loads;
+         loads == other.loads && counter == other.counter;
 }
 
 /// loop counter in from .. to { programs }; from > to runs backwards.

@@ -3,7 +3,7 @@
 // these, in `parts` equal steps that see the others on the straight line from their old to their new values. With n
 // parts of their own, slowest first (Gear and Wells 1984, "Multirate linear multistep methods", BIT 24). What acts in
 // one direction only, from the slow to the fast, keeps the order of the scheme up to 2; with action in both directions
-// the order is 1.
+// the order is 1. The parts are the passes of a repeat.
 #pragma once
 
 #include <string>

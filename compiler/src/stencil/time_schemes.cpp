@@ -65,9 +65,8 @@ class Stages {
     Reading reading;
     const auto others = part_.others.find(fraction);
     if (others != part_.others.end()) from.insert(others->second.begin(), others->second.end());
-    from.insert(part_.fields.begin(), part_.fields.end());
     reading.fields = std::move(from);
-    reading.time = time(fraction);
+    reading.time = part_.time_at(fraction);
     Discretiser at_point = lowering_.discretiser(reading);
     Kernel kernel = lowering_.kernel(name);
     for (const Advance& advance : advances_) {
@@ -89,25 +88,16 @@ class Stages {
 
   std::string name(int number) const { return prefix_ + "_stage" + std::to_string(number); }
   /// The value of a state where the part begins.
-  Expr begin(const std::string& state) const {
-    const auto found = part_.fields.find(state);
-    return access(found == part_.fields.end() ? state : found->second);
-  }
+  static Expr begin(const std::string& state) { return access(state); }
   /// How long the part is.
   Expr dt() const { return part_.of == 1 ? param("dt") : param("dt") / static_cast<double>(part_.of); }
 
   /// The value of the state where the part begins, and all of the part with its rate.
   Update forward() const {
-    return [this](const std::string& state, const Expr& rate) { return begin(state) + scaled(dt(), rate); };
+    return [dt = dt()](const std::string& state, const Expr& rate) { return begin(state) + scaled(dt, rate); };
   }
 
  private:
-  Expr time(double fraction) const {
-    const double steps = part_.time(fraction);
-    if (steps == 0) return param("t");
-    return param("t") + (steps == 1 ? param("dt") : steps == 0.5 ? param("dt") / 2.0 : steps * param("dt"));
-  }
-
   Lowering& lowering_;
   const std::vector<Advance>& advances_;
   std::string prefix_;
@@ -177,6 +167,18 @@ std::vector<Stage> velocity_verlet(Lowering& lowering, const std::vector<Advance
 }
 
 }  // namespace
+
+Expr StepPart::time(double fraction) const {
+  if (of == 1) return fraction;
+  const Expr number = param(counter);
+  return (fraction == 0 ? number : number + fraction) / static_cast<double>(of);
+}
+
+Expr StepPart::time_at(double fraction) const {
+  if (of > 1) return param("t") + time(fraction) * param("dt");
+  if (fraction == 0) return param("t");
+  return param("t") + (fraction == 1 ? param("dt") : param("dt") / 2.0);
+}
 
 std::vector<Stage> time_stages(Lowering& lowering, const std::vector<Advance>& advances, const std::string& name,
                                const std::string& prefix, const StepPart& part) {

@@ -23,17 +23,18 @@ struct Advance {
   Origin origin;
 };
 
-/// One of `of` equal parts of the step.
+/// One of `of` equal parts of the step, which begins with the states.
 struct StepPart {
-  int number = 0, of = 1;
-  /// The fields that stand for the states where the part begins; those not named stand for themselves.
-  std::map<std::string, std::string> fields;
+  int of = 1;
+  std::string counter;  // a parameter, the number of the part
   /// The fields that stand for states which others advance, at these fractions of the part; those not named stay what
   /// they are.
-  std::map<double, std::map<std::string, std::string>> others;
+  std::map<double, std::map<std::string, std::string>> others = {};
 
-  /// In steps.
-  double time(double fraction) const { return (number + fraction) / of; }
+  /// When this fraction of the part is over, from where the step begins, in steps.
+  Expr time(double fraction) const;
+  /// The same in the scene's units, from its beginning.
+  Expr time_at(double fraction) const;
 };
 
 /// One step of the scheme's time integrator, which has no memory (multistep.h has those), or a part of it. A single

@@ -32,6 +32,7 @@ class ProgramCheck {
     for (const std::string& name : params_) {
       if (fields_.contains(name) || inner_.contains(name)) problem("uses {} both as field and as param", name);
     }
+    check_counters();
     for (const std::string& name : inner_) {
       if (fields_.contains(name)) problem("uses {} both in a repeat, which writes it, and outside", name);
     }
@@ -69,11 +70,12 @@ class ProgramCheck {
     check_stacks(repeat, inside);
     inner_.insert(inside.written_.begin(), inside.written_.end());
     inner_.insert(inside.inner_.begin(), inside.inner_.end());
+    inside.params_.erase(repeat.counter.name);
     params_.insert(inside.params_.begin(), inside.params_.end());
     for (const std::string& field : inside.fields_) {
       if (own.contains(field)) continue;
       fields_.insert(field);
-      if (!filled_.contains(field)) read_unfilled_.insert(field);
+      if (!filled_.contains(field) && inside.read_unfilled_.contains(field)) read_unfilled_.insert(field);
       if (!inside.filled_.contains(field)) continue;
       filled_.erase(field);
       grown_[field] = 0;
@@ -81,6 +83,16 @@ class ProgramCheck {
     for (const Carry& carry : repeat.carries) {
       check_write(carry.result);
       grown_[carry.result] = 0;
+    }
+  }
+
+  /// Repeats one behind the other may count with one name.
+  void check_counters() {
+    static const std::set<std::string> bound{"t", "dt", "cells", "hx", "hy", "hz"};
+    for (const std::string& name : counters_of(program_.body)) {
+      if (is_coordinate(name) || bound.contains(name) || params_.contains(name) || fields_.contains(name) ||
+          inner_.contains(name))
+        problem("counts the passes of a repeat by {}, which is something else", name);
     }
   }
 

@@ -32,6 +32,10 @@ class Walls {
         std::set<std::string>& filled)
       : problem_(problem), names_(std::move(names)), width_(width), mirrored_(std::move(mirrored)), filled_(filled) {}
 
+  using Stored = std::vector<std::pair<Expr, std::string>>;  // values, and the fields that hold them
+  /// Makes it forget, or know again, what it has stored.
+  Stored forget() { return std::exchange(stored_, {}); }
+  void remember(Stored stored) { stored_ = std::move(stored); }
   /// What a fill of `state` at `time` needs; what it reads is added to the module and the program.
   std::vector<AxisBoundary> boundary(const model::State& state, const Expr& time, Module& module, Program& program);
 
@@ -45,7 +49,7 @@ class Walls {
   const int width_;
   std::vector<AxisBoundary> mirrored_;
   std::set<std::string>& filled_;
-  std::vector<std::pair<Expr, std::string>> stored_;  // values, and the fields that hold them
+  Stored stored_;
 };
 
 }  // namespace dpde::stencil

@@ -300,6 +300,7 @@ struct StackItem {  // save u in passes      load u from passes      (of a repea
 };
 struct Item;
 /// repeat 8 { fill u ...; run ...; swap u, v } to w      What a swap in it says holds from the next pass on.
+/// repeat k in 0 .. 8 { ... }, repeat k in 8 .. 0 { ... }      k is the number of the pass.
 /// In a network: its layers so many times, each with weights of its own.
 struct RepeatItem {
   int count = 1;
@@ -308,6 +309,8 @@ struct RepeatItem {
   std::vector<Item> items;
   BlockLayout layout;
   std::vector<Identifier> to = {};  // what the swaps' fields are called behind it; none: as before it
+  std::optional<Identifier> counter = {};
+  bool is_backwards = false;  // it counts down
 };
 struct KeepItem {  // keep u_bar, w          (results, beside those of swap)
   std::vector<Identifier> names;

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The headers and items of kernels, and the items of programs.
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "syntax/parse_parts.h"
 
 namespace dpde::ast {
@@ -184,11 +188,34 @@ ItemKind parse_axes(Cursor& cursor) {
 
 }  // namespace
 
+namespace {
+
+/// k in 0 .. 8, or 8 .. 0
+void parse_counter(Cursor& cursor, RepeatItem& item) {
+  item.counter = cursor.expect_name("the name of the counter");
+  cursor.expect_word("in");
+  const int start = cursor.position();
+  const int from = cursor.expect_whole_number();
+  cursor.expect(TokenKind::dot_dot);
+  const int to = cursor.expect_whole_number();
+  item.count_range = cursor.range_since(start);
+  item.is_backwards = to == 0;
+  item.count = std::max(from, to);
+  if (!cursor.failed() && (std::min(from, to) != 0 || item.count == 0))
+    cursor.fail("bad-repeat", item.count_range, {"0 .. n or n .. 0", fmt::format("{} .. {}", from, to)});
+}
+
+}  // namespace
+
 RepeatItem parse_repeat(Cursor& cursor, const BlockRule& rule, std::string_view shared) {
   RepeatItem item;
   const int start = cursor.position();
-  item.count = cursor.expect_whole_number();
-  item.count_range = cursor.range_since(start);
+  if (shared.empty() && cursor.at(TokenKind::identifier)) {
+    parse_counter(cursor, item);
+  } else {
+    item.count = cursor.expect_whole_number();
+    item.count_range = cursor.range_since(start);
+  }
   item.shared = !shared.empty() && cursor.accept_word(shared);
   if (!cursor.begin_block(max_blocks_inside)) {
     cursor.fail("repeats-too-deep", item.count_range, {std::to_string(max_blocks_inside)});

@@ -428,8 +428,11 @@ std::string print_inner_block(const std::string& header, const BlockLayout& layo
 }
 
 std::string print_repeat(const RepeatItem& repeat) {
-  const std::string block = print_inner_block(fmt::format("repeat {}{}", repeat.count, repeat.shared ? " shared" : ""),
-                                              repeat.layout, repeat.items);
+  const std::string counter = repeat.counter ? repeat.counter->name + " in " : "";
+  const char* from = repeat.counter && !repeat.is_backwards ? "0 .. " : "";
+  const char* to = repeat.is_backwards ? " .. 0" : repeat.shared ? " shared" : "";
+  const std::string block =
+      print_inner_block(fmt::format("repeat {}{}{}{}", counter, from, repeat.count, to), repeat.layout, repeat.items);
   return repeat.to.empty() ? block : block + " to " + print_names(repeat.to);
 }
 

@@ -130,6 +130,7 @@ void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
     if (!repeat) continue;
     reserve_fields(repeat->items);
     for (const Identifier& result : repeat->to) names_.reserve(result.name);
+    if (repeat->counter) names_.reserve(repeat->counter->name);
   }
 }
 
@@ -278,6 +279,8 @@ void ProgramResolver::add_repeat(const RepeatItem& repeat, const Item& item) {
   const std::vector<Carried> carried = end_pass(before, repeat.count);
   RepeatItem resolved{
       std::max(repeat.count, 1), false, repeat.count_range, std::exchange(result_, std::move(outer)), {}};
+  resolved.counter = repeat.counter;
+  resolved.is_backwards = repeat.is_backwards;
   passes_.pop_back();
   resolved.to = results_of(repeat, carried, before);
   emit(std::move(resolved), item.range);
@@ -459,28 +462,6 @@ ResolvedRepeats resolve_repeats(const File& file, DiagnosticSink& sink) {
     if (const Kernel* kernel = std::get_if<Kernel>(&declaration.kind)) add_copies(kernel->name.name, declaration);
   }
   return result;
-}
-
-std::vector<Item> without_blocks(const std::vector<Item>& items) {
-  std::vector<Item> flat;
-  for (const Item& item : items) {
-    const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind);
-    flat.push_back(item);
-    if (!repeat) continue;
-    std::get<RepeatItem>(flat.back().kind).items.clear();
-    for (const Item& inner : without_blocks(repeat->items)) {
-      if (!std::holds_alternative<SwapItem>(inner.kind) && !std::holds_alternative<StackItem>(inner.kind))
-        flat.push_back(inner);
-    }
-  }
-  return flat;
-}
-
-void for_each_item(const std::vector<Item>& items, const std::function<void(const Item&)>& f) {
-  for (const Item& item : items) {
-    f(item);
-    if (const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind)) for_each_item(repeat->items, f);
-  }
 }
 
 }  // namespace dpde::ast

@@ -12,10 +12,8 @@
 //    from outside of it.
 #pragma once
 
-#include <functional>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "source/diagnostic.h"
 #include "syntax/ast.h"
@@ -30,12 +28,5 @@ struct ResolvedRepeats {
 
 /// Repeats that make no sense are reported, and taken as one pass.
 ResolvedRepeats resolve_repeats(const File& file, DiagnosticSink& sink);
-
-/// The items of a program without its repeats, for who asks what it reads and writes: those of the blocks in their
-/// place, but for what holds from pass to pass.
-std::vector<Item> without_blocks(const std::vector<Item>& items);
-
-/// `f` on each, those of repeats after the repeat.
-void for_each_item(const std::vector<Item>& items, const std::function<void(const Item&)>& f);
 
 }  // namespace dpde::ast

@@ -20,7 +20,7 @@
 extern "C" {
 #endif
 
-#define DPDE_ABI_VERSION 13
+#define DPDE_ABI_VERSION 14
 #define DPDE_MAX_RANK 3
 
 enum { DPDE_F64 = 0, DPDE_F32 = 1 };
@@ -179,6 +179,8 @@ typedef struct dpde_repeat {
   const dpde_stacked* saves;
   int32_t load_count;
   const dpde_stacked* loads;
+  int32_t counter; /* number of the counter that is first + step*pass in each pass; of none where step is 0 */
+  int64_t first, step;
 } dpde_repeat;
 
 enum { DPDE_FILL = 0, DPDE_FOLD = 1, DPDE_SWEEP = 2, DPDE_REDUCE = 3, DPDE_NETWORK = 4, DPDE_REPEAT = 5 };
@@ -221,8 +223,10 @@ typedef struct dpde_program {
   const char* const* fields;
   int32_t param_count;
   const char* const* params;
+  int32_t counter_count; /* numbers of passes: they lie behind the parameters */
   int32_t uniform_count;
   void (*compute_uniforms)(const double* params, double* uniforms);
+  void (*compute_counted)(const double* params, double* uniforms); /* those again that depend on counters */
   int32_t sum_count;
   const char* const* sums;
   int32_t kernel_count;

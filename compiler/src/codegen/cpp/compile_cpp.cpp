@@ -143,11 +143,13 @@ CompileResult load(const loop::Module& module, const fs::path& path) {
     if (!library.find<void*>(symbol)) missing += " " + symbol;
   };
   require_symbol("dpde_compute_uniforms");
+  if (!module.counters.empty()) require_symbol("dpde_compute_counted");
   for (const loop::Row& row : module.rows) require_symbol(symbol_of(row.name));
   if (!missing.empty()) return {nullptr, false, "the compiled module lacks" + missing};
 
   const RowResolver row_code = [&](const std::string& row) { return library.find<dpde_row_fn>(symbol_of(row)); };
-  ProgramTables tables(module, row_code, library.find<ComputeUniforms>("dpde_compute_uniforms"));
+  ProgramTables tables(module, row_code, library.find<ComputeUniforms>("dpde_compute_uniforms"),
+                       library.find<ComputeUniforms>("dpde_compute_counted"));
   return {std::make_shared<CppModule>(std::move(tables), std::move(library)), false, ""};
 }
 

@@ -128,6 +128,9 @@ CppExpression::Piece CppExpression::number_piece(const loop::Expr& e) const {
       [&](const loop::Param& p) {
         return Piece{leaves_.params[p.index], atom};
       },
+      [&](const loop::Counter& c) {
+        return Piece{leaves_.counters[c.index], atom};
+      },
       [&](const loop::Load& l) {
         return Piece{leaves_.loads[l.stream], atom};
       },

@@ -14,7 +14,7 @@ namespace dpde::codegen {
 
 /// What the leaves are called.
 struct CppLeaves {
-  std::vector<std::string> params, uniforms, lets;
+  std::vector<std::string> params, counters, uniforms, lets;
   std::vector<std::string> loads;  // one a stream, with the index: u_m1[i]
   std::vector<bool> let_is_truth;
   std::string elementary = "";  // what the names of sin, exp, pow, ... begin with

@@ -26,9 +26,10 @@ struct CppNames {
 };
 CppNames cpp_names(const loop::Module& module, const loop::Row& row);
 
-/// Names of parameters and uniforms in dpde_compute_uniforms; a uniform that is a parameter shares its name.
+/// Names of parameters, counters and uniforms where uniforms are computed; a uniform that is a parameter or a counter
+/// shares its name.
 struct CppUniformNames {
-  std::vector<std::string> params, uniforms;
+  std::vector<std::string> params, counters, uniforms;
 };
 CppUniformNames cpp_uniform_names(const loop::Module& module);
 

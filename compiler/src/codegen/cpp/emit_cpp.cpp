@@ -19,27 +19,39 @@ std::string words_of(RowLinkage linkage) {
   return linkage == RowLinkage::exported ? "extern \"C\" void" : "static void";
 }
 
-std::string emit_uniforms(const loop::Module& module, RowLinkage linkage) {
+/// `counted`: a function that computes only those that depend on the number of a pass.
+std::string emit_uniforms(const loop::Module& module, RowLinkage linkage, bool only_counted) {
   const CppUniformNames names = cpp_uniform_names(module);
-  const CppLeaves leaves{.params = names.params, .uniforms = names.uniforms};
+  const CppLeaves leaves{.params = names.params, .counters = names.counters, .uniforms = names.uniforms};
   const CppExpression expression(leaves, Precision::f64);
 
-  std::set<int> params;
-  for (const loop::UniformDef& uniform : module.uniforms) {
-    loop::visit(uniform.value, [&](const loop::Expr& e) {
+  const std::vector<bool> counted = loop::counted_uniforms(module);
+  const auto is_computed = [&](std::size_t u) { return !only_counted || counted[u]; };
+  std::set<int> params, counters, others;  // that are read; uniforms that are computed already
+  for (std::size_t u = 0; u < module.uniforms.size(); ++u) {
+    if (!is_computed(u)) continue;
+    loop::visit(module.uniforms[u].value, [&](const loop::Expr& e) {
       if (const loop::Param* param = std::get_if<loop::Param>(&e->kind)) params.insert(param->index);
+      if (const loop::Counter* counter = std::get_if<loop::Counter>(&e->kind)) counters.insert(counter->index);
+      const loop::Uniform* uniform = std::get_if<loop::Uniform>(&e->kind);
+      if (uniform && !is_computed(static_cast<std::size_t>(uniform->index))) others.insert(uniform->index);
     });
   }
-  std::string out = fmt::format("{} dpde_compute_uniforms(const double*{}, double*{}) {{\n", words_of(linkage),
-                                params.empty() ? "" : " params", module.uniforms.empty() ? "" : " uniforms");
+  std::string out = fmt::format(
+      "{} dpde_compute_{}(const double*{}, double*{}) {{\n", words_of(linkage), only_counted ? "counted" : "uniforms",
+      params.empty() && counters.empty() ? "" : " params", module.uniforms.empty() ? "" : " uniforms");
   for (const int p : params) out += fmt::format("  const double {} = params[{}];\n", names.params[p], p);
+  for (const int c : counters)
+    out += fmt::format("  const double {} = params[{}];\n", names.counters[c], module.params.size() + c);
+  for (const int u : others) out += fmt::format("  const double {} = uniforms[{}];\n", names.uniforms[u], u);
   for (std::size_t u = 0; u < module.uniforms.size(); ++u) {
     const loop::Expr& value = module.uniforms[u].value;
-    if (std::holds_alternative<loop::Param>(value->kind)) continue;
+    if (!is_computed(u) || names.uniforms[u] == expression.number(value)) continue;
     out += fmt::format("  const double {} = {};\n", names.uniforms[u], expression.number(value));
   }
-  for (std::size_t u = 0; u < module.uniforms.size(); ++u)
-    out += fmt::format("  uniforms[{}] = {};\n", u, names.uniforms[u]);
+  for (std::size_t u = 0; u < module.uniforms.size(); ++u) {
+    if (is_computed(u)) out += fmt::format("  uniforms[{}] = {};\n", u, names.uniforms[u]);
+  }
   return out + "}\n";
 }
 
@@ -68,7 +80,9 @@ std::string emit_cpp(const loop::Module& module, const SourceFile* source, RowLi
   out += "#include \"dpde/kernel_abi.h\"\n";
   out += no_fast_math();
   out += elementary + cpp_helpers(module);
-  out += "\n// Values that are the same in all cells.\n" + emit_uniforms(module, linkage);
+  out += "\n// Values that are the same in all cells.\n" + emit_uniforms(module, linkage, false);
+  if (!module.counters.empty())
+    out += "\n// Those that change from pass to pass of a repeat.\n" + emit_uniforms(module, linkage, true);
   for (const loop::Row& row : module.rows) out += "\n" + emit_cpp_row(module, row, source, words_of(linkage));
   return out;
 }

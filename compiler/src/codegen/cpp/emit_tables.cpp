@@ -174,8 +174,8 @@ std::string Tables::repeat(const dpde_repeat& r, const dpde_program& program) {
   const std::string carries = array("dpde_carry", "carries", texts(r.carries, r.carry_count, carry));
   const std::string saves = array("dpde_stacked", "saves", texts(r.saves, r.save_count, stacked));
   const std::string loads = array("dpde_stacked", "loads", texts(r.loads, r.load_count, stacked));
-  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}}}", r.count, r.operation_count, operations, r.carry_count,
-                     carries, r.save_count, saves, r.load_count, loads);
+  return fmt::format("{{{}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}}}", r.count, r.operation_count, operations,
+                     r.carry_count, carries, r.save_count, saves, r.load_count, loads, r.counter, r.first, r.step);
 }
 
 std::string Tables::program(const dpde_program* source) {
@@ -209,8 +209,9 @@ std::string Tables::program(const dpde_program* source) {
   out_ += fmt::format("    DPDE_ABI_VERSION, {}, {}, {}, {},\n", quoted(p.name), p.rank,
                       p.real == DPDE_F32 ? "DPDE_F32" : "DPDE_F64", three(p.halo));
   out_ += fmt::format("    {}, {}, {},  // fields, inputs first\n", p.field_count, p.input_count, fields);
-  out_ += fmt::format("    {}, {}, {}, dpde_compute_uniforms,  // parameters, uniforms\n", p.param_count, params,
-                      p.uniform_count);
+  out_ +=
+      fmt::format("    {}, {}, {}, {}, dpde_compute_uniforms, {},  // parameters, counters, uniforms\n", p.param_count,
+                  params, p.counter_count, p.uniform_count, p.counter_count > 0 ? "dpde_compute_counted" : "nullptr");
   out_ += fmt::format("    {}, {}, {}, {},  // sums, kernels\n", p.sum_count, sums, p.kernel_count, kernels);
   out_ += fmt::format("    {}, {}, {}, {}, {}, {}, {}, {},  // prepare, operations, stacks, swaps\n", p.prepare_count,
                       prepare, p.operation_count, operations, p.stack_count, stacks, p.swap_count, swaps);

@@ -87,6 +87,7 @@ llvm::Value* ExprEmitter::emit(const loop::Node& node) {
       node.kind, [&](const loop::Literal& literal) -> llvm::Value* { return constant(literal.value); },
       [&](const loop::Uniform& uniform) { return leaves_.uniforms.at(uniform.index); },
       [&](const loop::Param& param) { return leaves_.params.at(param.index); },
+      [&](const loop::Counter& counter) { return leaves_.counters.at(counter.index); },
       [&](const loop::Load& load) { return leaves_.loads.at(load.stream); },
       [&](const loop::Local& local) { return leaves_.lets.at(local.index); },
       [&](const loop::Inside& inside) { return place_->inside(inside); },

@@ -18,7 +18,7 @@ namespace dpde::codegen {
 
 /// What the leaves stand for at the place where code is emitted; the index is that of the leaf.
 struct Leaves {
-  std::vector<llvm::Value*> params, uniforms, loads, lets;
+  std::vector<llvm::Value*> params, counters, uniforms, loads, lets;
 };
 
 class ExprEmitter {

@@ -16,6 +16,8 @@ namespace dpde::codegen {
 std::string row_symbol(const std::string& row);
 /// void(const double* params, double* uniforms)
 std::string uniforms_symbol();
+/// Computes those uniforms only that depend on the number of a pass; where the module has such.
+std::string counted_symbol();
 
 /// Other code for the same row.
 struct RowVariant {

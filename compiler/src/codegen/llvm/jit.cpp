@@ -97,7 +97,8 @@ void load(const loop::Module& module, const std::vector<RowVariant>& variants, O
     }
     return code;
   };
-  ProgramTables tables(module, code_of, reinterpret_cast<ComputeUniforms>(find(uniforms_symbol())));
+  ProgramTables tables(module, code_of, reinterpret_cast<ComputeUniforms>(find(uniforms_symbol())),
+                       module.counters.empty() ? nullptr : reinterpret_cast<ComputeUniforms>(find(counted_symbol())));
   result.link_s = watch.lap();
   if (result.error.empty()) result.module = std::make_shared<JitModule>(std::move(tables), std::move(*linker));
 }

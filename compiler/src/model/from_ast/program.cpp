@@ -51,7 +51,9 @@ void declare_kernel(Draft& draft, const ast::Kernel& kernel, std::set<std::strin
   for (const ast::KernelParameter& parameter : kernel.parameters) {
     const std::string& name = parameter.name.name;
     switch (parameter.role) {
-      case ast::KernelRole::param: declare_param(draft, name, parameter.name.range); break;
+      case ast::KernelRole::param:
+        if (!written.contains(name)) declare_param(draft, name, parameter.name.range);
+        break;
       case ast::KernelRole::sum: break;
       case ast::KernelRole::out:
       case ast::KernelRole::inout: written.insert(name); break;
@@ -151,11 +153,14 @@ bool is_for_axis(const ast::BoundarySide& side, const Axis& axis) {
   return side.place.name == "all" || side.place.name.substr(0, side.place.name.find('.')) == axis.name;
 }
 
-/// Whether a value is a field that the program computes: the model level knows no such thing, and what it knows of a
-/// program's boundaries is for readers only.
+/// Whether a value is a field that the program computes, or the number of a pass: the model level knows no such thing,
+/// and what it knows of a program's boundaries is for readers only.
 bool is_computed(const Draft& draft, const ast::Expr& e) {
   if (const auto* name = std::get_if<ast::Name>(&e->kind))
     return !is_side_word(name->name) && !draft.scope.find(name->name);
+  if (const auto* unary = std::get_if<ast::Unary>(&e->kind)) return is_computed(draft, unary->operand);
+  if (const auto* binary = std::get_if<ast::Binary>(&e->kind))
+    return is_computed(draft, binary->left) || is_computed(draft, binary->right);
   const auto* call = std::get_if<ast::Call>(&e->kind);
   return call && std::ranges::any_of(call->arguments,
                                      [&](const ast::Argument& argument) { return is_computed(draft, argument.value); });
@@ -188,7 +193,9 @@ void declare_program(Draft& draft) {
   }
   for (const auto& [repeat, range] : items_of<ast::RepeatItem>(draft.program->items)) {
     for (const ast::Identifier& result : repeat.to) written.insert(result.name);
+    if (repeat.counter) written.insert(repeat.counter->name);
   }
+  for (const auto& [load, range] : items_of<ast::StackItem>(draft.program->items)) written.insert(load.field.name);
   for (const ast::Kernel* kernel : kernels_of(draft)) declare_kernel(draft, *kernel, written);
   for (const auto& [reduce, range] : reductions) declare_input(draft, reduce.field, written);
   for (const auto& [apply, range] : networks) {

@@ -11,7 +11,7 @@ namespace dpde::model {
 
 namespace {
 
-constexpr int most_parts = 64;  // each is a run of kernels in the program of the step
+constexpr int most_parts = 1'000'000;  // they cost time, not code: more are a slip of the pen
 
 int parts_of(Draft& draft, const ast::Expr& written) {
   const auto parts = evaluate(draft, written, "the number of parts");

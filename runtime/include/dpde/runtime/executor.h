@@ -103,11 +103,14 @@ class Executor {
   std::span<const double> sums() const { return sums_; }
   /// As update_uniforms() left them.
   std::span<const double> uniforms() const { return uniforms_; }
+  /// Those of the program, and the counters behind them.
+  std::span<const double> params() const { return params_; }
   const dpde_program& program() const { return *program_; }
   const dpde_layout& layout() const { return *layout_; }
 
  private:
   void compute_uniforms();
+  void count(size_t counter, double number);
   void run_lines(void* const* frame);
 
   struct Plan;
