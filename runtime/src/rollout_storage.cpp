@@ -38,10 +38,10 @@ int64_t Rollout::Impl::recomputed_steps(int slots) {
   return made - last_loss + (last_loss - legs());
 }
 
-/// For so many stored states. Where all are stored no step is made again: of states that nothing reads on the way back
-/// three are enough.
+/// For so many stored states, the initial one among them, and two to work in. Where all are stored no step is made
+/// again: of states that nothing reads on the way back three are enough.
 void Rollout::Impl::plan_buffers(int slots, const std::vector<char>& read) {
-  buffer_count = std::max(slots - 1 + 2, 3);
+  buffer_count = std::max(slots + 1, 3);
   buffers_of_state.assign(state_names.size(), buffer_count);
   if (!keeps_trajectory || slots < last_loss - 1 || rate || !marks.empty()) return;
   for (size_t s = 0; s < read.size(); ++s) {
@@ -52,8 +52,7 @@ void Rollout::Impl::plan_buffers(int slots, const std::vector<char>& read) {
 /// With the seeds, which take a buffer more.
 int64_t Rollout::Impl::bytes_of_states() const {
   const auto states = static_cast<int64_t>(state_names.size());
-  return (std::accumulate(buffers_of_state.begin(), buffers_of_state.end(), states)) *
-         FieldPool::stride_of(setup.layout);
+  return std::accumulate(buffers_of_state.begin(), buffers_of_state.end(), states) * FieldPool::stride_of(setup.layout);
 }
 
 /// As many as there are where memory allows; those of setup.slots where it says so.

@@ -37,6 +37,14 @@ inline std::shared_ptr<const driver::Compiled> compile(std::string text, Code co
   return std::make_shared<const driver::Compiled>(std::move(*compiled));
 }
 
+/// The 3-D wave of 25 points on a periodic cube; c2, the velocity squared, is a "param" or a "coefficient".
+inline std::string wave_of(const std::string& speed, const std::string& times) {
+  std::string text = "model waves { field u; " + speed + " c2; dt(dt(u)) = c2*lap(u) }\n";
+  text += "scheme plain { lap = central(8); time = leapfrog }\nscene s : waves with plain {\n";
+  for (const char axis : {'x', 'y', 'z'}) text += std::string("  grid ") + axis + " = 0 .. 1, cells 64, periodic\n";
+  return text + "  c2 = 1\n  initial u = sin(2*pi*x)\n  initial dt(u) = 0\n  " + times + "\n}\n";
+}
+
 /// Fields of one layout with smooth values of order 1, halo included.
 inline std::vector<Field> make_fields(const dpde_layout& layout, int count) {
   std::vector<Field> fields;

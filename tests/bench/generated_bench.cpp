@@ -54,18 +54,7 @@ scene s : heat with plain {
 }
 const std::string heat_2d = heat_on("xy"), heat_3d = heat_on("xyz");
 
-const std::string wave_3d = R"(
-model waves { field u; param c2; dt(dt(u)) = c2*lap(u) }
-scheme plain { lap = central(8); time = leapfrog }
-scene s : waves with plain {
-  grid x = 0 .. 1, cells 64, periodic
-  grid y = 0 .. 1, cells 64, periodic
-  grid z = 0 .. 1, cells 64, periodic
-  c2 = 1
-  initial u = sin(2*pi*x)
-  initial dt(u) = 0
-  time 0 .. 1e-2, step 1e-3
-})";
+const std::string wave_3d = wave_of("param", "time 0 .. 1e-2, step 1e-3");
 
 const std::string wave_3d_task = wave_3d + "\ntask t : s {\n  unknown initial u\n  minimise mean(u^2) at t = 1e-2\n}";
 

@@ -8,28 +8,16 @@
 namespace dpde::bench {
 namespace {
 
-const std::string text = R"(
-model waves { field p; coefficient c2; dt(dt(p)) = c2*lap(p) }
-scheme plain { lap = central(8); time = leapfrog }
-scene shot : waves with plain {
-  grid x = 0 .. 1, cells 128, periodic
-  grid y = 0 .. 1, cells 128, periodic
-  grid z = 0 .. 1, cells 128, periodic
-  c2 = 1
-  initial p = exp(-200*((x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2))
-  initial dt(p) = 0
-  time 0 .. 0.1, step 0.1/40
-}
-task by_velocity : shot {
-  unknown c2
-  minimise integral(p^2) at t = 0.1
-})";
+constexpr int cells = 128, steps = 40;
+
+const std::string text = wave_of("coefficient", "time 0 .. 0.1, step 0.1/40") +
+                         "task by_velocity : s { unknown c2; minimise integral(u^2) at t = 0.1 }";
 
 std::unique_ptr<driver::Session> open(const SourceFile& source, Code code, int threads) {
   DiagnosticSink sink;
   driver::SessionOptions options;
   options.threads = threads;
-  auto session = driver::Session::open(source, compile(text, code), options, sink);
+  auto session = driver::Session::open(source, compile(text, code, cells), options, sink);
   if (!session) std::abort();
   return session;
 }
@@ -37,7 +25,7 @@ std::unique_ptr<driver::Session> open(const SourceFile& source, Code code, int t
 void wave_forward(benchmark::State& state, Code code) {
   const SourceFile source("bench.dpde", text);
   const auto session = open(source, code, static_cast<int>(state.range(0)));
-  for (int n = 0; n < runs_to_tune; n += 40) session->rollout().run({});
+  for (int n = 0; n < runs_to_tune; n += steps) session->rollout().run({});
   for (auto _ : state) session->rollout().run({});
 }
 
@@ -48,7 +36,7 @@ void wave_gradient(benchmark::State& state, Code code) {
   const auto inverse = driver::Inverse::open(*session, source, sink);
   if (!inverse) std::abort();
   Eigen::VectorXd gradient(inverse->size());
-  for (int n = 0; n < runs_to_tune; n += 40) inverse->value_and_gradient(inverse->start(), gradient);
+  for (int n = 0; n < runs_to_tune; n += steps) inverse->value_and_gradient(inverse->start(), gradient);
   for (auto _ : state) benchmark::DoNotOptimize(inverse->value_and_gradient(inverse->start(), gradient));
 }
 

@@ -186,10 +186,6 @@ ItemKind parse_axes(Cursor& cursor) {
   return item;
 }
 
-}  // namespace
-
-namespace {
-
 /// k in 0 .. 8, or 8 .. 0
 void parse_counter(Cursor& cursor, RepeatItem& item) {
   item.counter = cursor.expect_name("the name of the counter");

@@ -19,7 +19,7 @@ std::string words_of(RowLinkage linkage) {
   return linkage == RowLinkage::exported ? "extern \"C\" void" : "static void";
 }
 
-/// `counted`: a function that computes only those that depend on the number of a pass.
+/// `only_counted`: the function that computes only those that depend on the number of a pass.
 std::string emit_uniforms(const loop::Module& module, RowLinkage linkage, bool only_counted) {
   const CppUniformNames names = cpp_uniform_names(module);
   const CppLeaves leaves{.params = names.params, .counters = names.counters, .uniforms = names.uniforms};

@@ -106,7 +106,8 @@ struct RolloutSetup {
   std::string rate_field;
   double courant = 1;
   /// Memory for the states of gradient(), working states included, and for what networks computed in as many of its
-  /// steps as then fit; slots > 0 overrides it.
+  /// steps as then fit; slots > 0 overrides it. Where there is room for all steps, states that the way back does not
+  /// read are not kept.
   int64_t checkpoint_bytes = std::numeric_limits<int64_t>::max();
   int slots = 0;
   /// Not empty: the states of gradient() lie in a file of this folder.
