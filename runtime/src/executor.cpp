@@ -248,14 +248,14 @@ void Executor::prepare() {
   }
   if (program_->interpret != nullptr) return;  // it fills halos itself
   const FloatScope without_subnormals;
-  for (const HaloFill& fill : plan_->prepare) fill.run(fields_.data(), uniforms_.data());
+  for (const HaloFill& fill : plan_->prepare) fill.run(fields_.data(), uniforms_.data(), plan_->team);
 }
 
 void Executor::prepare(int field) {
   if (program_->interpret != nullptr) return;
   const FloatScope without_subnormals;
   for (const HaloFill& fill : plan_->prepare) {
-    if (fill.field() == field) fill.run(fields_.data(), uniforms_.data());
+    if (fill.field() == field) fill.run(fields_.data(), uniforms_.data(), plan_->team);
   }
 }
 
@@ -286,7 +286,7 @@ void Executor::Plan::run(std::vector<Operation>& all, Executor& executor) {
   for (Operation& operation : all) {
     switch (operation.kind) {
       case DPDE_SWEEP: run_sweep(operation.sweep, executor, executor.sums_); break;
-      case DPDE_FILL: operation.fill.run(fields, uniforms); break;
+      case DPDE_FILL: operation.fill.run(fields, uniforms, team); break;
       case DPDE_FOLD: operation.fold.run(fields, uniforms); break;
       case DPDE_NETWORK: {
         const Stopwatch part(executor.clock_ ? &executor.clock_->networks : nullptr);
@@ -408,12 +408,12 @@ void Executor::Plan::run_all_parts(const Sweep& sweep, const Executor& executor)
   team.run(sweep.parts, [&](int64_t part, int thread) { run_part(sweep, code, executor, part, thread); });
   for (const HaloFill& fill : sweep.then) {
     if (code.streams != 0) {
-      fill.run(executor.fields_.data(), executor.uniforms_.data());
+      fill.run(executor.fields_.data(), executor.uniforms_.data(), team);
       continue;
     }
     void* base = executor.bound(fill.field());
-    if (!fill.images_are_direct()) fill.run_y(base, executor.uniforms_.data());
-    fill.run_z(base, executor.uniforms_.data());
+    if (!fill.images_are_direct()) fill.run_y(base, executor.uniforms_.data(), team);
+    fill.run_z(base, executor.uniforms_.data(), team);
   }
 }
 

@@ -58,6 +58,18 @@ void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride,
            layer.ghost(uniforms));
 }
 
+/// Waking threads costs as much as some hundred rows.
+constexpr int64_t least_rows_for_threads = 2048;
+
+/// `f` of each place from .. to - 1, in equal parts; `rows` are touched at each.
+template <class F>
+void share(const Team& team, int64_t from, int64_t to, int64_t rows, const F& f) {
+  const int64_t count = to - from, parts = count * rows < least_rows_for_threads ? 1 : team.threads();
+  team.run(parts, [&](int64_t part, int) {
+    for (int64_t place = from + count * part / parts; place < from + count * (part + 1) / parts; ++place) f(place);
+  });
+}
+
 }  // namespace
 
 HaloFill::HaloFill(const dpde_fill& fill, const dpde_layout& layout) : field_(fill.field), real_(layout.real) {
@@ -130,25 +142,27 @@ void HaloFill::fill_plane_y(Real* plane, const double* uniforms) const {
 }
 
 template <class Real>
-void HaloFill::fill_z(Real* base, const double* uniforms) const {
+void HaloFill::fill_row_z(Real* row, const double* uniforms) const {
   const int64_t first = -axes_[0].halo, count = axes_[0].cells + 2 * axes_[0].halo;
-  for (const HaloLayer& layer : axes_[2].layers) {
-    for (int64_t y = -axes_[1].halo; y < axes_[1].cells + axes_[1].halo; ++y) {
-      set_layer(base + y * stride_[1] + first, stride_[2], count, layer, uniforms);
-    }
-  }
+  for (const HaloLayer& layer : axes_[2].layers) set_layer(row + first, stride_[2], count, layer, uniforms);
 }
 
-void HaloFill::run_y(void* base, const double* uniforms) const {
+void HaloFill::run_y(void* base, const double* uniforms, const Team& team) const {
   if (axes_[1].layers.empty()) return;
   with_real(real_, [&](auto real) {
-    for (int64_t z = 0; z < axes_[2].cells; ++z)
-      fill_plane_y(static_cast<decltype(real)*>(base) + z * stride_[2], uniforms);
+    auto* const cells = static_cast<decltype(real)*>(base);
+    share(team, 0, axes_[2].cells, static_cast<int64_t>(axes_[1].layers.size()),
+          [&](int64_t z) { fill_plane_y(cells + z * stride_[2], uniforms); });
   });
 }
 
-void HaloFill::run_z(void* base, const double* uniforms) const {
-  with_real(real_, [&](auto real) { fill_z(static_cast<decltype(real)*>(base), uniforms); });
+void HaloFill::run_z(void* base, const double* uniforms, const Team& team) const {
+  if (axes_[2].layers.empty()) return;
+  with_real(real_, [&](auto real) {
+    auto* const cells = static_cast<decltype(real)*>(base);
+    share(team, -axes_[1].halo, axes_[1].cells + axes_[1].halo, static_cast<int64_t>(axes_[2].layers.size()),
+          [&](int64_t y) { fill_row_z(cells + y * stride_[1], uniforms); });
+  });
 }
 
 void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const {
@@ -161,20 +175,20 @@ void HaloFill::set_images(void* cells, int64_t y, const double* uniforms) const 
   });
 }
 
-void HaloFill::run(void* const* fields, const double* uniforms) const {
-  if (!has_walls_) return run_plain(fields[field_], uniforms);
+void HaloFill::run(void* const* fields, const double* uniforms, const Team& team) const {
+  if (!has_walls_) return run_plain(fields[field_], uniforms, team);
   with_real(real_, [&](auto real) { run_walls<decltype(real)>(fields, uniforms); });
 }
 
-void HaloFill::run_plain(void* base, const double* uniforms) const {
+void HaloFill::run_plain(void* base, const double* uniforms, const Team& team) const {
+  const int64_t rows = axes_[1].cells;
   with_real(real_, [&](auto real) {
-    auto* cells = static_cast<decltype(real)*>(base);
-    for (int64_t z = 0; z < axes_[2].cells; ++z) {
-      for (int64_t y = 0; y < axes_[1].cells; ++y) run_row(cells + z * stride_[2] + y * stride_[1], uniforms);
-    }
+    auto* const cells = static_cast<decltype(real)*>(base);
+    share(team, 0, axes_[2].cells * rows, 1,
+          [&](int64_t row) { run_row(cells + row / rows * stride_[2] + row % rows * stride_[1], uniforms); });
   });
-  run_y(base, uniforms);
-  run_z(base, uniforms);
+  run_y(base, uniforms, team);
+  run_z(base, uniforms, team);
 }
 
 HaloFold::HaloFold(const dpde_fill& fill, const int64_t* grow, const dpde_layout& layout)

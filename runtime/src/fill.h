@@ -3,6 +3,7 @@
 //
 // Halo cells are set outwards, both sides in turn: cell -1-k (or n+k) then only reads an interior cell or a halo cell
 // nearer to the interior, which is already set. So every extent n >= 1 and every width is handled by the same loop.
+// Axis by axis, threads share what lies along the other axes.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <cstdint>
 
 #include "dpde/kernel_abi.h"
+#include "dpde/runtime/team.h"
 #include "halo_axis.h"
 #include "real.h"
 
@@ -22,9 +24,9 @@ class HaloFill {
 
   int field() const { return field_; }
   /// Sets the whole halo. `fields` point at their cells (0,0,0).
-  void run(void* const* fields, const double* uniforms) const;
+  void run(void* const* fields, const double* uniforms, const Team& team) const;
   /// The same for one field, where no values come from fields.
-  void run_plain(void* base, const double* uniforms) const;
+  void run_plain(void* base, const double* uniforms, const Team& team) const;
   /// Only the ends of one row; `row` points at its cell x = 0.
   void run_row(void* row, const double* uniforms) const {
     const HaloAxis& x = axes_[0];
@@ -42,9 +44,9 @@ class HaloFill {
   void set_image(size_t axis, bool is_low, int64_t k, void* to, const void* from, int64_t count,
                  const double* uniforms) const;
   /// The y halo, when the ends of all interior rows are set.
-  void run_y(void* base, const double* uniforms) const;
+  void run_y(void* base, const double* uniforms, const Team& team) const;
   /// The z halo, when the y halo is set too.
-  void run_z(void* base, const double* uniforms) const;
+  void run_z(void* base, const double* uniforms, const Team& team) const;
 
  private:
   /// Inlined: on short rows the call would cost as much as the ends.
@@ -62,8 +64,9 @@ class HaloFill {
   void set_images(void* row, int64_t y, const double* uniforms) const;
   template <class Real>
   void fill_plane_y(Real* plane, const double* uniforms) const;
+  /// Of the rows at one y.
   template <class Real>
-  void fill_z(Real* base, const double* uniforms) const;
+  void fill_row_z(Real* row, const double* uniforms) const;
 
   int field_ = 0;
   int32_t real_ = DPDE_F64;

@@ -235,7 +235,7 @@ void Rollout::Impl::run_loss_adjoint(const LossEvent& event, int k, const StateB
   program.executor.run();
   for (size_t i = 0; i < is_seeded.size(); ++i) {
     if (adjoint.results[i] < 0) continue;
-    if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], {&setup.layout, bars[2][i]});
+    if (is_seeded[i]) add_interior(setup.layout, bars[bar][i], {&setup.layout, bars[2][i]}, setup.team);
     is_seeded[i] = 1;
   }
   add_param_bars(program.executor.sums(), adjoint.params, k);
@@ -258,7 +258,7 @@ void Rollout::Impl::add_param_bars(std::span<const double> sums, const std::vect
 void Rollout::Impl::add_field_bars(const Executor& executor, const std::vector<FieldBar>& fields, int n) {
   for (const FieldBar& bar_of : fields) {
     add_interior(bar_layout, field_bar_pool.base(static_cast<int64_t>(sought[bar_of.number].at(n))),
-                 {&setup.layout, executor.bound(bar_of.field)});
+                 {&setup.layout, executor.bound(bar_of.field)}, setup.team);
   }
 }
 

@@ -66,10 +66,10 @@ void Wavefront::Impl::finish() const {
       if ((output.stream.kind != Kind::result && !is_copied) || !output.fill) continue;
       void* base = results[static_cast<size_t>(is_copied ? output.copied : output.stream.index)];
       if (splits_x || is_copied) {
-        fills[number][o].run_plain(base, values);
+        fills[number][o].run_plain(base, values, team);
       } else {
-        fills[number][o].run_y(base, values);
-        fills[number][o].run_z(base, values);
+        fills[number][o].run_y(base, values, team);
+        fills[number][o].run_z(base, values, team);
       }
     }
   }

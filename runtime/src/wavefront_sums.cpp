@@ -64,6 +64,7 @@ void Wavefront::Impl::keep_outputs(const WavefrontLevel& level, const Rings& rin
     with_real(layout.real, [&](auto real) {
       const auto* from =
           static_cast<const decltype(real)*>(static_cast<const void*>(row_of(output.stream, rings, place)));
+#pragma omp simd
       for (int64_t x = tile[0].from; x < tile[0].to; ++x) to[x] += from[x];
     });
   }

@@ -117,7 +117,7 @@ TEST(Field, AddsFloatsToDoubles) {
   const dpde_layout doubles = make_layout(std::vector<int64_t>{5, 3}, {2, 0, 0});
   Field part(floats), total(doubles), rounded(floats);
   part.fill(0.1);
-  for (int i = 0; i < 3; ++i) add_interior(doubles, total.base(), {&floats, part.base()});
+  for (int i = 0; i < 3; ++i) add_interior(doubles, total.base(), {&floats, part.base()}, 2);
   EXPECT_EQ(total.at(4, 2), 3 * static_cast<double>(0.1f));
   EXPECT_EQ(total.at(-1, 0), 0);
   copy_interior(floats, rounded.base(), {&doubles, total.base()});

@@ -12,6 +12,7 @@
 #include <span>
 
 #include "dpde/runtime/layout.h"
+#include "dpde/runtime/team.h"
 
 namespace dpde {
 
@@ -67,8 +68,8 @@ void copy_all(const dpde_layout& layout, void* to, const void* from);
 void fill_all(const dpde_layout& layout, void* base, double value);
 /// The interior of `from`, rounded to the type of `layout`; strides may differ, cells do not.
 void copy_interior(const dpde_layout& layout, void* to, const FieldView& from);
-/// to += from in the interior.
-void add_interior(const dpde_layout& layout, void* to, const FieldView& from);
+/// to += from in the interior; threads share it.
+void add_interior(const dpde_layout& layout, void* to, const FieldView& from, const Team& team);
 
 /// Sets the whole field, halo included, to the coordinate of the cell centres along `axis`: low + (i + 1/2) * spacing;
 /// in the halo i wraps where `periodic`, and runs on linearly otherwise.
