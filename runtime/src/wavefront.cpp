@@ -375,7 +375,8 @@ void Wavefront::set_uniforms(size_t pass, std::span<const double> uniforms) {
     if (plan.uniforms[i].pass != static_cast<int>(pass)) continue;
     std::ranges::copy(uniforms, impl_->uniforms[i].begin());
     if (plan.uniforms[i].counted.empty()) continue;
-    std::vector<double> params(executor.params().begin(), executor.params().end());
+    std::vector<double>& params = impl_->params;
+    params.assign(executor.params().begin(), executor.params().end());
     for (const auto& [counter, number] : plan.uniforms[i].counted)
       params[static_cast<size_t>(program.param_count) + counter] = number;
     program.compute_counted(params.data(), impl_->uniforms[i].data());

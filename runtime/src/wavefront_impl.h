@@ -105,6 +105,7 @@ struct Wavefront::Impl {
   int64_t line;                               // values of a cache line
   std::vector<std::vector<HaloFill>> fills;   // of each level's outputs
   std::vector<std::vector<double>> uniforms;  // as the plan has them
+  std::vector<double> params;                 // of a program, with the numbers of its passes
   std::vector<std::vector<double>> sums;      // of each pass
   std::vector<int64_t> first_row_sum;         // of each level: where its sums begin in row_sums
   std::vector<double> row_sums;               // of each level, strip, plane, row and sum

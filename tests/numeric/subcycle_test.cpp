@@ -149,5 +149,25 @@ TEST(Subcycle, DerivativesWhereTheSlowReadsWallsOfTheFast) {
   }
 }
 
+/// Values of the slow one on a wall that moves are those of the end of the step, not of a part.
+TEST(Subcycle, LeavesTheValuesOnWallsToTheSlow) {
+  for (const std::string wall : {"A*t", "linear", "gradient(A*t)"}) {
+    for (const int parts : {1, 2, 3}) {
+      SCOPED_TRACE(fmt::format("{}, {} parts", wall, parts));
+      const std::string text = fmt::format(
+          "model w {{ field u on faces.x; field e; param A; dt(u) = 0; dt(e) = -dx(u) - 0.1*interpolate(u) }}\nscheme "
+          "c {{ time = "
+          "euler }}\nscene s : w with c {{\n  grid x = 0 .. 1, cells 4\n  A = 1\n  boundary u: x = {}\n  boundary e: "
+          "x = zero_gradient\n  initial u = 0\n  initial e = 0\n  time 0 .. 1, step 1/4\n  subcycle e in {}\n}}\n"
+          "task t : s {{ unknown A; unknown initial u; minimise mean(u^2) + mean(e^2) }}\n",
+          wall, parts);
+      const SceneResult result = run_scene(text, "s");
+      ASSERT_EQ(result.state.count("u"), 1u);
+      if (wall == "A*t") EXPECT_EQ(result.state.at("u"), (std::vector<double>{0, 0, 0, 1}));
+      expect_certified(text, false);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dpde::testing

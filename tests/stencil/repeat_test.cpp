@@ -369,6 +369,42 @@ TEST(RepeatErrors, PassesThatAreNotCountedFromZero) {
             "E0372 a repeat makes 0 .. n or n .. 0 passes, not 1 .. 3 | 1 .. 3");
 }
 
+TEST(RepeatErrors, OneNameForCountersInOneAnother) {
+  EXPECT_EQ(in_program("repeat k in 0 .. 2 { repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v } }")
+                .at(0)
+                .substr(0, 92),
+            "E0368 program p counts the passes of a repeat by k, and those of one in it too | repeat k in");
+  EXPECT_EQ(in_program("repeat k in 0 .. 2 { fill u periodic; run jacobi; swap u, v }\n"
+                       "repeat k in 0 .. 3 { fill u periodic; run jacobi; swap u, v }"),
+            Texts{});
+}
+
+/// A fill on walls changes a value that is not of the halo.
+TEST(RepeatErrors, WallsThatAPassSets) {
+  const auto with = [](const std::string& before, const std::string& behind, const std::string& result = "n") {
+    return complaints(
+        "kernel take(u: field, g: field, out w: field) { w = u*g }\n"
+        "kernel step(w: field, g: field halo 1, out v: field) { v = w*g[-1] }\n"
+        "kernel end(w: field, g: field, out n: field) { n = w*g }\n"
+        "kernel first(u: field, out g: field) { g = u }\nkernel start(u: field, out w: field) { w = u }\n"
+        "program p { run first; " +
+        before + "; repeat 3 { fill g x = on_wall(1); run step; swap w, v }; " + behind + "run end; keep " + result +
+        " }");
+  };
+  EXPECT_EQ(with("run start", "fill g x = on_wall(2); "), Texts{});
+  EXPECT_EQ(with("run take", "fill g x = on_wall(2); ").at(0).substr(0, 70),
+            "E0368 program p reads g before the fill that sets its values on the wa");
+  EXPECT_EQ(with("run start", "").at(0).substr(0, 84),
+            "E0368 program p reads g, whose values on the walls a repeat has set, without a fill ");
+  EXPECT_EQ(
+      complaints("kernel first(u: field, out g: field) { g = u }\n"
+                 "kernel step(w: field, g: field halo 1, out v: field) { v = w*g[-1] }\n"
+                 "program p { run first; repeat 3 { fill g x = on_wall(1); run step; swap w, v } to n; keep n, g }")
+          .at(0)
+          .substr(0, 80),
+      "E0368 program p leaves g with the values on the walls that a repeat has set: it ");
+}
+
 TEST(RepeatErrors, WhatStandsInARepeat) {
   EXPECT_EQ(in_program("repeat 2 { keep u }").at(0).substr(0, 5), "E0203");
   std::string deep = "run jacobi";

@@ -137,13 +137,24 @@ std::vector<std::string> known_outside(const Stage& stage) {
   return results;
 }
 
+/// What the passes of a block write or carry.
+std::set<std::string> fields_of_passes(const std::vector<Stage>& stages, const StageBlock* block) {
+  std::set<std::string> fields;
+  for (const Carry& carry : block->carries) fields.insert({carry.state, carry.next});
+  for (const Stage& stage : stages) {
+    if (stage.block.get() != block) continue;
+    for (const std::string& field : signature(stage.kernel).writes) fields.insert(field);
+  }
+  return fields;
+}
+
 /// Lets what is added to a program be that of a block. In it nothing is filled that was filled outside: of that it
 /// knows the interior.
 class BlockScope {
  public:
-  BlockScope(const Module& module, Program& program, std::set<std::string>& filled, std::set<std::string>& grown,
-             Walls& walls)
-      : module_(module), program_(program), filled_(filled), grown_(grown), walls_(walls) {}
+  BlockScope(const Module& module, const std::vector<Stage>& stages, Program& program, std::set<std::string>& filled,
+             std::set<std::string>& grown, Walls& walls)
+      : module_(module), stages_(stages), program_(program), filled_(filled), grown_(grown), walls_(walls) {}
 
   /// Leaves the block that is under way, unless it is this one; null: none.
   void enter(const std::shared_ptr<const StageBlock>& block) {
@@ -151,11 +162,18 @@ class BlockScope {
     if (block_) leave();
     block_ = block;
     if (!block_) return;
+    own_ = fields_of_passes(stages_, block_.get());
     outer_body_ = std::exchange(program_.body, {});
     outer_filled_ = std::exchange(filled_, {});
     outer_grown_ = std::exchange(grown_, {});
     outer_walls_ = walls_.forget();
   }
+
+  /// A value from outside that is read as it is there: that on a wall belongs to the time of the step, not to that of
+  /// the pass.
+  bool is_from_outside(const std::string& field) const { return block_ && !own_.contains(field); }
+  /// Filled by passes and not behind them.
+  bool has_spoiled(const std::string& field) const { return spoiled_.contains(field) && !filled_.contains(field); }
 
  private:
   void leave() {
@@ -168,14 +186,17 @@ class BlockScope {
     for (const auto* fields : {&known.spoils, &known.writes}) {
       for (const std::string& field : *fields) filled_.erase(field);
     }
+    spoiled_.insert(known.spoils.begin(), known.spoils.end());
     program_.body.push_back(std::move(repeat));
   }
 
   const Module& module_;
+  const std::vector<Stage>& stages_;
   Program& program_;
   std::set<std::string>&filled_, &grown_;
   Walls& walls_;
   std::shared_ptr<const StageBlock> block_;
+  std::set<std::string> own_, spoiled_;
   std::vector<Statement> outer_body_;
   std::set<std::string> outer_filled_, outer_grown_;
   Walls::Stored outer_walls_;
@@ -298,6 +319,12 @@ std::vector<Stage> Lowering::with_wall_values(std::vector<Stage> stages, const E
   return stages;
 }
 
+/// Whether what is read is complete as its kernel stores it.
+bool Lowering::has_value_on_walls(const Signature::Read& read) const {
+  const model::State* state = state_on_walls(read.field);
+  return state != nullptr && !is_read_beyond_the_cell(read) && !is_derived_on_wall(*state, problem_);
+}
+
 bool Lowering::needs_fill(const Signature::Read& read) const {
   return !is_coordinate(read.field) && (is_read_beyond_the_cell(read) || state_on_walls(read.field));
 }
@@ -312,9 +339,11 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   const bool has_walls = std::count(program.axes.begin(), program.axes.end(), Topology::bounded) > 0;
   Walls walls(problem_, names_, widest_read(stages, has_walls), plain_boundary(), filled);
   std::set<std::string> grown;  // what a stage stores for itself as far beyond walls as it reads it
+  BlockScope scope(module, stages, program, filled, grown, walls);
   const auto fill = [&](const std::vector<Signature::Read>& reads, const Expr& time, int grow) {
     for (Signature::Read read : reads) {
       if (grow > 0) read.halo[0] += grow;
+      if (scope.is_from_outside(read.field) && has_value_on_walls(read)) continue;
       if (grown.contains(read.field) || !needs_fill(read) || !filled.insert(read.field).second) continue;
       const model::State* const state = state_beyond_walls(read.field);
       std::vector<AxisBoundary> boundary = boundary_of(read.field);
@@ -326,7 +355,6 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
     for (const std::string& field : signature(kernel).writes) filled.erase(field);
     program.body.push_back(Run{add_kernel(module, std::move(kernel)), grow});
   };
-  BlockScope scope(module, program, filled, grown, walls);
   for (const Stage& stage : stages) {
     scope.enter(stage.block);
     const std::vector<int> grows = grows_of(stage, has_walls);
@@ -354,7 +382,8 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
   for (const Stage& stage : stages) {
     for (const std::string& field : known_outside(stage)) {
       const model::State* state = state_on_walls(field);
-      if (state && is_derived_on_wall(*state, problem_)) results.push_back({field, {}, false});
+      if (state && (is_derived_on_wall(*state, problem_) || scope.has_spoiled(field)))
+        results.push_back({field, {}, false});
     }
   }
   fill(results, time_of_results, 0);

@@ -65,6 +65,7 @@ class Lowering {
   const model::State* state_on_walls(const std::string& field) const;
   std::vector<Stage> with_wall_values(std::vector<Stage> stages, const Expr& time_of_results) const;
   std::vector<AxisBoundary> plain_boundary() const;
+  bool has_value_on_walls(const Signature::Read& read) const;
   bool needs_fill(const Signature::Read& read) const;
   std::vector<AxisBoundary> boundary_of(const std::string& field) const;
   const model::State* state_beyond_walls(const std::string& field) const;

@@ -42,15 +42,17 @@
 //    c_bar, d_bar to a_bar, b_bar: the transpose of that. A rate or seed _ is 0, a result _ is not wanted. With
 //    `weights` the tangent takes the rates of the weights along, and the adjoint adds to their gradient. Networks have
 //    no second derivatives. Their weights are given from outside.
-//  - repeat n { block } to a, b: the block n times, each time as a program of its own: of what it reads from outside it
-//    sees the interior, and what it writes is known inside only. Behind `swap u, v` the v of a pass is the u of the
-//    next one, and the v of the last pass is a (of the second swap b). The block writes v, which stands in one swap; it
-//    does not write u, which outside keeps its value. Behind the repeat the halo of what it fills from outside is
-//    anything. Sums go on through all passes, and t is that of the program. save u in s: the u of each pass goes onto
-//    the stack s, as it begins with it or, where it writes u and swaps it with nothing, as it leaves it. load u from s,
-//    in a later repeat of as many passes: each begins with the u that was saved last and not loaded yet. Stacks are no
-//    fields: one repeat saves, one loads. repeat k in 0 .. n: in the block, boundary values too, k is a parameter, the
-//    number of the pass; n .. 0 counts down, from n-1 to 0. Nothing else in the program has that name.
+//  - repeat n { block } to a, b: the block n times, each time as a program of its own: of what it reads from outside
+//    it sees the interior, and what it writes is known inside only. Behind `swap u, v` the v of a pass is the u of the
+//    next one, and the v of the last pass is a (of the second swap b). The block writes v, which stands in one swap;
+//    it does not write u, which outside keeps its value. Behind the repeat the halo of what it fills from outside is
+//    anything, and so is what it fills on walls: before the repeat that is not read without a fill, and behind it
+//    neither read nor a result. Sums go on through all passes, and t is that of the program. save u in s: the u of
+//    each pass goes onto the stack s, as it begins with it or, where it writes u and swaps it with nothing, as it
+//    leaves it. load u from s, in a later repeat of as many passes: each begins with the u that was saved last and not
+//    loaded yet. Stacks are no fields: one repeat saves, one loads. repeat k in 0 .. n: in the block, boundary values
+//    too, k is a parameter, the number of the pass; n .. 0 counts down, from n-1 to 0. Nothing else in the program has
+//    that name.
 //  - inside[k] grow g: true where the point displaced by k lies in the interior grown by g on bounded axes; always
 //    true along periodic axes. A Select reads only the branch it takes (the other may be NaN or garbage).
 //  - interp(u, d): interpolation of u at the point displaced by `offset` and then d (in cells, one value an axis). The

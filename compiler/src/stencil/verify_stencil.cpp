@@ -61,6 +61,9 @@ class ProgramCheck {
     const Program pass = pass_of(repeat, program_);
     ProgramCheck inside(module_, pass, problems_);
     inside.statement_ = statement_;
+    inside.counters_ = counters_;
+    if (!repeat.counter.name.empty() && !inside.counters_.insert(repeat.counter.name).second)
+      problem("counts the passes of a repeat by {}, and those of one in it too", repeat.counter.name);
     inside.check_statements();
     statement_ = inside.statement_;
     std::set<std::string> own = inside.written_;
@@ -75,7 +78,8 @@ class ProgramCheck {
     for (const std::string& field : inside.fields_) {
       if (own.contains(field)) continue;
       fields_.insert(field);
-      if (!filled_.contains(field) && inside.read_unfilled_.contains(field)) read_unfilled_.insert(field);
+      if (inside.read_unfilled_.contains(field)) note_read(field);
+      if (inside.sets_walls_.contains(field)) check_walls_of_pass(field);
       if (!inside.filled_.contains(field)) continue;
       filled_.erase(field);
       grown_[field] = 0;
@@ -84,6 +88,21 @@ class ProgramCheck {
       check_write(carry.result);
       grown_[carry.result] = 0;
     }
+  }
+
+  /// A block that fills on walls changes the value there of a field from outside: what is read behind it, or is a
+  /// result, needs a fill of its own.
+  void check_walls_of_pass(const std::string& field) {
+    if (read_unfilled_.contains(field)) problem("reads {} before the fill that sets its values on the walls", field);
+    sets_walls_.insert(field);
+    lost_walls_.insert(field);
+  }
+
+  void note_read(const std::string& field) {
+    if (filled_.contains(field)) return;
+    read_unfilled_.insert(field);
+    if (lost_walls_.contains(field))
+      problem("reads {}, whose values on the walls a repeat has set, without a fill", field);
   }
 
   /// Repeats one behind the other may count with one name.
@@ -168,6 +187,8 @@ class ProgramCheck {
     if (is_on_walls(fill.axes) && read_unfilled_.contains(fill.field)) {
       problem("reads {} before the fill that sets its values on the walls", fill.field);
     }
+    if (is_on_walls(fill.axes)) sets_walls_.insert(fill.field);
+    lost_walls_.erase(fill.field);
     walls_of_[fill.field].clear();
     for (const std::string& wall : wall_fields(fill.axes)) {
       if (!written_.contains(wall)) problem("fills {} from {} before that is written", fill.field, wall);
@@ -202,7 +223,7 @@ class ProgramCheck {
 
   void check_reduce(const Reduce& reduce) {
     fields_.insert(reduce.field);
-    if (!filled_.contains(reduce.field)) read_unfilled_.insert(reduce.field);
+    note_read(reduce.field);
     if (reduce.field == reduce.result) problem("reduces {} to itself", reduce.field);
     int axes = 0;
     for (std::size_t axis = 0; axis < max_rank; ++axis) {
@@ -230,7 +251,7 @@ class ProgramCheck {
       problem("applies {}, which has {} axes", infer.network, network->rank());
     for (const std::string& field : fields_read(infer)) {
       fields_.insert(field);
-      if (!filled_.contains(field)) read_unfilled_.insert(field);
+      note_read(field);
     }
     for (const std::string& field : fields_written(infer)) {
       const std::vector<std::string> read = fields_read(infer);
@@ -289,7 +310,7 @@ class ProgramCheck {
     const bool masked = looks_inside(kernel);
     for (const Signature::Read& read : s.reads) {
       const bool coordinate = read.field == "x" || read.field == "y" || read.field == "z";
-      if (!filled_.contains(read.field)) read_unfilled_.insert(read.field);
+      note_read(read.field);
       check_walls(kernel, read, masked, grow);
       if (coordinate || filled_.contains(read.field)) continue;
       bool needed = false;
@@ -339,12 +360,18 @@ class ProgramCheck {
 
   void check_results() {
     std::set<std::string> states;
+    const auto check_result = [&](const std::string& field) {
+      if (lost_walls_.contains(field))
+        problem("leaves {} with the values on the walls that a repeat has set: it needs a fill", field);
+    };
     for (const Swap& swap : program_.swaps) {
+      check_result(swap.next);
       if (!is_written(swap.next)) problem("swaps {}, which it does not write", swap.next);
       if (swap.state == swap.next) problem("swaps {} with itself", swap.state);
       if (!states.insert(swap.state).second) problem("swaps {} twice", swap.state);
     }
     for (const std::string& field : program_.keeps) {
+      check_result(field);
       if (!is_written(field)) problem("keeps {}, which it does not write", field);
     }
   }
@@ -357,6 +384,9 @@ class ProgramCheck {
   std::map<std::string, std::map<std::string, int>>
       walls_of_;                       // how far each wall was known when the field was filled from it
   std::set<std::string> inner_;        // what repeats write for themselves
+  std::set<std::string> counters_;     // of the repeats around this one
+  std::set<std::string> sets_walls_;   // filled on walls
+  std::set<std::string> lost_walls_;   // in a repeat, and not yet behind it
   std::map<std::string, int> stacks_;  // that were saved, and as how many passes; 0: loaded
   std::map<std::string, int> grown_;   // region on which a field's values were computed, and no fill has lost them
 };
