@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The schedule of row calls: see executor.h for what holds.
 //
-// A program that consists of sweeps of one row (every 1-D program without explicit fills) is a list of Lines, with
-// nothing left to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles
+// A program that consists of sweeps of one row (1-D programs of sweeps and fills) is a list of Lines, with nothing left
+// to do but pointers and calls. Else sweeps go through run_part, in parts that threads share: y in tiles
 // where the grid is 3-D, so that the planes z-1, z, z+1 of a tile stay in the cache, the rows' own ends filled while
 // they are in cache, the y and z halos afterwards.
 #include "dpde/runtime/executor.h"
@@ -21,6 +21,7 @@
 #include "fill.h"
 #include "fit.h"
 #include "inference.h"
+#include "line.h"
 #include "passes.h"
 #include "real.h"
 #include "reduce.h"
@@ -57,17 +58,6 @@ struct alignas(64) Caller {
   std::vector<void*> starts;    // the same at row (0, 0)
 };
 
-/// A sweep of one row of a 1-D grid, in the form that runs fastest. Its pointers in a frame: streams, grids, fields
-/// filled.
-struct Line {
-  dpde_row_fn call;
-  dpde_row row;  // complete but for streams and grids
-  std::vector<SweepStream> streams;
-  std::vector<int> grids;
-  std::vector<HaloFill> then;
-  size_t frame_size() const { return streams.size() + grids.size() + then.size(); }
-};
-
 int find_name(const char* const* names, int count, std::string_view name) {
   for (int i = 0; i < count; ++i) {
     if (name == names[i]) return i;
@@ -75,25 +65,8 @@ int find_name(const char* const* names, int count, std::string_view name) {
   return -1;
 }
 
-bool is_line(const Operation& operation, int rank) {
-  if (rank != 1 || operation.kind != DPDE_SWEEP) return false;
-  const std::vector<int>& sums = operation.sweep.sums;  // consecutive: rows add to the program's sums themselves
-  for (size_t i = 1; i < sums.size(); ++i) {
-    if (sums[i] != sums[i - 1] + 1) return false;
-  }
-  return true;
-}
-
-Line make_line(const Sweep& sweep, const dpde_layout& layout, const double* uniforms, double* sums) {
-  Line line{sweep.code.front().row, {}, sweep.streams, sweep.grids, sweep.then};
-  line.row.uniforms = uniforms;
-  line.row.own = uniforms + sweep.own;
-  line.row.sums = sweep.sums.empty() ? sums : sums + sweep.sums.front();
-  line.row.count = sweep.count;
-  line.row.first = sweep.first;
-  line.row.layout = &layout;
-  return line;
-}
+/// Behind a line: a row is complete when it is done, also one that is scattered to.
+bool fills_row(const Operation& operation) { return operation.kind == DPDE_FILL && !operation.fill.needs_fields(); }
 
 }  // namespace
 
@@ -111,6 +84,7 @@ struct Executor::Plan {
 
   std::vector<Operation> make(const dpde_program& program, const dpde_operation* source, int count,
                               const dpde_layout& layout);
+  std::vector<Line> make_lines(Executor& executor) const;
   void run(std::vector<Operation>& all, Executor& executor);
 
   void run_sweep(Sweep& sweep, const Executor& executor, std::vector<double>& sums);
@@ -142,16 +116,10 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
     grids = std::max(grids, sweep.grids.size());
     row_sums = std::max(row_sums, sweep.sums.size() * static_cast<size_t>(sweep.rows()));
   });
-  if (program.interpret == nullptr && std::ranges::all_of(plan_->operations, [&](const Operation& operation) {
-        return is_line(operation, layout.rank);
-      })) {
-    size_t size = 0;
-    for (const Operation& operation : plan_->operations) {
-      plan_->lines.push_back(make_line(operation.sweep, *layout_, uniforms_.data(), sums_.data()));
-      size += plan_->lines.back().frame_size();
-    }
-    frame_.assign(size, nullptr);
-  }
+  if (program.interpret == nullptr) plan_->lines = plan_->make_lines(*this);
+  size_t size = 0;
+  for (const Line& line : plan_->lines) size += line.frame_size();
+  frame_.assign(size, nullptr);
   plan_->grids.assign(grids, nullptr);
   plan_->row_sums.assign(row_sums, 0.0);
   plan_->callers.resize(static_cast<size_t>(team.threads()));
@@ -163,6 +131,21 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
     caller.row.uniforms = uniforms_.data();
     caller.row.layout = layout_.get();
   }
+}
+
+/// Empty where some operation is not of a line.
+std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
+  std::vector<Line> made;
+  for (const Operation& operation : operations) {
+    if (operation.kind == DPDE_SWEEP && is_line(operation.sweep)) {
+      made.push_back(make_line(operation.sweep, *executor.layout_, executor.uniforms_.data(), executor.sums_.data()));
+    } else if (!made.empty() && fills_row(operation)) {
+      made.back().then.push_back(operation.fill);
+    } else {
+      return {};
+    }
+  }
+  return executor.layout_->rank == 1 ? std::move(made) : std::vector<Line>();
 }
 
 std::vector<Operation> Executor::Plan::make(const dpde_program& program, const dpde_operation* source, int count,

@@ -38,6 +38,8 @@ class HaloFill {
   void run_images(void* row, int64_t y, const double* uniforms) const {
     if (y < axes_[1].halo || y >= axes_[1].cells - axes_[1].halo) set_images(row, y, uniforms);
   }
+  /// Where values beyond a wall come from a field: then there is run() only.
+  bool needs_fields() const { return has_walls_; }
   /// Every row of the y halo is the image of one interior row: not so when the halo is wider than the interior.
   bool images_are_direct() const { return images_are_direct_; }
   /// Layer k beyond a side (is_mirrored) of an axis, `count` values beside one another, from their images.

@@ -26,6 +26,12 @@ void burgers1d_forward(const dpde_layout& layout, double* trajectory, int steps,
 double burgers1d_gradient(const dpde_layout& layout, double* trajectory, int steps, Burgers p, const double* target,
                           double* const bars[2]);
 
+/// u_t = -u u_x + nu u_xx, diffused and then traced back by dt u/h cells, linear between cells: a = dt/h, c = nu
+/// dt/h^2. The mean of u^2 after the steps; its gradient by `start` ends in work[0]. mids: what is traced in step k, at
+/// k * stride.
+double traced_gradient(int64_t n, const double* start, double* mids, int64_t stride, int steps, Burgers p,
+                       double* const work[2]);
+
 /// Two velocities, u_t = -u u_x - v u_y + nu lap u, the same for v; hx = hy.
 struct Velocity {
   const double *u, *v;

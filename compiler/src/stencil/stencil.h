@@ -6,7 +6,8 @@
 //  - A kernel is one loop over a region: the interior, grown on each side of each *bounded* axis by `grow` cells.
 //    All reads of a point see the fields as they were before the kernel ran; therefore a field that is stored
 //    may be read in the same kernel only at offset 0, and only when its store accumulates (`+=`).
-//  - Stores and sums of all points happen first, scatters after them, in the order of the points.
+//  - Stores and sums of all points happen first, scatters after them. The interpreter adds in the order of the points;
+//    back ends may add the shares of several points in an order of their own, which is the same in each run.
 //  - A program is a straight line of fills, folds, reductions, kernel runs and repeats. Every field is written by one
 //    statement with `=` before any `+=` to it; inputs are the fields that are read before they are written.
 //  - fill u: sets the halo of u from its interior, axis by axis (x, y, z), each axis over the halo of those before.

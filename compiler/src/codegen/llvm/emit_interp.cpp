@@ -116,22 +116,30 @@ llvm::Value* PlaceEmitter::interp(const loop::Interp& interp, const std::vector<
   return gather(taps(interp, displacement), row_.rank - 1, nullptr, values_.grids.at(interp.grid));
 }
 
-/// The transpose of gather: adds `share` times the weights along axes 0 to `axis`.
+/// The transpose of gather: `share` times the weights along axes 0 to `axis`, and where it goes.
 void PlaceEmitter::spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share,
-                          llvm::Value* base) {
-  if (axis >= 0) {
-    for (const Tap& tap : taps[axis])
-      spread(taps, axis - 1, moved(element, tap), body_.CreateFMul(share, tap.weight), base);
-    return;
-  }
-  llvm::Value* address = body_.CreateInBoundsGEP(real_, base, element);
-  llvm::Value* old = body_.CreateAlignedLoad(real_, address, alignment());
-  body_.CreateAlignedStore(body_.CreateFAdd(old, share), address, alignment());
+                          std::vector<Share>& shares) {
+  if (axis < 0) return shares.push_back({element, share});
+  for (const Tap& tap : taps[axis])
+    spread(taps, axis - 1, moved(element, tap), body_.CreateFMul(share, tap.weight), shares);
 }
 
-void PlaceEmitter::scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement,
-                           llvm::Value* value) {
-  spread(taps(target, displacement), row_.rank - 1, nullptr, value, values_.grids.at(target.grid));
+int places_of_scatters(const loop::Row& row) {
+  int places = 0;
+  for (const loop::Scatter& scatter : row.scatters) {
+    int corners = 1;
+    for (int axis = 0; axis < row.rank; ++axis) corners *= reach_of(scatter.target.along.at(axis)) > 1 ? 4 : 2;
+    places += corners;
+  }
+  return places;
+}
+
+std::vector<PlaceEmitter::Share> PlaceEmitter::scatter(const loop::Interp& target,
+                                                       const std::vector<llvm::Value*>& displacement,
+                                                       llvm::Value* value) {
+  std::vector<Share> shares;
+  spread(taps(target, displacement), row_.rank - 1, nullptr, value, shares);
+  return shares;
 }
 
 }  // namespace dpde::codegen

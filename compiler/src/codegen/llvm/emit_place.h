@@ -13,6 +13,9 @@
 
 namespace dpde::codegen {
 
+/// How many values the scatters of a row add to for one cell, at most.
+int places_of_scatters(const loop::Row& row);
+
 class PlaceEmitter {
  public:
   /// The arguments of a row function that say where the row is.
@@ -32,7 +35,13 @@ class PlaceEmitter {
 
   llvm::Value* inside(const loop::Inside& inside);
   llvm::Value* interp(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);
-  void scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement, llvm::Value* value);
+  /// What a scatter adds to one value of its grid, `element` elements from that of cell 0.
+  struct Share {
+    llvm::Value* element;
+    llvm::Value* value;
+  };
+  std::vector<Share> scatter(const loop::Interp& target, const std::vector<llvm::Value*>& displacement,
+                             llvm::Value* value);
 
  private:
   /// Cells along one axis and what an interpolation takes of each: distance from cell 0 in elements, and weight.
@@ -55,7 +64,8 @@ class PlaceEmitter {
   std::vector<Taps> taps(const loop::Interp& interp, const std::vector<llvm::Value*>& displacement);
   llvm::Value* moved(llvm::Value* element, const Tap& tap);
   llvm::Value* gather(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* base);
-  void spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share, llvm::Value* base);
+  void spread(const std::vector<Taps>& taps, int axis, llvm::Value* element, llvm::Value* share,
+              std::vector<Share>& shares);
 
   llvm::Value* cell(int axis, int offset);
   llvm::Value* cell_as_real(int axis, int offset);

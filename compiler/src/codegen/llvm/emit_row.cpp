@@ -25,6 +25,12 @@ namespace {
 /// quadratic time to schedule.
 constexpr std::size_t most_inlined = 100;
 
+/// Cells of a row whose scatters are done together: what goes where lies in the first-level cache.
+constexpr uint64_t strip_cells = 64;
+
+/// Places around a cell up to which that pays: where there are 64 (cubic, 3-D) it takes twice as long as cell by cell.
+constexpr int most_places = 8;
+
 /// Streams that differ by their place along x only share one pointer: neighbours are reached by constant distances.
 struct Line {
   int stream;  // the first of them, whose pointer is passed
@@ -70,6 +76,11 @@ class RowEmitter {
                                   const std::vector<llvm::Type*>& types);
   void create_cells(const std::vector<Argument>& arguments);
   void emit_cells(const std::vector<Argument>& arguments);
+  void emit_strips(const std::vector<Argument>& arguments);
+  template <class Each>
+  void emit_loop(llvm::Value* count, const Each& each);
+  void emit_adds(llvm::Value* count, const std::vector<std::array<llvm::AllocaInst*, 2>>& kept);
+  void add_share(std::size_t scatter, llvm::Value* element, llvm::Value* value);
   void emit_totals(llvm::BasicBlock* cell);
   void emit_wrapper(const std::vector<Argument>& arguments);
   llvm::Value* member(std::size_t offset, llvm::Type* type, llvm::Value* row, const std::string& name);
@@ -94,9 +105,10 @@ class RowEmitter {
   std::map<Source, llvm::Value*> value_;
   std::vector<llvm::Value*> line_pointers_;
   PlaceEmitter::Row place_;
-  llvm::PHINode* index_ = nullptr;
+  llvm::Value* index_ = nullptr;  // of the cell in the row
   Leaves leaves_;
   std::vector<llvm::Value*> totals_;
+  std::vector<std::vector<PlaceEmitter::Share>> shares_;  // of each scatter
 };
 
 void RowEmitter::find_lines() {
@@ -215,7 +227,8 @@ llvm::Function* RowEmitter::create_function(const std::string& name, llvm::Globa
 
 void RowEmitter::emit() {
   const std::vector<Argument> list = arguments();
-  emit_cells(list);
+  const int places = places_of_scatters(row_);
+  places > 0 && places <= most_places ? emit_strips(list) : emit_cells(list);
   emit_wrapper(list);
 }
 
@@ -309,11 +322,15 @@ void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
   before_.SetInsertPoint(before);
   load_uniforms();
   body_.SetInsertPoint(cell);
-  index_ = body_.CreatePHI(body_.getInt64Ty(), 2, "i");
-  index_->addIncoming(body_.getInt64(0), before);
+  llvm::PHINode* i = body_.CreatePHI(body_.getInt64Ty(), 2, "i");
+  i->addIncoming(body_.getInt64(0), before);
+  index_ = i;
   emit_body();
-  llvm::Value* next = body_.CreateAdd(index_, body_.getInt64(1), "next", true, true);
-  index_->addIncoming(next, cell);
+  for (std::size_t s = 0; s < shares_.size(); ++s) {
+    for (const PlaceEmitter::Share& share : shares_[s]) add_share(s, share.element, share.value);
+  }
+  llvm::Value* next = body_.CreateAdd(i, body_.getInt64(1), "next", true, true);
+  i->addIncoming(next, cell);
   body_.CreateCondBr(body_.CreateICmpEQ(next, count), exit, cell);
   before_.CreateBr(cell);
   body_.SetInsertPoint(exit);
@@ -321,6 +338,89 @@ void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
   body_.CreateBr(done);
   body_.SetInsertPoint(done);
   body_.CreateRetVoid();
+}
+
+/// `each` of 0 .. count - 1, count > 0, behind what `body_` has so far; it goes on behind the loop.
+template <class Each>
+void RowEmitter::emit_loop(llvm::Value* count, const Each& each) {
+  llvm::BasicBlock* from = body_.GetInsertBlock();
+  llvm::BasicBlock* one = llvm::BasicBlock::Create(out_.getContext(), "one", cells_);
+  llvm::BasicBlock* behind = llvm::BasicBlock::Create(out_.getContext(), "behind", cells_);
+  body_.CreateBr(one);
+  body_.SetInsertPoint(one);
+  llvm::PHINode* k = body_.CreatePHI(body_.getInt64Ty(), 2, "k");
+  k->addIncoming(body_.getInt64(0), from);
+  each(k);
+  llvm::Value* next = body_.CreateAdd(k, body_.getInt64(1), "next", true, true);
+  k->addIncoming(next, one);
+  body_.CreateCondBr(body_.CreateICmpEQ(next, count), behind, one);
+  body_.SetInsertPoint(behind);
+}
+
+/// Scatters, in strips of cells: a loop that may use vectors computes what goes where, and loops behind it add that,
+/// one for each corner of the cells around a place. Neighbours mostly add to one another's places: in the order of
+/// points each would wait until the sum of the one before is stored.
+void RowEmitter::emit_strips(const std::vector<Argument>& arguments) {
+  create_cells(arguments);
+  const auto block = [&](const char* name) { return llvm::BasicBlock::Create(out_.getContext(), name, cells_); };
+  llvm::BasicBlock* entry = block("entry");
+  llvm::BasicBlock* before = block("before");
+  llvm::BasicBlock* strip = block("strip");
+  llvm::BasicBlock* done = block("done");
+  llvm::Value* count = value_.at(Source::count);
+  before_.SetInsertPoint(before);
+  load_uniforms();
+  body_.SetInsertPoint(strip);
+  llvm::PHINode* first = body_.CreatePHI(body_.getInt64Ty(), 2, "strip_first");
+  first->addIncoming(body_.getInt64(0), before);
+  llvm::Value* size =
+      body_.CreateBinaryIntrinsic(llvm::Intrinsic::umin, body_.CreateSub(count, first), body_.getInt64(strip_cells));
+  std::vector<std::array<llvm::AllocaInst*, 2>> kept;  // of each share: elements and values
+  llvm::IRBuilder<> stack(entry);
+  const auto keep = [&](llvm::Value* value, llvm::Value* k) {
+    llvm::AllocaInst* array = stack.CreateAlloca(value->getType(), stack.getInt64(strip_cells));
+    array->setAlignment(llvm::Align(cache_line));
+    body_.CreateStore(value, body_.CreateInBoundsGEP(value->getType(), array, k));
+    return array;
+  };
+  emit_loop(size, [&](llvm::Value* k) {
+    index_ = body_.CreateNSWAdd(first, k);
+    emit_body();
+    for (const std::vector<PlaceEmitter::Share>& of_scatter : shares_) {
+      for (const PlaceEmitter::Share& share : of_scatter)
+        kept.push_back({keep(share.element, k), keep(share.value, k)});
+    }
+  });
+  emit_adds(size, kept);
+  llvm::Value* next = body_.CreateNUWAdd(first, body_.getInt64(strip_cells));
+  first->addIncoming(next, body_.GetInsertBlock());
+  body_.CreateCondBr(body_.CreateICmpULT(next, count), strip, done);
+  before_.CreateBr(strip);
+  stack.CreateCondBr(stack.CreateICmpSGT(count, stack.getInt64(0)), before, done);
+  body_.SetInsertPoint(done);
+  body_.CreateRetVoid();
+}
+
+void RowEmitter::emit_adds(llvm::Value* count, const std::vector<std::array<llvm::AllocaInst*, 2>>& kept) {
+  auto next = kept.begin();
+  for (std::size_t s = 0; s < shares_.size(); ++s) {
+    for (std::size_t share = 0; share < shares_[s].size(); ++share, ++next) {
+      emit_loop(count, [&](llvm::Value* k) {
+        const auto value_of = [&](llvm::AllocaInst* array) {
+          llvm::Type* type = array->getAllocatedType();
+          return body_.CreateLoad(type, body_.CreateInBoundsGEP(type, array, k));
+        };
+        add_share(s, value_of((*next)[0]), value_of((*next)[1]));
+      });
+    }
+  }
+}
+
+void RowEmitter::add_share(std::size_t scatter, llvm::Value* element, llvm::Value* value) {
+  llvm::Value* grid = place_.grids.at(static_cast<std::size_t>(row_.scatters[scatter].target.grid));
+  llvm::Value* address = body_.CreateInBoundsGEP(real_, grid, element);
+  llvm::Value* old = body_.CreateAlignedLoad(real_, address, alignment());
+  body_.CreateAlignedStore(body_.CreateFAdd(old, value), address, alignment());
 }
 
 void RowEmitter::emit_totals(llvm::BasicBlock* cell) {
@@ -370,7 +470,7 @@ void RowEmitter::emit_body() {
   }
   for (const loop::Scatter& scatter : row_.scatters) {
     const std::vector<llvm::Value*> displacement = emitter.numbers(scatter.target.displacement);
-    place.scatter(scatter.target, displacement, emitter.number(scatter.value));
+    shares_.push_back(place.scatter(scatter.target, displacement, emitter.number(scatter.value)));
   }
 }
 
