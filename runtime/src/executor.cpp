@@ -300,10 +300,10 @@ void Executor::make_stacks() {
   for (Stack& stack : plan_->stacks) stack.make(*layout_);
 }
 
-std::int64_t Executor::stack_fields() const {
-  std::int64_t fields = 0;
-  for (const Stack& stack : plan_->stacks) fields += stack.fields();
-  return fields;
+std::int64_t Executor::stack_bytes() const {
+  std::int64_t bytes = 0;
+  for (const Stack& stack : plan_->stacks) bytes += stack.bytes(*layout_);
+  return bytes;
 }
 
 std::string Executor::tuning() const {

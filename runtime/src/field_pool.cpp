@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory of many fields of one layout, also in a file.
+#include "field_pool.h"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
 
 #include "aligned_memory.h"
+#include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
-#include "rollout_impl.h"
 
 namespace dpde {
 
@@ -36,6 +37,13 @@ FieldPool::FieldPool(const dpde_layout& layout, int64_t count, const std::string
   if (count == 0) return;
   memory_ = std::unique_ptr<char, Free>(folder.empty() ? allocate_bytes(bytes) : map_file(folder, bytes),
                                         Free(folder.empty() ? 0 : bytes));
+}
+
+int64_t bytes_of_stack(const dpde_layout& layout, int64_t fields, int64_t passes) {
+  constexpr int64_t most = int64_t{1} << 50;  // what no machine has: sums of some of these are numbers still
+  int64_t bytes = 0;
+  const bool is_too_large = __builtin_mul_overflow(FieldPool::stride_of(layout), fields, &bytes) || bytes > most;
+  return allocated_bytes(is_too_large ? most : bytes) + passes * static_cast<int64_t>(sizeof(void*));
 }
 
 }  // namespace dpde

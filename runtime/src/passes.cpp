@@ -6,8 +6,8 @@
 namespace dpde {
 
 void Stack::make(const dpde_layout& layout) {
-  memory_.clear();
-  for (std::int64_t i = 0; i < fields_; ++i) memory_.emplace_back(layout, static_cast<int>(i % 64));
+  memory_ = FieldPool(layout, fields_);
+  slots_.resize(static_cast<std::size_t>(passes_));
 }
 
 Passes::Passes(const dpde_repeat& source, std::vector<Stack>& stacks)

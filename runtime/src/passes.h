@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "dpde/kernel_abi.h"
-#include "dpde/runtime/field.h"
+#include "dpde/runtime/allocation.h"
+#include "field_pool.h"
 
 namespace dpde {
 
@@ -19,14 +20,15 @@ class Stack {
   /// Those that need memory: others are somebody else's.
   std::int64_t fields() const { return fields_; }
   void make(const dpde_layout& layout);
-  void* memory(std::int64_t number) { return memory_[static_cast<std::size_t>(number)].base(); }
+  std::int64_t bytes(const dpde_layout& layout) const { return bytes_of_stack(layout, fields_, passes_); }
+  void* memory(std::int64_t number) { return memory_.base(number); }
 
-  void set_passes(std::int64_t count) { slots_.resize(static_cast<std::size_t>(count)); }
+  void set_passes(std::int64_t count) { passes_ = count; }
   void*& slot(std::int64_t pass) { return slots_[static_cast<std::size_t>(pass)]; }
 
  private:
-  std::int64_t fields_;
-  std::vector<Field> memory_;
+  std::int64_t fields_, passes_ = 0;
+  FieldPool memory_;
   std::vector<void*> slots_;
 };
 

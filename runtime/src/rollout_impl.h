@@ -13,6 +13,7 @@
 #include "dpde/runtime/float_mode.h"
 #include "dpde/runtime/rollout.h"
 #include "dpde/runtime/tapes.h"
+#include "field_pool.h"
 #include "wavefront.h"
 
 namespace dpde {
@@ -31,27 +32,6 @@ struct Control {
 
 /// All states at one time: one base pointer a state.
 using StateBuffer = std::vector<void*>;
-
-/// Equal arrays with one layout in one allocation; with a folder in a file there that has no name and goes with the
-/// pool.
-class FieldPool {
- public:
-  FieldPool() = default;
-  FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
-  void* base(int64_t number) const { return memory_.get() + number * stride_ + origin_; }
-  /// Bytes from one array to the next: shared by all pools of the layout.
-  static int64_t stride_of(const dpde_layout& layout);
-
- private:
-  struct Free {
-    Free() : mapped(0) {}
-    explicit Free(int64_t bytes) : mapped(bytes) {}
-    int64_t mapped;  // bytes of a file; 0: of memory
-    void operator()(char* memory) const;
-  };
-  std::unique_ptr<char, Free> memory_;
-  int64_t stride_ = 0, origin_ = 0;  // bytes
-};
 
 /// A program of the rollout: its executor, where the states enter, and what else has to be set before a run.
 struct BoundProgram {

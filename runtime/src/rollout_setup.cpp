@@ -144,7 +144,7 @@ BoundProgram Rollout::Impl::bind_program(const dpde_program& program, const std:
                                          bool is_step) {
   BoundProgram bound{.executor = Executor(program, setup.layout, setup.team)};
   bytes_of_fields += bound.executor.network_bytes();
-  bytes_of_fields += bound.executor.stack_fields() * allocated_bytes(field_bytes(setup.layout));
+  bytes_of_fields += bound.executor.stack_bytes();
   if (purpose == Purpose::run) bound.executor.make_stacks();
   if (purpose == Purpose::run) {
     bind_params(bound);

@@ -3,10 +3,13 @@
 // save, and derivatives of both orders are certified.
 #include <regex>
 
+#include "analysis/quick_certificate.h"
 #include "codegen/cpp/emit_cpp.h"
+#include "driver/memory_plan.h"
 #include "driver/storage.h"
 #include "driver_support.h"
 #include "loop/print_loop.h"
+#include "source/render.h"
 #include "support/scene_run.h"
 
 namespace dpde::testing {
@@ -50,9 +53,30 @@ TEST(RepeatedScene, PlansMemoryForWhatPassesSave) {
     EXPECT_TRUE(plan);
     return plan ? plan->field_bytes : 0;
   };
-  const std::int64_t four = bytes(quadratic, 4), eight = bytes(quadratic, 8), many = bytes(quadratic, 4008);
-  EXPECT_GE(eight - four, 4 * 12 * 8);
-  EXPECT_EQ(many - eight, 1000 * (eight - four));
+  // Six lines of 64 bytes for 12 cells, their halo and what aligns them, and where they lie; whole pages of all.
+  const std::int64_t some = bytes(quadratic, 4000), many = bytes(quadratic, 8000);
+  EXPECT_NEAR(static_cast<double>(many - some), 4000 * (384 + 8), 4096);
+}
+
+/// 2e9 passes of 12 cells: refused before anything is allocated.
+TEST(RepeatedScene, IsRefusedWhereItsGradientDoesNotFitIntoMemory) {
+  const int many = 2'000'000'000;
+  const auto scene = compiled_task(quadratic, many);
+  const SourceFile source("test.dpde", task_of(quadratic, many));
+  DiagnosticSink sink;
+  EXPECT_TRUE(driver::run_fits(*scene, source, sink)) << "which saves nothing";
+  EXPECT_FALSE(driver::gradient_fits(*scene, {}, source, sink));
+  ASSERT_EQ(sink.all().size(), 1u);
+  const std::string text = render_text(source, sink.all()[0], false);
+  EXPECT_EQ(text.find("test.dpde:13:6: error[E0903]: a gradient of task t needs 730 GiB of memory, "), 0u) << text;
+  EXPECT_NE(text.find("\n  task t : rod {\n       ^\nhelp: fewer cells"), std::string::npos) << text;
+}
+
+/// The interpreter goes through every pass.
+TEST(RepeatedScene, CostsItsCertificateAllPasses) {
+  const auto seconds = [](int count) { return analysis::expected_seconds(*compiled_task(quadratic, count)); };
+  const double few = seconds(1000), many = seconds(1'000'000);
+  EXPECT_NEAR(many / few, 1000, 100);
 }
 
 TEST(RepeatedScene, IsCertified) {

@@ -8,6 +8,7 @@
 
 #include "analysis/instability.h"
 #include "driver/blow_up.h"
+#include "driver/memory_plan.h"
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
@@ -37,6 +38,18 @@ void add_task_options(CLI::App& verb, TaskOptions& options) {
       ->excludes(always);
 }
 
+namespace {
+
+/// Windows of a training have a gradient each.
+bool is_possible(Job& job, const TaskOptions& options, const driver::Compiled& compiled) {
+  const std::optional<std::int64_t> bytes = checkpoint_bytes(job, options);
+  return bytes && (compiled.problem->task->training ||
+                   driver::gradient_fits(compiled, {thread_count(options), *bytes, options.checkpoint_folder},
+                                         job.source(), job.sink()));
+}
+
+}  // namespace
+
 bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOptions& wanted, TaskRun& run) {
   std::optional<driver::CompileOptions> compile_options = wanted;
   compile_options->adjoint = true;
@@ -48,6 +61,7 @@ bool compile_task(Job& job, const TaskOptions& options, const driver::CompileOpt
     return false;
   }
   run.compiled = std::make_shared<driver::Compiled>(std::move(*compiled));
+  if (!is_possible(job, options, *run.compiled)) return false;
   run.certificate = analysis::certify_quickly(job.source(), run.compiled, options.certifying, job.sink());
   job.say(certificate_text(run));
   return !job.failed();

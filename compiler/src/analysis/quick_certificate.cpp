@@ -20,6 +20,7 @@
 #include "network/symmetrise.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "support/match.h"
 
 namespace dpde::analysis {
 
@@ -54,6 +55,30 @@ int size_of(const stencil::Kernel& kernel) {
     return value;
   });
   return nodes;
+}
+
+struct Size {
+  double nodes = 0, executed = 0;  // those of repeats once, and in each pass
+};
+
+Size size_of(const stencil::Module& module, const std::vector<stencil::Statement>& statements) {
+  Size size;
+  for (const stencil::Statement& statement : statements) {
+    const Size more = match(
+        statement, [](const stencil::Fill&) { return Size{}; }, [](const stencil::Fold&) { return Size{}; },
+        [](const stencil::Reduce&) { return Size{}; }, [](const stencil::Infer&) { return Size{}; },
+        [&](const stencil::Run& run) {
+          const double nodes = size_of(*module.find_kernel(run.kernel));
+          return Size{nodes, nodes};
+        },
+        [&](const stencil::Repeat& repeat) {
+          const Size block = size_of(module, repeat.body);
+          return Size{block.nodes, repeat.count * block.executed};
+        });
+    size.nodes += more.nodes;
+    size.executed += more.executed;
+  }
+  return size;
 }
 
 /// The code, its programs, and what is done with them.
@@ -178,13 +203,12 @@ double expected_seconds(const driver::Compiled& compiled) {
   double seconds = 0;
   for (const std::string& name : certified_programs(compiled)) {
     const stencil::Program& program = *compiled.stencil.find_program(name);
-    int nodes = 0, cells = 0;
-    stencil::for_each_run(
-        program, [&](const stencil::Run& run) { nodes += size_of(*compiled.stencil.find_kernel(run.kernel)); });
+    const Size size = size_of(compiled.stencil, program.body);
+    int cells = 0;
     for (const std::vector<int>& grid : quick_grids(program.axes.size(), compiled.stencil.networks)) {
       cells += std::accumulate(grid.begin(), grid.end(), 1, std::multiplies<>());
     }
-    seconds += seconds_a_program + seconds_a_node * nodes + seconds_a_node_and_cell * nodes * cells;
+    seconds += seconds_a_program + seconds_a_node * size.nodes + seconds_a_node_and_cell * size.executed * cells;
   }
   return seconds;
 }

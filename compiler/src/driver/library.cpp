@@ -7,28 +7,16 @@
 
 #include "codegen/cpp/compile_cpp.h"
 #include "codegen/cpp/emit_library.h"
+#include "driver/declared.h"
 #include "driver/links.h"
 #include "driver/scene_table.h"
 #include "files/files.h"
-#include "syntax/parser.h"
 
 namespace dpde::driver {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Where the task or scene is defined.
-SourceRange place_of(const SourceFile& source, const dpde_scene& scene) {
-  DiagnosticSink unread;  // it was compiled: nothing to say
-  for (const ast::Declaration& declaration : ast::parse(source, unread).declarations) {
-    const auto* task = std::get_if<ast::Task>(&declaration.kind);
-    const auto* alone = std::get_if<ast::Scene>(&declaration.kind);
-    if (scene.task != nullptr && task && task->name.name == scene.task) return task->name.range;
-    if (scene.task == nullptr && alone && alone->name.name == scene.name) return alone->name.range;
-  }
-  return {};
-}
 
 /// Whether `path` is free, or holds what dpde wrote there before.
 bool may_write(const fs::path& path, DiagnosticSink& sink) {
@@ -60,7 +48,7 @@ std::optional<LibraryFiles> build_library(const SourceFile& source, const Librar
   const std::string name = !options.name.empty() ? options.name : scene.task != nullptr ? scene.task : scene.name;
   const std::string clash = codegen::library_name_clash(scene, name);
   if (!clash.empty()) {
-    sink.report("bad-option", options.name.empty() ? place_of(source, scene) : SourceRange{}, {clash},
+    sink.report("bad-option", place_of(source, scene.name, scene.task != nullptr ? scene.task : ""), {clash},
                 "--name gives the class another name; names of parameters and fields are those of the model");
     return std::nullopt;
   }

@@ -1,25 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver/memory_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <functional>
 #include <set>
 
 #include "dpde/runtime/allocation.h"
+#include "dpde/runtime/error.h"
 #include "dpde/runtime/layout.h"
 #include "driver/cost.h"
 #include "driver/data.h"
+#include "driver/declared.h"
+#include "support/match.h"
 
 namespace dpde::driver {
 
 namespace {
 
+/// How many passes leave something on each stack.
+void note_passes(const std::vector<loop::Operation>& operations, std::vector<std::int64_t>& passes) {
+  for (const loop::Operation& operation : operations) {
+    match(
+        operation, [](const loop::Fill&) {}, [](const loop::Fold&) {}, [](const loop::Reduce&) {},
+        [](const loop::Infer&) {}, [](const loop::Sweep&) {},
+        [&](const loop::Repeat& repeat) {
+          for (const loop::Stacked& save : repeat.saves) passes[static_cast<std::size_t>(save.stack)] = repeat.count;
+          note_passes(repeat.body, passes);
+        });
+  }
+}
+
 /// The fields of a Workspace by name, in the order of a session's work; the largest sum of all that is there is kept.
 class Planner {
  public:
-  explicit Planner(const Compiled& compiled) : compiled_(compiled), problem_(*compiled.problem) {
-    const dpde_layout layout = layout_of(compiled);
-    field_ = static_cast<double>(bytes_of_field(layout));
-    array_ = static_cast<double>(8 * cell_count(layout));
+  explicit Planner(const Compiled& compiled)
+      : compiled_(compiled), problem_(*compiled.problem), layout_(layout_of(compiled)) {
+    field_ = static_cast<double>(bytes_of_field(layout_));
+    array_ = static_cast<double>(8 * cell_count(layout_));
     for (const model::Axis& axis : problem_.axes) hold(axis.name);
     for (const std::uint64_t seed : problem_.noises()) hold(model::noise_name(seed));
   }
@@ -49,9 +68,12 @@ class Planner {
     for (const std::string& field : program->fields) {
       if (!states_given || problem_.find_state(field) == nullptr) fields_.insert(field);
     }
+    std::vector<std::int64_t> passes(program->stacks.size(), 0);
+    note_passes(program->body, passes);
     double stacked = 0;
-    for (const int fields : program->stacks) stacked += fields;
-    note(stacked * field_);
+    for (std::size_t s = 0; s < passes.size(); ++s)
+      stacked += static_cast<double>(bytes_of_stack(layout_, program->stacks[s], passes[s]));
+    note(stacked);
   }
   /// Workspace::release.
   void release(const std::string& name) {
@@ -98,6 +120,7 @@ class Planner {
 
   const Compiled& compiled_;
   const model::Problem& problem_;
+  const dpde_layout layout_;
   double field_ = 0, array_ = 0;
   std::set<std::string> fields_;
   double others_ = 0, peak_ = 0;
@@ -190,6 +213,41 @@ double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, cons
     if (derived != compiled.derived.end() && derived->second.adjoint) planner.execute(derived->second.adjoint->program);
   }
   return planner.peak();
+}
+
+namespace {
+
+bool fits(const std::string& what, double needed, const std::function<SourceRange()>& place, DiagnosticSink& sink) {
+  const auto there = static_cast<double>(available_memory());
+  if (needed <= there) return true;
+  const auto gibibytes = [](double bytes) { return fmt::format("{:.3g} GiB", bytes / (1 << 30)); };
+  sink.report("machine-failed", place(),
+              {fmt::format("{} needs {} of memory, {} are available", what, gibibytes(needed), gibibytes(there))},
+              "fewer cells take less, and a gradient less where repeats make fewer passes");
+  return false;
+}
+
+}  // namespace
+
+bool run_fits(const Compiled& compiled, const SourceFile& source, DiagnosticSink& sink) {
+  const std::string& scene = compiled.problem->scene;
+  return fits(
+      "scene " + scene, peak_of_run(compiled), [&] { return place_of(source, scene); }, sink);
+}
+
+bool gradient_fits(const Compiled& compiled, const StorageOptions& options, const SourceFile& source,
+                   DiagnosticSink& sink) {
+  const model::Problem& problem = *compiled.problem;
+  const auto place = [&] { return place_of(source, problem.scene, problem.task->name); };
+  try {
+    const std::optional<GradientPlan> plan = plan_of_gradient(compiled, options);
+    if (!plan) return true;
+    const double needed = peak_of_gradient(compiled, *plan, source);
+    return fits("a gradient of task " + problem.task->name, needed, place, sink);
+  } catch (const Error& error) {
+    sink.report("bad-option", place(), {error.what()}, "more for --memory, or fewer cells");
+    return false;
+  }
 }
 
 }  // namespace dpde::driver

@@ -17,4 +17,11 @@ double bytes_of_outputs(const Compiled& compiled);
 /// Of `dpde gradient`, with the runs of scenes that make its data; `plan` is that of plan_of_gradient().
 double peak_of_gradient(const Compiled& compiled, const GradientPlan& plan, const SourceFile& source);
 
+/// Whether it fits into the memory that is there, else an error: asking for more would end the process without a word.
+bool run_fits(const Compiled& compiled, const SourceFile& source, DiagnosticSink& sink);
+
+/// The same of a gradient of the task, and an error too where its states do not fit the budget.
+bool gradient_fits(const Compiled& compiled, const StorageOptions& options, const SourceFile& source,
+                   DiagnosticSink& sink);
+
 }  // namespace dpde::driver

@@ -10,6 +10,8 @@
 #include "dpde/runtime/error.h"
 #include "driver/cost.h"
 #include "driver/data.h"
+#include "driver/declared.h"
+#include "driver/memory_plan.h"
 #include "driver/tuning.h"
 #include "files/array_file.h"
 #include "model/placement.h"
@@ -22,18 +24,6 @@ bool is_field(const dpde_program& program, const std::string& field) {
   for (int f = 0; f < program.field_count; ++f) {
     if (program.fields[f] == field) return true;
   }
-  return false;
-}
-
-std::string gibibytes(double bytes) { return fmt::format("{:.3g} GiB", bytes / (1 << 30)); }
-
-/// Asking for more than there is would end the process without a word.
-bool fits_in_memory(const Compiled& compiled, DiagnosticSink& sink) {
-  const double needed = memory_of(compiled).run, there = static_cast<double>(available_memory());
-  if (needed <= there) return true;
-  sink.report("machine-failed", {},
-              {fmt::format("scene {} needs {} of memory, {} are available", compiled.problem->scene, gibibytes(needed),
-                           gibibytes(there))});
   return false;
 }
 
@@ -51,12 +41,12 @@ std::unique_ptr<Session> Session::open(const SourceFile& source, std::shared_ptr
   for (std::size_t a = 0; a < std::min(options.cells.size(), session->axes_.size()); ++a)
     session->axes_[a].cells = options.cells[a];
   try {
-    if (options.cells.empty() && !fits_in_memory(*session->compiled_, sink)) return nullptr;
+    if (options.cells.empty() && !run_fits(*session->compiled_, source, sink)) return nullptr;
     session->options_.checkpoint_bytes =
         budget_of_states({options.threads, options.checkpoint_bytes, options.checkpoint_folder});
     if (!session->load(source, sink)) return nullptr;
   } catch (const std::exception& error) {
-    report_error(error, sink);
+    report_error(error, sink, place_of(source, session->problem().scene));
     return nullptr;
   }
   return session;
@@ -264,16 +254,16 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
   return norms;
 }
 
-void report_error(const std::exception& error, DiagnosticSink& sink) {
+void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange range) {
   if (const Error* known = dynamic_cast<const Error*>(&error)) {
     switch (known->kind()) {
-      case ErrorKind::input: sink.report("bad-option", {}, {known->what()}); return;
-      case ErrorKind::run: sink.report("run-failed", {}, {known->what()}); return;
-      case ErrorKind::machine: sink.report("machine-failed", {}, {known->what()}); return;
+      case ErrorKind::input: sink.report("bad-option", range, {known->what()}); return;
+      case ErrorKind::run: sink.report("run-failed", range, {known->what()}); return;
+      case ErrorKind::machine: sink.report("machine-failed", range, {known->what()}); return;
     }
   }
   const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-  sink.report("machine-failed", {}, {memory ? std::string("not enough memory") : std::string(error.what())});
+  sink.report("machine-failed", range, {memory ? std::string("not enough memory") : std::string(error.what())});
 }
 
 }  // namespace dpde::driver

@@ -108,6 +108,6 @@ class Session {
 };
 
 /// What `error` says as a diagnostic: input, run or machine.
-void report_error(const std::exception& error, DiagnosticSink& sink);
+void report_error(const std::exception& error, DiagnosticSink& sink, SourceRange range = {});
 
 }  // namespace dpde::driver

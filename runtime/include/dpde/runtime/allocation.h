@@ -15,4 +15,7 @@ int64_t allocated_bytes(int64_t wanted);
 /// what the system leaves free before whole pages.
 int64_t bytes_of_field(const dpde_layout& layout);
 
+/// Bytes of the fields that the passes of a repeat leave on a stack, in one piece, and of where they lie.
+int64_t bytes_of_stack(const dpde_layout& layout, int64_t fields, int64_t passes);
+
 }  // namespace dpde

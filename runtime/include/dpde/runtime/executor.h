@@ -93,8 +93,7 @@ class Executor {
 
   /// Memory of what passes leave for later: made once. The first run() does it, unless it was done before.
   void make_stacks();
-  /// As fields of the layout.
-  std::int64_t stack_fields() const;
+  std::int64_t stack_bytes() const;
 
   /// Adds the time of each run from now on; null: no more. `to` must stay.
   void set_clock(RunSeconds* to) { clock_ = to; }

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory of many fields of one layout. Inside the runtime only.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "dpde/kernel_abi.h"
+
+namespace dpde {
+
+/// Equal arrays with one layout in one allocation; with a folder in a file there that has no name and goes with the
+/// pool.
+class FieldPool {
+ public:
+  FieldPool() = default;
+  FieldPool(const dpde_layout& layout, int64_t count, const std::string& folder = {});
+  void* base(int64_t number) const { return memory_.get() + number * stride_ + origin_; }
+  /// Bytes from one array to the next: shared by all pools of the layout.
+  static int64_t stride_of(const dpde_layout& layout);
+
+ private:
+  struct Free {
+    Free() : mapped(0) {}
+    explicit Free(int64_t bytes) : mapped(bytes) {}
+    int64_t mapped;  // bytes of a file; 0: of memory
+    void operator()(char* memory) const;
+  };
+  std::unique_ptr<char, Free> memory_;
+  int64_t stride_ = 0, origin_ = 0;  // bytes
+};
+
+}  // namespace dpde
