@@ -5,11 +5,14 @@
 #include <string>
 
 #include "adjoint/adjoint.h"
+#include "source/render.h"
+#include "stencil/from_ast.h"
 #include "stencil/passes/passes.h"
 #include "stencil/print_stencil.h"
 #include "stencil/verify_stencil.h"
 #include "support/derivative_check.h"
 #include "support/program_texts.h"
+#include "syntax/parser.h"
 
 namespace dpde {
 namespace {
@@ -54,6 +57,26 @@ TEST(RepeatedAdjoint, HasTheSameSizeForAnyCount) {
     if (wanted.empty()) wanted = text;
     EXPECT_EQ(text, wanted);
   }
+}
+
+/// Behind the repeat fin_2 reads u_2, which nobody wrote.
+TEST(RepeatedAdjoint, RefusesInTheWordsOfTheText) {
+  const SourceFile source("p.dpde",
+                          "kernel step(u: field, out v: field) { v = 0.5*u }\n"
+                          "kernel square(u: field, out w: field) { w = u^2 }\n"
+                          "kernel add(u: field, inout w: field) { w += u }\n"
+                          "kernel fin(w: field, u: field, out n: field) {\n  n = w^2 + u\n}\n"
+                          "program p { axes x periodic\n  repeat 2 { run step; swap u, v }\n"
+                          "  run square; run fin; run add; swap u, n; keep w }\n");
+  DiagnosticSink sink;
+  const stencil::Module module = stencil::from_ast(ast::parse(source, sink), sink);
+  ASSERT_FALSE(sink.has_errors());
+  adjoint::adjoint(module, "p", {{"u"}, {}}, sink);
+  ASSERT_EQ(sink.all().size(), 1u);
+  EXPECT_EQ(
+      render_text(source, sink.all()[0], false),
+      "p.dpde:5:3: error[E0603]: the derivative of kernel fin needs field w as it was before it is changed again\n"
+      "    n = w^2 + u\n    ^~~~~~~~~~~\nhelp: store the changed value in a field of its own\n");
 }
 
 TEST(RepeatedAdjoint, SavesWhatItReads) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "model/model_support.h"
+#include "support/bound_names.h"
 
 namespace dpde::model {
 namespace {
@@ -270,8 +271,8 @@ task t : s {
 // ---- hand-written programs -----------------------------------------------------------------------------------------
 
 const std::string hand_written = R"(
-kernel wave_step(u: field halo 1, kappa: field, x: field, out v: field, nu, h, dt, t: param, sum total: param) {
-  v = u + dt*(kappa*nu*(u[-1] - 2*u + u[+1])/h^2 + x*t)
+kernel wave_step(u: field halo 1, kappa: field, x: field, out v: field, nu, hx, dt, t: param, sum total: param) {
+  v = u + dt*(kappa*nu*(u[-1] - 2*u + u[+1])/hx^2 + x*t)
   total += u
 }
 program wave {
@@ -317,6 +318,21 @@ TEST(Programs, TheLoopAroundThemGivesTheSteps) {
   std::string timed = hand_written;
   timed.replace(timed.find("step 1/32"), 9, "time 0 .. 1; step 1/4");
   EXPECT_EQ(problem_of(timed).steps, 4);
+}
+
+/// Each name that scenes bind, and no other: nothing would give h a value.
+TEST(Programs, OtherNamesThanThoseOfScenesAreParameters) {
+  const auto with = [](const std::string& name, bool is_field) {
+    return outcome_of("kernel k(u: field, out v: field, " + name + (is_field ? ": field" : ": param") + ") { v = u*" +
+                      name + " }\nprogram p { axes x periodic, y periodic, z periodic; run k; swap u, v }\n" +
+                      "scene s : p { grid x = 0 .. 1, cells 2, periodic; grid y = 0 .. 1, cells 2, periodic; grid z = "
+                      "0 .. 1, cells 2, periodic\n initial u = x; time 0 .. 1, step 1 }\n")
+        .diagnostics;
+  };
+  for (const BoundName& known : bound_names)
+    EXPECT_TRUE(with(std::string(known.name), known.kind == BoundNameKind::coordinate).empty()) << known.name;
+  ASSERT_EQ(with("h", false).size(), 1u);
+  EXPECT_EQ(with("h", false)[0].message, "parameter h has no value");
 }
 
 TEST(Programs, FieldsWrittenOnTheWayAreNoCoefficients) {

@@ -405,6 +405,38 @@ TEST(RepeatErrors, WallsThatAPassSets) {
       "E0368 program p leaves g with the values on the walls that a repeat has set: it ");
 }
 
+TEST(RepeatErrors, CountersHaveNamesOfTheirOwn) {
+  const auto counted = [](const std::string& name) {
+    return complaints(
+        "kernel k(u: field, out v: field, a: param) { v = a*u }\nprogram p {\n axes x periodic\n repeat " + name +
+        " in 0 .. 3 { run k; swap u, v }\n run after\n swap u, w }\n" +
+        "kernel after(u: field, out w: field, k: param) { w = k*u }\n");
+  };
+  EXPECT_EQ(counted("a"), Texts{}) << "of the block alone";
+  EXPECT_EQ(counted("t"), Texts{"E0368 program p counts the passes of a repeat by t, which is the time | t | choose "
+                                "another name: repeat i in ..."});
+  EXPECT_EQ(counted("hx"), Texts{"E0368 program p counts the passes of a repeat by hx, which is the spacing along x | "
+                                 "hx | choose another name: repeat i in ..."});
+  for (const std::string name : {"k", "u"}) {
+    EXPECT_EQ(counted(name),
+              Texts{"E0368 program p counts the passes of a repeat by " + name +
+                    ", which is a field or a param of it | " + name + " | choose another name: repeat i in ..."});
+  }
+}
+
+/// Behind the repeat u is u_2, which fin_2 reads.
+TEST(RepeatErrors, AreInTheWordsOfTheText) {
+  const std::string fin = "kernel fin(u: field halo 1, out n: field) { n = u + u[-1] }\n";
+  const auto with_end = [&](const std::string& end) {
+    return complaints(jacobi + fin +
+                      "program p { axes x bounded\n  repeat 2 { fill u x = 0; run jacobi; swap u, v }\n" + end +
+                      "\nswap u, n }\n");
+  };
+  EXPECT_EQ(with_end("run fin"),
+            Texts{"E0368 program p runs fin, which reads neighbours of u, without a fill | run fin"});
+  EXPECT_EQ(with_end("fill u x = 0; run fin; run fin"), Texts{"E0368 program p writes n twice | run fin"});
+}
+
 TEST(RepeatErrors, WhatStandsInARepeat) {
   EXPECT_EQ(in_program("repeat 2 { keep u }").at(0).substr(0, 5), "E0203");
   std::string deep = "run jacobi";

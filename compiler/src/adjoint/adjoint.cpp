@@ -12,6 +12,7 @@
 #include "adjoint/regions.h"
 #include "adjoint/reversed_passes.h"
 #include "adjoint/weights.h"
+#include "stencil/as_written.h"
 #include "stencil/effects.h"
 #include "support/assert.h"
 #include "support/contains.h"
@@ -454,8 +455,7 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   if (!check_differentiable(module, *program, varied, sink) || !check_folds(module, *program, varied, sink)) return {};
 
   DerivedNames names(module, "_bar");
-  Derivative result;
-  result.program = names.fresh_program(name + "_adjoint");
+  Derivative result{{}, names.fresh_program(name + "_adjoint"), {}, true};
   Module reverse_kernels;
   Reversal reversal(module, *program, varied, names, reverse_kernels, sink);
   reversal.reverse_all();
@@ -466,7 +466,8 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   reversal.finish(inputs);
   reversal.restore_seed_names();
   for (const auto& [kernel, what] : reversal.refused) {
-    sink.report("no-useful-derivative", {}, {what, "in kernel " + kernel},
+    sink.report("no-useful-derivative", place_of(module, kernel),
+                {what, "in kernel " + as_written(module, *program, kernel)},
                 "store what is read in a field that is filled, and read that one without grow");
   }
   if (!check_overwritten(module, *program, reversal.needed, sink)) return {};
@@ -482,7 +483,6 @@ Derivative reverse(const Module& module, const std::string& name, const Activity
   result.module.programs.push_back(std::move(derived));
   for (const std::string& p : wrt.params) names.of(p);
   result.links = names.links(module, *program, wrt);
-  result.is_adjoint = true;
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "adjoint/regions.h"
+#include "stencil/as_written.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "support/match.h"
@@ -145,7 +146,9 @@ bool check_overwritten(const Module& module, const Program& program, const std::
     }
     if (!is_changed) continue;
     const std::vector<std::string> kernels = effects(module, program.body[first]).kernels;
-    sink.report("overwritten-value", {}, {kernels.empty() ? program.name : kernels.front(), field},
+    const std::string reader = kernels.empty() ? program.name : kernels.front();
+    const auto written = [&](const std::string& name) { return as_written(module, program, name); };
+    sink.report("overwritten-value", place_of(module, reader), {written(reader), written(field)},
                 "store the changed value in a field of its own");
     good = false;
   }

@@ -7,15 +7,11 @@
 #include "model/build.h"
 #include "stencil/build.h"
 #include "stencil/effects.h"
+#include "support/bound_names.h"
 
 namespace dpde::driver {
 
 namespace {
-
-bool is_bound_by_the_scene(const std::string& name) {
-  static const std::set<std::string> names = {"hx", "hy", "hz", "dt", "t", "cells", "x", "y", "z"};
-  return names.contains(name);
-}
 
 /// Those in values of boundaries have no adjoint yet; those in weights of mixed ones have.
 std::set<std::string> params_of_boundaries(const stencil::Module& module) {
@@ -62,13 +58,13 @@ adjoint::Activity activity_of(const Compiled& compiled, const CompileOptions& op
   adjoint::Activity wrt;
   const std::set<std::string> passive = params_of_boundaries(compiled.stencil);
   const auto add_param = [&](const std::string& name) {
-    if (!is_bound_by_the_scene(name) && !passive.contains(name)) wrt.params.insert(name);
+    if (!find_bound_name(name) && !passive.contains(name)) wrt.params.insert(name);
   };
   if (!compiled.problem) {
     for (const stencil::Program& program : compiled.stencil.programs) {
       const stencil::Interface interface = stencil::interface_of(compiled.stencil, program);
       for (const std::string& field : interface.inputs) {
-        if (!is_bound_by_the_scene(field)) wrt.fields.insert(field);
+        if (!find_bound_name(field)) wrt.fields.insert(field);
       }
       for (const std::string& param : interface.params) add_param(param);
       wrt.params.insert(interface.networks.begin(), interface.networks.end());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "support/assert.h"
+#include "support/bound_names.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -129,7 +130,10 @@ Expr access(std::string field, Offset offset) { return make(Access{std::move(fie
 Expr inside(Offset offset, int grow) { return make(Inside{offset, grow}); }
 Expr interp(Interp value) { return make(std::move(value)); }
 
-bool is_coordinate(const std::string& field) { return field == "x" || field == "y" || field == "z"; }
+bool is_coordinate(const std::string& field) {
+  const BoundName* known = find_bound_name(field);
+  return known != nullptr && known->kind == BoundNameKind::coordinate;
+}
 
 bool is_literal(const Expr& e) { return as<Literal>(e) != nullptr; }
 bool is_literal(const Expr& e, double value) {

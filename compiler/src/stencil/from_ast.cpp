@@ -10,8 +10,10 @@
 #include <map>
 #include <set>
 
+#include "stencil/as_written.h"
 #include "stencil/boundary_from_ast.h"
 #include "stencil/build.h"
+#include "stencil/counters_from_ast.h"
 #include "stencil/effects.h"
 #include "stencil/expr_from_ast.h"
 #include "stencil/kernel_from_ast.h"
@@ -72,6 +74,7 @@ class ModuleReader {
       return;
     }
     kernels_.push_back(dpde::stencil::read_kernel(source, sink_));
+    kernels_.back().kernel.origin = {source.copy_of, source.copied, source.name.range};
   }
 
   /// The number of axes that the program or the kernels it runs tell; nothing when none does.
@@ -127,6 +130,7 @@ class ModuleReader {
     filled_.clear();
     for (const ast::Item& item : source.items) read_item(item);
     check_results(source);
+    check_counters(module_, program_, source, fields_, sink_);
     statement_ranges_[program_.name] = ranges_;
     module_.programs.push_back(program_);
   }
@@ -450,7 +454,8 @@ class ModuleReader {
         if (p.name.name == problem.declaration) range = p.name.range;
       });
       if (problem.statement >= 0) range = statement_ranges_[problem.declaration][problem.statement];
-      sink_.report("bad-program", range, {problem.text},
+      const Program* program = module_.find_program(problem.declaration);
+      sink_.report("bad-program", range, {program ? as_written(module_, *program, problem.text) : problem.text},
                    blocks_.contains(range.begin)
                        ? "each pass of a repeat is by itself: it fills what it reads around a "
                          "cell, and what it writes is known in it only"

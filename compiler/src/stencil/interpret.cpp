@@ -92,13 +92,13 @@ void State::set_coordinate(int axis, Topology topology, double low, double spaci
 namespace {
 
 /// A cell along one axis and what an interpolation takes of it.
-struct Tap {
+struct WeightedCell {
   int cell;
   double weight;
 };
 
 /// The cells along one axis around the point `at` displaced by `d`, and their weights.
-std::vector<Tap> taps_along(Topology topology, int n, int at, double d, Along along) {
+std::vector<WeightedCell> taps_along(Topology topology, int n, int at, double d, Along along) {
   const double j = at + std::floor(d);
   double f = d - std::floor(d);
   const bool nowhere = !std::isfinite(d);  // no place: the weights are NaN and so is the result
@@ -115,7 +115,7 @@ std::vector<Tap> taps_along(Topology topology, int n, int at, double d, Along al
   } else {
     low = modulo(static_cast<int>(std::fmod(j, n)), n);
   }
-  std::vector<Tap> taps;
+  std::vector<WeightedCell> taps;
   int cell = low - 1;
   for (const std::array<double, 4>& c : weights_of(along)) {
     const double weight = c[0] + f * (c[1] + f * (c[2] + f * c[3]));
@@ -156,7 +156,7 @@ bool Point::is_inside(const Inside& inside) const {
 }
 
 void Point::for_each_tap(const Interp& interp, const std::function<void(const Cell&, double)>& f) const {
-  std::array<std::vector<Tap>, max_rank> taps;
+  std::array<std::vector<WeightedCell>, max_rank> taps;
   Cell counts{1, 1, 1};
   taps.fill({{0, 1}});
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
@@ -165,7 +165,7 @@ void Point::for_each_tap(const Interp& interp, const std::function<void(const Ce
     counts[axis] = static_cast<int>(taps[axis].size());
   }
   for_each_cell({}, counts, [&](const Cell& c) {
-    const Tap &x = taps[0][c[0]], &y = taps[1][c[1]], &z = taps[2][c[2]];
+    const WeightedCell &x = taps[0][c[0]], &y = taps[1][c[1]], &z = taps[2][c[2]];
     f({x.cell, y.cell, z.cell}, x.weight * y.weight * z.weight);
   });
 }

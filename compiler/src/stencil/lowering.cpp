@@ -9,17 +9,13 @@
 #include "stencil/effects.h"
 #include "stencil/given.h"
 #include "stencil/walls.h"
+#include "support/bound_names.h"
 #include "support/contains.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
 
 namespace {
-
-const std::set<std::string>& names_of_the_scene() {
-  static const std::set<std::string> names{"x", "y", "z", "hx", "hy", "hz", "t", "dt", "cells", "loss"};
-  return names;
-}
 
 bool is_read_beyond_the_cell(const Signature::Read& read) {
   if (read.interpolated) return true;
@@ -214,7 +210,8 @@ std::vector<Signature::Read> reads_of(const Stage& stage) {
 }
 
 Lowering::Lowering(const model::Problem& problem) : problem_(problem), placements_(problem) {
-  for (const std::string& name : names_of_the_scene()) names_.reserve(name);
+  for (const BoundName& known : bound_names) names_.reserve(std::string(known.name));
+  names_.reserve("loss");
   for (const model::Parameter& parameter : problem.params) names_.reserve(parameter.name);
   for (const model::Coefficient& coefficient : problem.coefficients) names_.reserve(coefficient.name);
   for (const model::Quantity& observable : problem.observables) names_.reserve(observable.name);

@@ -72,6 +72,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -199,6 +200,14 @@ struct Given {
   bool operator==(const Given&) const = default;
 };
 
+/// What a person wrote, where programs give kernels and fields other names: for messages. Always equal, as Origin is.
+struct KernelOrigin {
+  std::string kernel;                         // "": as it is called
+  std::map<std::string, std::string> fields;  // by what they are called here
+  SourceRange range;
+  friend bool operator==(const KernelOrigin&, const KernelOrigin&) { return true; }
+};
+
 struct Kernel {
   std::string name;
   int rank = 1;
@@ -207,6 +216,7 @@ struct Kernel {
   std::vector<Sum> sums;
   std::vector<Scatter> scatters;
   std::vector<Given> given = {};  // in place of what adjoint() would derive; no part of what the kernel does
+  KernelOrigin origin = {};
   bool operator==(const Kernel&) const = default;
 };
 

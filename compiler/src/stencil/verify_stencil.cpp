@@ -10,6 +10,7 @@
 #include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/verify_kernel.h"
+#include "support/bound_names.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -107,10 +108,8 @@ class ProgramCheck {
 
   /// Repeats one behind the other may count with one name.
   void check_counters() {
-    static const std::set<std::string> bound{"t", "dt", "cells", "hx", "hy", "hz"};
     for (const std::string& name : counters_of(program_.body)) {
-      if (is_coordinate(name) || bound.contains(name) || params_.contains(name) || fields_.contains(name) ||
-          inner_.contains(name))
+      if (find_bound_name(name) || params_.contains(name) || fields_.contains(name) || inner_.contains(name))
         problem("counts the passes of a repeat by {}, which is something else", name);
     }
   }

@@ -3,6 +3,7 @@
 // every node has a range, comments are kept. `Error` is poison: whoever meets it stays silent.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -424,8 +425,10 @@ struct Task {  // task NAME : SCENE [with SCHEME] { ... }
 struct Kernel {  // kernel NAME(u: field halo 1, out v: field, nu: param) [on 2 axes] { ... }
   Identifier name;
   std::vector<KernelParameter> parameters;
-  std::optional<int> axes;  // on 2 axes: where no offset in the body tells
-  std::vector<Item> items;  // LetItem, AssignItem, ScatterItem, AdjointItem
+  std::optional<int> axes;                         // on 2 axes: where no offset in the body tells
+  std::vector<Item> items;                         // LetItem, AssignItem, ScatterItem, AdjointItem
+  std::string copy_of = {};                        // the kernel that this one was copied from for a repeat
+  std::map<std::string, std::string> copied = {};  // and its fields there, by what they are here
 };
 struct Program {  // program NAME { fill ...; run ...; swap ... }
   Identifier name;

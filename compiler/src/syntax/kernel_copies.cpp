@@ -34,6 +34,8 @@ std::string KernelCopies::name_of(const Kernel& kernel, const Fields& fields) {
     return found == fields.end() ? name : found->second;
   });
   copy.name.name = known->second = names_.next(kernel.name.name);
+  copy.copy_of = kernel.name.name;
+  for (const auto& [own, field] : fields) copy.copied[field] = own;
   made_[kernel.name.name].push_back(std::move(copy));
   return known->second;
 }

@@ -9,6 +9,7 @@
 
 #include "source/diagnostic.h"
 #include "support/assert.h"
+#include "support/bound_names.h"
 #include "support/side_conditions.h"
 
 namespace dpde::model {
@@ -19,9 +20,8 @@ constexpr std::string_view axis_names[] = {"x", "y", "z"};
 constexpr std::size_t longest_list = 20;
 
 constexpr std::string_view reserved_words[] = {
-    "x",      "y",   "z",   "t",   "pi",    "dt",   "hx",    "hy",           "hz",
-    "if",     "and", "or",  "not", "let",   "loss", "cells", "courant_rate", "inside",
-    "interp", "in",  "out", "sum", "inout", "grow", "all",   "param",
+    "pi",     "if", "and", "or",  "not",   "let",  "loss", "courant_rate", "inside",
+    "interp", "in", "out", "sum", "inout", "grow", "all",  "param",
 };
 
 }  // namespace
@@ -73,7 +73,7 @@ bool is_reserved(const std::string& name) {
   if (name.ends_with("_bar") || name.ends_with("_dot")) return true;  // derivatives are called so
   constexpr std::string_view noise = "noise_";                        // fields of noise are called so
   if (name.starts_with(noise) && name.find_first_not_of("0123456789", noise.size()) == std::string::npos) return true;
-  return is_side_word(name) ||
+  return find_bound_name(name) || is_side_word(name) ||
          std::find(std::begin(reserved_words), std::end(reserved_words), name) != std::end(reserved_words);
 }
 

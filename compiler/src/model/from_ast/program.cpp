@@ -5,23 +5,17 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 
 #include "model/from_ast/parts.h"
+#include "support/bound_names.h"
 #include "support/match.h"
 
 namespace dpde::model {
 
 namespace {
 
-constexpr std::string_view bound_params[] = {"h", "hx", "hy", "hz", "dt", "t", "cells"};
-
-bool is_bound(const std::string& name) {
-  return std::find(std::begin(bound_params), std::end(bound_params), name) != std::end(bound_params);
-}
-
 void declare_param(Draft& draft, const std::string& name, SourceRange range) {
-  if (is_bound(name) || draft.scope.find(name)) return;
+  if (find_bound_name(name) || draft.scope.find(name)) return;
   draft.scope.declare(name, {Role::parameter, range});
   draft.problem.params.push_back({name});
 }
