@@ -10,6 +10,7 @@
 
 #include "random/random_adjoint.h"
 #include "random/random_expression.h"
+#include "random/random_repeat.h"
 #include "random/random_ties.h"
 #include "stencil/build.h"
 #include "stencil/print_stencil.h"
@@ -55,7 +56,7 @@ class Builder {
     for (int count = 1 + random_.below(4); count > 0; --count) add_statements();
     choose_results();
     drop_unused();
-    if (repeats_.percent(25)) repeat_it();
+    if (repeats_.percent(25)) repeat_it(result_.module, program_, repeats_);
     result_.module.programs.push_back(program_);
     return std::move(result_);
   }
@@ -65,7 +66,6 @@ class Builder {
   void choose_inputs();
   void choose_results();
   void drop_unused();
-  void repeat_it();
   void add_statements();
   void add_kernel(int grow);
   void add_ties();
@@ -459,27 +459,6 @@ void Builder::drop_unused() {
     if (!used.contains(swap.state)) program_.keeps.push_back(swap.next);
   }
   std::erase_if(program_.swaps, [&](const Swap& swap) { return !used.contains(swap.state); });
-}
-
-/// The whole program as the block of a repeat. What it carries is brought back to where inputs lie: a power of a power
-/// of a power would be anything.
-void Builder::repeat_it() {
-  if (program_.swaps.empty()) return;
-  const auto known = interface_of(result_.module, program_);
-  const auto is_written = [&](const std::string& field) { return std::ranges::count(known.written, field) > 0; };
-  if (std::ranges::any_of(program_.swaps, [&](const Swap& swap) { return is_written(swap.state); })) return;
-  Repeat repeat{2 + repeats_.below(3), std::move(program_.body), {}};
-  Kernel tame{"tame", rank(), {}, {}, {}, {}};
-  for (Swap& swap : program_.swaps) {
-    const std::string next = swap.state + "_tame", last = swap.state + "_last";
-    tame.stores.push_back({next, false, 1.0 + 0.5 * call(Fn::sin, {access(swap.next)}), {}});
-    repeat.carries.push_back({swap.state, next, last});
-    swap.next = last;
-  }
-  repeat.body.push_back(Run{tame.name, 0});
-  result_.module.kernels.push_back(std::move(tame));
-  program_.keeps.clear();
-  program_.body = {std::move(repeat)};
 }
 
 }  // namespace

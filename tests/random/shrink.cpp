@@ -90,12 +90,28 @@ bool write_out(const RandomProgram& p, const Try& accept) {
   RandomProgram candidate = p;
   Program& program = program_of(candidate);
   const Repeat* repeat = program.body.size() == 1 ? std::get_if<Repeat>(&program.body[0]) : nullptr;
-  if (repeat == nullptr) return false;
+  if (repeat == nullptr || !repeat->counter.name.empty()) return false;
   for (Swap& swap : program.swaps) {
     const auto carry = std::ranges::find(repeat->carries, swap.next, &Carry::result);
     if (carry != repeat->carries.end()) swap.next = carry->next;
   }
   program.body = std::vector(repeat->body);
+  return accept(std::move(candidate));
+}
+
+/// Passes without numbers: the first one's in all.
+bool drop_counter(const RandomProgram& p, const Try& accept) {
+  RandomProgram candidate = p;
+  std::vector<Statement>& body = program_of(candidate).body;
+  Repeat* repeat = body.size() == 1 ? std::get_if<Repeat>(&body[0]) : nullptr;
+  if (repeat == nullptr || repeat->counter.name.empty()) return false;
+  const std::map<std::string, Expr> number{{repeat->counter.name, 0.0}};
+  const auto first = [&](const Expr& e) { return substitute_params(e, number); };
+  for (Kernel& kernel : candidate.module.kernels) kernel = map_kernel(kernel, first);
+  for (Statement& statement : repeat->body) {
+    if (Fill* fill = std::get_if<Fill>(&statement)) fill->axes = map_sides(fill->axes, first);
+  }
+  repeat->counter = {};
   return accept(std::move(candidate));
 }
 
@@ -306,10 +322,10 @@ RandomProgram shrink(RandomProgram program, const std::function<bool(const Rando
   };
   const auto round = [&] {
     const RandomProgram now = program;
-    return write_out(now, accept) || drop_inner_statements(now, accept) || drop_statements(now, accept) ||
-           drop_parts_of_kernels(now, accept) || lower_rank(now, accept) || shrink_grid(now, accept) ||
-           simplify_expressions(now, accept) || simplify_sides(now, accept) || lower_growth(now, accept) ||
-           drop_activity(now, accept);
+    return drop_counter(now, accept) || write_out(now, accept) || drop_inner_statements(now, accept) ||
+           drop_statements(now, accept) || drop_parts_of_kernels(now, accept) || lower_rank(now, accept) ||
+           shrink_grid(now, accept) || simplify_expressions(now, accept) || simplify_sides(now, accept) ||
+           lower_growth(now, accept) || drop_activity(now, accept);
   };
   while (most > 0 && round()) {
   }

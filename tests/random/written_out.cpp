@@ -16,22 +16,23 @@ using namespace stencil;
 namespace {
 
 using Names = std::map<std::string, std::string>;
+using Numbers = std::map<std::string, Expr>;
 
 std::string name_in(const Names& names, const std::string& field) {
   const auto found = names.find(field);
   return found == names.end() ? field : found->second;
 }
 
-std::vector<AxisBoundary> renamed(const std::vector<AxisBoundary>& axes, const Names& names) {
-  return map_sides(axes, [&](const Expr& e) {
-    return rename_fields(e, [&](const std::string& field) { return name_in(names, field); });
-  });
+Expr renamed(const Expr& e, const Names& names, const Numbers& numbers) {
+  return substitute_params(rename_fields(e, [&](const std::string& field) { return name_in(names, field); }), numbers);
 }
 
-Kernel renamed(const Kernel& kernel, const Names& names, std::string name) {
-  Kernel result = map_kernel(kernel, [&](const Expr& e) {
-    return rename_fields(e, [&](const std::string& field) { return name_in(names, field); });
-  });
+std::vector<AxisBoundary> renamed(const std::vector<AxisBoundary>& axes, const Names& names, const Numbers& numbers) {
+  return map_sides(axes, [&](const Expr& e) { return renamed(e, names, numbers); });
+}
+
+Kernel renamed(const Kernel& kernel, const Names& names, const Numbers& numbers, std::string name) {
+  Kernel result = map_kernel(kernel, [&](const Expr& e) { return renamed(e, names, numbers); });
   result.name = std::move(name);
   for (Store& store : result.stores) store.field = name_in(names, store.field);
   for (Scatter& scatter : result.scatters) scatter.target.field = name_in(names, scatter.target.field);
@@ -73,19 +74,22 @@ class Writer {
       if (pass == repeat.count) {
         for (const Carry& carry : repeat.carries) names[carry.next] = carry.result;
       }
-      for (const Statement& statement : repeat.body) add(statement, names, pass, body);
+      const double number = repeat.counter.is_backwards ? repeat.count - pass : pass - 1;
+      for (const Statement& statement : repeat.body)
+        add(statement, names, {{repeat.counter.name, Expr(number)}}, pass, body);
     }
   }
 
-  void add(const Statement& statement, const Names& names, int pass, std::vector<Statement>& body) {
+  void add(const Statement& statement, const Names& names, const Numbers& numbers, int pass,
+           std::vector<Statement>& body) {
     const auto name = [&](const std::string& field) { return name_in(names, field); };
     match(
         statement,
         [&](const Fill& fill) {
-          body.push_back(Fill{name(fill.field), renamed(fill.axes, names)});
+          body.push_back(Fill{name(fill.field), renamed(fill.axes, names, numbers)});
         },
         [&](const Fold& fold) {
-          body.push_back(Fold{name(fold.field), fold.grow, renamed(fold.axes, names)});
+          body.push_back(Fold{name(fold.field), fold.grow, renamed(fold.axes, names, numbers)});
         },
         [&](const Reduce& reduce) {
           body.push_back(Reduce{name(reduce.result), reduce.kind, name(reduce.field), reduce.over});
@@ -94,7 +98,7 @@ class Writer {
         [&](const Run& run) {
           const std::string kernel = fmt::format("{}_pass{}", run.kernel, pass);
           if (!result_.find_kernel(kernel))
-            result_.kernels.push_back(renamed(*module_.find_kernel(run.kernel), names, kernel));
+            result_.kernels.push_back(renamed(*module_.find_kernel(run.kernel), names, numbers, kernel));
           body.push_back(Run{kernel, run.grow});
         },
         [&](const Repeat& repeat) { body.push_back(repeat); });
