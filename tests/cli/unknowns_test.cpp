@@ -200,6 +200,33 @@ TEST_F(Unknowns, LeaveConditionsAtWallsWhatTheyAre) {
   EXPECT_LT(shortened.json()["unknowns"]["a"]["value"].get<double>(), 8) << shortened.err;
 }
 
+/// The same where both weights vanish: before anything is certified, or when the search comes there.
+TEST_F(Unknowns, AreNotSoughtWhereAConditionSaysNothing) {
+  const auto text = [](const std::string& weight, const std::string& from, const std::string& optimiser) {
+    return "model m { field u; param a; dt(u) = 0.01*lap(u) }\nscene s : m {\n grid x = 0 .. 1, cells 8\n boundary u: "
+           "x.low = mixed(" +
+           weight +
+           ", 0, a), x.high = 0\n a = 1\n initial u = 1\n time 0 .. 1, step 1/16\n}\ntask t : s {\n unknown a " + from +
+           "\n minimise mean(u^2) + (a + 1)^2\n using " + optimiser + "\n}\n";
+  };
+  const auto refused = [&](const std::string& command, const std::string& place, const std::string& when) {
+    const Outcome outcome = dpde(command);
+    const std::string wanted = place + ": error[E0424]: mixed(0, 0, ...) says nothing about u at x.low" + when + "\n";
+    EXPECT_EQ(outcome.err.find(wanted), 0u) << command << "\n" << outcome.err;
+    return outcome.out;
+  };
+  write("start.dpde", text("a", "from 0", "lbfgs()"));
+  write("time.dpde", text("a*sin(t)", "from 2", "lbfgs()"));
+  for (const std::string verb : {"gradient", "verify", "optimize"}) {
+    EXPECT_EQ(refused(verb + " start.dpde t", "start.dpde:4:22", " where task t begins").find("ertified"),
+              std::string::npos);
+    EXPECT_EQ(refused(verb + " time.dpde t", "time.dpde:4:22", " at t = 0").find("ertified"), std::string::npos);
+  }
+  refused("run time.dpde s", "time.dpde:4:22", " at t = 0");
+  write("bound.dpde", text("a", "from 1 in 0 .. 2", "gradient_descent(rate = 0.2)"));
+  refused("optimize bound.dpde t", "bound.dpde:4:28", " after 2 iterations");
+}
+
 /// A setting stands above what the file says, the start of an unknown too.
 TEST_F(Unknowns, StartWhereTheyAreSet) {
   write("k.dpde",

@@ -46,6 +46,22 @@ TEST(WallWeights, WhereATaskBegins) {
   EXPECT_EQ(told("x = mixed(a, -1, 0)", "a = 7", "task t : s { unknown a from 3; minimise mean(u^2) }"), "");
 }
 
+/// Where both weights are 0 nothing is said about u: at one time of the run is enough.
+TEST(WallWeights, ThatVanish) {
+  const std::string nothing = "E0424 mixed(0, 0, ...) says nothing about u";
+  EXPECT_EQ(told("x.low = mixed(sin(t), 0, 1), x.high = 0"), nothing + " at x.low at t = 0");
+  EXPECT_EQ(told("x.low = 0, x.high = mixed(a*(t - 0.5), 0, 1)"), nothing + " at x.high at t = 0.5");
+  EXPECT_EQ(told("x = mixed(t, a*t, 1)", "a = 2"), nothing + " at x at t = 0");
+  EXPECT_EQ(told("x = mixed(t, 1 - t, 1)"), "");
+  EXPECT_EQ(told("x = mixed(1 + t, 0, 1)"), "");
+  const std::string from = "task t : s { unknown a from ";
+  EXPECT_EQ(told("x.low = mixed(a, 0, 1), x.high = 0", "a = 1", from + "0; minimise mean(u^2) }"),
+            nothing + " at x.low where task t begins");
+  EXPECT_EQ(told("x = mixed(t - a, 0, 1)", "a = 2", from + "1/4; minimise mean(u^2) }"),
+            nothing + " at x at t = 0.25 where task t begins");
+  EXPECT_EQ(told("x = mixed(a, 0, 1)", "a = 1", from + "1/4; minimise mean(u^2) }"), "");
+}
+
 TEST(WallWeights, CoefficientsThatAreVectorsStandOnWallsOfVectors) {
   const auto printed = [](const std::string& unknown, const std::string& boundary) {
     const Outcome outcome = outcome_of("model m { " + unknown +

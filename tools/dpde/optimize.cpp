@@ -135,10 +135,10 @@ void report_stop(Job& job, const TaskRun& run, const OptimiseResult& result, int
                       {fmt::format("{}", result.iterations), fmt::format("{}", iterations)},
                       "with --out, the same command with --resume goes on from here");
   } else if (result.reason == StopReason::not_finite && run.inverse->misfit()) {
-    const model::WallMisfit& misfit = *run.inverse->misfit();
-    job.sink().report("condition-too-coarse", task.losses.front().origin.range,
-                      {fmt::format("{} after {} iterations", misfit.condition, result.iterations), misfit.reason},
-                      "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint);
+    auto [misfit, range] = *run.inverse->misfit();
+    misfit.hint = misfit.is_empty ? "seek within bounds that leave 0 out: unknown a in 0.01 .. 1"
+                                  : "seek within bounds: unknown a in 0 .. 1; or " + misfit.hint;
+    report(misfit, fmt::format(" after {} iterations", result.iterations), range, job.sink());
   } else if (result.reason == StopReason::not_finite) {
     const double last = result.losses.empty() ? NAN : result.losses.back();
     job.sink().report("loss-not-finite", task.losses.front().origin.range,

@@ -49,7 +49,7 @@ class Inverse {
   /// these values.
   double value_and_gradient(const Eigen::VectorXd& x, Eigen::VectorXd& gradient);
   /// The condition at a wall that was none with the last values, if there was one.
-  const std::optional<model::WallMisfit>& misfit() const { return misfit_; }
+  const std::optional<model::WallMisfitAt>& misfit() const { return misfit_; }
   /// Of the last value_and_gradient.
   const GradientResult& last() const { return session_.engine().last_gradient(); }
   /// The rate of the loss at x in a direction, by tangents.
@@ -77,7 +77,7 @@ class Inverse {
   std::vector<Part> parts_;
   std::map<std::string, std::vector<double>> own_;
   Eigen::VectorXd start_;
-  std::optional<model::WallMisfit> misfit_;
+  std::optional<model::WallMisfitAt> misfit_;
 };
 
 }  // namespace dpde::driver

@@ -207,7 +207,11 @@ void bind_side(Draft& draft, const ast::BoundarySide& side, SidesOfField& into) 
     const Side set = value.value_or(Side{});
     const auto* call = std::get_if<ast::Call>(&side.value->kind);
     if (condition_of(set.kind).b == SideCondition::Part::given)
-      draft.weighted_sides.push_back({into.field, i, set.a, set.b, call ? call->callee_range : side.place.range});
+      draft.weighted_sides.push_back({into.field, i,
+                                      axis.name + (!place->high  ? ".low"
+                                                   : !place->low ? ".high"
+                                                                 : ""),
+                                      set.a, set.b, call ? call->callee_range : side.place.range});
     const bool set_low = place->low && mark(draft, side, axis.name + ".low", into.seen[i][0], into.field);
     if (set_low) into.sides[i].low = set;
     // one message where both sides were given before

@@ -13,6 +13,7 @@
 #include "model/from_ast.h"
 #include "model/from_ast/names.h"
 #include "model/model.h"
+#include "model/wall_image.h"
 #include "network/network.h"
 #include "source/diagnostic.h"
 #include "syntax/ast.h"
@@ -65,14 +66,6 @@ struct DeclaredNetwork {
 struct OpenPlace {
   std::string callee;
   std::vector<Expr> position;
-  SourceRange range;
-};
-
-/// A condition a*u + b*du/dn = c at a wall across an axis.
-struct WeightedSide {
-  std::string field;
-  int axis = 0;
-  Expr a = 0.0, b = 0.0;
   SourceRange range;
 };
 

@@ -19,15 +19,18 @@ namespace {
 
 /// a*u + b*du/dn = c gives the image of u beyond the wall the factor a/2 + b/h, and b/h when h is small. Where a and b
 /// have opposite signs and h is not, the factor vanishes or turns round: the image is then anything.
-std::optional<WallMisfit> misfit_at(const Problem& problem, const std::string& field, int axis, double a, double b,
+std::optional<WallMisfit> misfit_at(const Problem& problem, const WeightedSide& side, double a, double b,
                                     const std::string& when) {
+  if (a == 0 && b == 0)
+    return WallMisfit{true, fmt::format("{} at {}{}", side.field, side.side, when), "",
+                      "mixed(a, b, c) is a*u + b*du/dn = c: a or b has to differ from 0 at each time of the run"};
   if (!(a * b < 0)) return std::nullopt;
-  const State* state = problem.find_state(field);
-  const bool on_wall = state && state->placement[static_cast<std::size_t>(axis)];
-  const Axis& along = problem.axes[static_cast<std::size_t>(axis)];
+  const State* state = problem.find_state(side.field);
+  const bool on_wall = state && state->placement[static_cast<std::size_t>(side.axis)];
+  const Axis& along = problem.axes[static_cast<std::size_t>(side.axis)];
   const double h = along.spacing(), limit = on_wall ? 1.5 * std::abs(b / a) : 2 * std::abs(b / a);
   if (h < limit * (1 - 1e-9)) return std::nullopt;
-  return WallMisfit{fmt::format("mixed({}, {}, ...) of {}{}", a, b, field, when),
+  return WallMisfit{false, fmt::format("mixed({}, {}, ...) of {}{}", a, b, side.field, when),
                     fmt::format("a and b have opposite signs, and the spacing {} along {} is not below {}*|b/a| = {}",
                                 h, along.name, on_wall ? 1.5 : 2, limit),
                     fmt::format("take more than {:.0f} cells, or check the signs: du/dn is the derivative outwards, so "
@@ -46,28 +49,41 @@ bool may_change(const Problem& problem, const Expr& e) {
 
 }  // namespace
 
-std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const std::string& field, int axis, const Expr& a,
-                                         const Expr& b, KnownValues values) {
-  const bool varies = holds_time(a) || holds_time(b);
+void report(const WallMisfit& misfit, const std::string& when, SourceRange range, DiagnosticSink& sink) {
+  if (misfit.is_empty) {
+    sink.report("empty-condition", range, {misfit.condition + when}, misfit.hint);
+  } else {
+    sink.report("condition-too-coarse", range, {misfit.condition + when, misfit.reason}, misfit.hint);
+  }
+}
+
+std::optional<WallMisfit> misfit_of_wall(const Problem& problem, const WeightedSide& side, KnownValues values) {
+  const bool varies = holds_time(side.a) || holds_time(side.b);
   for (const double t : varies ? times_of_run(problem) : std::vector{problem.t_begin}) {
     values["t"] = t;
-    const std::optional<double> a_now = known_value(a, values), b_now = known_value(b, values);
-    if (!a_now || !b_now) continue;
-    const auto misfit = misfit_at(problem, field, axis, *a_now, *b_now, varies ? fmt::format(" at t = {:.6g}", t) : "");
+    const std::optional<double> a = known_value(side.a, values), b = known_value(side.b, values);
+    if (!a || !b) continue;
+    const auto misfit = misfit_at(problem, side, *a, *b, varies ? fmt::format(" at t = {:.6g}", t) : "");
     if (misfit) return misfit;
   }
   return std::nullopt;
 }
 
-/// The weights of stretched axes stand in their uniform coordinate here: those were looked at as they were written.
-std::optional<WallMisfit> misfit_of_walls(const Problem& problem, const KnownValues& values) {
+/// The weights of stretched axes stand in their uniform coordinate here: where both are 0 they are so in any.
+std::optional<WallMisfitAt> misfit_of_walls(const Problem& problem, const KnownValues& values) {
   for (const State& state : problem.states) {
     for (std::size_t axis = 0; axis < state.boundary.size(); ++axis) {
-      if (problem.axes[axis].topology == Topology::periodic || problem.axes[axis].stretch) continue;
-      for (const Side* side : {&state.boundary[axis].low, &state.boundary[axis].high}) {
-        if (!may_change(problem, side->a) && !may_change(problem, side->b)) continue;
-        const auto misfit = misfit_of_wall(problem, state.name, static_cast<int>(axis), side->a, side->b, values);
-        if (misfit) return misfit;
+      const Axis& across = problem.axes[axis];
+      if (across.topology == Topology::periodic) continue;
+      for (const bool is_low : {true, false}) {
+        const Side& side = is_low ? state.boundary[axis].low : state.boundary[axis].high;
+        if (!may_change(problem, side.a) && !may_change(problem, side.b)) continue;
+        const SourceRange range = side.a->origin.range.is_known() ? side.a->origin.range : side.b->origin.range;
+        const auto misfit = misfit_of_wall(
+            problem,
+            {state.name, static_cast<int>(axis), across.name + (is_low ? ".low" : ".high"), side.a, side.b, range},
+            values);
+        if (misfit && (misfit->is_empty || !across.stretch)) return WallMisfitAt{*misfit, range};
       }
     }
   }
@@ -79,15 +95,14 @@ void check_wall_weights(Draft& draft) {
   for (const WeightedSide& side : draft.weighted_sides) {
     if (told.contains(side.range.begin)) continue;
     std::string when;
-    std::optional<WallMisfit> misfit =
-        misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, draft.values);
+    std::optional<WallMisfit> misfit = misfit_of_wall(draft.problem, side, draft.values);
     if (!misfit && draft.problem.task) {
       when = fmt::format(" where task {} begins", draft.problem.task->name);
-      misfit = misfit_of_wall(draft.problem, side.field, side.axis, side.a, side.b, values_at_start(draft));
+      misfit = misfit_of_wall(draft.problem, side, values_at_start(draft));
     }
     if (!misfit) continue;
     told.insert(side.range.begin);
-    draft.sink.report("condition-too-coarse", side.range, {misfit->condition + when, misfit->reason}, misfit->hint);
+    report(*misfit, when, side.range, draft.sink);
   }
 }
 
