@@ -5,32 +5,55 @@
 #include <set>
 #include <string>
 
+#include "syntax/item_kinds.h"
+
 namespace dpde::ast {
 
 namespace {
 
 using Names = std::set<std::string>;
 
-/// The fields that an item itself, not its block, reads or adds to.
-std::vector<Identifier> fields_read(const File& file, const Item& item) {
-  if (const auto* reduce = std::get_if<ReduceItem>(&item.kind)) return {reduce->field};
-  if (const auto* apply = std::get_if<ApplyItem>(&item.kind)) {
-    std::vector<Identifier> fields = apply->inputs;
-    fields.insert(fields.end(), apply->by.begin(), apply->by.end());
-    return fields;
-  }
-  if (const auto* swap = std::get_if<SwapItem>(&item.kind)) return {swap->state};
-  std::vector<Identifier> fields;
-  const auto* run = std::get_if<RunItem>(&item.kind);
+using Identifiers = std::vector<Identifier>;
+
+/// Those that the kernels of the name read or add to.
+Identifiers inputs_of(const File& file, const std::string& name) {
+  Identifiers fields;
   for (const Declaration& declaration : file.declarations) {
     const auto* kernel = std::get_if<Kernel>(&declaration.kind);
-    if (!run || !kernel || kernel->name.name != run->kernel.name) continue;
+    if (!kernel || kernel->name.name != name) continue;
     for (const KernelParameter& parameter : kernel->parameters) {
       const bool is_read = parameter.role == KernelRole::in || parameter.role == KernelRole::inout;
       if (is_read) fields.push_back(parameter.name);
     }
   }
   return fields;
+}
+
+/// The fields that an item itself, not its block, reads or adds to. What a fill sets and what a stack keeps is read by
+/// others, and walls take what the program has written.
+Identifiers fields_read(const File& file, const Item& item) {
+  return match(
+      item.kind, [](const ReduceItem& reduce) { return Identifiers{reduce.field}; },
+      [](const ApplyItem& apply) {
+        Identifiers fields = apply.inputs;
+        fields.insert(fields.end(), apply.by.begin(), apply.by.end());
+        return fields;
+      },
+      [](const SwapItem& swap) { return Identifiers{swap.state}; },
+      [&](const RunItem& run) { return inputs_of(file, run.kernel.name); },
+      [](const FillItem&) { return Identifiers(); }, [](const StackItem&) { return Identifiers(); },
+      [](const RepeatItem&) { return Identifiers(); }, [](const KeepItem&) { return Identifiers(); },
+      [](const AxesItem&) { return Identifiers(); }, [](const OutsidePrograms auto&) { return Identifiers(); });
+}
+
+/// nullptr where it has none.
+const std::vector<Item>* block_of(const Item& item) {
+  using Block = const std::vector<Item>*;
+  return match(
+      item.kind, [](const RepeatItem& repeat) -> Block { return &repeat.items; },
+      [](const OneOf<FillItem, ReduceItem, RunItem, SwapItem, StackItem, KeepItem, AxesItem, ApplyItem> auto&)
+          -> Block { return nullptr; },
+      [](const OutsidePrograms auto&) -> Block { return nullptr; });
 }
 
 const StackItem* load_of(const Item& item) {
@@ -47,7 +70,7 @@ void add_given(const File& file, const std::vector<Item>& items, Names loaded, N
     for (const Identifier& field : fields_read(file, item)) {
       if (!loaded.contains(field.name)) given.insert(field.name);
     }
-    if (const auto* repeat = std::get_if<RepeatItem>(&item.kind)) add_given(file, repeat->items, loaded, given);
+    if (const auto* block = block_of(item)) add_given(file, *block, loaded, given);
   }
 }
 
@@ -77,7 +100,7 @@ std::vector<Item> without_blocks(const File& file, const std::vector<Item>& item
 void for_each_item(const std::vector<Item>& items, const std::function<void(const Item&)>& f) {
   for (const Item& item : items) {
     f(item);
-    if (const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind)) for_each_item(repeat->items, f);
+    if (const auto* block = block_of(item)) for_each_item(*block, f);
   }
 }
 

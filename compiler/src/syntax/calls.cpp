@@ -2,6 +2,7 @@
 #include "syntax/calls.h"
 
 #include "support/match.h"
+#include "syntax/item_kinds.h"
 
 namespace dpde::ast {
 
@@ -26,8 +27,11 @@ void add_calls(const Expr& e, std::set<std::string>& names) {
 std::set<std::string> calls_of(const Model& model) {
   std::set<std::string> names;
   for (const Item& item : model.items) {
-    if (const LetItem* let = std::get_if<LetItem>(&item.kind)) add_calls(let->value, names);
-    if (const EquationItem* equation = std::get_if<EquationItem>(&item.kind)) add_calls(equation->rhs, names);
+    match(
+        item.kind, [&](const LetItem& let) { add_calls(let.value, names); },
+        [&](const EquationItem& equation) { add_calls(equation.rhs, names); }, [](const FieldItem&) {},
+        [](const CoefficientItem&) {}, [](const ParamItem&) {}, [](const ControlItem&) {},
+        [](const OutsideModels auto&) {});
   }
   return names;
 }

@@ -8,6 +8,7 @@
 
 #include "support/derivative_names.h"
 #include "support/match.h"
+#include "syntax/item_kinds.h"
 
 namespace dpde::ast {
 
@@ -98,19 +99,21 @@ Kernel rename(Kernel kernel, const Rename& field) {
   }
   kernel.parameters = std::move(parameters);
   for (Item& item : kernel.items) {
-    if (LetItem* let = std::get_if<LetItem>(&item.kind)) let->value = rename(let->value, field);
-    if (AssignItem* assign = std::get_if<AssignItem>(&item.kind)) {
-      assign->target.name = field(assign->target.name);
-      assign->value = rename(assign->value, field);
-    }
-    if (AdjointItem* adjoint = std::get_if<AdjointItem>(&item.kind)) {
-      adjoint->target.name = of_adjoint(adjoint->target.name);
-      adjoint->value = rename(adjoint->value, of_adjoint);
-    }
-    if (ScatterItem* scatter = std::get_if<ScatterItem>(&item.kind)) {
-      scatter->target = rename(scatter->target, field);
-      scatter->value = rename(scatter->value, field);
-    }
+    match(
+        item.kind, [&](LetItem& let) { let.value = rename(let.value, field); },
+        [&](AssignItem& assign) {
+          assign.target.name = field(assign.target.name);
+          assign.value = rename(assign.value, field);
+        },
+        [&](AdjointItem& adjoint) {
+          adjoint.target.name = of_adjoint(adjoint.target.name);
+          adjoint.value = rename(adjoint.value, of_adjoint);
+        },
+        [&](ScatterItem& scatter) {
+          scatter.target = rename(scatter.target, field);
+          scatter.value = rename(scatter.value, field);
+        },
+        [](const OutsideKernels auto&) {});
   }
   add_up_adjoints(kernel.items, inputs);
   return kernel;

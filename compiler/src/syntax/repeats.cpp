@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "syntax/item_kinds.h"
 #include "syntax/kernel_copies.h"
 #include "syntax/rename.h"
 
@@ -72,7 +73,9 @@ class ProgramResolver {
   void reserve_names(const Kernel& kernel) {
     for (const KernelParameter& parameter : kernel.parameters) names_.reserve(parameter.name.name);
     for (const Item& item : kernel.items) {
-      if (const LetItem* let = std::get_if<LetItem>(&item.kind)) names_.reserve(let->name.name);
+      match(
+          item.kind, [&](const LetItem& let) { names_.reserve(let.name.name); }, [](const AssignItem&) {},
+          [](const ScatterItem&) {}, [](const AdjointItem&) {}, [](const OutsideKernels auto&) {});
     }
   }
   void reserve_fields(const std::vector<Item>& items);
@@ -120,29 +123,38 @@ class ProgramResolver {
 
 void ProgramResolver::reserve_fields(const std::vector<Item>& items) {
   for (const Item& item : items) {
-    if (const FillItem* fill = std::get_if<FillItem>(&item.kind)) names_.reserve(fill->field.name);
-    if (const ReduceItem* reduce = std::get_if<ReduceItem>(&item.kind)) names_.reserve(reduce->result.name);
-    if (const SwapItem* swap = std::get_if<SwapItem>(&item.kind)) names_.reserve(swap->state.name);
-    if (const ApplyItem* apply = std::get_if<ApplyItem>(&item.kind)) {
-      for (const Identifier& result : apply->to) names_.reserve(result.name);
-    }
-    const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind);
-    if (!repeat) continue;
-    reserve_fields(repeat->items);
-    for (const Identifier& result : repeat->to) names_.reserve(result.name);
-    if (repeat->counter) names_.reserve(repeat->counter->name);
+    match(
+        item.kind, [&](const FillItem& fill) { names_.reserve(fill.field.name); },
+        [&](const ReduceItem& reduce) { names_.reserve(reduce.result.name); },
+        [&](const SwapItem& swap) { names_.reserve(swap.state.name); },
+        [&](const ApplyItem& apply) {
+          for (const Identifier& result : apply.to) names_.reserve(result.name);
+        },
+        [&](const RepeatItem& repeat) {
+          reserve_fields(repeat.items);
+          for (const Identifier& result : repeat.to) names_.reserve(result.name);
+          if (repeat.counter) names_.reserve(repeat.counter->name);
+        },
+        [](const RunItem&) {}, [](const StackItem&) {}, [](const KeepItem&) {}, [](const AxesItem&) {},
+        [](const OutsidePrograms auto&) {});
   }
 }
 
 bool ProgramResolver::adds_to(const RepeatItem& repeat, const std::string& name) const {
   return std::any_of(repeat.items.begin(), repeat.items.end(), [&](const Item& item) {
-    const RepeatItem* inner = std::get_if<RepeatItem>(&item.kind);
-    const RunItem* run = std::get_if<RunItem>(&item.kind);
-    const Kernel* kernel = run ? find_kernel(file_, run->kernel.name) : nullptr;
-    if (!kernel) return inner && adds_to(*inner, name);
-    return std::any_of(kernel->parameters.begin(), kernel->parameters.end(), [&](const KernelParameter& parameter) {
-      return parameter.role == KernelRole::inout && parameter.name.name == name;
-    });
+    return match(
+        item.kind, [&](const RepeatItem& inner) { return adds_to(inner, name); },
+        [&](const RunItem& run) {
+          const auto is_it = [&](const KernelParameter& parameter) {
+            return parameter.role == KernelRole::inout && parameter.name.name == name;
+          };
+          const Kernel* kernel = find_kernel(file_, run.kernel.name);
+          return kernel && std::ranges::any_of(kernel->parameters, is_it);
+        },
+        [](const OneOf<FillItem, ReduceItem, SwapItem, StackItem, KeepItem, AxesItem, ApplyItem> auto&) {
+          return false;
+        },
+        [](const OutsidePrograms auto&) { return false; });
   });
 }
 
@@ -160,15 +172,20 @@ void ProgramResolver::find_kept_sums() {
 }
 
 void ProgramResolver::add(const Item& item) {
-  if (const FillItem* fill = std::get_if<FillItem>(&item.kind)) return add_fill(*fill, item);
-  if (const ReduceItem* reduce = std::get_if<ReduceItem>(&item.kind)) return add_reduce(*reduce, item);
-  if (const ApplyItem* apply = std::get_if<ApplyItem>(&item.kind)) return add_apply(*apply, item);
-  if (const RunItem* run = std::get_if<RunItem>(&item.kind)) return add_run(*run, item);
-  if (const SwapItem* swap = std::get_if<SwapItem>(&item.kind)) return add_swap(*swap, item);
-  if (const RepeatItem* repeat = std::get_if<RepeatItem>(&item.kind)) return add_repeat(*repeat, item);
-  if (const KeepItem* keep = std::get_if<KeepItem>(&item.kind)) check_keep(*keep);
-  if (const StackItem* stack = std::get_if<StackItem>(&item.kind)) used_.insert(stack->field.name);
-  result_.push_back(item);
+  match(
+      item.kind, [&](const FillItem& fill) { add_fill(fill, item); },
+      [&](const ReduceItem& reduce) { add_reduce(reduce, item); },
+      [&](const ApplyItem& apply) { add_apply(apply, item); }, [&](const RunItem& run) { add_run(run, item); },
+      [&](const SwapItem& swap) { add_swap(swap, item); }, [&](const RepeatItem& repeat) { add_repeat(repeat, item); },
+      [&](const KeepItem& keep) {
+        check_keep(keep);
+        result_.push_back(item);
+      },
+      [&](const StackItem& stack) {
+        used_.insert(stack.field.name);
+        result_.push_back(item);
+      },
+      [&](const AxesItem&) { result_.push_back(item); }, [&](const OutsidePrograms auto&) { result_.push_back(item); });
 }
 
 void ProgramResolver::add_fill(FillItem fill, const Item& item) {
