@@ -7,7 +7,7 @@
 
 #include "adjoint/adjoint.h"
 #include "stencil/build.h"
-#include "stencil/given.h"
+#include "stencil/custom_adjoint.h"
 
 namespace dpde::testing {
 
@@ -118,8 +118,8 @@ void give_adjoint(Kernel& kernel, SplitMix& random, bool is_wrong) {
   const std::optional<Expr> formula = derived_formula(kernel, inputs[chosen], chosen >= fields);
   if (!formula) return;
   const Expr value = is_wrong ? 1.25 * *formula : rewritten(*formula, random);
-  const Given given{inputs[chosen], value, {}};
-  if (!find_problem(kernel, given)) kernel.given.push_back(given);
+  const CustomAdjoint given{inputs[chosen], value, {}};
+  if (!find_problem(kernel, given)) kernel.custom_adjoints.push_back(given);
 }
 
 }  // namespace dpde::testing

@@ -270,7 +270,7 @@ void Builder::run(Kernel kernel, int grow) {
   if (adjoints_.percent(30)) {
     const bool is_wrong = adjoints_.percent(8);
     give_adjoint(kernel, adjoints_, is_wrong);
-    result_.has_wrong_adjoint |= is_wrong && !kernel.given.empty();
+    result_.has_wrong_adjoint |= is_wrong && !kernel.custom_adjoints.empty();
   }
   program_.body.push_back(Run{kernel.name, grow});
   result_.module.kernels.push_back(std::move(kernel));
@@ -348,7 +348,7 @@ void Builder::add_reduction() {
 /// The kernel before again and again, on what it has written, as a repeat does it: rows that are alike.
 void Builder::add_passes() {
   Kernel kernel = result_.module.kernels.back();
-  kernel.given.clear();
+  kernel.custom_adjoints.clear();
   const int grow = std::get<Run>(program_.body.back()).grow;
   const Signature s = signature(kernel);
   const auto may_be_written = [&](const Signature::Read& read) {

@@ -14,7 +14,7 @@ namespace {
 
 /// Numbers in what passes compute, and beyond their walls.
 void count_passes(Module& module, Repeat& repeat, SplitMix& random) {
-  if (std::ranges::any_of(module.kernels, [](const Kernel& kernel) { return !kernel.given.empty(); })) return;
+  if (std::ranges::any_of(module.kernels, [](const Kernel& kernel) { return !kernel.custom_adjoints.empty(); })) return;
   repeat.counter = {"k", random.percent(50)};
   const std::map<std::string, Expr> counted{{"dt", param("dt") * (1.0 + 0.25 * param("k"))},
                                             {"g", param("g") + 0.1 * param("k")}};

@@ -151,7 +151,7 @@ bool drop_parts_of_kernels(const RandomProgram& p, const Try& accept) {
     const Kernel& kernel = p.module.kernels[k];
     if (without_each(kernel.stores, with(&Kernel::stores)) || without_each(kernel.sums, with(&Kernel::sums)) ||
         without_each(kernel.scatters, with(&Kernel::scatters)) || without_each(kernel.lets, with(&Kernel::lets)) ||
-        without_each(kernel.given, with(&Kernel::given))) {
+        without_each(kernel.custom_adjoints, with(&Kernel::custom_adjoints))) {
       return true;
     }
   }

@@ -36,7 +36,7 @@ Kernel renamed(const Kernel& kernel, const Names& names, const Numbers& numbers,
   result.name = std::move(name);
   for (Store& store : result.stores) store.field = name_in(names, store.field);
   for (Scatter& scatter : result.scatters) scatter.target.field = name_in(names, scatter.target.field);
-  result.given.clear();
+  result.custom_adjoints.clear();
   return result;
 }
 
@@ -94,7 +94,7 @@ class Writer {
         [&](const Reduce& reduce) {
           body.push_back(Reduce{name(reduce.result), reduce.kind, name(reduce.field), reduce.over});
         },
-        [&](const Infer& infer) { body.push_back(infer); },
+        [&](const NetworkCall& network_call) { body.push_back(network_call); },
         [&](const Run& run) {
           const std::string kernel = fmt::format("{}_pass{}", run.kernel, pass);
           if (!result_.find_kernel(kernel))

@@ -51,11 +51,12 @@ TEST(NetworkText, ReadsBack) {
   EXPECT_EQ(second.problems, "");
   EXPECT_EQ(second.module, first.module);
   EXPECT_EQ(print(second.module), printed);
-  const auto& tangent = std::get<Infer>(first.module.programs.at(0).body.at(1));
-  EXPECT_EQ(tangent.mode, Infer::Mode::tangent);
+  const auto& tangent = std::get<NetworkCall>(first.module.programs.at(0).body.at(1));
+  EXPECT_EQ(tangent.mode, NetworkCall::Mode::tangent);
   EXPECT_EQ(tangent.rates, (std::vector<std::string>{"", "u.x_dot"}));
   EXPECT_TRUE(tangent.weights);
-  EXPECT_EQ(std::get<Infer>(first.module.programs.at(0).body.at(2)).results, (std::vector<std::string>{"a_bar", ""}));
+  EXPECT_EQ(std::get<NetworkCall>(first.module.programs.at(0).body.at(2)).results,
+            (std::vector<std::string>{"a_bar", ""}));
 }
 
 /// Nothing but the network says how many axes there are.

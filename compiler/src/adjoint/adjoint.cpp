@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "adjoint/adjoint_kernel.h"
+#include "adjoint/custom_adjoint_check.h"
 #include "adjoint/extremes.h"
-#include "adjoint/given_check.h"
 #include "adjoint/plan.h"
 #include "adjoint/recomputation.h"
 #include "adjoint/regions.h"
@@ -53,8 +53,8 @@ class Reversal {
     match(
         program_.body[index], [&](const Fill& fill) { reverse_fill(fill, index); },
         [&](const Fold& fold) { reverse_fold(fold); }, [&](const Reduce& reduce) { reverse_reduce(reduce, index); },
-        [&](const Infer& infer) { reverse_network(infer, index); }, [&](const Run& run) { reverse_run(run, index); },
-        [&](const Repeat& repeat) { reverse_repeat(repeat, index); });
+        [&](const NetworkCall& call) { reverse_network(call, index); },
+        [&](const Run& run) { reverse_run(run, index); }, [&](const Repeat& repeat) { reverse_repeat(repeat, index); });
   }
 
   /// Gives seeds their names back: those of the interface.
@@ -189,7 +189,7 @@ class Reversal {
           statement, [&](const Fill& fill) { return wall_fields(fill.axes).contains(field); },
           [&](const Fold& fold) { return wall_fields(fold.axes).contains(field); },
           [&](const Reduce& reduce) { return reduce.field == field; },
-          [&](const Infer& infer) { return contains(infer.inputs, field) || contains(infer.rates, field); },
+          [&](const NetworkCall& call) { return contains(call.inputs, field) || contains(call.rates, field); },
           [&](const Run& run) { return signature(*kernels_.find_kernel(run.kernel)).find_read(field) != nullptr; },
           [&](const Repeat& repeat) { return contains(effects(kernels_, repeat).reads, field); });
     });
@@ -251,27 +251,28 @@ class Reversal {
   }
 
   /// The bars of inputs are written where there are none yet, else to a field of their own that is added.
-  void reverse_network(const Infer& infer, int index) {
-    Infer reversed{infer.network, Infer::Mode::adjoint, infer.inputs, {}, {}, varied_.params.contains(infer.network)};
+  void reverse_network(const NetworkCall& call, int index) {
+    NetworkCall reversed{call.network, NetworkCall::Mode::adjoint,           call.inputs, {},
+                         {},           varied_.params.contains(call.network)};
     bool has_seed = false;
-    for (const std::string& result : infer.results) {
+    for (const std::string& result : call.results) {
       const bool is_seeded = !result.empty() && bars_.erase(result) > 0;
       reversed.rates.push_back(is_seeded ? names_.of(result) : "");
       has_seed = has_seed || is_seeded;
     }
     if (!has_seed) return;
     std::vector<std::pair<std::string, std::string>> to_add;
-    for (const std::string& input : infer.inputs) {
+    for (const std::string& input : call.inputs) {
       reversed.results.push_back("");
       if (!varied_.fields.contains(input)) continue;
       const bool is_new = reach_ == 0 && !bars_.contains(input);
-      reversed.results.back() = is_new ? names_.of(input) : names_.fresh(names_.of(input) + "_" + infer.network);
+      reversed.results.back() = is_new ? names_.of(input) : names_.fresh(names_.of(input) + "_" + call.network);
       if (is_new) bars_[input] = {};
       if (!is_new) to_add.emplace_back(input, reversed.results.back());
     }
     if (!reversed.weights && fields_written(reversed).empty()) return;
-    for (const std::string& input : infer.inputs) needed[input] = index;
-    std::ranges::for_each(infer.inputs, [&](const std::string& input) { restore(input); });
+    for (const std::string& input : call.inputs) needed[input] = index;
+    std::ranges::for_each(call.inputs, [&](const std::string& input) { restore(input); });
     body.push_back(reversed);
     for (const auto& [input, contribution] : to_add) add_inside(input, access(contribution));
   }

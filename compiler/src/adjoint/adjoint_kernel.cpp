@@ -7,7 +7,7 @@
 #include <set>
 
 #include "adjoint/shared_values.h"
-#include "stencil/given.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/passes/passes.h"
 #include "stencil/passes/polynomial.h"
 #include "stencil/passes/work.h"
@@ -288,7 +288,7 @@ Expr given_value(const Kernel& kernel, const Expr& formula, const Varied& varied
 
 void add_given(const Kernel& kernel, const Varied& varied, const RunContext& run, DerivedNames& names,
                KernelAdjoint& result) {
-  for (const Given& given : kernel.given) {
+  for (const CustomAdjoint& given : kernel.custom_adjoints) {
     const bool is_field = varied.fields.contains(given.input);
     if (!is_field && !varied.params.contains(given.input)) continue;
     const Expr value = given_value(kernel, given.value, varied, run, names);
@@ -322,7 +322,7 @@ void add_scatters(const Kernel& kernel, const Walk& walk, const RunContext& run,
                   KernelAdjoint& result) {
   for (const Scatter& scatter : walk.scatters) {
     const std::string field = scatter.target.field;
-    if (find_given(kernel, field)) continue;
+    if (find_custom_adjoint(kernel, field)) continue;
     auto& known = result.contributed;
     if (std::find(known.begin(), known.end(), field) == known.end()) {
       known.push_back(field);
@@ -339,8 +339,8 @@ class Gathering {
  public:
   Gathering(const Kernel& kernel, PointTerms terms, const Varied& varied, const RunContext& run)
       : kernel_(kernel), terms_(std::move(terms)), varied_(varied), run_(run) {
-    std::erase_if(terms_.reads, [&](const ReadBars& read) { return find_given(kernel, read.field); });
-    std::erase_if(terms_.params, [&](const auto& term) { return find_given(kernel, term.first); });
+    std::erase_if(terms_.reads, [&](const ReadBars& read) { return find_custom_adjoint(kernel, read.field); });
+    std::erase_if(terms_.params, [&](const auto& term) { return find_custom_adjoint(kernel, term.first); });
   }
 
   /// One kernel, or two where it pays that the first one stores what many terms of the other need. Kernels are written

@@ -19,7 +19,8 @@ namespace {
 void add_stacks(const std::vector<Statement>& statements, std::set<std::string>& names) {
   for (const Statement& statement : statements) {
     match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {},
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+        [](const Run&) {},
         [&](const Repeat& repeat) {
           for (const Stacked& save : repeat.saves) names.insert(save.stack);
           add_stacks(repeat.body, names);
@@ -46,9 +47,9 @@ std::set<std::string> values_of(const Module& module) {
   return values;
 }
 
-bool varies(const Infer& infer, const Varied& varied) {
-  const std::vector<std::string> read = fields_read(infer);
-  return varied.params.contains(infer.network) ||
+bool varies(const NetworkCall& network_call, const Varied& varied) {
+  const std::vector<std::string> read = fields_read(network_call);
+  return varied.params.contains(network_call.network) ||
          std::any_of(read.begin(), read.end(), [&](const std::string& field) { return varied.fields.contains(field); });
 }
 
@@ -94,9 +95,9 @@ void grow_varied(const Module& module, const std::vector<Statement>& statements,
         [&](const Reduce& reduce) {
           if (varied.fields.contains(reduce.field)) varied.fields.insert(reduce.result);
         },
-        [&](const Infer& infer) {
-          if (!varies(infer, varied)) return;
-          for (const std::string& field : fields_written(infer)) varied.fields.insert(field);
+        [&](const NetworkCall& network_call) {
+          if (!varies(network_call, varied)) return;
+          for (const std::string& field : fields_written(network_call)) varied.fields.insert(field);
         },
         [&](const Run& run) { grow_varied(*module.find_kernel(run.kernel), varied); },
         [&](const Repeat& repeat) {
@@ -183,9 +184,9 @@ bool check_sides(const FillOrFold& statement, const Varied& varied, DiagnosticSi
   return good;
 }
 
-bool check_network(const Infer& infer, const Varied& varied, DiagnosticSink& sink) {
-  if (infer.mode == Infer::Mode::value || !varies(infer, varied)) return true;
-  sink.report("no-useful-derivative", {}, {"a derivative of the network " + infer.network, "here"},
+bool check_network(const NetworkCall& network_call, const Varied& varied, DiagnosticSink& sink) {
+  if (network_call.mode == NetworkCall::Mode::value || !varies(network_call, varied)) return true;
+  sink.report("no-useful-derivative", {}, {"a derivative of the network " + network_call.network, "here"},
               "networks have first derivatives only: use an optimiser that needs no second ones, as adam or lbfgs");
   return false;
 }
@@ -267,7 +268,7 @@ bool check_statements(const Module& module, const std::vector<Statement>& statem
         statement,  //
         [&](const Fill& fill) { return check_sides(fill, varied, sink); },
         [&](const Fold& fold) { return check_sides(fold, varied, sink); }, [](const Reduce&) { return true; },
-        [&](const Infer& infer) { return check_network(infer, varied, sink); },
+        [&](const NetworkCall& network_call) { return check_network(network_call, varied, sink); },
         [&](const Run& run) { return check_kernel(*module.find_kernel(run.kernel), varied, sink); },
         [&](const Repeat& repeat) { return check_statements(module, repeat.body, varied, sink); });
   }
@@ -287,7 +288,7 @@ bool check_folds(const Module& module, const Program& program, const Varied& var
     std::set<std::string> folded;
     match(
         statement, [](const Fill&) {}, [&](const Fold& fold) { folded = wall_fields(fold.axes); }, [](const Reduce&) {},
-        [](const Infer&) {},
+        [](const NetworkCall&) {},
         [&](const Run& run) {
           if (!module.find_kernel(run.kernel)->scatters.empty()) scatters = run.kernel;
         },

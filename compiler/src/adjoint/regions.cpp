@@ -84,7 +84,7 @@ const Fill* last_fill(const Program& program, const std::string& field, std::siz
   for (std::size_t i = 0; i < end; ++i) {
     match(
         program.body[i], [&](const Fill& fill) { last = fill.field == field ? &fill : last; }, [](const Fold&) {},
-        [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {}, [](const Repeat&) {});
+        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Run&) {}, [](const Repeat&) {});
   }
   return last;
 }
@@ -124,7 +124,7 @@ std::set<std::string> fields_read_inside(const Module& module, const Program& pr
           read.insert(fold.field);
         },
         [&](const Reduce& reduce) { read.insert(reduce.field); },
-        [&](const Infer& infer) { read.insert(infer.inputs.begin(), infer.inputs.end()); },
+        [&](const NetworkCall& network_call) { read.insert(network_call.inputs.begin(), network_call.inputs.end()); },
         [&](const Run& run) {
           const Kernel& kernel = *module.find_kernel(run.kernel);
           for (const auto& one : signature(kernel).reads) read.insert(one.field);

@@ -201,15 +201,15 @@ void add_still_inputs(const Module& module, const Program& program, const Varied
 }
 
 /// The rates of a network's outputs, behind it.
-void add_rates(Infer infer, const Varied& varied, DerivedNames& names, Program& derived) {
-  const std::vector<std::string> written = fields_written(infer);
+void add_rates(NetworkCall network_call, const Varied& varied, DerivedNames& names, Program& derived) {
+  const std::vector<std::string> written = fields_written(network_call);
   if (std::ranges::none_of(written, [&](const std::string& field) { return varied.fields.contains(field); })) return;
-  infer.mode = Infer::Mode::tangent;
-  infer.weights = varied.params.contains(infer.network);
-  for (const std::string& input : infer.inputs)
-    infer.rates.push_back(varied.fields.contains(input) ? names.of(input) : "");
-  for (std::string& result : infer.results) result = result.empty() ? "" : names.of(result);
-  derived.body.push_back(infer);
+  network_call.mode = NetworkCall::Mode::tangent;
+  network_call.weights = varied.params.contains(network_call.network);
+  for (const std::string& input : network_call.inputs)
+    network_call.rates.push_back(varied.fields.contains(input) ? names.of(input) : "");
+  for (std::string& result : network_call.results) result = result.empty() ? "" : names.of(result);
+  derived.body.push_back(network_call);
 }
 
 /// The rate of a reduction, behind it.
@@ -282,10 +282,10 @@ class TangentWriter {
             derived.body.push_back(reduce);
             add_reduction(reduce, program_, varied_, names_, derived, kernels_);
           },
-          [&](const Infer& infer) {
-            derived.body.push_back(infer);
-            add_networks(kernels_, {*module_.find_network(infer.network)});
-            add_rates(infer, varied_, names_, derived);
+          [&](const NetworkCall& network_call) {
+            derived.body.push_back(network_call);
+            add_networks(kernels_, {*module_.find_network(network_call.network)});
+            add_rates(network_call, varied_, names_, derived);
           },
           [&](const Run& run) { add_run(run, derived); }, [&](const Repeat& repeat) { add_repeat(repeat, derived); });
     }

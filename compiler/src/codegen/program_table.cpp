@@ -107,7 +107,7 @@ struct ProgramTables::Table {
   dpde_operation operation(const loop::Module& module, const loop::Program& program, const loop::Operation& source,
                            const RowResolver& row_code, Strings& shared);
   int32_t kernel(const loop::Module& module, const loop::Sweep& sweep, const RowResolver& row_code);
-  dpde_inference inference(const loop::Infer& infer, const Strings& shared);
+  dpde_inference inference(const loop::NetworkCall& network_call, const Strings& shared);
   dpde_repeat repeat(const loop::Module& module, const loop::Program& program, const loop::Repeat& source,
                      const RowResolver& row_code, Strings& shared);
   void set_links(const std::vector<TableLink>& given, const Names& params);
@@ -177,24 +177,24 @@ int32_t ProgramTables::Table::kernel(const loop::Module& module, const loop::Swe
   return static_cast<int32_t>(kernels.size()) - 1;
 }
 
-dpde_inference ProgramTables::Table::inference(const loop::Infer& infer, const Strings& shared) {
+dpde_inference ProgramTables::Table::inference(const loop::NetworkCall& network_call, const Strings& shared) {
   const auto list = [&](const std::vector<std::string>& names) {
     std::vector<int32_t>& indices = lists.emplace_back();
     for (const std::string& field : names) indices.push_back(field.empty() ? -1 : fields.index_of(field));
     return indices.data();
   };
-  const auto is_it = [&](const NetworkTable& table) { return table.name() == infer.network; };
+  const auto is_it = [&](const NetworkTable& table) { return table.name() == network_call.network; };
   const dpde_network* network = std::find_if(shared.networks.begin(), shared.networks.end(), is_it)->get();
   auto place = std::find(networks.begin(), networks.end(), network);
   if (place == networks.end()) place = networks.insert(place, network);
   dpde_inference result{static_cast<int32_t>(place - networks.begin()),
                         DPDE_NETWORK_VALUE,
-                        list(infer.inputs),
-                        list(infer.rates),
-                        list(infer.results),
-                        infer.weights};
-  if (infer.mode == loop::Infer::Mode::tangent) result.mode = DPDE_NETWORK_TANGENT;
-  if (infer.mode == loop::Infer::Mode::adjoint) result.mode = DPDE_NETWORK_ADJOINT;
+                        list(network_call.inputs),
+                        list(network_call.rates),
+                        list(network_call.results),
+                        network_call.weights};
+  if (network_call.mode == loop::NetworkCall::Mode::tangent) result.mode = DPDE_NETWORK_TANGENT;
+  if (network_call.mode == loop::NetworkCall::Mode::adjoint) result.mode = DPDE_NETWORK_ADJOINT;
   return result;
 }
 
@@ -218,7 +218,7 @@ dpde_operation ProgramTables::Table::operation(const loop::Module& module, const
         result.reduce = {
             kind_of(r.kind), fields.index_of(r.field), fields.index_of(r.result), {r.over[0], r.over[1], r.over[2]}};
       },
-      [&](const loop::Infer& i) {
+      [&](const loop::NetworkCall& i) {
         result.kind = DPDE_NETWORK;
         result.inference = inference(i, shared);
       },

@@ -42,8 +42,8 @@ bool is_sought(const model::Problem& problem, const model::Coefficient& coeffici
     return unknown.kind == model::Unknown::Kind::coefficient && unknown.name == coefficient.name;
   };
   const auto reads_unknown = [&](const model::Expr& e) {
-    const model::Infer* infer = std::get_if<model::Infer>(&e->kind);
-    if (infer != nullptr) return is_learned(problem, infer->network);
+    const model::NetworkCall* network_call = std::get_if<model::NetworkCall>(&e->kind);
+    if (network_call != nullptr) return is_learned(problem, network_call->network);
     const model::Param* param = std::get_if<model::Param>(&e->kind);
     const model::Parameter* known = param == nullptr ? nullptr : problem.find_param(param->name);
     return known != nullptr && known->unknown;

@@ -64,10 +64,10 @@ Cost cost_of_row(const loop::Row& row, Precision real) {
 }
 
 /// Of the convolutions: one pass forward, and of a derivative two more (the adjoint's by inputs and by weights).
-Cost cost_of_network(const loop::Module& module, const loop::Infer& infer) {
-  const auto network = std::ranges::find(module.networks, infer.network, &network::Network::name);
-  const int passes = infer.mode == loop::Infer::Mode::value ? 1 : 3;
-  const std::size_t fields = network::fields_read(infer).size() + network::fields_written(infer).size();
+Cost cost_of_network(const loop::Module& module, const loop::NetworkCall& network_call) {
+  const auto network = std::ranges::find(module.networks, network_call.network, &network::Network::name);
+  const int passes = network_call.mode == loop::NetworkCall::Mode::value ? 1 : 3;
+  const std::size_t fields = network::fields_read(network_call).size() + network::fields_written(network_call).size();
   return {static_cast<double>(bytes_of(module.real)) * static_cast<double>(fields),
           2.0 * passes * network::multiplications_a_cell(*network)};
 }
@@ -92,7 +92,7 @@ Cost cost_of_operations(const loop::Module& module, const std::vector<loop::Oper
         [&](const loop::Reduce&) {
           total += {2.0 * static_cast<double>(bytes_of(module.real)), 1};  // reads one field and writes one
         },
-        [&](const loop::Infer& infer) { total += cost_of_network(module, infer); },
+        [&](const loop::NetworkCall& network_call) { total += cost_of_network(module, network_call); },
         [&](const loop::Sweep& sweep) { total += cost_of_row(*module.find_row(sweep.row), module.real); },
         [&](const loop::Repeat& repeat) {
           const Cost pass = cost_of_operations(module, repeat.body);

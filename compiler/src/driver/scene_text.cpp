@@ -51,8 +51,8 @@ model::Expr with_values(const model::Expr& e, const Values& values) {
       [&](const model::Apply& a) {
         return model::apply({a.function, all(a.arguments), a.component, a.places, a.results});
       },
-      [&](const model::Infer& i) {  // below the model outputs have no names of their own
-        return model::infer(
+      [&](const model::NetworkCall& i) {  // below the model outputs have no names of their own
+        return model::network_call(
             {i.network, all(i.arguments), i.output, i.outputs, i.outputs == 1 ? "" : fmt::format("c{}", i.output + 1)});
       });
 }

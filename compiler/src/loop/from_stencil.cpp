@@ -202,11 +202,12 @@ void ModuleBuilder::add_sweeps(std::vector<ScheduleItem>& items, const stencil::
   }
 }
 
-ScheduleItem item_of(const Infer& infer) {
-  const std::vector<std::string> read = network::fields_read(infer), written = network::fields_written(infer);
+ScheduleItem item_of(const NetworkCall& network_call) {
+  const std::vector<std::string> read = network::fields_read(network_call),
+                                 written = network::fields_written(network_call);
   std::set<std::string> modified(written.begin(), written.end()), touched = modified;
   touched.insert(read.begin(), read.end());
-  return {infer, std::move(modified), std::move(touched)};
+  return {network_call, std::move(modified), std::move(touched)};
 }
 
 std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& program) {
@@ -227,7 +228,7 @@ std::vector<ScheduleItem> ModuleBuilder::items_of(const stencil::Program& progra
         [&](const stencil::Reduce& r) {
           items.push_back({Reduce{r.result, r.kind, r.field, r.over}, {r.result}, {r.field, r.result}});
         },
-        [&](const Infer& i) { items.push_back(item_of(i)); },
+        [&](const NetworkCall& i) { items.push_back(item_of(i)); },
         [&](const stencil::Run& run) { add_sweeps(items, run, program); },
         [&](const stencil::Repeat& repeat) { add_repeat(items, repeat, program); });
   }

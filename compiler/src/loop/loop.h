@@ -200,7 +200,7 @@ struct Reduce {
   std::array<bool, max_rank> over{};
   bool operator==(const Reduce&) const = default;
 };
-using network::Infer;
+using network::NetworkCall;
 /// What stands for the names of a row that several sweeps share; those that are not mentioned stand for themselves. Two
 /// names never stand for the same.
 struct Binding {
@@ -228,7 +228,7 @@ struct Sweep {
   bool operator==(const Sweep&) const = default;
 };
 struct Repeat;
-using Operation = std::variant<Fill, Fold, Reduce, Infer, Sweep, Repeat>;
+using Operation = std::variant<Fill, Fold, Reduce, NetworkCall, Sweep, Repeat>;
 /// `next` of a pass is the `state` of the next one, and of the last pass the `result`: passes write to the memory of
 /// `result` and to that of `next` in turn, so that nothing is copied.
 struct Carry {

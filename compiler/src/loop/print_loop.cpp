@@ -219,7 +219,7 @@ std::string operation_text(const Module& module, const Operation& operation, con
         }
         return fmt::format("reduce {} = {} {} over {}", r.result, name_of(r.kind), r.field, fmt::join(axes, ", "));
       },
-      [](const Infer& i) { return network::text_of(i); },
+      [](const NetworkCall& i) { return network::text_of(i); },
       [&](const Sweep& s) {
         std::string text =
             fmt::format("sweep {}{}{}{}", s.row, binding_text(module, s), grow_text(s.grow), s.serial ? " serial" : "");

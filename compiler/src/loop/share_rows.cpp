@@ -275,7 +275,7 @@ class Sharing {
   void bind(std::vector<Operation>& operations) const {
     for (Operation& operation : operations) {
       match(
-          operation, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
+          operation, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
           [&](Sweep& sweep) { bind(sweep); }, [&](Repeat& repeat) { bind(repeat.body); });
     }
   }

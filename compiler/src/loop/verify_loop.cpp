@@ -51,7 +51,7 @@ class Verifier {
   void check_binding(const Program& program, const Row& row, const Binding& binding);
   void check_sweep(const Program& program, const Sweep& sweep);
   void check_reduce(const Program& program, const Reduce& reduce);
-  void check_network(const Program& program, const Infer& infer);
+  void check_network(const Program& program, const NetworkCall& network_call);
   void check_operations(const Program& program, const std::vector<Operation>& operations);
   void check_repeat(const Program& program, const Repeat& repeat);
   void check_program(const Program& program);
@@ -227,11 +227,11 @@ void Verifier::check_reduce(const Program& program, const Reduce& reduce) {
     check(!reduce.over[a], program.name, "reduces along an axis it does not have");
 }
 
-void Verifier::check_network(const Program& program, const Infer& infer) {
-  const auto is_it = [&](const network::Network& n) { return n.name == infer.network; };
+void Verifier::check_network(const Program& program, const NetworkCall& network_call) {
+  const auto is_it = [&](const network::Network& n) { return n.name == network_call.network; };
   check(std::any_of(module_.networks.begin(), module_.networks.end(), is_it), program.name,
-        fmt::format("no network {}", infer.network));
-  for (const auto* fields : {&infer.inputs, &infer.rates, &infer.results}) {
+        fmt::format("no network {}", network_call.network));
+  for (const auto* fields : {&network_call.inputs, &network_call.rates, &network_call.results}) {
     for (const std::string& field : *fields)
       check(field.empty() || has(program.fields, field), program.name, fmt::format("no field {}", field));
   }
@@ -260,7 +260,7 @@ void Verifier::check_operations(const Program& program, const std::vector<Operat
     match(
         operation, [&](const Fill& f) { check_boundaries(program, f.field, f.axes); },
         [&](const Fold& f) { check_boundaries(program, f.field, f.axes); },
-        [&](const Reduce& r) { check_reduce(program, r); }, [&](const Infer& i) { check_network(program, i); },
+        [&](const Reduce& r) { check_reduce(program, r); }, [&](const NetworkCall& i) { check_network(program, i); },
         [&](const Sweep& s) { check_sweep(program, s); }, [&](const Repeat& r) { check_repeat(program, r); });
   }
 }

@@ -122,7 +122,7 @@ std::string seed_of(const Operator& function, std::size_t component) {
 
 Expr apply(Apply application, Origin origin) { return make(std::move(application), origin); }
 
-Expr infer(Infer inference, Origin origin) { return make(std::move(inference), origin); }
+Expr network_call(NetworkCall inference, Origin origin) { return make(std::move(inference), origin); }
 
 Expr reduce(Reduce reduction, Origin origin) { return make(std::move(reduction), origin); }
 
@@ -132,7 +132,7 @@ bool is_uniform(const Expr& e) {
   return !any_part(e, [](const Expr& part) {
     return std::holds_alternative<Field>(part->kind) || std::holds_alternative<Coordinate>(part->kind) ||
            std::holds_alternative<Noise>(part->kind) || std::holds_alternative<Reduce>(part->kind) ||
-           std::holds_alternative<Infer>(part->kind);
+           std::holds_alternative<NetworkCall>(part->kind);
   });
 }
 
@@ -163,7 +163,7 @@ void for_each_part(const Expr& e, const std::function<void(const Expr&)>& f) {
       [&](const Sample& s) { std::for_each(s.place.begin(), s.place.end(), f); },
       [&](const Reduce& r) { f(r.operand); },
       [&](const Apply& a) { std::for_each(a.arguments.begin(), a.arguments.end(), f); },
-      [&](const Infer& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); });
+      [&](const NetworkCall& i) { std::for_each(i.arguments.begin(), i.arguments.end(), f); });
 }
 
 bool any_part(const Expr& e, const std::function<bool(const Expr&)>& f) {

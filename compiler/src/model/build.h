@@ -33,7 +33,7 @@ Expr sample(Sample value, Origin origin = {});
 Expr reduce(Reduce::Kind reduction, const Expr& operand, Origin origin = {});
 Expr reduce(Reduce reduction, Origin origin = {});
 Expr apply(Apply application, Origin origin = {});
-Expr infer(Infer inference, Origin origin = {});
+Expr network_call(NetworkCall inference, Origin origin = {});
 
 bool is_constant(const Expr& e, double value);
 /// Neither fields nor coordinates nor noise nor reductions: the same at all points.

@@ -147,16 +147,16 @@ struct Apply {
 std::string seed_of(const Operator& function, std::size_t component);
 
 /// One output of a network, a field of its own at the cell centres, made of the arguments there.
-struct Infer {
+struct NetworkCall {
   std::string network;
   std::vector<Expr> arguments;  // one a channel
   int output = 0, outputs = 1;
   std::string name;  // of the output, as corrector(u).x has x; "" where it is the only one
-  bool operator==(const Infer&) const = default;
+  bool operator==(const NetworkCall&) const = default;
 };
 
 using Kind = std::variant<Number, Param, Field, Coordinate, Noise, Neg, Binary, Call, Select, Derivative, Advect, Shift,
-                          Interpolate, Sample, Reduce, Apply, Infer>;
+                          Interpolate, Sample, Reduce, Apply, NetworkCall>;
 struct Node {
   Kind kind;
   Origin origin;

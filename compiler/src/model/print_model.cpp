@@ -121,7 +121,7 @@ Piece piece(const Expr& e) {
         const std::string component = a.function.body.size() == 1 ? "" : std::string(".") + "xyz"[a.component];
         return Piece{fmt::format("{}({}){}", a.function.name, list(a.arguments), component)};
       },
-      [](const Infer& i) {
+      [](const NetworkCall& i) {
         return Piece{fmt::format("{}({}){}{}", i.network, list(i.arguments), i.name.empty() ? "" : ".", i.name)};
       });
 }

@@ -172,8 +172,8 @@ Expr Rewriter::operator()(const Expr& e) {
       [&](const Apply& a) {
         return apply({a.function, all(a.arguments), a.component, a.places, a.results}, origin);
       },
-      [&](const Infer& i) {
-        return infer({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin);
+      [&](const NetworkCall& i) {
+        return network_call({i.network, all(i.arguments), i.output, i.outputs, i.name}, origin);
       });
 }
 

@@ -286,7 +286,7 @@ class Verifier {
           need(allowed.derivatives, "an operator");
           check_application(a, where);
         },
-        [&](const Infer&) { need(allowed.reductions || allowed.networks, "a network"); });
+        [&](const NetworkCall&) { need(allowed.reductions || allowed.networks, "a network"); });
     check_children(e, where, allowed);
   }
 

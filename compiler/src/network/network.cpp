@@ -70,30 +70,30 @@ bool is_pointwise(const Network& network) {
   });
 }
 
-std::vector<std::string> fields_read(const Infer& infer) {
-  std::vector<std::string> fields = infer.inputs;
-  fields.insert(fields.end(), infer.rates.begin(), infer.rates.end());
+std::vector<std::string> fields_read(const NetworkCall& network_call) {
+  std::vector<std::string> fields = network_call.inputs;
+  fields.insert(fields.end(), network_call.rates.begin(), network_call.rates.end());
   std::erase(fields, "");
   return fields;
 }
 
-std::vector<std::string> fields_written(const Infer& infer) {
-  std::vector<std::string> fields = infer.results;
+std::vector<std::string> fields_written(const NetworkCall& network_call) {
+  std::vector<std::string> fields = network_call.results;
   std::erase(fields, "");
   return fields;
 }
 
-std::string text_of(const Infer& infer) {
+std::string text_of(const NetworkCall& network_call) {
   const auto list = [](const std::vector<std::string>& fields) {
     std::vector<std::string> words;
     for (const std::string& field : fields) words.push_back(field.empty() ? "_" : field);
     return fmt::format("{}", fmt::join(words, ", "));
   };
-  const bool is_value = infer.mode == Infer::Mode::value;
-  const char* word = is_value ? "apply" : infer.mode == Infer::Mode::tangent ? "tangent" : "adjoint";
-  const std::string rates = is_value ? "" : fmt::format(" by {}", list(infer.rates));
-  return fmt::format("{} {}({}){} to {}{}", word, infer.network, list(infer.inputs), rates, list(infer.results),
-                     infer.weights ? " weights" : "");
+  const bool is_value = network_call.mode == NetworkCall::Mode::value;
+  const char* word = is_value ? "apply" : network_call.mode == NetworkCall::Mode::tangent ? "tangent" : "adjoint";
+  const std::string rates = is_value ? "" : fmt::format(" by {}", list(network_call.rates));
+  return fmt::format("{} {}({}){} to {}{}", word, network_call.network, list(network_call.inputs), rates,
+                     list(network_call.results), network_call.weights ? " weights" : "");
 }
 
 std::string_view name_of(Activation activation) {

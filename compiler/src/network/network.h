@@ -58,7 +58,7 @@ struct Network {
 
 /// A network or its derivative, done to fields: a statement of programs (stencil/stencil.h says what it means). ""
 /// stands for a rate that is 0 and for a result that nobody wants.
-struct Infer {
+struct NetworkCall {
   enum class Mode { value, tangent, adjoint };
   std::string network;
   Mode mode = Mode::value;
@@ -66,13 +66,13 @@ struct Infer {
   std::vector<std::string> rates;    // of the inputs; of the adjoint: seeds of the outputs
   std::vector<std::string> results;  // the outputs, their rates, or the adjoints of the inputs
   bool weights = false;
-  bool operator==(const Infer&) const = default;
+  bool operator==(const NetworkCall&) const = default;
 };
 /// The fields that are read and written, in order, without those that are not there.
-std::vector<std::string> fields_read(const Infer& infer);
-std::vector<std::string> fields_written(const Infer& infer);
+std::vector<std::string> fields_read(const NetworkCall& network_call);
+std::vector<std::string> fields_written(const NetworkCall& network_call);
 /// adjoint corrector(a, b) by c_bar, _ to a_bar, b_bar weights
-std::string text_of(const Infer& infer);
+std::string text_of(const NetworkCall& network_call);
 
 /// Of value `number`.
 int channels_of(const Network& network, int number);

@@ -7,8 +7,8 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/discretise.h"
-#include "stencil/given.h"
 
 namespace dpde::stencil {
 
@@ -96,12 +96,13 @@ Reading Discretiser::reading_of(const model::Apply& e, const Place& place) {
 
 /// Formulas by the fields and parameters that the kernel reads. Where one is argument of several parameters, their
 /// formulas are added up; where some of these are missing, all are derived.
-std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside,
-                                         const Kernel& kernel, const Offset& offset) {
+std::vector<CustomAdjoint> Discretiser::custom_adjoints_of(const model::Apply& e, const Reading& reading,
+                                                           const model::Placements& inside, const Kernel& kernel,
+                                                           const Offset& offset) {
   Reading with_seeds = reading;
   for (std::size_t c = 0; c < kernel.stores.size(); ++c)
     with_seeds.fields[model::seed_of(e.function, c)] = bar_of(kernel.stores[c].field);
-  std::vector<Given> given;
+  std::vector<CustomAdjoint> given;
   std::map<std::string, int> counts;
   for (const model::Operator::Adjoint& adjoint : e.function.adjoints) {
     const auto field = reading.fields.find(adjoint.parameter);
@@ -115,7 +116,8 @@ std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& r
     Discretiser formula(scheme_, names_, rank_, with_seeds, inside);
     const Expr value = with_lets_replaced(formula(adjoint.value, place), formula.lets());
     const Expr moved = with_seeds_behind(value, kernel, offset);
-    const auto known = std::find_if(given.begin(), given.end(), [&](const Given& g) { return g.input == input; });
+    const auto known =
+        std::find_if(given.begin(), given.end(), [&](const CustomAdjoint& g) { return g.input == input; });
     if (known == given.end()) {
       given.push_back({input, moved, adjoint.origin});
     } else {
@@ -123,7 +125,7 @@ std::vector<Given> Discretiser::given_of(const model::Apply& e, const Reading& r
     }
     ++counts[input];
   }
-  std::erase_if(given, [&](const Given& g) { return count_of(reading, g.input) > counts[g.input]; });
+  std::erase_if(given, [&](const CustomAdjoint& g) { return count_of(reading, g.input) > counts[g.input]; });
   return given;
 }
 
@@ -154,24 +156,24 @@ Expr Discretiser::applied_at(const model::Expr& e, const Place& place) {
   }
   parts_ = body.parts_;
   for (const Let& let : body.lets_) kernel.lets.push_back({let.name, same_place(let.value, offset)});
-  kernel.given = given_of(apply, reading, inside, kernel, offset);
+  kernel.custom_adjoints = custom_adjoints_of(apply, reading, inside, kernel, offset);
   preparations_.push_back(without_idle_formulas(std::move(kernel)));
   return access(stem + suffixes[static_cast<std::size_t>(apply.component)]);
 }
 
 /// The field of the output; all outputs of the network for the same fields are computed at once.
-std::string Discretiser::stored_inference(const model::Infer& e) {
-  Infer infer{e.network, Infer::Mode::value, {}, {}, {}, false};
-  for (const model::Expr& argument : e.arguments) infer.inputs.push_back(stored_operand(argument, {}));
+std::string Discretiser::stored_inference(const model::NetworkCall& e) {
+  NetworkCall network_call{e.network, NetworkCall::Mode::value, {}, {}, {}, false};
+  for (const model::Expr& argument : e.arguments) network_call.inputs.push_back(stored_operand(argument, {}));
   for (Preparation& made : preparations_) {
-    Infer* known = std::get_if<Infer>(&made);
-    if (!known || known->network != infer.network || known->inputs != infer.inputs) continue;
+    NetworkCall* known = std::get_if<NetworkCall>(&made);
+    if (!known || known->network != network_call.network || known->inputs != network_call.inputs) continue;
     return known->results[static_cast<std::size_t>(e.output)];
   }
   for (int i = 1; i <= e.outputs; ++i)
-    infer.results.push_back(names_.fresh(e.network + "_" + (e.outputs == 1 ? "out" : std::to_string(i))));
-  preparations_.push_back(infer);
-  return infer.results[static_cast<std::size_t>(e.output)];
+    network_call.results.push_back(names_.fresh(e.network + "_" + (e.outputs == 1 ? "out" : std::to_string(i))));
+  preparations_.push_back(network_call);
+  return network_call.results[static_cast<std::size_t>(e.output)];
 }
 
 }  // namespace dpde::stencil

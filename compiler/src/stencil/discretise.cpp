@@ -29,7 +29,7 @@ bool is_field(const model::Expr& e) { return as<model::Field>(e) != nullptr; }
 bool reads_in_place(const model::Expr& e) {
   if (as<model::Interpolate>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e)) return !reduce->is_over_all();
-  if (as<model::Infer>(e)) return true;
+  if (as<model::NetworkCall>(e)) return true;
   bool found = is_field(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || reads_in_place(part); });
   return found;
@@ -42,7 +42,7 @@ model::Placement parity(const std::array<int, max_rank>& place) {
 }
 
 bool holds_derivative(const model::Expr& e) {
-  if (as<model::Infer>(e)) return false;  // of a field of its own
+  if (as<model::NetworkCall>(e)) return false;  // of a field of its own
   bool found = as<model::Derivative>(e) || as<model::Advect>(e);
   model::for_each_part(e, [&](const model::Expr& part) { found = found || holds_derivative(part); });
   return found;
@@ -90,7 +90,7 @@ Expr weighted_sum(const std::vector<Tap>& taps, const std::vector<Expr>& values)
 /// Whether `e` midway between cells is put together from its parts there, rather than averaged as a whole: sums, and
 /// products with a factor that is known there, keep their shape; derivatives are best there; formulas are exact.
 bool has_parts_midway(const model::Expr& e) {
-  if (as<model::Apply>(e) || as<model::Infer>(e)) return false;
+  if (as<model::Apply>(e) || as<model::NetworkCall>(e)) return false;
   if (holds_derivative(e) || !reads_in_place(e)) return true;
   if (as<model::Neg>(e)) return true;
   const model::Binary* b = as<model::Binary>(e);
@@ -111,7 +111,7 @@ std::vector<std::string> fields_made(const Preparation& preparation) {
   return match(
       preparation, [](const Kernel& kernel) { return signature(kernel).writes; },
       [](const Reduce& reduce) { return std::vector<std::string>{reduce.result}; },
-      [](const Infer& infer) { return infer.results; });
+      [](const NetworkCall& network_call) { return network_call.results; });
 }
 
 }  // namespace
@@ -252,7 +252,7 @@ Discretiser::Quotient Discretiser::at_place(const model::Expr& e, const Place& p
       [&](const model::Interpolate& i) { return interpolated_at(i, place); },
       [&](const model::Sample& s) { return Quotient{sample(s, place)}; },
       [&](const model::Apply&) { return Quotient{applied_at(e, place)}; },
-      [&](const model::Infer& i) {
+      [&](const model::NetworkCall& i) {
         return Quotient{access(stored_inference(i), Offset{place[0] / 2, place[1] / 2, place[2] / 2})};
       },
       [](const model::Reduce&) -> Quotient { unreachable("a reduction is taken before its parts"); });
@@ -399,7 +399,7 @@ bool Discretiser::belongs_midway(const model::Expr& e, int axis) const {
   if (const model::Derivative* d = as<model::Derivative>(e); d && d->axis == axis) {
     return belongs_midway(d->operand, axis) != (d->order == 1);
   }
-  if (as<model::Interpolate>(e) || as<model::Apply>(e) || as<model::Infer>(e)) return false;
+  if (as<model::Interpolate>(e) || as<model::Apply>(e) || as<model::NetworkCall>(e)) return false;
   if (const model::Reduce* reduce = as<model::Reduce>(e); reduce && reduce->over[static_cast<std::size_t>(axis)])
     return false;
   if (const model::Advect* a = as<model::Advect>(e)) {

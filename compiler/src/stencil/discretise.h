@@ -60,7 +60,7 @@ struct Reading {
 
 /// What is to be done before a kernel that reads the results of reductions and of operators whose adjoint is given: a
 /// kernel without a name, which stores what these are taken of, a reduction, or a kernel with the name of the operator.
-using Preparation = std::variant<Kernel, Reduce, Infer>;
+using Preparation = std::variant<Kernel, Reduce, NetworkCall>;
 
 /// Turns the expressions of one kernel into stencil expressions and collects the lets they share.
 class Discretiser {
@@ -108,11 +108,12 @@ class Discretiser {
   std::string stored_operand(const model::Expr& e, const Place& place);
   std::string store_before(const Discretiser& inner, const Expr& value, const Origin& origin);
   std::string stored_reduction(Reduce reduce);
-  std::string stored_inference(const model::Infer& e);
+  std::string stored_inference(const model::NetworkCall& e);
   Expr applied_at(const model::Expr& e, const Place& place);
   Reading reading_of(const model::Apply& e, const Place& place);
-  std::vector<Given> given_of(const model::Apply& e, const Reading& reading, const model::Placements& inside,
-                              const Kernel& kernel, const Offset& offset);
+  std::vector<CustomAdjoint> custom_adjoints_of(const model::Apply& e, const Reading& reading,
+                                                const model::Placements& inside, const Kernel& kernel,
+                                                const Offset& offset);
   Quotient interpolated_at(const model::Interpolate& e, const Place& place);
   Quotient velocity_at(const model::Expr& e, const Place& place);
   Expr sample(const model::Sample& e, const Place& place);

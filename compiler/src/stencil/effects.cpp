@@ -40,8 +40,9 @@ Effects of_fold(const Fold& fold) {
   return {.reads = names, .updates = names, .params = params_of(fold.axes)};
 }
 
-Effects of_infer(const Infer& infer) {
-  return {.reads = fields_read(infer), .writes = fields_written(infer), .networks = {infer.network}};
+Effects of_network_call(const NetworkCall& network_call) {
+  return {
+      .reads = fields_read(network_call), .writes = fields_written(network_call), .networks = {network_call.network}};
 }
 
 Effects of_run(const Kernel& kernel) {
@@ -92,7 +93,8 @@ NameList counters_of(std::span<const Statement> statements) {
   NameList counters;
   for (const Statement& statement : statements) {
     match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {},
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
+        [](const Run&) {},
         [&](const Repeat& repeat) {
           if (!repeat.counter.name.empty()) counters.push_back(repeat.counter.name);
           for (const std::string& inner : counters_of(repeat.body)) counters.push_back(inner);
@@ -105,7 +107,7 @@ Effects effects(const Module& module, const Statement& statement) {
   return match(
       statement, [](const Fill& fill) { return of_fill(fill); }, [](const Fold& fold) { return of_fold(fold); },
       [](const Reduce& reduce) { return Effects{.reads = {reduce.field}, .writes = {reduce.result}}; },
-      [](const Infer& infer) { return of_infer(infer); },
+      [](const NetworkCall& network_call) { return of_network_call(network_call); },
       [&](const Run& run) { return of_run(kernel_of(module, run)); },
       [&](const Repeat& repeat) { return of_repeat(module, repeat); });
 }
@@ -125,7 +127,7 @@ void add_parts(const std::vector<Statement>& statements, Parts& parts) {
   for (const Statement& statement : statements) {
     match(
         statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {},
-        [&](const Infer& infer) { add_new(parts.networks, infer.network); },
+        [&](const NetworkCall& network_call) { add_new(parts.networks, network_call.network); },
         [&](const Run& run) { parts.kernels.insert(run.kernel); },
         [&](const Repeat& repeat) { add_parts(repeat.body, parts); });
   }
@@ -145,7 +147,7 @@ std::vector<Statement> without_fills(const std::vector<Statement>& statements) {
     const auto keep = [&](const auto& same) { kept.push_back(same); };
     match(
         statement, [](const Fill&) {}, [&](const Fold& fold) { keep(fold); },
-        [&](const Reduce& reduce) { keep(reduce); }, [&](const Infer& infer) { keep(infer); },
+        [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
         [&](const Run& run) { keep(run); },
         [&](Repeat repeat) {
           repeat.body = without_fills(repeat.body);

@@ -54,8 +54,9 @@ template <class F>
 void for_each_fill(std::span<const Statement> statements, const F& f) {
   for (const Statement& statement : statements) {
     match(
-        statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
-        [](const Run&) {}, [&](const Repeat& repeat) { for_each_fill(std::span(repeat.body), f); });
+        statement, [&](const Fill& fill) { f(fill); }, [](const Fold&) {}, [](const Reduce&) {},
+        [](const NetworkCall&) {}, [](const Run&) {},
+        [&](const Repeat& repeat) { for_each_fill(std::span(repeat.body), f); });
   }
 }
 template <class F>
@@ -70,7 +71,7 @@ void for_each_run(AnyProgram& program, const F& f) {
   using AnyRepeat = std::conditional_t<std::is_const_v<AnyProgram>, const Repeat, Repeat>;
   for (auto& statement : program.body) {
     match(
-        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const Infer&) {},
+        statement, [](const Fill&) {}, [](const Fold&) {}, [](const Reduce&) {}, [](const NetworkCall&) {},
         [&](AnyRun& run) { f(run); }, [&](AnyRepeat& repeat) { for_each_run(repeat, f); });
   }
 }

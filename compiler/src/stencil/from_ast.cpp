@@ -200,9 +200,9 @@ class ModuleReader {
     } else if (const auto* run = std::get_if<ast::RunItem>(&item.kind)) {
       read_run(*run, item.range);
     } else if (const auto* apply = std::get_if<ast::ApplyItem>(&item.kind)) {
-      const auto infer = read_infer(source_.file, *apply, module_, sink_);
-      if (infer) ranges_.push_back(item.range);
-      if (infer) program_.body.push_back(*infer);
+      const auto network_call = read_network_call(source_.file, *apply, module_, sink_);
+      if (network_call) ranges_.push_back(item.range);
+      if (network_call) program_.body.push_back(*network_call);
     } else if (const auto* repeat = std::get_if<ast::RepeatItem>(&item.kind)) {
       read_repeat(*repeat, item.range);
     } else if (const auto* swap = std::get_if<ast::SwapItem>(&item.kind)) {
@@ -445,7 +445,7 @@ class ModuleReader {
   }
 
   void report_problems() {
-    for (const Problem& problem : find_problems(module_)) {
+    for (const Violation& problem : find_violations(module_)) {
       SourceRange range;
       for_each<ast::Kernel>([&](const ast::Kernel& k) {
         if (k.name.name == problem.declaration) range = k.name.range;

@@ -8,8 +8,8 @@
 
 #include "model/build.h"
 #include "stencil/build.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/events.h"
-#include "stencil/given.h"
 #include "stencil/idle_walls.h"
 #include "stencil/lowering.h"
 #include "stencil/multistep.h"
@@ -27,8 +27,8 @@ namespace {
 /// The formulas of an operator whose adjoint is given.
 void check_given(const Preparation& made, DiagnosticSink& sink) {
   const Kernel* kernel = std::get_if<Kernel>(&made);
-  for (std::size_t i = 0; kernel && i < kernel->given.size(); ++i) {
-    const Given& given = kernel->given[i];
+  for (std::size_t i = 0; kernel && i < kernel->custom_adjoints.size(); ++i) {
+    const CustomAdjoint& given = kernel->custom_adjoints[i];
     if (const auto problem = find_problem(*kernel, given)) {
       sink.report("bad-given-adjoint", given.origin.range, {given.input, kernel->name, problem->what}, problem->hint);
     }

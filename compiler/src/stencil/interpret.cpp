@@ -391,7 +391,9 @@ class Interpreter {
       match(
           statement, [&](const Fill& fill) { apply(state_, fill, params_); },
           [&](const Fold& fold) { apply(state_, fold, params_); }, [&](const Reduce& reduce) { apply(state_, reduce); },
-          [&](const Infer& infer) { apply(state_, infer, *module_.find_network(infer.network)); },
+          [&](const NetworkCall& network_call) {
+            apply(state_, network_call, *module_.find_network(network_call.network));
+          },
           [&](const Run& run) {
             run_kernel(*module_.find_kernel(run.kernel), run.grow, program.axes, state_, params_, sums);
           },

@@ -88,7 +88,7 @@ void apply(State& state, const Fold& fold, const Params& params);
 void apply(State& state, const Reduce& reduce);
 
 /// Sets the interior of the results. What the network computes in is doubles, whatever its precision.
-void apply(State& state, const Infer& infer, const network::Network& network);
+void apply(State& state, const NetworkCall& network_call, const network::Network& network);
 
 /// Runs `program` once and applies its swaps, after which the memory of each `next` is NaN. Fields not present are
 /// created. Returns the sums. `params` holds every parameter the program reads; the halo of `state` is required_halo or

@@ -12,8 +12,8 @@
 #include <set>
 
 #include "stencil/build.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/expr_from_ast.h"
-#include "stencil/given.h"
 #include "support/match.h"
 
 namespace dpde::stencil {
@@ -267,7 +267,7 @@ class KernelReader : public ExprReader {
       return;
     }
     const bool is_sum = input->role == KernelRole::param;
-    if (item.accumulate != is_sum || find_given(kernel_, input->name.name)) {
+    if (item.accumulate != is_sum || find_custom_adjoint(kernel_, input->name.name)) {
       const char* wrong = item.accumulate == is_sum ? "is there already"
                           : is_sum                  ? "is written with ="
                                                     : "is written with +=";
@@ -276,13 +276,13 @@ class KernelReader : public ExprReader {
       return;
     }
     in_adjoint_ = true;
-    const Given given{input->name.name, with_lets_replaced(value_of(item.value)), {item.target.range}};
+    const CustomAdjoint given{input->name.name, with_lets_replaced(value_of(item.value)), {item.target.range}};
     in_adjoint_ = false;
     if (!result_.good) return;
     if (const auto problem = find_problem(kernel_, given)) {
       report("bad-given-adjoint", item.value.range(), {given.input, kernel_.name, problem->what}, problem->hint);
     }
-    kernel_.given.push_back(given);
+    kernel_.custom_adjoints.push_back(given);
   }
 
   /// Formulas stand by themselves.

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/effects.h"
-#include "stencil/given.h"
 #include "stencil/walls.h"
 #include "support/bound_names.h"
 #include "support/contains.h"
@@ -33,9 +33,9 @@ std::vector<Signature::Read> reads_of(const Preparation& preparation) {
       [](const Reduce& reduce) {
         return Reads{{reduce.field, {}, false}};
       },
-      [](const Infer& infer) {
+      [](const NetworkCall& network_call) {
         Reads reads;
-        for (const std::string& field : infer.inputs) reads.push_back({field, {}, false});
+        for (const std::string& field : network_call.inputs) reads.push_back({field, {}, false});
         return reads;
       });
 }
@@ -85,7 +85,7 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
     };
     const auto rename = [&](Kernel& kernel) {
       kernel = map_kernel(kernel, [&](const Expr& e) { return rename_fields(e, renamed); });
-      for (Given& given : kernel.given) {
+      for (CustomAdjoint& given : kernel.custom_adjoints) {
         given.input = renamed(given.input);
         given.value = rename_fields(given.value, [&](const std::string& field) {
           const std::string* stored = seeded_by(kernel, field);
@@ -112,9 +112,9 @@ std::vector<Stage> with_own_names(std::vector<Stage> stages, NameSupply taken) {
             reduce.field = renamed(reduce.field);
             reduce.result = names[reduce.result] = taken.fresh(reduce.field + "_" + std::string(name_of(reduce.kind)));
           },
-          [&](Infer& infer) {
-            for (std::string& input : infer.inputs) input = renamed(input);
-            for (std::string& result : infer.results) result = names[result] = taken.fresh(result);
+          [&](NetworkCall& network_call) {
+            for (std::string& input : network_call.inputs) input = renamed(input);
+            for (std::string& result : network_call.results) result = names[result] = taken.fresh(result);
           });
     }
     rename(stage.kernel);
@@ -366,9 +366,9 @@ Program& Lowering::add_program(Module& module, const std::string& name, const st
             }
           },
           [&](const Reduce& reduce) { program.body.push_back(reduce); },
-          [&](const Infer& infer) {
-            program.body.push_back(infer);
-            add_networks(module, {*problem_.find_network(infer.network)});
+          [&](const NetworkCall& network_call) {
+            program.body.push_back(network_call);
+            add_networks(module, {*problem_.find_network(network_call.network)});
           });
     }
     fill(signature(stage.kernel).reads, stage.time, 0);

@@ -63,17 +63,17 @@ std::optional<int> told_rank(const ast::File& file, const ast::ApplyItem& apply)
   return std::nullopt;
 }
 
-std::optional<Infer> read_infer(const ast::File& file, const ast::ApplyItem& source, const Module& module,
-                                DiagnosticSink& sink) {
+std::optional<NetworkCall> read_network_call(const ast::File& file, const ast::ApplyItem& source, const Module& module,
+                                             DiagnosticSink& sink) {
   if (!module.find_network(source.network.name)) {
     report_missing(file, source.network, module, sink);
     return std::nullopt;
   }
-  Infer infer{source.network.name, Infer::Mode::value,  names_of(source.inputs),
-              names_of(source.by), names_of(source.to), source.weights};
-  if (source.mode == ast::ApplyItem::Mode::tangent) infer.mode = Infer::Mode::tangent;
-  if (source.mode == ast::ApplyItem::Mode::adjoint) infer.mode = Infer::Mode::adjoint;
-  return infer;
+  NetworkCall network_call{source.network.name, NetworkCall::Mode::value, names_of(source.inputs),
+                           names_of(source.by), names_of(source.to),      source.weights};
+  if (source.mode == ast::ApplyItem::Mode::tangent) network_call.mode = NetworkCall::Mode::tangent;
+  if (source.mode == ast::ApplyItem::Mode::adjoint) network_call.mode = NetworkCall::Mode::adjoint;
+  return network_call;
 }
 
 std::vector<std::string> fields_of(const ast::ApplyItem& apply) {

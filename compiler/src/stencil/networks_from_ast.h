@@ -19,8 +19,8 @@ std::vector<network::Network> read_networks(const ast::File& file, DiagnosticSin
 std::optional<int> told_rank(const ast::File& file, const ast::ApplyItem& apply);
 
 /// nullopt, after a diagnostic, where there is no such network.
-std::optional<Infer> read_infer(const ast::File& file, const ast::ApplyItem& source, const Module& module,
-                                DiagnosticSink& sink);
+std::optional<NetworkCall> read_network_call(const ast::File& file, const ast::ApplyItem& source, const Module& module,
+                                             DiagnosticSink& sink);
 
 /// All that stand in it.
 std::vector<std::string> fields_of(const ast::ApplyItem& apply);

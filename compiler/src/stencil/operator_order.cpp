@@ -189,7 +189,7 @@ std::string reason_not_to_measure(const model::Problem& problem, const model::Ex
   const auto holds = [&](auto is_kind) { return model::any_part(body, is_kind); };
   if (holds([](const model::Expr& e) { return std::holds_alternative<model::Reduce>(e->kind); }))
     return "it holds a reduction";
-  if (holds([](const model::Expr& e) { return std::holds_alternative<model::Infer>(e->kind); }))
+  if (holds([](const model::Expr& e) { return std::holds_alternative<model::NetworkCall>(e->kind); }))
     return "a network is in it";
   if (holds([](const model::Expr& e) { return std::holds_alternative<model::Sample>(e->kind); }))
     return "it holds a sample";

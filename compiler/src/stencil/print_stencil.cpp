@@ -8,7 +8,7 @@
 
 #include "network/print_network.h"
 #include "stencil/build.h"
-#include "stencil/given.h"
+#include "stencil/custom_adjoint.h"
 #include "support/assert.h"
 #include "support/contains.h"
 #include "support/match.h"
@@ -133,7 +133,7 @@ bool shows_axes(const Kernel& kernel) {
 }
 
 void add_params_of_formulas(const Kernel& kernel, std::vector<std::string>& params) {
-  for (const Given& given : kernel.given) {
+  for (const CustomAdjoint& given : kernel.custom_adjoints) {
     visit(given.value, [&](const Expr& e) {
       const Param* p = std::get_if<Param>(&e->kind);
       if (p && !contains(params, p->name)) params.push_back(p->name);
@@ -224,7 +224,7 @@ std::string statement_text(const Statement& statement, std::size_t rank, const s
   return match(
       statement, [](const Fill& f) { return fmt::format("fill {} {}", f.field, boundary_text(f.axes)); },
       [](const Fold& f) { return fmt::format("fold {}{} {}", f.field, grow_text(f.grow), boundary_text(f.axes)); },
-      [&](const Reduce& r) { return reduce_text(r, rank); }, [](const Infer& i) { return network::text_of(i); },
+      [&](const Reduce& r) { return reduce_text(r, rank); }, [](const NetworkCall& i) { return network::text_of(i); },
       [](const Run& r) { return fmt::format("run {}{}", r.kernel, grow_text(r.grow)); },
       [&](const Repeat& r) { return repeat_text(r, rank, margin); });
 }
@@ -233,7 +233,7 @@ void note_what_tells_axes(const std::vector<Statement>& statements, bool& has_fi
   for (const Statement& statement : statements) {
     match(
         statement, [&](const Fill&) { has_fill = true; }, [&](const Fold&) { has_fill = true; }, [](const Reduce&) {},
-        [](const Infer&) {}, [&](const Run&) { has_run = true; },
+        [](const NetworkCall&) {}, [&](const Run&) { has_run = true; },
         [&](const Repeat& repeat) { note_what_tells_axes(repeat.body, has_fill, has_run); });
   }
 }
@@ -269,7 +269,7 @@ std::string print(const Kernel& kernel) {
   for (const Scatter& scatter : kernel.scatters) {
     out += fmt::format("  {} += {}\n", printer.interp_text(scatter.target), printer.text(scatter.value));
   }
-  for (const Given& given : kernel.given) {
+  for (const CustomAdjoint& given : kernel.custom_adjoints) {
     const bool is_field = signature(kernel).find_read(given.input) != nullptr;
     out += fmt::format("  adjoint {} {} {}\n", bar_of(given.input), is_field ? "=" : "+=", printer.text(given.value));
   }

@@ -207,9 +207,9 @@ class RequiredHalo {
           result_[reduce.field];
           result_[reduce.result];
         },
-        [&](const Infer& infer) {
-          for (const std::string& field : fields_read(infer)) result_[field];
-          for (const std::string& field : fields_written(infer)) result_[field];
+        [&](const NetworkCall& network_call) {
+          for (const std::string& field : fields_read(network_call)) result_[field];
+          for (const std::string& field : fields_written(network_call)) result_[field];
         },
         [&](const Run& run) { add_run(run); },
         [&](const Repeat& repeat) {

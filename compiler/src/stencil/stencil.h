@@ -193,11 +193,11 @@ struct Scatter {
 /// point adds to p_bar of parameter p. Seeds are read as fields y_bar, for each field y that the kernel stores. `value`
 /// is linear in them, the transpose of the derivative where all points have cells around them; walls are the adjoint's
 /// affair.
-struct Given {
+struct CustomAdjoint {
   std::string input;
   Expr value;
   Origin origin;
-  bool operator==(const Given&) const = default;
+  bool operator==(const CustomAdjoint&) const = default;
 };
 
 /// What a person wrote, where programs give kernels and fields other names: for messages. Always equal, as Origin is.
@@ -215,7 +215,8 @@ struct Kernel {
   std::vector<Store> stores;
   std::vector<Sum> sums;
   std::vector<Scatter> scatters;
-  std::vector<Given> given = {};  // in place of what adjoint() would derive; no part of what the kernel does
+  std::vector<CustomAdjoint> custom_adjoints =
+      {};  // in place of what adjoint() would derive; no part of what the kernel does
   KernelOrigin origin = {};
   bool operator==(const Kernel&) const = default;
 };
@@ -266,14 +267,14 @@ struct Reduce {
   std::array<bool, max_rank> over{};
   bool operator==(const Reduce&) const = default;
 };
-using network::Infer;
+using network::NetworkCall;
 struct Run {
   std::string kernel;
   int grow = 0;
   bool operator==(const Run&) const = default;
 };
 struct Repeat;
-using Statement = std::variant<Fill, Fold, Reduce, Infer, Run, Repeat>;
+using Statement = std::variant<Fill, Fold, Reduce, NetworkCall, Run, Repeat>;
 
 /// After the program, or after a pass, `next` becomes `state`.
 struct Swap {

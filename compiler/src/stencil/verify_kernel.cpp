@@ -14,12 +14,12 @@ namespace {
 /// Checks of one kernel by itself.
 class KernelCheck {
  public:
-  KernelCheck(const Kernel& kernel, std::vector<Problem>& problems)
-      : kernel_(kernel), signature_(signature(kernel)), problems_(problems) {}
+  KernelCheck(const Kernel& kernel, std::vector<Violation>& violations)
+      : kernel_(kernel), signature_(signature(kernel)), violations_(violations) {}
 
   void run() {
-    if (kernel_.name.find('.') != std::string::npos) problem("has a name with a dot, which is not read back");
-    if (kernel_.rank < 1 || kernel_.rank > max_rank) problem("has {} axes", kernel_.rank);
+    if (kernel_.name.find('.') != std::string::npos) violation("has a name with a dot, which is not read back");
+    if (kernel_.rank < 1 || kernel_.rank > max_rank) violation("has {} axes", kernel_.rank);
     check_locals();
     check_names();
     check_stores();
@@ -28,40 +28,40 @@ class KernelCheck {
 
  private:
   template <class... Args>
-  void problem(fmt::format_string<Args...> text, Args&&... args) {
+  void violation(fmt::format_string<Args...> text, Args&&... args) {
     const std::string what = fmt::format(text, std::forward<Args>(args)...);
-    problems_.push_back({fmt::format("kernel {} {}", kernel_.name, what), kernel_.name});
+    violations_.push_back({fmt::format("kernel {} {}", kernel_.name, what), kernel_.name});
   }
 
   void check_offset(const Offset& offset, const std::string& what) {
     for (int axis = kernel_.rank; axis < max_rank; ++axis) {
-      if (offset[axis] != 0) problem("has an offset of {} along an axis it does not have", what);
+      if (offset[axis] != 0) violation("has an offset of {} along an axis it does not have", what);
     }
   }
 
   void check_interp(const Interp& i) {
     check_offset(i.offset, i.field);
     if (static_cast<int>(i.displacement.size()) != kernel_.rank) {
-      problem("interpolates {} with {} displacements", i.field, i.displacement.size());
+      violation("interpolates {} with {} displacements", i.field, i.displacement.size());
     }
     for (int axis = kernel_.rank; axis < max_rank; ++axis) {
-      if (i.along[axis] != Along::linear) problem("takes a slope of {} along an axis it does not have", i.field);
+      if (i.along[axis] != Along::linear) violation("takes a slope of {} along an axis it does not have", i.field);
     }
   }
 
   void check_node(const Expr& e) {
     if (const Local* l = std::get_if<Local>(&e->kind)) {
-      if (!defined_.contains(l->name)) problem("uses local {} before it is defined", l->name);
+      if (!defined_.contains(l->name)) violation("uses local {} before it is defined", l->name);
     } else if (const Access* a = std::get_if<Access>(&e->kind)) {
       check_offset(a->offset, a->field);
     } else if (const Interp* i = std::get_if<Interp>(&e->kind)) {
       check_interp(*i);
     } else if (const Inside* inside = std::get_if<Inside>(&e->kind)) {
       check_offset(inside->offset, "inside");
-      if (inside->grow < 0) problem("has inside grown by {}", inside->grow);
+      if (inside->grow < 0) violation("has inside grown by {}", inside->grow);
     } else if (const Call* c = std::get_if<Call>(&e->kind)) {
       if (static_cast<int>(c->arguments.size()) != arity(c->fn)) {
-        problem("calls {} with {} arguments", name_of(c->fn), c->arguments.size());
+        violation("calls {} with {} arguments", name_of(c->fn), c->arguments.size());
       }
     }
   }
@@ -70,7 +70,7 @@ class KernelCheck {
     const auto check = [this](const Expr& e) { visit(e, [this](const Expr& part) { check_node(part); }); };
     for (const Let& let : kernel_.lets) {
       check(let.value);
-      if (!defined_.insert(let.name).second) problem("defines local {} twice", let.name);
+      if (!defined_.insert(let.name).second) violation("defines local {} twice", let.name);
     }
     for (const Store& store : kernel_.stores) check(store.value);
     for (const Sum& sum : kernel_.sums) check(sum.value);
@@ -85,7 +85,7 @@ class KernelCheck {
     std::map<std::string, std::string> kinds;
     const auto claim = [&](const std::string& name, const std::string& kind) {
       const auto [found, is_new] = kinds.emplace(name, kind);
-      if (!is_new && found->second != kind) problem("uses {} both as {} and as {}", name, found->second, kind);
+      if (!is_new && found->second != kind) violation("uses {} both as {} and as {}", name, found->second, kind);
     };
     for (const Signature::Read& read : signature_.reads) claim(read.field, "field");
     for (const std::string& field : signature_.writes) claim(field, "field");
@@ -98,16 +98,16 @@ class KernelCheck {
   void check_stores() {
     std::set<std::string> stored, summed;
     for (const Store& store : kernel_.stores) {
-      if (!stored.insert(store.field).second) problem("stores {} twice", store.field);
+      if (!stored.insert(store.field).second) violation("stores {} twice", store.field);
       const Signature::Read* read = signature_.find_read(store.field);
       if (!read) continue;
-      if (!store.accumulate) problem("both reads and writes {}", store.field);
+      if (!store.accumulate) violation("both reads and writes {}", store.field);
       if (store.accumulate && read->halo != std::array<int, max_rank>{}) {
-        problem("adds to {} and reads it at an offset", store.field);
+        violation("adds to {} and reads it at an offset", store.field);
       }
     }
     for (const Sum& sum : kernel_.sums) {
-      if (!summed.insert(sum.name).second) problem("has two sums {}", sum.name);
+      if (!summed.insert(sum.name).second) violation("has two sums {}", sum.name);
     }
   }
 
@@ -127,10 +127,10 @@ class KernelCheck {
     std::erase_if(scatters_only.lets, [&](const Let& let) { return !used.contains(let.name); });
     const Signature read_by_scatters = signature(scatters_only);
     for (const Store& store : kernel_.stores) {
-      if (read_by_scatters.find_read(store.field)) problem("stores {}, which a scatter reads", store.field);
+      if (read_by_scatters.find_read(store.field)) violation("stores {}, which a scatter reads", store.field);
     }
     for (const std::string& field : read_by_scatters.updates) {
-      if (signature_.find_read(field)) problem("both reads {} and scatters to it", field);
+      if (signature_.find_read(field)) violation("both reads {} and scatters to it", field);
     }
   }
 
@@ -142,12 +142,12 @@ class KernelCheck {
 
   const Kernel& kernel_;
   const Signature signature_;
-  std::vector<Problem>& problems_;
+  std::vector<Violation>& violations_;
   std::set<std::string> defined_;
 };
 
 }  // namespace
 
-void check_kernel(const Kernel& kernel, std::vector<Problem>& problems) { KernelCheck(kernel, problems).run(); }
+void check_kernel(const Kernel& kernel, std::vector<Violation>& violations) { KernelCheck(kernel, violations).run(); }
 
 }  // namespace dpde::stencil

@@ -8,6 +8,6 @@
 
 namespace dpde::stencil {
 
-void check_kernel(const Kernel& kernel, std::vector<Problem>& problems);
+void check_kernel(const Kernel& kernel, std::vector<Violation>& violations);
 
 }  // namespace dpde::stencil

@@ -17,33 +17,33 @@ namespace dpde::stencil {
 
 namespace {
 
-using Problems = std::vector<Problem>;
+using Violations = std::vector<Violation>;
 
 /// Checks of one program, statement by statement.
 class ProgramCheck {
  public:
-  ProgramCheck(const Module& module, const Program& program, Problems& problems)
-      : module_(module), program_(program), problems_(problems) {}
+  ProgramCheck(const Module& module, const Program& program, Violations& violations)
+      : module_(module), program_(program), violations_(violations) {}
 
   void run() {
-    if (program_.axes.empty() || program_.axes.size() > max_rank) problem("has {} axes", program_.axes.size());
+    if (program_.axes.empty() || program_.axes.size() > max_rank) violation("has {} axes", program_.axes.size());
     check_statements();
     statement_ = -1;
     check_results();
     for (const std::string& name : params_) {
-      if (fields_.contains(name) || inner_.contains(name)) problem("uses {} both as field and as param", name);
+      if (fields_.contains(name) || inner_.contains(name)) violation("uses {} both as field and as param", name);
     }
     check_counters();
     for (const std::string& name : inner_) {
-      if (fields_.contains(name)) problem("uses {} both in a repeat, which writes it, and outside", name);
+      if (fields_.contains(name)) violation("uses {} both in a repeat, which writes it, and outside", name);
     }
   }
 
  private:
   template <class... Args>
-  void problem(fmt::format_string<Args...> text, Args&&... args) {
+  void violation(fmt::format_string<Args...> text, Args&&... args) {
     const std::string what = fmt::format(text, std::forward<Args>(args)...);
-    problems_.push_back({fmt::format("program {} {}", program_.name, what), program_.name, statement_});
+    violations_.push_back({fmt::format("program {} {}", program_.name, what), program_.name, statement_});
   }
 
   void check_statements() {
@@ -51,20 +51,21 @@ class ProgramCheck {
       ++statement_;
       match(
           statement, [&](const Fill& fill) { check_fill(fill); }, [&](const Fold& fold) { check_fold(fold); },
-          [&](const Reduce& reduce) { check_reduce(reduce); }, [&](const Infer& infer) { check_infer(infer); },
+          [&](const Reduce& reduce) { check_reduce(reduce); },
+          [&](const NetworkCall& network_call) { check_network_call(network_call); },
           [&](const Run& run) { check_run(run); }, [&](const Repeat& repeat) { check_repeat(repeat); });
     }
   }
 
   /// One pass is a program of its own. Statements are counted with those of blocks, each after what it is in.
   void check_repeat(const Repeat& repeat) {
-    if (repeat.count < 1) problem("repeats something {} times", repeat.count);
+    if (repeat.count < 1) violation("repeats something {} times", repeat.count);
     const Program pass = pass_of(repeat, program_);
-    ProgramCheck inside(module_, pass, problems_);
+    ProgramCheck inside(module_, pass, violations_);
     inside.statement_ = statement_;
     inside.counters_ = counters_;
     if (!repeat.counter.name.empty() && !inside.counters_.insert(repeat.counter.name).second)
-      problem("counts the passes of a repeat by {}, and those of one in it too", repeat.counter.name);
+      violation("counts the passes of a repeat by {}, and those of one in it too", repeat.counter.name);
     inside.check_statements();
     statement_ = inside.statement_;
     std::set<std::string> own = inside.written_;
@@ -94,7 +95,7 @@ class ProgramCheck {
   /// A block that fills on walls changes the value there of a field from outside: what is read behind it, or is a
   /// result, needs a fill of its own.
   void check_walls_of_pass(const std::string& field) {
-    if (read_unfilled_.contains(field)) problem("reads {} before the fill that sets its values on the walls", field);
+    if (read_unfilled_.contains(field)) violation("reads {} before the fill that sets its values on the walls", field);
     sets_walls_.insert(field);
     lost_walls_.insert(field);
   }
@@ -103,14 +104,14 @@ class ProgramCheck {
     if (filled_.contains(field)) return;
     read_unfilled_.insert(field);
     if (lost_walls_.contains(field))
-      problem("reads {}, whose values on the walls a repeat has set, without a fill", field);
+      violation("reads {}, whose values on the walls a repeat has set, without a fill", field);
   }
 
   /// Repeats one behind the other may count with one name.
   void check_counters() {
     for (const std::string& name : counters_of(program_.body)) {
       if (find_bound_name(name) || params_.contains(name) || fields_.contains(name) || inner_.contains(name))
-        problem("counts the passes of a repeat by {}, which is something else", name);
+        violation("counts the passes of a repeat by {}, which is something else", name);
     }
   }
 
@@ -119,9 +120,9 @@ class ProgramCheck {
     for (const Carry& carry : repeat.carries) {
       fields_.insert(carry.state);
       if (!names.insert(carry.state).second || !names.insert(carry.next).second)
-        problem("has {} or {} in two swaps of a repeat", carry.state, carry.next);
-      if (!inside.is_written(carry.next)) problem("swaps {}, which the repeat does not write", carry.next);
-      if (inside.is_written(carry.state)) problem("writes {}, which the repeat carries", carry.state);
+        violation("has {} or {} in two swaps of a repeat", carry.state, carry.next);
+      if (!inside.is_written(carry.next)) violation("swaps {}, which the repeat does not write", carry.next);
+      if (inside.is_written(carry.state)) violation("writes {}, which the repeat carries", carry.state);
     }
   }
 
@@ -133,15 +134,15 @@ class ProgramCheck {
       const bool differs = inside.is_written(save.field) || std::ranges::any_of(repeat.carries, is_it) ||
                            std::ranges::any_of(repeat.loads, is_loaded);
       if (!differs || std::ranges::any_of(repeat.carries, is_next))
-        problem("saves {}, which is no state of the repeat and not its own", save.field);
-      if (!stacks_.emplace(save.stack, repeat.count).second) problem("saves twice in {}", save.stack);
+        violation("saves {}, which is no state of the repeat and not its own", save.field);
+      if (!stacks_.emplace(save.stack, repeat.count).second) violation("saves twice in {}", save.stack);
     }
     for (const Stacked& load : repeat.loads) {
       const auto saved = stacks_.find(load.stack);
       if (saved == stacks_.end() || saved->second != repeat.count)
-        problem("loads from {}, which no repeat of {} passes has saved", load.stack, repeat.count);
+        violation("loads from {}, which no repeat of {} passes has saved", load.stack, repeat.count);
       if (saved != stacks_.end()) saved->second = 0;
-      if (inside.is_written(load.field)) problem("writes {}, which the repeat loads", load.field);
+      if (inside.is_written(load.field)) violation("writes {}, which the repeat loads", load.field);
     }
   }
 
@@ -153,9 +154,9 @@ class ProgramCheck {
       if (axis.topology == Topology::periodic) continue;
       check_side(field, axis.low);
       check_side(field, axis.high);
-      if (axis.low.on_wall != axis.high.on_wall) problem("has {} on the wall at one side of an axis only", field);
+      if (axis.low.on_wall != axis.high.on_wall) violation("has {} on the wall at one side of an axis only", field);
     }
-    if (topologies != program_.axes) problem("has other axes than the boundaries of {}", field);
+    if (topologies != program_.axes) violation("has other axes than the boundaries of {}", field);
   }
 
   bool is_uniform(const Expr& value) {
@@ -173,10 +174,10 @@ class ProgramCheck {
   void check_side(const std::string& field, const Side& side) {
     const std::string* wall = wall_field(side);
     if (wall) fields_.insert(*wall);
-    if (wall && *wall == field) problem("has a boundary value of {} that is {} itself", field, field);
+    if (wall && *wall == field) violation("has a boundary value of {} that is {} itself", field, field);
     const bool plain = wall && std::get<Access>(side.value->kind).offset == Offset{};
     if ((!plain && !is_uniform(side.value)) || !is_uniform(side.a) || !is_uniform(side.b)) {
-      problem("has a boundary value of {} that is neither a field nor made of params and numbers", field);
+      violation("has a boundary value of {} that is neither a field nor made of params and numbers", field);
     }
   }
 
@@ -184,13 +185,13 @@ class ProgramCheck {
     check_axes(fill.field, fill.axes);
     filled_.insert(fill.field);
     if (is_on_walls(fill.axes) && read_unfilled_.contains(fill.field)) {
-      problem("reads {} before the fill that sets its values on the walls", fill.field);
+      violation("reads {} before the fill that sets its values on the walls", fill.field);
     }
     if (is_on_walls(fill.axes)) sets_walls_.insert(fill.field);
     lost_walls_.erase(fill.field);
     walls_of_[fill.field].clear();
     for (const std::string& wall : wall_fields(fill.axes)) {
-      if (!written_.contains(wall)) problem("fills {} from {} before that is written", fill.field, wall);
+      if (!written_.contains(wall)) violation("fills {} from {} before that is written", fill.field, wall);
       walls_of_[fill.field][wall] = grown_of(wall);
       // What was computed farther out is gone, and nothing has taken its place.
       grown_[fill.field] = std::min(grown_of(fill.field), grown_of(wall));
@@ -207,14 +208,14 @@ class ProgramCheck {
 
   void check_fold(const Fold& fold) {
     check_axes(fold.field, fold.axes);
-    if (fold.grow < 0) problem("folds {} grown by {}", fold.field, fold.grow);
-    if (!written_.contains(fold.field)) problem("folds {} before it is written", fold.field);
+    if (fold.grow < 0) violation("folds {} grown by {}", fold.field, fold.grow);
+    if (!written_.contains(fold.field)) violation("folds {} before it is written", fold.field);
     const bool is_bounded =
         std::find(program_.axes.begin(), program_.axes.end(), Topology::bounded) != program_.axes.end();
     if (is_bounded && !has_halo(fold.field, fold.grow))
-      problem("folds {} farther out than it was computed", fold.field);
+      violation("folds {} farther out than it was computed", fold.field);
     for (const std::string& wall : wall_fields(fold.axes)) {
-      if (!written_.contains(wall)) problem("folds {} into {} before that is written", fold.field, wall);
+      if (!written_.contains(wall)) violation("folds {} into {} before that is written", fold.field, wall);
     }
     filled_.erase(fold.field);
     if (is_bounded) grown_[fold.field] = std::max(grown_of(fold.field), fold.grow);  // all zero now
@@ -223,39 +224,39 @@ class ProgramCheck {
   void check_reduce(const Reduce& reduce) {
     fields_.insert(reduce.field);
     note_read(reduce.field);
-    if (reduce.field == reduce.result) problem("reduces {} to itself", reduce.field);
+    if (reduce.field == reduce.result) violation("reduces {} to itself", reduce.field);
     int axes = 0;
     for (std::size_t axis = 0; axis < max_rank; ++axis) {
       axes += reduce.over[axis];
       if (reduce.over[axis] && axis >= program_.axes.size())
-        problem("reduces {} along an axis it does not have", reduce.field);
+        violation("reduces {} along an axis it does not have", reduce.field);
     }
-    if (axes == 0) problem("reduces {} along no axis", reduce.field);
+    if (axes == 0) violation("reduces {} along no axis", reduce.field);
     check_write(reduce.result);
     grown_[reduce.result] = 0;
   }
 
-  void check_infer(const Infer& infer) {
-    const network::Network* network = module_.find_network(infer.network);
-    if (!network) return problem("applies {}, which does not exist", infer.network);
-    const bool is_adjoint = infer.mode == Infer::Mode::adjoint;
+  void check_network_call(const NetworkCall& network_call) {
+    const network::Network* network = module_.find_network(network_call.network);
+    if (!network) return violation("applies {}, which does not exist", network_call.network);
+    const bool is_adjoint = network_call.mode == NetworkCall::Mode::adjoint;
     const auto inputs = static_cast<std::size_t>(network->inputs), outputs = static_cast<std::size_t>(network->outputs);
-    const std::size_t rates = infer.mode == Infer::Mode::value ? 0 : is_adjoint ? outputs : inputs;
-    if (infer.inputs.size() != inputs || infer.rates.size() != rates ||
-        infer.results.size() != (is_adjoint ? inputs : outputs)) {
-      problem("applies {}, which has {} inputs and {} outputs, to other numbers of fields", infer.network, inputs,
-              outputs);
+    const std::size_t rates = network_call.mode == NetworkCall::Mode::value ? 0 : is_adjoint ? outputs : inputs;
+    if (network_call.inputs.size() != inputs || network_call.rates.size() != rates ||
+        network_call.results.size() != (is_adjoint ? inputs : outputs)) {
+      violation("applies {}, which has {} inputs and {} outputs, to other numbers of fields", network_call.network,
+                inputs, outputs);
     }
     if (network->rank() != static_cast<int>(program_.axes.size()))
-      problem("applies {}, which has {} axes", infer.network, network->rank());
-    for (const std::string& field : fields_read(infer)) {
+      violation("applies {}, which has {} axes", network_call.network, network->rank());
+    for (const std::string& field : fields_read(network_call)) {
       fields_.insert(field);
       note_read(field);
     }
-    for (const std::string& field : fields_written(infer)) {
-      const std::vector<std::string> read = fields_read(infer);
+    for (const std::string& field : fields_written(network_call)) {
+      const std::vector<std::string> read = fields_read(network_call);
       if (std::find(read.begin(), read.end(), field) != read.end())
-        problem("applies {} to {} itself", infer.network, field);
+        violation("applies {} to {} itself", network_call.network, field);
       check_write(field);
       grown_[field] = 0;
     }
@@ -263,11 +264,11 @@ class ProgramCheck {
 
   void check_run(const Run& run) {
     const Kernel* kernel = module_.find_kernel(run.kernel);
-    if (!kernel) return problem("runs {}, which does not exist", run.kernel);
+    if (!kernel) return violation("runs {}, which does not exist", run.kernel);
     if (kernel->rank != static_cast<int>(program_.axes.size())) {
-      return problem("has {} axes and runs {}, which has {}", program_.axes.size(), run.kernel, kernel->rank);
+      return violation("has {} axes and runs {}, which has {}", program_.axes.size(), run.kernel, kernel->rank);
     }
-    if (run.grow < 0) problem("runs {} grown by {}", run.kernel, run.grow);
+    if (run.grow < 0) violation("runs {} grown by {}", run.kernel, run.grow);
     const Signature s = signature(*kernel);
     for (const std::string& name : s.params) params_.insert(name);
     for (const Signature::Read& read : s.reads) fields_.insert(read.field);
@@ -281,15 +282,15 @@ class ProgramCheck {
 
   void check_write(const std::string& field) {
     fields_.insert(field);
-    if (updated_.contains(field)) problem("writes {} after adding to it", field);
-    if (!written_.insert(field).second) problem("writes {} twice", field);
+    if (updated_.contains(field)) violation("writes {} after adding to it", field);
+    if (!written_.insert(field).second) violation("writes {} twice", field);
     filled_.erase(field);
   }
 
   void check_update(const std::string& field) {
     fields_.insert(field);
     updated_.insert(field);
-    if (!written_.contains(field)) problem("adds to {} before it is written", field);
+    if (!written_.contains(field)) violation("adds to {} before it is written", field);
     filled_.erase(field);
   }
 
@@ -321,7 +322,7 @@ class ProgramCheck {
           needed = needed || (read.interpolated && known < 1) || (!masked && read.halo[axis] + grow > known);
         }
       }
-      if (needed) problem("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);
+      if (needed) violation("runs {}, which reads neighbours of {}, without a fill", kernel.name, read.field);
     }
   }
 
@@ -331,7 +332,7 @@ class ProgramCheck {
     for (const auto& [wall, known] : walls_of_[read.field]) {
       for (std::size_t axis = 0; axis < program_.axes.size(); ++axis) {
         if (program_.axes[axis] == Topology::periodic || read.halo[axis] + grow <= known) continue;
-        problem("runs {}, which reads {} farther out than {} was computed", kernel.name, read.field, wall);
+        violation("runs {}, which reads {} farther out than {} was computed", kernel.name, read.field, wall);
         return;
       }
     }
@@ -361,23 +362,23 @@ class ProgramCheck {
     std::set<std::string> states;
     const auto check_result = [&](const std::string& field) {
       if (lost_walls_.contains(field))
-        problem("leaves {} with the values on the walls that a repeat has set: it needs a fill", field);
+        violation("leaves {} with the values on the walls that a repeat has set: it needs a fill", field);
     };
     for (const Swap& swap : program_.swaps) {
       check_result(swap.next);
-      if (!is_written(swap.next)) problem("swaps {}, which it does not write", swap.next);
-      if (swap.state == swap.next) problem("swaps {} with itself", swap.state);
-      if (!states.insert(swap.state).second) problem("swaps {} twice", swap.state);
+      if (!is_written(swap.next)) violation("swaps {}, which it does not write", swap.next);
+      if (swap.state == swap.next) violation("swaps {} with itself", swap.state);
+      if (!states.insert(swap.state).second) violation("swaps {} twice", swap.state);
     }
     for (const std::string& field : program_.keeps) {
       check_result(field);
-      if (!is_written(field)) problem("keeps {}, which it does not write", field);
+      if (!is_written(field)) violation("keeps {}, which it does not write", field);
     }
   }
 
   const Module& module_;
   const Program& program_;
-  Problems& problems_;
+  Violations& violations_;
   int statement_ = -1;
   std::set<std::string> written_, updated_, filled_, read_unfilled_, fields_, params_;
   std::map<std::string, std::map<std::string, int>>
@@ -391,34 +392,34 @@ class ProgramCheck {
 };
 
 template <class T>
-void check_unique_names(const std::vector<T>& things, const char* what, Problems& problems) {
+void check_unique_names(const std::vector<T>& things, const char* what, Violations& violations) {
   std::set<std::string> names;
   for (const T& thing : things) {
     if (!names.insert(thing.name).second)
-      problems.push_back({fmt::format("there are two {} {}", what, thing.name), thing.name});
+      violations.push_back({fmt::format("there are two {} {}", what, thing.name), thing.name});
   }
 }
 
 }  // namespace
 
-std::vector<Problem> find_problems(const Module& module) {
-  Problems problems;
-  check_unique_names(module.kernels, "kernels", problems);
-  check_unique_names(module.programs, "programs", problems);
-  for (const Kernel& kernel : module.kernels) check_kernel(kernel, problems);
-  for (const Program& program : module.programs) ProgramCheck(module, program, problems).run();
+std::vector<Violation> find_violations(const Module& module) {
+  Violations violations;
+  check_unique_names(module.kernels, "kernels", violations);
+  check_unique_names(module.programs, "programs", violations);
+  for (const Kernel& kernel : module.kernels) check_kernel(kernel, violations);
+  for (const Program& program : module.programs) ProgramCheck(module, program, violations).run();
   for (const Loop& loop : module.loops) {
     for (const std::string& program : loop.programs) {
       if (!module.find_program(program))
-        problems.push_back({fmt::format("a loop runs {}, which does not exist", program), ""});
+        violations.push_back({fmt::format("a loop runs {}, which does not exist", program), ""});
     }
   }
-  return problems;
+  return violations;
 }
 
 std::vector<std::string> verify(const Module& module) {
   std::vector<std::string> texts;
-  for (const Problem& problem : find_problems(module)) texts.push_back(problem.text);
+  for (const Violation& violation : find_violations(module)) texts.push_back(violation.text);
   return texts;
 }
 

@@ -11,12 +11,12 @@
 namespace dpde::stencil {
 
 /// One thing that is wrong, and where.
-struct Problem {
+struct Violation {
   std::string text;
   std::string declaration;  // the kernel or program; "" for the module
   int statement = -1;       // of a program's body; -1 for the whole
 };
-std::vector<Problem> find_problems(const Module& module);
+std::vector<Violation> find_violations(const Module& module);
 
 /// Everything wrong with `module`, one sentence each; empty when all holds.
 std::vector<std::string> verify(const Module& module);

@@ -101,7 +101,7 @@ class Expressions {
   Typed interpolation(const ast::Call& e, SourceRange range);
 
   // inferences.cpp
-  bool may_infer(const DeclaredNetwork& declared, const ast::Call& e);
+  bool may_call_network(const DeclaredNetwork& declared, const ast::Call& e);
   Typed inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
                   SourceRange range);
   std::optional<std::vector<Expr>> counted_channels(const network::Network& network, const ast::Call& e);

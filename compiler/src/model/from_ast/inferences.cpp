@@ -56,7 +56,7 @@ std::optional<std::vector<Expr>> Expressions::counted_channels(const network::Ne
   return channels;
 }
 
-bool Expressions::may_infer(const DeclaredNetwork& declared, const ast::Call& e) {
+bool Expressions::may_call_network(const DeclaredNetwork& declared, const ast::Call& e) {
   if (!declared.network && draft_.program) {
     draft_.sink.report("bad-network", e.callee_range,
                        {"the network " + e.callee + " is not for a program on these axes"},
@@ -86,7 +86,7 @@ bool Expressions::may_infer(const DeclaredNetwork& declared, const ast::Call& e)
 
 Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e, const ast::Identifier* output,
                              SourceRange range) {
-  if (!may_infer(declared, e)) return {};
+  if (!may_call_network(declared, e)) return {};
   const std::string& network = declared.source->name.name;
   const bool is_first_call = draft_.called_networks.insert(network).second;
   for (std::size_t i = 0; is_first_call && i < declared.misfits.size(); ++i) {
@@ -95,7 +95,7 @@ Typed Expressions::inference(const DeclaredNetwork& declared, const ast::Call& e
   const auto arguments = channels(declared, e);
   if (!declared.network || !arguments || is_too_large({Typed::Type::vector, *arguments}, range)) return {};
   const auto value = [&](int number, const std::string& name) {
-    return infer({network, *arguments, number, declared.network->outputs, name}, {range});
+    return network_call({network, *arguments, number, declared.network->outputs, name}, {range});
   };
   if (declared.vector) {
     Typed result{axis_count() == 1 ? Typed::Type::number : Typed::Type::vector, {}};

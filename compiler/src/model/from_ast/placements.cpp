@@ -144,7 +144,7 @@ namespace {
 
 /// What a network makes is at the centres, and formulas have no interpolation.
 void check_formula(Draft& draft, const Placements& placements, const Source& source, const Placement& wanted) {
-  const auto is_network = [](const Expr& e) { return std::holds_alternative<Infer>(e->kind); };
+  const auto is_network = [](const Expr& e) { return std::holds_alternative<NetworkCall>(e->kind); };
   if (!source.formula || wanted == Placement{} || !any_part(*source.formula, is_network)) return;
   const auto mistake = placements.find_mistake(*source.formula, wanted);
   if (!mistake || !mistake->has) return;

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "stencil/build.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/effects.h"
-#include "stencil/given.h"
 #include "stencil/passes/passes.h"
 #include "support/match.h"
 
@@ -67,9 +67,9 @@ class Liveness {
             keep_if(has_effect, without_dead_walls(fold));
           },
           [&](const Reduce& reduce) { keep_if(pass_reduce(reduce), reduce); },
-          [&](const Infer& infer) {
-            const bool has_effect = pass_infer(infer);
-            keep_if(has_effect, without_dead_results(infer));
+          [&](const NetworkCall& network_call) {
+            const bool has_effect = pass_network_call(network_call);
+            keep_if(has_effect, without_dead_results(network_call));
           },
           [&](const Run& run) { keep_if(pass_run(run), run); },
           [&](Repeat repeat) {
@@ -109,24 +109,24 @@ class Liveness {
     return true;
   }
 
-  bool pass_infer(const Infer& infer) {
+  bool pass_network_call(const NetworkCall& network_call) {
     dead_results_.clear();
-    bool has_effect = infer.weights && infer.mode == Infer::Mode::adjoint;
-    for (const std::string& result : fields_written(infer)) {
+    bool has_effect = network_call.weights && network_call.mode == NetworkCall::Mode::adjoint;
+    for (const std::string& result : fields_written(network_call)) {
       has_effect = has_effect || is_live(result);
       if (!is_live(result)) dead_results_.insert(result);
       live_.erase(result);
     }
     if (!has_effect) return false;
-    for (const std::string& field : fields_read(infer)) live_.insert(field);
+    for (const std::string& field : fields_read(network_call)) live_.insert(field);
     return true;
   }
 
-  Statement without_dead_results(Infer infer) const {
-    for (std::string& result : infer.results) {
-      if (infer.mode == Infer::Mode::adjoint && dead_results_.contains(result)) result.clear();
+  Statement without_dead_results(NetworkCall network_call) const {
+    for (std::string& result : network_call.results) {
+      if (network_call.mode == NetworkCall::Mode::adjoint && dead_results_.contains(result)) result.clear();
     }
-    return infer;
+    return network_call;
   }
 
   /// What nobody reads may be gone: nothing is added to it.

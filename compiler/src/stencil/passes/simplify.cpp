@@ -39,7 +39,7 @@ Kernel simplify_kernel(const Kernel& kernel) {
   }
   result = map_kernel(result, [&](const Expr& e) { return rebuild(e, values); });
   std::erase_if(result.stores, [&](const Store& store) {
-    return result.given.empty() && store.accumulate && is_literal(store.value, 0);
+    return result.custom_adjoints.empty() && store.accumulate && is_literal(store.value, 0);
   });
   std::erase_if(result.scatters, [](const Scatter& scatter) { return is_literal(scatter.value, 0); });
   return result;
@@ -53,7 +53,7 @@ void simplify_statements(std::vector<Statement>& statements) {
   for (Statement& statement : statements) {
     match(
         statement, [](Fill& fill) { simplify_sides(fill.axes); }, [](Fold& fold) { simplify_sides(fold.axes); },
-        [](const Reduce&) {}, [](const Infer&) {}, [](const Run&) {},
+        [](const Reduce&) {}, [](const NetworkCall&) {}, [](const Run&) {},
         [](Repeat& repeat) { simplify_statements(repeat.body); });
   }
 }

@@ -100,7 +100,7 @@ std::vector<Statement> running_parts(const std::vector<Statement>& statements, c
     const auto keep = [&](const auto& as_it_is) { body.push_back(as_it_is); };
     match(
         statement, [&](const Fill& fill) { keep(fill); }, [&](const Fold& fold) { keep(fold); },
-        [&](const Reduce& reduce) { keep(reduce); }, [&](const Infer& infer) { keep(infer); },
+        [&](const Reduce& reduce) { keep(reduce); }, [&](const NetworkCall& network_call) { keep(network_call); },
         [&](const Run& run) {
           for (const std::string& part : parts_by_kernel.at(run.kernel)) body.push_back(Run{part, run.grow});
         },

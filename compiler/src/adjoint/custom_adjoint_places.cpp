@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "adjoint/given_places.h"
+#include "adjoint/custom_adjoint_places.h"
 
 #include <fmt/format.h>
 
@@ -36,7 +36,7 @@ void for_each_expression(const Kernel& kernel, const std::function<void(const Ex
     f(e);
     return e;
   });
-  for (const Given& given : kernel.given) f(given.value);
+  for (const CustomAdjoint& given : kernel.custom_adjoints) f(given.value);
 }
 
 Expr without_locals(const Kernel& kernel, const Expr& e) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "adjoint/given_check.h"
+#include "adjoint/custom_adjoint_check.h"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,11 @@
 #include <functional>
 #include <random>
 
-#include "adjoint/given_places.h"
+#include "adjoint/custom_adjoint_places.h"
 #include "adjoint/rounding_between.h"
 #include "stencil/build.h"
+#include "stencil/custom_adjoint.h"
 #include "stencil/effects.h"
-#include "stencil/given.h"
 #include "stencil/interpret.h"
 #include "stencil/print_stencil.h"
 #include "stencil/with_rounding.h"
@@ -311,7 +311,7 @@ Found found_at_places(const Kernel& kernel, const std::string& input, Reverse re
 
 /// What adjoint() would have written.
 std::string derived_formula(Kernel kernel, const std::string& input, Reverse reverse) {
-  kernel.given.clear();
+  kernel.custom_adjoints.clear();
   DiagnosticSink silent;
   const Derivative derived =
       reverse(lone_program(kernel, std::vector(static_cast<std::size_t>(kernel.rank), Topology::periodic)), "p",
@@ -337,7 +337,7 @@ std::string place_of(const Box& box) {
   return place;
 }
 
-void report(const Kernel& kernel, const Given& given, const Found& found, bool at_places, Reverse reverse,
+void report(const Kernel& kernel, const CustomAdjoint& given, const Found& found, bool at_places, Reverse reverse,
             DiagnosticSink& sink) {
   // Of a sum's seed the derived text does not say at which point it stands.
   const std::string formula = kernel.sums.empty() ? derived_formula(kernel, given.input, reverse) : "";
@@ -356,7 +356,7 @@ bool check_given(const Module& module, const Program& program, const Varied& var
   for (const Kernel* run : kernels_run(module, program)) {
     const Kernel& kernel = *run;
     const bool at_places = surroundings.axes.size() == program.axes.size() && names_coordinates(kernel);
-    for (const Given& given : kernel.given) {
+    for (const CustomAdjoint& given : kernel.custom_adjoints) {
       if (!varied.fields.contains(given.input) && !varied.params.contains(given.input)) continue;
       if (told.contains(given.origin.range.begin)) continue;
       const Found found = at_places ? found_at_places(kernel, given.input, reverse, program.axes, surroundings)

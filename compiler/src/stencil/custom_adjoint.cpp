@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stencil/given.h"
+#include "stencil/custom_adjoint.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -94,36 +94,36 @@ std::string seed_in(const Kernel& kernel, const Expr& term) {
 }
 
 /// A term with seeds at k is what the kernel's result at k does to the input here: it reads the input at -k.
-std::optional<GivenProblem> problem_of_seeds(const Kernel& kernel, const Given& given, const Offset& k,
-                                             const Expr& term) {
+std::optional<CustomAdjointViolation> problem_of_seeds(const Kernel& kernel, const CustomAdjoint& given,
+                                                       const Offset& k, const Expr& term) {
   const std::string seed = seed_in(kernel, term);
   if (seed.empty()) return std::nullopt;
   const Signature s = signature(kernel);
   const bool is_param = std::find(s.params.begin(), s.params.end(), given.input) != s.params.end();
   if (is_param && k != Offset{}) {
-    return GivenProblem{fmt::format("reads {}", place(seed, k, kernel.rank)),
-                        "what each point adds has only the seed of the point itself"};
+    return CustomAdjointViolation{fmt::format("reads {}", place(seed, k, kernel.rank)),
+                                  "what each point adds has only the seed of the point itself"};
   }
   const auto offsets = offsets_read(kernel, given.input);
   if (is_param || !offsets || offsets->contains(minus(k))) return std::nullopt;
-  return GivenProblem{fmt::format("has a term with {}, but the kernel does not read {}", place(seed, k, kernel.rank),
-                                  place(given.input, minus(k), kernel.rank)),
-                      "what is read at +k comes back from -k: the offsets of seeds have the opposite sign"};
+  return CustomAdjointViolation{fmt::format("has a term with {}, but the kernel does not read {}",
+                                            place(seed, k, kernel.rank), place(given.input, minus(k), kernel.rank)),
+                                "what is read at +k comes back from -k: the offsets of seeds have the opposite sign"};
 }
 
 /// Beside a seed at k stands what the kernel reads at k.
-std::optional<GivenProblem> problem_of_factors(const Kernel& kernel, const Offset& k, const Expr& term) {
+std::optional<CustomAdjointViolation> problem_of_factors(const Kernel& kernel, const Offset& k, const Expr& term) {
   const Signature s = signature(kernel);
-  std::optional<GivenProblem> problem;
+  std::optional<CustomAdjointViolation> problem;
   const auto look = [&](const std::string& field, const Offset& offset) {
     const Signature::Read* read = s.find_read(field);
     bool known = read != nullptr;
     for (int axis = 0; known && axis < kernel.rank; ++axis)
       known = std::abs(offset[axis] - k[axis]) <= read->halo[axis];
     if (known || field == "x" || field == "y" || field == "z" || seeded_by(kernel, field)) return;
-    problem = GivenProblem{fmt::format("reads {} beside {}", place(field, offset, kernel.rank),
-                                       place(seed_in(kernel, term), k, kernel.rank)),
-                           "beside a seed stands only what the kernel reads around that point"};
+    problem = CustomAdjointViolation{fmt::format("reads {} beside {}", place(field, offset, kernel.rank),
+                                                 place(seed_in(kernel, term), k, kernel.rank)),
+                                     "beside a seed stands only what the kernel reads around that point"};
   };
   visit(term, [&](const Expr& e) {
     if (const Access* a = std::get_if<Access>(&e->kind)) look(a->field, a->offset);
@@ -143,10 +143,10 @@ const std::string* seeded_by(const Kernel& kernel, const std::string& name) {
   return sum == kernel.sums.end() ? nullptr : &sum->name;
 }
 
-const Given* find_given(const Kernel& kernel, const std::string& input) {
-  const auto found =
-      std::find_if(kernel.given.begin(), kernel.given.end(), [&](const Given& g) { return g.input == input; });
-  return found == kernel.given.end() ? nullptr : &*found;
+const CustomAdjoint* find_custom_adjoint(const Kernel& kernel, const std::string& input) {
+  const auto found = std::find_if(kernel.custom_adjoints.begin(), kernel.custom_adjoints.end(),
+                                  [&](const CustomAdjoint& g) { return g.input == input; });
+  return found == kernel.custom_adjoints.end() ? nullptr : &*found;
 }
 
 std::map<Offset, Expr> terms_by_seed(const Kernel& kernel, const Expr& formula) {
@@ -164,19 +164,20 @@ std::map<Offset, Expr> terms_by_seed(const Kernel& kernel, const Expr& formula) 
   return terms;
 }
 
-std::optional<GivenProblem> find_problem(const Kernel& kernel, const Given& given) {
+std::optional<CustomAdjointViolation> find_problem(const Kernel& kernel, const CustomAdjoint& given) {
   if (!kernel.scatters.empty()) {
-    return GivenProblem{"belongs to a kernel with interp(...) +=",
-                        "move what interp(...) += adds into a kernel of its own, whose adjoint is derived, and give "
-                        "this one to the rest"};
+    return CustomAdjointViolation{
+        "belongs to a kernel with interp(...) +=",
+        "move what interp(...) += adds into a kernel of its own, whose adjoint is derived, and give "
+        "this one to the rest"};
   }
   if (is_literal(given.value, 0)) return std::nullopt;
   if (dependence(given.value, kernel) != Dependence::linear) {
     std::vector<std::string> seeds;
     for (const Store& store : kernel.stores) seeds.push_back(bar_of(store.field));
     for (const Sum& sum : kernel.sums) seeds.push_back(bar_of(sum.name));
-    return GivenProblem{fmt::format("is not linear in {}", fmt::join(seeds, ", ")),
-                        "each term is a seed times what has no seed: a transpose is nothing else"};
+    return CustomAdjointViolation{fmt::format("is not linear in {}", fmt::join(seeds, ", ")),
+                                  "each term is a seed times what has no seed: a transpose is nothing else"};
   }
   for (const auto& [k, term] : terms_by_seed(kernel, given.value)) {
     if (const auto problem = problem_of_seeds(kernel, given, k, term)) return problem;
@@ -186,16 +187,16 @@ std::optional<GivenProblem> find_problem(const Kernel& kernel, const Given& give
 }
 
 Kernel without_idle_formulas(Kernel kernel) {
-  if (kernel.given.empty()) return kernel;
+  if (kernel.custom_adjoints.empty()) return kernel;
   const Signature s = signature(kernel);
-  std::erase_if(kernel.given, [&](const Given& given) {
+  std::erase_if(kernel.custom_adjoints, [&](const CustomAdjoint& given) {
     return !s.find_read(given.input) && std::find(s.params.begin(), s.params.end(), given.input) == s.params.end();
   });
   return kernel;
 }
 
 Kernel with_stores_only(Kernel kernel, const std::set<std::string>& fields) {
-  for (Given& given : kernel.given) {
+  for (CustomAdjoint& given : kernel.custom_adjoints) {
     given.value = replace_reads(given.value, [&](const Access& a) -> std::optional<Expr> {
       const std::string* stored = seeded_by(kernel, a.field);
       const bool is_sum =
