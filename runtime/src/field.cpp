@@ -15,6 +15,7 @@
 #include "dpde/runtime/allocation.h"
 #include "dpde/runtime/error.h"
 #include "real.h"
+#include "rows.h"
 
 namespace dpde {
 namespace {
@@ -52,24 +53,14 @@ void for_each_row(const dpde_layout& layout, const F& f) {
   }
 }
 
-/// The same, in any order: rows in equal parts where there is enough to do for several threads.
-template <class F>
-void share_rows(const dpde_layout& layout, const Team& team, const F& f) {
-  constexpr int64_t least_cells = 32 * 1024;
-  const int64_t rows = layout.cells[1] * layout.cells[2],
-                parts = rows * layout.cells[0] < least_cells ? 1 : team.threads();
-  team.run(parts, [&](int64_t part, int) {
-    for (int64_t row = rows * part / parts; row < rows * (part + 1) / parts; ++row)
-      f(row % layout.cells[1], row / layout.cells[1]);
-  });
-}
-
 /// Interior rows of one field onto those of another: `f(to, from, count)` for each.
 template <class F>
 void pair_rows(const dpde_layout& layout, void* to, const FieldView& from, const Team& team, const F& f) {
+  constexpr int64_t least_cells = 32 * 1024;  // for several threads
+  const int64_t parts = cell_count(layout) < least_cells ? 1 : team.threads();
   with_real(layout.real, [&](auto to_real) {
     with_real(from.layout->real, [&](auto from_real) {
-      share_rows(layout, team, [&](int64_t y, int64_t z) {
+      share_rows(team, parts, layout.cells[1], layout.cells[2], [&](int64_t y, int64_t z) {
         f(static_cast<decltype(to_real)*>(to) + index_of(layout, 0, y, z),
           static_cast<const decltype(from_real)*>(from.base) + index_of(*from.layout, 0, y, z), layout.cells[0]);
       });

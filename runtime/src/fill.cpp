@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <ranges>
 
+#include "rows.h"
+
 namespace dpde {
 namespace {
 
@@ -59,16 +61,7 @@ void fold_layer(Real* first, void* const* fields, int64_t place, int64_t stride,
 }
 
 /// Waking threads costs as much as some hundred rows.
-constexpr int64_t least_rows_for_threads = 2048;
-
-/// `f` of each place from .. to - 1, in equal parts; `rows` are touched at each.
-template <class F>
-void share(const Team& team, int64_t from, int64_t to, int64_t rows, const F& f) {
-  const int64_t count = to - from, parts = count * rows < least_rows_for_threads ? 1 : team.threads();
-  team.run(parts, [&](int64_t part, int) {
-    for (int64_t place = from + count * part / parts; place < from + count * (part + 1) / parts; ++place) f(place);
-  });
-}
+int64_t parts_for(const Team& team, int64_t rows) { return rows < 2048 ? 1 : team.threads(); }
 
 }  // namespace
 
@@ -151,8 +144,9 @@ void HaloFill::run_y(void* base, const double* uniforms, const Team& team) const
   if (axes_[1].layers.empty()) return;
   with_real(real_, [&](auto real) {
     auto* const cells = static_cast<decltype(real)*>(base);
-    share(team, 0, axes_[2].cells, static_cast<int64_t>(axes_[1].layers.size()),
-          [&](int64_t z) { fill_plane_y(cells + z * stride_[2], uniforms); });
+    const int64_t planes = axes_[2].cells, layers = static_cast<int64_t>(axes_[1].layers.size());
+    share_rows(team, parts_for(team, planes * layers), 1, planes,
+               [&](int64_t, int64_t z) { fill_plane_y(cells + z * stride_[2], uniforms); });
   });
 }
 
@@ -160,8 +154,9 @@ void HaloFill::run_z(void* base, const double* uniforms, const Team& team) const
   if (axes_[2].layers.empty()) return;
   with_real(real_, [&](auto real) {
     auto* const cells = static_cast<decltype(real)*>(base);
-    share(team, -axes_[1].halo, axes_[1].cells + axes_[1].halo, static_cast<int64_t>(axes_[2].layers.size()),
-          [&](int64_t y) { fill_row_z(cells + y * stride_[1], uniforms); });
+    const int64_t rows = axes_[1].cells + 2 * axes_[1].halo, layers = static_cast<int64_t>(axes_[2].layers.size());
+    share_rows(team, parts_for(team, rows * layers), rows, 1,
+               [&](int64_t y, int64_t) { fill_row_z(cells + (y - axes_[1].halo) * stride_[1], uniforms); });
   });
 }
 
@@ -181,11 +176,11 @@ void HaloFill::run(void* const* fields, const double* uniforms, const Team& team
 }
 
 void HaloFill::run_plain(void* base, const double* uniforms, const Team& team) const {
-  const int64_t rows = axes_[1].cells;
+  const int64_t ny = axes_[1].cells, nz = axes_[2].cells;
   with_real(real_, [&](auto real) {
     auto* const cells = static_cast<decltype(real)*>(base);
-    share(team, 0, axes_[2].cells * rows, 1,
-          [&](int64_t row) { run_row(cells + row / rows * stride_[2] + row % rows * stride_[1], uniforms); });
+    share_rows(team, parts_for(team, ny * nz), ny, nz,
+               [&](int64_t y, int64_t z) { run_row(cells + z * stride_[2] + y * stride_[1], uniforms); });
   });
   run_y(base, uniforms, team);
   run_z(base, uniforms, team);

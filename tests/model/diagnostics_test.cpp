@@ -190,7 +190,10 @@ TEST(Diagnostics, OfSubcycles) {
   };
   const std::string shorter = "E0428 with more of them, take a shorter step for the scene";
   EXPECT_EQ(with("time = rk4", "subcycle u in 1000001"), shorter);
-  EXPECT_EQ(with("time = rk4", "subcycle u in 0"), shorter);
+  for (const std::string parts : {"0", "-3", "2.5"}) {
+    EXPECT_EQ(with("time = rk4", "subcycle u in " + parts),
+              "E0428 parts are equal: write subcycle u in 4 for four of them");
+  }
   EXPECT_EQ(with("time = rk4", "subcycle u, v in 2; subcycle u in 4"), "E0303 ");
   EXPECT_EQ(with("time = rk4", "subcycle w in 4").substr(0, 5), "E0301");
   EXPECT_EQ(with("time = ab2", "subcycle v in 4"), "E0555 take time = rk2 or verlet");

@@ -64,10 +64,10 @@ Derivative tangent(const stencil::Module& module, const std::string& program, co
 /// Inputs: what NAME reads, y_bar of each result field, s_bar (a parameter) of each sum. Results: x_bar of each active
 /// field (through swap y_bar, x_bar where NAME swaps x, y; else through keep), the sum p_bar of each active parameter.
 /// Intermediate fields are recomputed from the inputs; what the derivative does not read is not computed.
-/// Kernels with formulas of their own (Kernel::given) are reversed by these, after they have been checked against the
-/// tangent. Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded axes the
-/// kernel runs on the region grown by the stencil, terms of points outside are masked, and `fold` transposes the halo
-/// fill.
+/// Kernels with formulas of their own (Kernel::custom_adjoints) are reversed by these, after they have been checked
+/// against the tangent. Gather form: x_bar[i] = sum over reads k of (df/dx_k * y_bar) at the point i - k. Along bounded
+/// axes the kernel runs on the region grown by the stencil, terms of points outside are masked, and `fold` transposes
+/// the halo fill.
 Derivative adjoint(const stencil::Module& module, const std::string& program, const Activity& wrt, DiagnosticSink& sink,
                    const Surroundings& surroundings = {});
 

@@ -198,7 +198,8 @@ void parse_counter(Cursor& cursor, RepeatItem& item) {
   item.is_backwards = to == 0;
   item.count = std::max(from, to);
   if (!cursor.failed() && (std::min(from, to) != 0 || item.count == 0))
-    cursor.fail("bad-repeat", item.count_range, {"0 .. n or n .. 0", fmt::format("{} .. {}", from, to)});
+    cursor.fail("bad-repeat", item.count_range, {"0 .. n or n .. 0", fmt::format("{} .. {}", from, to)},
+                "count from 0 up, or down to 0: n passes have the numbers 0 to n - 1");
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ int parts_of(Draft& draft, const ast::Expr& written) {
   if (!parts) return 1;
   if (*parts >= 1 && *parts <= most_parts && *parts == std::floor(*parts)) return static_cast<int>(*parts);
   draft.sink.report("bad-subcycles", written.range(), {fmt::format("{}", most_parts), fmt::format("{}", *parts)},
-                    "with more of them, take a shorter step for the scene");
+                    *parts > most_parts ? "with more of them, take a shorter step for the scene"
+                                        : "parts are equal: write subcycle u in 4 for four of them");
   return 1;
 }
 
