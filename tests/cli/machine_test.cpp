@@ -31,6 +31,17 @@ TEST_F(Machine, NonsenseOptionIsTheUsersFault) {
   EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0904"});
 }
 
+TEST_F(Machine, ABudgetThatIsTooSmallIsToldAtTheTask) {
+  for (const std::string verb : {"gradient", "check"}) {
+    const Outcome outcome = dpde(verb + " " + example("heat/heat.dpde") + " recover --memory 100");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("heat.dpde:65:6: error[E0904]: a checkpoint budget of 100 bytes is too small"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_NE(outcome.err.find("\n  task recover : "), std::string::npos) << outcome.err;
+  }
+}
+
 TEST_F(Machine, InterruptedOptimisationKeepsWhatItHas) {
   const Outcome outcome = interrupted(
       "optimize " + example("burgers_2d/burgers_2d.dpde") + " recover --iterations 1000000 --json --quiet --out here",

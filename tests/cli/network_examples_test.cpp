@@ -114,7 +114,9 @@ TEST_F(NetworkExamples, NamesAndOptionsThatDoNotFit) {
   };
   EXPECT_EQ(codes(corrected, "check c.dpde trained --json"), std::vector<std::string>{"E0359"});
   write("c.dpde", corrected);
-  EXPECT_EQ(dpde("optimize c.dpde make --epochs 3 --json").codes(), std::vector<std::string>{"E0904"});
+  const Outcome outcome = dpde("optimize c.dpde make --epochs 3 --json");
+  EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0904"});
+  EXPECT_NE(outcome.err.find("task make"), std::string::npos) << outcome.err;
 }
 
 /// The scene of a task that loads weights runs with them.

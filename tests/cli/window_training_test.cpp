@@ -121,9 +121,13 @@ TEST_F(AllWindows, WhatLbfgsCannotBeCombinedWith) {
   refused("newton_cg(), epochs 4", "E0311", "an optimiser with second derivatives");
   refused("adam(rate = 0.1), epochs 2, unroll (1, 2, 4)", "E0707", "has 3 lengths for 2 epochs");
   EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2, unroll 2, patience 3"), "").status, 0);
-  EXPECT_EQ(learn(viscosity("adam(rate = 0.1), epochs 3, unroll (1, 2, 4)"), "--epochs 2").codes(),
-            std::vector<std::string>{"E0904"});
-  EXPECT_EQ(learn(viscosity("lbfgs(), epochs 2"), "--iterations 3").codes(), std::vector<std::string>{"E0904"});
+  for (const auto& [options, more] :
+       {std::pair<std::string, std::string>{"adam(rate = 0.1), epochs 3, unroll (1, 2, 4)", "--epochs 2"},
+        {"lbfgs(), epochs 2", "--iterations 3"}}) {
+    const Outcome outcome = learn(viscosity(options), more);
+    EXPECT_EQ(outcome.codes(), std::vector<std::string>{"E0904"});
+    EXPECT_NE(outcome.err.find("using " + options), std::string::npos) << "the line is shown: " << outcome.err;
+  }
 }
 
 TEST_F(AllWindows, AResumeThatIsRefusedSaysWhatDiffers) {
@@ -283,6 +287,7 @@ TEST_F(WindowControls, WhatSuchATaskCannotSay) {
           "E0311", "a test");
   refused(good, "", "E0904", "needs --out DIR");
   refused(good, "--out o --epochs 3", "E0904", "--epochs is not for task find");
+  refused(good, "--out o --epochs 3", "E0904", "using lbfgs(), iterations 60");
 }
 
 /// A search that takes a while.

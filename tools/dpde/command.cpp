@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "driver/cache_folder.h"
+#include "driver/declared.h"
 #include "driver/session.h"
 #include "files/files.h"
 #include "files/imports.h"
@@ -85,6 +86,8 @@ std::shared_ptr<codegen::CodeCache> Job::open_cache() {
       options_.cache.empty() ? driver::default_cache_folder() : std::filesystem::path(options_.cache);
   return folder.empty() ? nullptr : driver::open_cache(folder);
 }
+
+SourceRange Job::place() const { return driver::place_of(source_, options_.name, options_.name); }
 
 void Job::say(const std::string& text) {
   if (!options_.quiet && !options_.json) fmt::print("{}", text);
@@ -214,7 +217,7 @@ bool guarded(Job& job, const std::function<void()>& body) {
     body();
     return true;
   } catch (const std::exception& error) {
-    driver::report_error(error, job.sink());
+    driver::report_error(error, job.sink(), job.place());
     return false;
   }
 }

@@ -44,6 +44,8 @@ class Job {
   const SourceFile& source() const { return source_; }
   DiagnosticSink& sink() { return sink_; }
   bool failed() const { return sink_.has_errors(); }
+  /// Where the task or scene that the command names is declared.
+  SourceRange place() const;
 
   /// Reads options().file; false and a diagnostic when that fails.
   bool load_source(bool imports = true);

@@ -164,10 +164,10 @@ Json find_controls(Job& job, const OptimizeOptions& options, const TaskRun& run,
   const std::string& task = scene.task().name;
   if (options.epochs > 0 || options.out.empty()) {
     job.sink().report(
-        "bad-option", {},
-        {options.out.empty()
-             ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
-             : fmt::format("--epochs is not for task {}, which seeks controls for each window: --iterations", task)});
+        "bad-option", scene.task().optimiser->origin.range,
+        {options.out.empty() ? fmt::format("task {} needs --out DIR, for the file {}.nc of what it finds", task, task)
+                             : fmt::format("--epochs is not for task {}, which seeks controls for each window", task)},
+        options.out.empty() ? "add --out DIR to the command" : "--iterations says how long it seeks them");
     return json;
   }
   const auto session = driver::Session::open(job.source(), run.compiled, {.slots = 1}, job.sink());

@@ -175,7 +175,8 @@ Json optimize(Job& job, const OptimizeOptions& options) {
   if (!job.load_source() || !prepare_out(job)) return json;
   const bool learns = learns_from_trajectories(job);
   if (!learns && options.epochs > 0) {
-    job.sink().report("bad-option", {}, {"--epochs is for tasks that learn from trajectories: --iterations"});
+    job.sink().report("bad-option", job.place(), {"--epochs is for tasks that learn from trajectories"},
+                      "--iterations is for those that do not");
     return json;
   }
   if (learns) return train(job, options);

@@ -308,7 +308,9 @@ Json train(Job& job, const OptimizeOptions& options) {
   std::optional<Preparing> preparing(std::in_place, job, "stopped before the task was prepared");
   if (!compile_task(job, options, *compile_options, run)) return json;
   if (options.iterations > 0 && !training::seeks_controls(*run.compiled->problem)) {
-    job.sink().report("bad-option", {}, {"--iterations is for tasks that do not learn from trajectories: --epochs"});
+    job.sink().report("bad-option", run.compiled->problem->task->optimiser->origin.range,
+                      {"--iterations is for tasks that do not learn from trajectories"},
+                      "--epochs is for those that do");
     return json;
   }
   const std::unique_ptr<training::TrainingScene> scene =

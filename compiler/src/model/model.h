@@ -363,6 +363,7 @@ struct Optimiser {
   double momentum = 0, decay = 0;  // of gradient_descent, of both: for training
   bool gauss_newton = false;       // newton_cg: in place of the full Hessian
   int iterations = 50;
+  Origin origin = {};  // of its line
 };
 struct Task {
   std::string name;

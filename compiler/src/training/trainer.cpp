@@ -86,9 +86,10 @@ std::unique_ptr<Trainer> Trainer::open(const TrainingScene& scene, int epochs, c
   trainer->rule_ = rule_of(*scene.task().optimiser, training);
   trainer->epochs_ = epochs > 0 ? epochs : training.epochs;
   if (training.unroll.size() > static_cast<std::size_t>(trainer->epochs_)) {
-    sink.report("bad-option", {},
+    sink.report("bad-option", scene.task().optimiser->origin.range,
                 {fmt::format("--epochs {} is fewer than the {} lengths of unroll: the last ones would have none",
-                             trainer->epochs_, training.unroll.size())});
+                             trainer->epochs_, training.unroll.size())},
+                "more --epochs, or fewer lengths of unroll");
     return nullptr;
   }
   if (!trainer->split_runs(sink)) return nullptr;

@@ -407,6 +407,7 @@ void bind_task(Draft& draft) {
     report_duplicate(draft, "the optimiser", lines[i].range, lines[0].range);
   }
   if (!lines.empty()) draft.problem.task->optimiser = optimiser_of(draft, lines[0].kind);
+  if (draft.problem.task->optimiser) draft.problem.task->optimiser->origin = {lines[0].range};
   bind_training(draft);
 }
 
