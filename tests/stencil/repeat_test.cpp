@@ -365,9 +365,10 @@ TEST(RepeatErrors, AreSaidOnce) {
 }
 
 TEST(RepeatErrors, PassesThatAreNotCountedFromZero) {
-  EXPECT_EQ(in_program("repeat k in 1 .. 3 { run jacobi; swap u, v }").at(0),
-            "E0372 a repeat makes 0 .. n or n .. 0 passes, not 1 .. 3 | 1 .. 3 | count from 0 up, or down to 0: n passes "
-            "have the numbers 0 to n - 1");
+  EXPECT_EQ(
+      in_program("repeat k in 1 .. 3 { run jacobi; swap u, v }").at(0),
+      "E0372 a repeat makes 0 .. n or n .. 0 passes, not 1 .. 3 | 1 .. 3 | count from 0 up, or down to 0: n passes "
+      "have the numbers 0 to n - 1");
 }
 
 TEST(RepeatErrors, OneNameForCountersInOneAnother) {
