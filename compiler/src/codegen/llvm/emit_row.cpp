@@ -358,8 +358,8 @@ void RowEmitter::emit_loop(llvm::Value* count, const Each& each) {
 }
 
 /// Scatters, in strips of cells: a loop that may use vectors computes what goes where, and loops behind it add that,
-/// one for each corner of the cells around a place. Cell by cell all of it is scalar (1-D, 128 cells, linear: 0.88 times
-/// the whole gradient's time; bench_traced).
+/// one for each corner of the cells around a place. Cell by cell all of it is scalar (the gradient of bench_traced: 34
+/// us, 30 in strips).
 void RowEmitter::emit_strips(const std::vector<Argument>& arguments) {
   create_cells(arguments);
   const auto block = [&](const char* name) { return llvm::BasicBlock::Create(out_.getContext(), name, cells_); };
