@@ -135,6 +135,7 @@ Executor::Executor(const dpde_program& program, const dpde_layout& layout, const
 
 /// Empty where some operation is not of a line.
 std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
+  if (executor.layout_->rank != 1) return {};
   std::vector<Line> made;
   for (const Operation& operation : operations) {
     if (operation.kind == DPDE_SWEEP && is_line(operation.sweep)) {
@@ -145,7 +146,7 @@ std::vector<Line> Executor::Plan::make_lines(Executor& executor) const {
       return {};
     }
   }
-  return executor.layout_->rank == 1 ? std::move(made) : std::vector<Line>();
+  return made;
 }
 
 std::vector<Operation> Executor::Plan::make(const dpde_program& program, const dpde_operation* source, int count,

@@ -76,7 +76,9 @@ class RowEmitter {
                                   const std::vector<llvm::Type*>& types);
   void create_cells(const std::vector<Argument>& arguments);
   void emit_cells(const std::vector<Argument>& arguments);
-  void emit_strips(const std::vector<Argument>& arguments);
+  void emit_each_cell(llvm::Value* count);
+  void emit_strips(llvm::Value* count);
+  llvm::BasicBlock* block(const char* name) { return llvm::BasicBlock::Create(out_.getContext(), name, cells_); }
   template <class Each>
   void emit_loop(llvm::Value* count, const Each& each);
   void emit_adds(llvm::Value* count, const std::vector<std::array<llvm::AllocaInst*, 2>>& kept);
@@ -227,8 +229,7 @@ llvm::Function* RowEmitter::create_function(const std::string& name, llvm::Globa
 
 void RowEmitter::emit() {
   const std::vector<Argument> list = arguments();
-  const int places = places_of_scatters(row_);
-  places > 0 && places <= most_places ? emit_strips(list) : emit_cells(list);
+  emit_cells(list);
   emit_wrapper(list);
 }
 
@@ -306,24 +307,31 @@ void RowEmitter::create_cells(const std::vector<Argument>& arguments) {
   place_.layout = value_.at(Source::layout);
 }
 
-/// before: what is the same for all cells; cell: the loop; exit: totals of the sums.
+/// before: what is the same for all cells; behind it the cells, which leave `body_` where they end.
 void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
   create_cells(arguments);
-  const auto block = [&](const char* name) { return llvm::BasicBlock::Create(out_.getContext(), name, cells_); };
-  llvm::BasicBlock* entry = block("entry");
+  before_.SetInsertPoint(block("entry"));
   llvm::BasicBlock* before = block("before");
-  llvm::BasicBlock* cell = block("cell");
-  llvm::BasicBlock* exit = block("exit");
-  llvm::BasicBlock* done = block("done");
+  llvm::BasicBlock* done = llvm::BasicBlock::Create(out_.getContext(), "done");
   llvm::Value* count = value_.at(Source::count);
-
-  before_.SetInsertPoint(entry);
   before_.CreateCondBr(before_.CreateICmpSGT(count, before_.getInt64(0)), before, done);
   before_.SetInsertPoint(before);
   load_uniforms();
+  const int places = places_of_scatters(row_);
+  places > 0 && places <= most_places ? emit_strips(count) : emit_each_cell(count);
+  body_.CreateBr(done);
+  done->insertInto(cells_);
+  body_.SetInsertPoint(done);
+  body_.CreateRetVoid();
+}
+
+/// cell: the loop; exit: totals of the sums.
+void RowEmitter::emit_each_cell(llvm::Value* count) {
+  llvm::BasicBlock* cell = block("cell");
+  llvm::BasicBlock* exit = block("exit");
   body_.SetInsertPoint(cell);
   llvm::PHINode* i = body_.CreatePHI(body_.getInt64Ty(), 2, "i");
-  i->addIncoming(body_.getInt64(0), before);
+  i->addIncoming(body_.getInt64(0), before_.GetInsertBlock());
   index_ = i;
   emit_body();
   for (std::size_t s = 0; s < shares_.size(); ++s) {
@@ -335,17 +343,14 @@ void RowEmitter::emit_cells(const std::vector<Argument>& arguments) {
   before_.CreateBr(cell);
   body_.SetInsertPoint(exit);
   emit_totals(cell);
-  body_.CreateBr(done);
-  body_.SetInsertPoint(done);
-  body_.CreateRetVoid();
 }
 
 /// `each` of 0 .. count - 1, count > 0, behind what `body_` has so far; it goes on behind the loop.
 template <class Each>
 void RowEmitter::emit_loop(llvm::Value* count, const Each& each) {
   llvm::BasicBlock* from = body_.GetInsertBlock();
-  llvm::BasicBlock* one = llvm::BasicBlock::Create(out_.getContext(), "one", cells_);
-  llvm::BasicBlock* behind = llvm::BasicBlock::Create(out_.getContext(), "behind", cells_);
+  llvm::BasicBlock* one = block("one");
+  llvm::BasicBlock* behind = block("behind");
   body_.CreateBr(one);
   body_.SetInsertPoint(one);
   llvm::PHINode* k = body_.CreatePHI(body_.getInt64Ty(), 2, "k");
@@ -360,23 +365,15 @@ void RowEmitter::emit_loop(llvm::Value* count, const Each& each) {
 /// Scatters, in strips of cells: a loop that may use vectors computes what goes where, and loops behind it add that,
 /// one for each corner of the cells around a place. Cell by cell all of it is scalar (the gradient of bench_traced: 34
 /// us, 30 in strips).
-void RowEmitter::emit_strips(const std::vector<Argument>& arguments) {
-  create_cells(arguments);
-  const auto block = [&](const char* name) { return llvm::BasicBlock::Create(out_.getContext(), name, cells_); };
-  llvm::BasicBlock* entry = block("entry");
-  llvm::BasicBlock* before = block("before");
+void RowEmitter::emit_strips(llvm::Value* count) {
   llvm::BasicBlock* strip = block("strip");
-  llvm::BasicBlock* done = block("done");
-  llvm::Value* count = value_.at(Source::count);
-  before_.SetInsertPoint(before);
-  load_uniforms();
   body_.SetInsertPoint(strip);
   llvm::PHINode* first = body_.CreatePHI(body_.getInt64Ty(), 2, "strip_first");
-  first->addIncoming(body_.getInt64(0), before);
+  first->addIncoming(body_.getInt64(0), before_.GetInsertBlock());
   llvm::Value* size =
       body_.CreateBinaryIntrinsic(llvm::Intrinsic::umin, body_.CreateSub(count, first), body_.getInt64(strip_cells));
   std::vector<std::array<llvm::AllocaInst*, 2>> kept;  // of each share: elements and values
-  llvm::IRBuilder<> stack(entry);
+  llvm::IRBuilder<> stack(&cells_->getEntryBlock(), cells_->getEntryBlock().begin());
   const auto keep = [&](llvm::Value* value, llvm::Value* k) {
     llvm::AllocaInst* array = stack.CreateAlloca(value->getType(), stack.getInt64(strip_cells));
     array->setAlignment(llvm::Align(cache_line));
@@ -394,11 +391,10 @@ void RowEmitter::emit_strips(const std::vector<Argument>& arguments) {
   emit_adds(size, kept);
   llvm::Value* next = body_.CreateNUWAdd(first, body_.getInt64(strip_cells));
   first->addIncoming(next, body_.GetInsertBlock());
-  body_.CreateCondBr(body_.CreateICmpULT(next, count), strip, done);
+  llvm::BasicBlock* exit = block("exit");
+  body_.CreateCondBr(body_.CreateICmpULT(next, count), strip, exit);
   before_.CreateBr(strip);
-  stack.CreateCondBr(stack.CreateICmpSGT(count, stack.getInt64(0)), before, done);
-  body_.SetInsertPoint(done);
-  body_.CreateRetVoid();
+  body_.SetInsertPoint(exit);
 }
 
 void RowEmitter::emit_adds(llvm::Value* count, const std::vector<std::array<llvm::AllocaInst*, 2>>& kept) {
