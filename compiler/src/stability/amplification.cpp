@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/amplification.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <map>
+#include <numbers>
+
+namespace dpde::stability {
+
+namespace {
+
+using std::numbers::pi;
+
+/// Along each axis; multiples of four have the waves of two and of four cells, which most schemes have their limits at.
+constexpr std::array<int, 3> waves_along{256, 32, 12};
+constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
+constexpr int climbs = 3;
+
+Eigen::Index rows_of(const Response& rows) { return static_cast<Eigen::Index>(rows.size()); }
+
+/// E. E. Osborne, "On pre-conditioning of matrices", J. ACM 7 (1960): by powers of two, in the 1-norm.
+void balance(Eigen::MatrixXcd& a) {
+  for (int sweep = 0; sweep < 20; ++sweep) {
+    bool has_changed = false;
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      const double own = std::abs(a(i, i));
+      const double row = a.row(i).cwiseAbs().sum() - own, column = a.col(i).cwiseAbs().sum() - own;
+      if (!(row > 0) || !(column > 0)) continue;
+      const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
+      if (factor == 1) continue;
+      a.row(i) /= factor;
+      a.col(i) *= factor;
+      has_changed = true;
+    }
+    if (!has_changed) return;
+  }
+}
+
+}  // namespace
+
+Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd a) {
+  if (a.rows() == 1) return a.col(0);
+  if (a.rows() == 2) {  // exact where they lie close together, as those of long waves do
+    const std::complex<double> mean = 0.5 * (a(0, 0) + a(1, 1)), half = 0.5 * (a(0, 0) - a(1, 1));
+    const std::complex<double> root = std::sqrt(half * half + a(0, 1) * a(1, 0));
+    return Eigen::Vector2cd(mean + root, mean - root);
+  }
+  balance(a);
+  return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(a, false).eigenvalues();
+}
+
+Amplification::Amplification(const Response& rows, int rank) : size_(static_cast<int>(rows.size())), rank_(rank) {
+  std::map<std::int64_t, std::size_t> places;
+  for (Eigen::Index row = 0; row < rows_of(rows); ++row) {
+    for (const Form::Term& term : rows[static_cast<std::size_t>(row)].terms()) {
+      const stencil::Offset offset = Form::offset_of(term.key);
+      const auto [entry, is_new] = places.try_emplace(Form::key_of(offset), places_.size());
+      if (is_new) places_.push_back({offset, Eigen::MatrixXd::Zero(size_, size_)});
+      places_[entry->second].weights(row, Form::component_of(term.key)) = term.coefficient;
+    }
+  }
+}
+
+Eigen::MatrixXcd Amplification::at(const Angles& angles) const {
+  Eigen::MatrixXcd sum = Eigen::MatrixXcd::Zero(size_, size_);
+  for (const Place& place : places_) {
+    double phase = 0;
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank_); ++axis)
+      phase += angles[axis] * place.offset[axis];
+    sum += std::polar(1.0, phase) * place.weights;
+  }
+  return sum;
+}
+
+Eigen::VectorXcd Amplification::eigenvalues(const Angles& angles) const { return stability::eigenvalues(at(angles)); }
+
+std::vector<Angles> first_waves(int rank) {
+  const int count = waves_along[static_cast<std::size_t>(rank - 1)];
+  std::vector<Angles> result;
+  // Half of all: that of -a is the conjugate one of a.
+  for (int z = rank > 2 ? 0 : count / 2; z <= count / 2; ++z) {
+    for (int y = rank > 2 ? -count / 2 + 1 : rank == 2 ? 0 : count / 2; y <= count / 2; ++y) {
+      for (int x = rank > 1 ? -count / 2 + 1 : 0; x <= count / 2; ++x) {
+        Angles a{2 * pi * x / count, 0, 0};
+        if (rank > 1) a[1] = 2 * pi * y / count;
+        if (rank > 2) a[2] = 2 * pi * z / count;
+        if (a != Angles{}) result.push_back(a);
+      }
+    }
+  }
+  for (const double length : long_waves) {
+    for (int direction = 1; direction < (1 << rank); ++direction) {
+      Angles a{};
+      for (int axis = 0; axis < rank; ++axis) a[static_cast<std::size_t>(axis)] = (direction >> axis) % 2 * length;
+      result.push_back(a);
+    }
+  }
+  return result;
+}
+
+namespace {
+
+/// Along each axis in turn, with steps that are halved where none leads up.
+Largest climb(int rank, Largest from, double step, const std::function<double(const Angles&)>& f) {
+  while (step > 1e-5) {
+    bool has_moved = false;
+    for (int way = 0; way < 2 * rank; ++way) {
+      Angles next = from.angles;
+      next[static_cast<std::size_t>(way / 2)] += way % 2 == 0 ? step : -step;
+      const double value = f(next);
+      if (!(value > from.value + 1e-15)) continue;
+      from = {next, value};
+      has_moved = true;
+      break;
+    }
+    if (!has_moved) step /= 2;
+  }
+  return from;
+}
+
+}  // namespace
+
+Largest largest_over_waves(int rank, const std::function<double(const Angles&)>& f) {
+  std::vector<Largest> found;
+  for (const Angles& angles : first_waves(rank)) found.push_back({angles, f(angles)});
+  const auto is_larger = [](const Largest& a, const Largest& b) { return a.value > b.value; };
+  const auto count = std::min<std::ptrdiff_t>(climbs, std::ssize(found));
+  std::partial_sort(found.begin(), found.begin() + count, found.end(), is_larger);
+  Largest best = found.front();
+  const double step = pi / waves_along[static_cast<std::size_t>(rank - 1)];
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    // A long wave is left in small steps.
+    const Largest& start = found[static_cast<std::size_t>(i)];
+    double smallest = step;
+    for (const double a : start.angles) smallest = a == 0 ? smallest : std::min(smallest, std::abs(a) / 4);
+    const Largest top = climb(rank, start, smallest, f);
+    if (top.value > best.value) best = top;
+  }
+  return best;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a linear step makes of the waves exp(i k x): with the angles a = k h (radians a cell) the vector of amplitudes is
+// multiplied by the matrix G(a) (von Neumann's analysis; R. D. Richtmyer and K. W. Morton, Difference Methods for
+// Initial-Value Problems, 1967, chapter 4).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "stability/linear_step.h"
+
+namespace dpde::stability {
+
+using Angles = std::array<double, 3>;
+
+class Amplification {
+ public:
+  Amplification(const Response& rows, int rank);
+
+  int size() const { return size_; }
+  Eigen::MatrixXcd at(const Angles& angles) const;
+  /// Eigenvalues of that.
+  Eigen::VectorXcd eigenvalues(const Angles& angles) const;
+  double spectral_radius(const Angles& angles) const { return eigenvalues(angles).cwiseAbs().maxCoeff(); }
+
+ private:
+  struct Place {
+    stencil::Offset offset;
+    Eigen::MatrixXd weights;
+  };
+  int size_;
+  int rank_;
+  std::vector<Place> places_;
+};
+
+/// Eigenvalues of a small complex matrix, scaled first so that rows and columns are of one size: states have units.
+Eigen::VectorXcd eigenvalues(Eigen::MatrixXcd matrix);
+
+/// The waves that are looked at first: all signs that differ, long ones too.
+std::vector<Angles> first_waves(int rank);
+
+struct Largest {
+  Angles angles{};
+  double value = 0;
+};
+/// The largest value of `f` over all waves: from the best of first_waves() uphill.
+Largest largest_over_waves(int rank, const std::function<double(const Angles&)>& f);
+
+}  // namespace dpde::stability

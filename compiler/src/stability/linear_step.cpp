@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/linear_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stencil/effects.h"
+#include "stencil/passes/passes.h"
+#include "stencil/build.h"
+#include "support/contains.h"
+#include "support/evaluate.h"
+#include "support/match.h"
+
+namespace dpde::stability {
+
+using namespace stencil;
+
+namespace {
+
+constexpr std::int64_t span = 2 * farthest_offset + 1;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+std::int64_t Form::key_of(const Offset& offset) {
+  return ((offset[2] * span + offset[1]) * span + offset[0]) * most_components;
+}
+
+int Form::component_of(std::int64_t key) {
+  const auto rest = static_cast<int>(key % most_components);
+  return rest < 0 ? rest + most_components : rest;
+}
+
+Offset Form::offset_of(std::int64_t key) {
+  std::int64_t rest = (key - component_of(key)) / most_components;
+  Offset offset{};
+  for (int axis = 0; axis < 2; ++axis) {
+    std::int64_t part = rest % span;
+    if (part > farthest_offset) part -= span;
+    if (part < -farthest_offset) part += span;
+    offset[static_cast<std::size_t>(axis)] = static_cast<int>(part);
+    rest = (rest - part) / span;
+  }
+  offset[2] = static_cast<int>(rest);
+  return offset;
+}
+
+Form Form::shifted(const Offset& offset) const {
+  Form result = *this;
+  const std::int64_t way = key_of(offset);
+  for (Term& term : result.terms_) term.key += way;
+  return result;
+}
+
+Form Form::times(double factor) const {
+  if (factor == 0) return {};
+  Form result = *this;
+  for (Term& term : result.terms_) term.coefficient *= factor;
+  return result;
+}
+
+Form Form::plus(const Form& other) const {
+  if (is_zero()) return other;
+  Form result;
+  result.terms_.reserve(terms_.size() + other.terms_.size());
+  auto a = terms_.begin(), b = other.terms_.begin();
+  while (a != terms_.end() || b != other.terms_.end()) {
+    if (b == other.terms_.end() || (a != terms_.end() && a->key < b->key)) {
+      result.terms_.push_back(*a++);
+    } else if (a == terms_.end() || b->key < a->key) {
+      result.terms_.push_back(*b++);
+    } else {
+      result.terms_.push_back({a->key, a->coefficient + b->coefficient});
+      ++a, ++b;
+    }
+  }
+  return result;
+}
+
+namespace {
+
+/// The value at all points, and how it is perturbed.
+struct Value {
+  double number = 0;
+  Form form;
+};
+
+Value operator+(const Value& a, const Value& b) { return {a.number + b.number, a.form.plus(b.form)}; }
+Value operator-(const Value& a) { return {-a.number, a.form.times(-1)}; }
+Value operator-(const Value& a, const Value& b) { return a + -b; }
+/// Linear in perturbations: at most one of them has any in what tangents do.
+Value operator*(const Value& a, const Value& b) {
+  return {a.number * b.number, a.form.times(b.number).plus(b.form.times(a.number))};
+}
+
+/// Cells along one axis that an interpolation takes, with their weights.
+struct Tap {
+  int cell;
+  double weight;
+};
+
+std::vector<Tap> taps_along(double displacement, Along along) {
+  const double below = std::floor(displacement), f = displacement - below;
+  std::vector<Tap> taps;
+  int cell = static_cast<int>(below) - 1;
+  for (const std::array<double, 4>& c : weights_of(along)) {
+    if (c != std::array<double, 4>{}) taps.push_back({cell, c[0] + f * (c[1] + f * (c[2] + f * c[3]))});
+    ++cell;
+  }
+  return taps;
+}
+
+/// One run of the tangent.
+class Evaluation {
+ public:
+  Evaluation(const Module& module, const FrozenPoint& point, double dt) : module_(module), point_(point), dt_(dt) {}
+
+  void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
+  void run(const std::vector<Statement>& body);
+  const Value& at(const std::string& field) { return field_value(field); }
+  bool is_too_far() const { return is_too_far_; }
+
+ private:
+  const Value& field_value(const std::string& name);
+  double parameter(const std::string& name) const;
+  Value access(const std::string& name, const Offset& offset);
+  Value interpolate(const Interp& interp);
+  Value binary(const Binary& b);
+  Value value(const Expr& e);
+  void run_kernel(const Kernel& kernel);
+  void reduce(const Reduce& reduce);
+  void repeat(const Repeat& repeat);
+
+  const Module& module_;
+  const FrozenPoint& point_;
+  const double dt_;
+  std::map<std::string, Value> fields_, locals_;
+  std::map<std::string, double> counters_;
+  bool is_too_far_ = false;
+};
+
+const Value& Evaluation::field_value(const std::string& name) {
+  const auto [entry, is_new] = fields_.try_emplace(name);
+  if (is_new) {
+    const auto known = point_.fields.find(name);
+    entry->second.number = known == point_.fields.end() ? not_a_number : known->second;
+  }
+  return entry->second;
+}
+
+double Evaluation::parameter(const std::string& name) const {
+  if (const auto counter = counters_.find(name); counter != counters_.end()) return counter->second;
+  if (name == "dt") return dt_;
+  const auto known = point_.params.find(name);
+  return known == point_.params.end() ? not_a_number : known->second;
+}
+
+Value Evaluation::access(const std::string& name, const Offset& offset) {
+  if (is_coordinate(name)) {
+    const auto axis = static_cast<std::size_t>(name[0] - 'x');
+    return {point_.place[axis] + offset[axis] * parameter("h" + name), {}};
+  }
+  const Value& field = field_value(name);
+  if (field.form.is_zero() || offset == Offset{}) return field;
+  return {field.number, field.form.shifted(offset)};
+}
+
+Value Evaluation::interpolate(const Interp& interp) {
+  std::array<std::vector<Tap>, 3> taps;
+  taps.fill({{0, 1}});
+  for (std::size_t axis = 0; axis < interp.displacement.size(); ++axis) {
+    const double displacement = value(interp.displacement[axis]).number;
+    is_too_far_ = is_too_far_ || !(std::abs(displacement) < farthest_offset / 4);
+    if (is_too_far_) return {};
+    taps[axis] = taps_along(displacement, interp.along[axis]);
+  }
+  Value sum;
+  for (const Tap& z : taps[2]) {
+    for (const Tap& y : taps[1]) {
+      for (const Tap& x : taps[0]) {
+        const Offset place{interp.offset[0] + x.cell, interp.offset[1] + y.cell, interp.offset[2] + z.cell};
+        sum = sum + access(interp.field, place) * Value{x.weight * y.weight * z.weight, {}};
+      }
+    }
+  }
+  return sum;
+}
+
+Value Evaluation::binary(const Binary& b) {
+  const Value left = value(b.left), right = value(b.right);
+  switch (b.op) {
+    case BinaryOp::add: return left + right;
+    case BinaryOp::subtract: return left - right;
+    case BinaryOp::multiply: return left * right;
+    case BinaryOp::divide: return {left.number / right.number, left.form.times(1 / right.number)};
+    case BinaryOp::power: return {std::pow(left.number, right.number), {}};
+    default: break;
+  }
+  // What depends on a number that is not known is not known either, conditions too.
+  if (std::isnan(left.number) || std::isnan(right.number)) return {not_a_number, {}};
+  return {evaluate_binary(b.op, left.number, right.number), {}};
+}
+
+Value Evaluation::value(const Expr& e) {
+  return match(
+      e->kind, [](const Literal& l) { return Value{l.value, {}}; },
+      [&](const Param& p) { return Value{parameter(p.name), {}}; },
+      [&](const Local& l) { return locals_.at(l.name); },
+      [&](const Access& a) { return access(a.field, a.offset); }, [&](const Interp& i) { return interpolate(i); },
+      [](const Inside&) { return Value{1, {}}; }, [&](const Neg& n) { return -value(n.operand); },
+      [&](const Binary& b) { return binary(b); },
+      [&](const Call& c) {
+        const double a = value(c.arguments.front()).number, b = value(c.arguments.back()).number;
+        const bool is_known = !std::isnan(a) && !std::isnan(b);
+        return Value{is_known ? evaluate_call(c.fn, a, b) : not_a_number, {}};
+      },
+      [&](const Select& s) {
+        const double condition = value(s.condition).number;
+        if (std::isnan(condition)) return value(s.yes) * Value{not_a_number, {}} + value(s.no);
+        return value(condition != 0 ? s.yes : s.no);
+      });
+}
+
+void Evaluation::run_kernel(const Kernel& kernel) {
+  locals_.clear();
+  for (const Let& let : kernel.lets) locals_[let.name] = value(let.value);
+  std::vector<Value> values;
+  for (const Store& store : kernel.stores) values.push_back(value(store.value));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Store& store = kernel.stores[i];
+    fields_[store.field] = store.accumulate ? field_value(store.field) + values[i] : values[i];
+  }
+}
+
+/// A wave has no mean: its reduction is not perturbed.
+void Evaluation::reduce(const Reduce& reduce) {
+  const Value field = field_value(reduce.field);
+  fields_[reduce.result] = {field.number, {}};
+}
+
+/// Outside, what it carries keeps its value.
+void Evaluation::repeat(const Repeat& repeat) {
+  std::map<std::string, Value> outside, results;
+  for (const Carry& carry : repeat.carries) outside[carry.state] = field_value(carry.state);
+  for (int k = 0; k < repeat.count; ++k) {
+    counters_[repeat.counter.name] = repeat.counter.is_backwards ? repeat.count - 1 - k : k;
+    run(repeat.body);
+    std::map<std::string, Value> next;
+    for (const Carry& carry : repeat.carries) next[carry.state] = results[carry.result] = field_value(carry.next);
+    for (auto& [state, value] : next) fields_[state] = std::move(value);
+  }
+  counters_.erase(repeat.counter.name);
+  for (auto& [state, value] : outside) fields_[state] = std::move(value);
+  for (auto& [result, value] : results) fields_[result] = std::move(value);
+}
+
+void Evaluation::run(const std::vector<Statement>& body) {
+  for (const Statement& statement : body) {
+    match(
+        statement, [](const Fill&) {}, [](const Fold&) {}, [&](const Reduce& r) { reduce(r); },
+        [](const NetworkCall&) {}, [&](const Run& r) { run_kernel(kernel_of(module_, r)); },
+        [&](const Repeat& r) { repeat(r); });
+    if (is_too_far_) return;
+  }
+}
+
+/// What of a program a linear step cannot hold, or "".
+struct Survey {
+  std::string why;
+  bool follows_flow = false, reduces = false;
+};
+
+bool holds_interp(const Expr& e) {
+  if (std::holds_alternative<Interp>(e->kind)) return true;
+  bool found = false;
+  for_each_child(e, [&](const Expr& child) { found = found || holds_interp(child); });
+  return found;
+}
+
+void survey(const Module& module, const std::vector<Statement>& body, Survey& result) {
+  for (const Statement& statement : body) {
+    match(
+        statement, [](const Fill&) {}, [&](const Fold&) { result.why = "it folds halos"; },
+        [&](const Reduce&) { result.reduces = true; }, [&](const NetworkCall&) { result.why = "a network is in it"; },
+        [&](const Run& run) {
+          const Kernel& kernel = kernel_of(module, run);
+          if (!kernel.scatters.empty()) result.why = "it scatters";
+          for (const Let& let : kernel.lets) result.follows_flow = result.follows_flow || holds_interp(let.value);
+          for (const Store& s : kernel.stores) result.follows_flow = result.follows_flow || holds_interp(s.value);
+        },
+        [&](const Repeat& repeat) {
+          if (!repeat.saves.empty() || !repeat.loads.empty()) result.why = "it keeps stacks";
+          survey(module, repeat.body, result);
+        });
+  }
+}
+
+}  // namespace
+
+std::optional<LinearStep> LinearStep::make(const Module& module, const std::string& step, std::string& why) {
+  const Program* program = module.find_program(step);
+  if (program == nullptr || program->swaps.empty()) {
+    why = "the program has no states";
+    return std::nullopt;
+  }
+  if (program->swaps.size() > most_components) {
+    why = "it has too many states";
+    return std::nullopt;
+  }
+  adjoint::Activity states;
+  for (const Swap& swap : program->swaps) states.fields.insert(swap.state);
+  DiagnosticSink sink;
+  adjoint::Derivative tangent = adjoint::tangent(module, step, states, sink);
+  if (sink.has_errors()) {
+    why = "it has no tangent";
+    return std::nullopt;
+  }
+  LinearStep result;
+  Program& derived = tangent.module.programs.front();
+  std::erase_if(derived.swaps, [&](const Swap& swap) { return states.fields.contains(swap.state); });
+  derived.keeps.clear();
+  for (const Swap& swap : program->swaps) {
+    const std::string *before = tangent.field(swap.state), *behind = tangent.field(swap.next);
+    result.states_.push_back(swap.state);
+    result.perturbations_.push_back(before == nullptr ? "" : *before);
+    result.results_.push_back(behind == nullptr ? "" : *behind);
+  }
+  result.module_ = remove_dead_code(tangent.module);
+  Survey found;
+  survey(result.module_, result.program().body, found);
+  result.follows_flow_ = found.follows_flow;
+  result.reduces_ = found.reduces;
+  for (const std::string& input : interface_of(result.module_, result.program()).inputs) {
+    if (!contains(result.perturbations_, input)) result.inputs_.push_back(input);
+  }
+  why = found.why;
+  return why.empty() ? std::optional(std::move(result)) : std::nullopt;
+}
+
+std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt) const {
+  Evaluation evaluation(module_, point, dt);
+  for (std::size_t s = 0; s < states_.size(); ++s) {
+    if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
+  }
+  evaluation.run(program().body);
+  if (evaluation.is_too_far()) return std::nullopt;
+  Response rows;
+  for (const std::string& result : results_) {
+    rows.push_back(result.empty() ? Form() : evaluation.at(result).form);
+    for (const Form::Term& term : rows.back().terms()) {
+      if (!std::isfinite(term.coefficient)) return std::nullopt;
+    }
+  }
+  return rows;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tangent of a step where everything is the same at all points: the perturbation of a state behind the step is a sum
+// of perturbations before it at displaced points. Walls are not seen. It is found by running the tangent's statements
+// once, with sums of displaced perturbations in place of numbers.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adjoint/adjoint.h"
+#include "stencil/stencil.h"
+
+namespace dpde::stability {
+
+/// Values that all points share: fields by name, numbers by name (spacings too, not dt), the place for coordinates.
+struct FrozenPoint {
+  std::map<std::string, double> fields;
+  std::map<std::string, double> params;
+  std::array<double, 3> place{};
+};
+
+/// A sum of perturbations: coefficients of component c at the point displaced by `offset`, sorted by key().
+class Form {
+ public:
+  struct Term {
+    std::int64_t key;
+    double coefficient;
+  };
+  Form() = default;
+  /// One perturbation of component c.
+  explicit Form(int component) : terms_{{component, 1.0}} {}
+
+  const std::vector<Term>& terms() const { return terms_; }
+  bool is_zero() const { return terms_.empty(); }
+  Form shifted(const stencil::Offset& offset) const;
+  Form times(double factor) const;
+  Form plus(const Form& other) const;
+
+  static std::int64_t key_of(const stencil::Offset& offset);
+  static stencil::Offset offset_of(std::int64_t key);
+  static int component_of(std::int64_t key);
+
+ private:
+  std::vector<Term> terms_;
+};
+
+constexpr int most_components = 64;
+constexpr int farthest_offset = 4000;  // along each axis
+
+/// One row a state, in the order of LinearStep::states().
+using Response = std::vector<Form>;
+
+class LinearStep {
+ public:
+  /// `step` swaps the states. What cannot be analysed (networks, scatters) leaves `why` and no value.
+  static std::optional<LinearStep> make(const stencil::Module& module, const std::string& step, std::string& why);
+
+  const std::vector<std::string>& states() const { return states_; }
+  /// Of a step of size dt from this point. nullopt where offsets are too far or a value is not finite.
+  std::optional<Response> response(const FrozenPoint& point, double dt) const;
+  /// Fields that the tangent reads beside perturbations: states, coefficients, coordinates.
+  const std::vector<std::string>& inputs() const { return inputs_; }
+  const stencil::Module& module() const { return module_; }
+  const stencil::Program& program() const { return module_.programs.front(); }
+  const std::string& perturbation_of(std::size_t state) const { return perturbations_[state]; }
+  /// It follows the flow, or reduces over space: the response is not a polynomial of dt, or sees no means.
+  bool follows_flow() const { return follows_flow_; }
+  bool reduces() const { return reduces_; }
+
+ private:
+  stencil::Module module_;  // the tangent alone, without what only the primal's results need
+  std::vector<std::string> states_, perturbations_, results_, inputs_;
+  bool follows_flow_ = false, reduces_ = false;
+};
+
+}  // namespace dpde::stability

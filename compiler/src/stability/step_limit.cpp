@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/step_limit.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace dpde::stability {
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
+constexpr double factor_up = 1.25;
+constexpr double precision = 1e-5;  // of limits, relative
+/// Eigenvalues that are one by right are found apart by the root of rounding, from three states on.
+constexpr double tolerance_of_two = 1e-9, tolerance_of_many = 3e-7;
+constexpr double short_step = 1e-3;  // in units of 1 / largest rate
+
+Response sum(const Response& a, const Response& b, double factor) {
+  Response result;
+  for (std::size_t i = 0; i < a.size(); ++i) result.push_back(a[i].plus(b[i].times(factor)));
+  return result;
+}
+
+bool is_identity(const Response& rows) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    double own = 0;
+    for (const Form::Term& term : rows[i].terms()) {
+      if (term.key == static_cast<std::int64_t>(i)) own = term.coefficient;
+      if (term.key != static_cast<std::int64_t>(i) && term.coefficient != 0) return false;
+    }
+    if (own != 1) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<Amplification> FrozenAnalysis::at(double step) const {
+  const std::optional<Response> rows = linear_->response(point_, step);
+  return rows ? std::optional(Amplification(*rows, rank_)) : std::nullopt;
+}
+
+double FrozenAnalysis::tolerance() const {
+  return linear_->states().size() <= 2 ? tolerance_of_two : tolerance_of_many;
+}
+
+/// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
+bool FrozenAnalysis::differentiate(double step) {
+  constexpr double weights[] = {45.0 / 60, -9.0 / 60, 1.0 / 60};
+  Response sum_of_all(linear_->states().size());
+  for (int i = 0; i < 3; ++i) {
+    for (const double sign : {1.0, -1.0}) {
+      const std::optional<Response> rows = linear_->response(point_, sign * (i + 1) * step);
+      if (!rows) return false;
+      sum_of_all = sum(sum_of_all, *rows, sign * weights[i] / step);
+    }
+  }
+  rates_.emplace(sum_of_all, rank_);
+  rate_ = largest_over_waves(rank_, [&](const Angles& a) { return rates_->spectral_radius(a); }).value;
+  return std::isfinite(rate_);
+}
+
+/// Of schemes with a memory, and of those that follow the flow: eigenvalues of a short step that lie near 1 are those of
+/// the equations.
+bool FrozenAnalysis::measure_rates(double step) {
+  const std::optional<Response> at_rest = linear_->response(point_, 0);
+  if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
+    if (!differentiate(short_step * step)) return false;
+    if (rate_ > 0 && !differentiate(short_step / rate_)) return false;
+  } else {
+    rate_ = 1 / step;
+    for (int pass = 0; pass < 8; ++pass) {
+      short_ = short_step / rate_;
+      short_step_ = at(short_);
+      if (!short_step_) return false;
+      const double found = largest_over_waves(rank_, [&](const Angles& a) {
+                             double largest = 0;
+                             for (const std::complex<double> g : short_step_->eigenvalues(a)) {
+                               if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::abs(g - 1.0));
+                             }
+                             return largest;
+                           }).value / short_;
+      const bool is_settled = found > 0.5 * rate_ && found < 2 * rate_;
+      if (!std::isfinite(found) || found == 0) break;
+      rate_ = found;
+      if (is_settled) break;
+    }
+  }
+  growth_ = std::max(0.0, largest_over_waves(rank_, [&](const Angles& a) { return rate_of_growth(a); }).value);
+  return true;
+}
+
+double FrozenAnalysis::rate_of_growth(const Angles& wave) const {
+  double largest = -infinite;
+  if (rates_) {
+    for (const std::complex<double> rate : rates_->eigenvalues(wave)) largest = std::max(largest, rate.real());
+  } else {
+    for (const std::complex<double> g : short_step_->eigenvalues(wave)) {
+      if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / short_);
+    }
+  }
+  return largest;
+}
+
+std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, const FrozenPoint& point, int rank,
+                                                   double step) {
+  FrozenAnalysis result(linear, point, rank);
+  return result.measure_rates(step) ? std::optional(std::move(result)) : std::nullopt;
+}
+
+Largest FrozenAnalysis::excess(double step) const {
+  const std::optional<Amplification> g = at(step);
+  if (!g) return {{}, infinite};
+  return largest_over_waves(rank_, [&](const Angles& a) {
+    const double growth = std::log(g->spectral_radius(a));
+    return std::isnan(growth) ? infinite : growth - 2 * std::max(rate_of_growth(a), 0.0) * step;
+  });
+}
+
+double FrozenAnalysis::growth_of(const Angles& wave, double step) const {
+  const std::optional<Amplification> g = at(step);
+  return g ? g->spectral_radius(wave) : infinite;
+}
+
+std::size_t FrozenAnalysis::largest_share(const Angles& wave, double step) const {
+  const std::optional<Amplification> g = at(step);
+  if (!g || g->size() == 1) return 0;
+  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(g->at(wave));
+  Eigen::Index of_all = 0, state = 0;
+  solver.eigenvalues().cwiseAbs().maxCoeff(&of_all);
+  solver.eigenvectors().col(of_all).cwiseAbs().maxCoeff(&state);
+  return static_cast<std::size_t>(state);
+}
+
+StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {
+  StepLimit result{StepLimit::Kind::limit, 0, 0, {}, 0};
+  while (unstable - stable > precision * unstable) {
+    const double middle = 0.5 * (stable + unstable);
+    (excess(middle).value > tolerance() ? unstable : stable) = middle;
+  }
+  result.step = stable;
+  result.wave = excess(unstable * (1 + 1e-3)).angles;
+  result.state = largest_share(result.wave, unstable);
+  return result;
+}
+
+/// Below a step that is unstable: either there is a limit, or growth goes on as a power of the step.
+StepLimit FrozenAnalysis::descend(double unstable) const {
+  std::vector<double> steps, growths;
+  for (double step = unstable; step > smallest_try / rate_; step /= 2) {
+    const Largest now = excess(step);
+    const std::size_t n = growths.size();
+    if (n >= 3 && now.value < 1e3 * tolerance()) {
+      const double order = std::log2(growths[n - 2] / growths[n - 1]);
+      if (std::abs(order - std::log2(growths[n - 3] / growths[n - 2])) < 0.25)
+        return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};
+    }
+    if (!(now.value > tolerance())) return bisect(step, steps.empty() ? 2 * step : steps.back());
+    steps.push_back(step);
+    growths.push_back(now.value);
+  }
+  const std::size_t n = growths.size();
+  const Largest last = excess(steps.back());
+  return {StepLimit::Kind::never, 0, std::log2(growths[n - 2] / growths[n - 1]), last.angles,
+          largest_share(last.angles, steps.back())};
+}
+
+StepLimit FrozenAnalysis::limit() const {
+  if (rate_ == 0) return {};
+  double step = first_try / rate_;
+  if (excess(step).value > tolerance()) return descend(step);
+  for (; step < last_try / rate_; step *= factor_up) {
+    if (excess(step * factor_up).value > tolerance()) return bisect(step, step * factor_up);
+  }
+  return {};
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The largest stable step at a frozen point: the one up to which no wave grows faster than the equations let it.
+//
+// A wave of angles a grows by |g| = the spectral radius of G(a) in a step. The equations, continuous in time, let it grow
+// by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0. The step is stable where
+//   ln |g| <= 2 max(s, 0) dt  for all a :
+// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real.
+#pragma once
+
+#include <optional>
+
+#include "stability/amplification.h"
+
+namespace dpde::stability {
+
+struct StepLimit {
+  enum class Kind {
+    limit,  // stable up to `step`
+    none,   // no step was found that is too large
+    never   // waves grow at every step, by an amount of the order dt^order a step
+  } kind = Kind::none;
+  double step = 0;
+  double order = 0;
+  Angles wave{};         // that grows first beyond the limit, or most at the step that was asked for
+  std::size_t state = 0;  // the largest share of it
+  /// Growth at each step, but so little (an order of 4 and more) that short runs look stable.
+  bool is_weak() const { return kind == Kind::never && order > 3.5; }
+};
+
+class FrozenAnalysis {
+ public:
+  /// `step` sets the scale of steps that are tried. nullopt where values are not finite.
+  static std::optional<FrozenAnalysis> make(const LinearStep& linear, const FrozenPoint& point, int rank, double step);
+
+  /// The largest magnitude of the equations' eigenvalues, and their largest real part, both 1/time.
+  double largest_rate() const { return rate_; }
+  double growth_rate() const { return growth_; }
+  /// ln |g| beyond what the equations may do, of the wave where that is largest; infinite where it is not finite.
+  Largest excess(double step) const;
+  /// The wave as this step has it: |g|, and the state with the largest share.
+  double growth_of(const Angles& wave, double step) const;
+  std::size_t largest_share(const Angles& wave, double step) const;
+
+  StepLimit limit() const;
+
+ private:
+  FrozenAnalysis(const LinearStep& linear, FrozenPoint point, int rank)
+      : linear_(&linear), point_(std::move(point)), rank_(rank) {}
+  std::optional<Amplification> at(double step) const;
+  bool measure_rates(double step);
+  bool differentiate(double step);
+  double rate_of_growth(const Angles& wave) const;
+  StepLimit bisect(double stable, double unstable) const;
+  StepLimit descend(double unstable) const;
+  double tolerance() const;
+
+  const LinearStep* linear_;
+  FrozenPoint point_;
+  int rank_;
+  double rate_ = 0, growth_ = 0;
+  std::optional<Amplification> rates_;  // dG/d(dt) where G is smooth about dt = 0 and 1 there
+  std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
+  double short_ = 0;
+};
+
+}  // namespace dpde::stability
