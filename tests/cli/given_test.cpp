@@ -191,7 +191,7 @@ TEST_F(GivenAdjointCommand, SaysWhereItCannotStand) {
   const std::string rest = "scene s : m { grid x = 0 .. 1, cells 4, periodic; initial u = x; time 0 .. 1, step 1 }\n";
   const auto codes = [&](const std::string& text) {
     write("wrong.dpde", text);
-    return dpde("run wrong.dpde --json").codes();
+    return dpde("run wrong.dpde --set step=0.001 --set end=0.001 --json").codes();
   };
   const std::vector<std::string> none, not_here{"E0311"}, bad{"E0371"};
   EXPECT_EQ(codes(body + "model m { field u; dt(u) = f(u*u) }\n" + rest), none);

@@ -135,7 +135,7 @@ class GivenVectorCommand : public Command {
   }
   std::vector<std::string> codes(const std::string& text, const std::string& verb = "run") {
     write("one.dpde", text);
-    std::vector<std::string> told = dpde(verb + " one.dpde --json").codes();
+    std::vector<std::string> told = dpde(verb + " one.dpde --set step=0.001 --set end=0.001 --json").codes();
     told.erase(std::unique(told.begin(), told.end()), told.end());  // once for each component that reads it
     return told;
   }

@@ -30,7 +30,7 @@ TEST_F(Import, RunsLikeOneFile) {
   EXPECT_EQ(several.json()["scene"], "bar");  // not one that was imported
   EXPECT_EQ(several.json()["observables"], one.json()["observables"]);
   EXPECT_EQ(content(path("a/u.npy")), content(path("b/u.npy")));
-  EXPECT_EQ(dpde("run bar.dpde other --json").json()["scene"], "other");
+  EXPECT_EQ(dpde("run bar.dpde other --force --json").json()["scene"], "other");
 }
 
 TEST_F(Import, IsSpelledOutInDumpsAndFiles) {

@@ -19,7 +19,7 @@ TEST_F(Instability, WhatGrowsBecauseItIsDrivenIsNoMistake) {
   write("driven.dpde", rod("0.01", " + 1"));
   EXPECT_EQ(dpde("run driven.dpde s --json").codes(), std::vector<std::string>{});
   write("unstable.dpde", rod("0.2", "", "1e-30*sin(x) + 1e-32*cos(8*x)"));
-  EXPECT_EQ(dpde("run unstable.dpde s --json").codes(), std::vector<std::string>{"W0801"});
+  EXPECT_EQ(dpde("run unstable.dpde s --force --json").codes(), (std::vector<std::string>{"W0802", "W0801"}));
 }
 
 /// u sees c^3, which overflows before c does.
@@ -34,9 +34,9 @@ scene s : pair with e {
   initial c = 1 + 0.01*sin(8*x)
   time 0 .. 100, step 0.1
 })");
-  const Outcome run = dpde("run pair.dpde s --json");
-  EXPECT_EQ(run.codes(), std::vector<std::string>{"E0801"});
-  const std::string hint = run.json()["diagnostics"][0]["hint"];
+  const Outcome run = dpde("run pair.dpde s --force --json");
+  EXPECT_EQ(run.codes(), (std::vector<std::string>{"W0802", "E0801"}));
+  const std::string hint = run.json()["diagnostics"][1]["hint"];
   EXPECT_EQ(hint.find("c has grown from 1.01 to "), 0u) << hint;
 }
 
@@ -45,7 +45,7 @@ TEST_F(Instability, AGradientThatOverflowsBlamesTheStep) {
   write("steep.dpde", rod("0.5", "", "1") + "task t : s { unknown initial u; minimise mean(cos(8*x)*(u - 2)^2) }\n");
   const std::string text = content(path("steep.dpde"));
   write("steep.dpde", std::string(text).replace(text.find("40*0.5"), 6, "400*0.5"));
-  const Outcome run = dpde("gradient steep.dpde t");
+  const Outcome run = dpde("gradient steep.dpde t --force");
   EXPECT_NE(run.err.find("E0803"), std::string::npos) << run.err;
   EXPECT_NE(run.err.find("a smaller step than 0.5 may help"), std::string::npos) << run.err;
   EXPECT_EQ(run.err.find("begin elsewhere"), std::string::npos) << run.err;

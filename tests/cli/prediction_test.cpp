@@ -18,7 +18,7 @@ class PredictionCommand : public Command {
            time + "\n}\nscheme e { time = euler }\ntask t : s { unknown initial u; minimise mean(u^2)" + when + " }\n";
   }
   double stored(const std::string& file) const {
-    return dpde("gradient " + file + " t --json").json()["checkpoints"]["bytes"];
+    return dpde("gradient " + file + " t --force --json").json()["checkpoints"]["bytes"];
   }
 };
 

@@ -44,6 +44,7 @@ Scene scene_of(const std::string& text, const std::map<std::string, double>& fie
 std::string text_of(const std::string& equation, const std::string& scheme, int rank = 1) {
   std::string text = "model m { field u; " + equation + " }\nscheme c { " + scheme + " }\nscene s : m with c {\n";
   for (int axis = 0; axis < rank; ++axis) text += fmt::format("  grid {} = 0 .. 64, cells 64, periodic\n", "xyz"[axis]);
+  if (equation.starts_with("dt(dt(")) text += "  initial dt(u) = 0\n";
   return text + "  initial u = sin(x)\n  time 0 .. 1, step 0.1\n}\n";
 }
 
@@ -71,19 +72,19 @@ TEST_P(AdvectionTable, IsPredicted) {
   }
 }
 constexpr double weak = -1;
-INSTANTIATE_TEST_SUITE_P(
-    Stability, AdvectionTable,
-    ::testing::Values(Entry{"upwind(1)", "euler", 1}, Entry{"upwind(1)", "rk2", 1}, Entry{"upwind(1)", "ssp_rk3", 1.2564},
-                      Entry{"upwind(1)", "rk4", 1.3926}, Entry{"upwind(1)", "ab2", 0.5}, Entry{"upwind(1)", "leapfrog", 0},
-                      Entry{"central(2)", "euler", 0}, Entry{"central(2)", "rk2", weak},
-                      Entry{"central(2)", "ssp_rk3", 1.7321}, Entry{"central(2)", "rk4", 2.8284},
-                      Entry{"central(2)", "ab2", weak}, Entry{"central(2)", "leapfrog", 1},
-                      Entry{"central(4)", "euler", 0}, Entry{"central(4)", "rk2", weak},
-                      Entry{"central(4)", "ssp_rk3", 1.2622}, Entry{"central(4)", "rk4", 2.0612},
-                      Entry{"central(4)", "ab2", weak}, Entry{"central(4)", "leapfrog", 0.7288},
-                      Entry{"upwind(3)", "euler", 0}, Entry{"upwind(3)", "rk2", 0.8738},
-                      Entry{"upwind(3)", "ssp_rk3", 1.6259}, Entry{"upwind(3)", "rk4", 1.7453},
-                      Entry{"upwind(3)", "ab2", 0.5802}, Entry{"upwind(3)", "leapfrog", 0}));
+INSTANTIATE_TEST_SUITE_P(Stability, AdvectionTable,
+                         ::testing::Values(Entry{"upwind(1)", "euler", 1}, Entry{"upwind(1)", "rk2", 1},
+                                           Entry{"upwind(1)", "ssp_rk3", 1.2564}, Entry{"upwind(1)", "rk4", 1.3926},
+                                           Entry{"upwind(1)", "ab2", 0.5}, Entry{"upwind(1)", "leapfrog", 0},
+                                           Entry{"central(2)", "euler", 0}, Entry{"central(2)", "rk2", weak},
+                                           Entry{"central(2)", "ssp_rk3", 1.7321}, Entry{"central(2)", "rk4", 2.8284},
+                                           Entry{"central(2)", "ab2", weak}, Entry{"central(2)", "leapfrog", 1},
+                                           Entry{"central(4)", "euler", 0}, Entry{"central(4)", "rk2", weak},
+                                           Entry{"central(4)", "ssp_rk3", 1.2622}, Entry{"central(4)", "rk4", 2.0612},
+                                           Entry{"central(4)", "ab2", weak}, Entry{"central(4)", "leapfrog", 0.7288},
+                                           Entry{"upwind(3)", "euler", 0}, Entry{"upwind(3)", "rk2", 0.8738},
+                                           Entry{"upwind(3)", "ssp_rk3", 1.6259}, Entry{"upwind(3)", "rk4", 1.7453},
+                                           Entry{"upwind(3)", "ab2", 0.5802}, Entry{"upwind(3)", "leapfrog", 0}));
 
 class DiffusionTable : public ::testing::TestWithParam<Entry> {};
 TEST_P(DiffusionTable, IsPredicted) {
@@ -96,17 +97,96 @@ TEST_P(DiffusionTable, IsPredicted) {
     }
     EXPECT_EQ(found.kind, StepLimit::Kind::limit);
     EXPECT_NEAR(found.step, limit / rank, largest_error * limit / rank) << rank;
-    for (int axis = 0; axis < rank; ++axis) EXPECT_NEAR(std::abs(found.wave[static_cast<std::size_t>(axis)]), M_PI, 1e-3);
+    for (int axis = 0; axis < rank; ++axis)
+      EXPECT_NEAR(std::abs(found.wave[static_cast<std::size_t>(axis)]), M_PI, 1e-3);
   }
 }
-INSTANTIATE_TEST_SUITE_P(
-    Stability, DiffusionTable,
-    ::testing::Values(Entry{"central(2)", "euler", 0.5}, Entry{"central(2)", "rk2", 0.5},
-                      Entry{"central(2)", "ssp_rk3", 0.62819}, Entry{"central(2)", "rk4", 0.69632},
-                      Entry{"central(2)", "ab2", 0.25}, Entry{"central(2)", "leapfrog", 0},
-                      Entry{"central(4)", "euler", 0.375}, Entry{"central(4)", "rk2", 0.375},
-                      Entry{"central(4)", "ssp_rk3", 0.47114}, Entry{"central(4)", "rk4", 0.52224},
-                      Entry{"central(4)", "ab2", 0.1875}));
+INSTANTIATE_TEST_SUITE_P(Stability, DiffusionTable,
+                         ::testing::Values(Entry{"central(2)", "euler", 0.5}, Entry{"central(2)", "rk2", 0.5},
+                                           Entry{"central(2)", "ssp_rk3", 0.62819}, Entry{"central(2)", "rk4", 0.69632},
+                                           Entry{"central(2)", "ab2", 0.25}, Entry{"central(2)", "leapfrog", 0},
+                                           Entry{"central(4)", "euler", 0.375}, Entry{"central(4)", "rk2", 0.375},
+                                           Entry{"central(4)", "ssp_rk3", 0.47114}, Entry{"central(4)", "rk4", 0.52224},
+                                           Entry{"central(4)", "ab2", 0.1875}));
+
+/// Advection by c = 1 and diffusion, forward in time and central in space: dt <= min(h^2/(2 d D), 2 D/c^2), both
+/// needed.
+TEST(StepLimit, OfAdvectionAndDiffusionIsTheSmallerOfTwo) {
+  for (const double d : {0.001, 0.02, 0.3, 0.7, 4.0}) {
+    const std::string equation = fmt::format("dt(u) = -advect(1, u) + {}*lap(u)", d);
+    const StepLimit found = scene_of(text_of(equation, "advect = central(2); time = euler")).limit();
+    const double expected = std::min(0.5 / d, 2 * d);
+    ASSERT_EQ(found.kind, StepLimit::Kind::limit) << d;
+    EXPECT_NEAR(found.step, expected, 1e-3 * expected) << d;
+  }
+}
+
+/// c dt/h <= 1/sqrt(d) with central(2), sqrt(3/4)/sqrt(d) with central(4); RK4 goes to 2 sqrt(2)/(2 sqrt(d)).
+TEST(StepLimit, OfWavesIsThatOfTheClosedForm) {
+  for (const int rank : {1, 2, 3}) {
+    for (const auto& [scheme, expected] : {std::pair{"lap = central(2); time = leapfrog", 1.0},
+                                           {"lap = central(4); time = leapfrog", 0.8660254},
+                                           {"lap = central(2); time = verlet", 1.0},
+                                           {"lap = central(2); time = rk4", 1.4142136}}) {
+      const StepLimit found = scene_of(text_of("dt(dt(u)) = lap(u)", scheme, rank)).limit();
+      ASSERT_EQ(found.kind, StepLimit::Kind::limit) << scheme << rank;
+      EXPECT_NEAR(found.step * std::sqrt(rank), expected, 1e-3) << scheme << rank;
+    }
+  }
+}
+
+/// |g|^2 = 1 + nu^4/4 at pi/2 for central(2) and RK2: a hundredfold in 594 steps at 0.5, in 42 at 1.
+TEST(StepLimit, WeakGrowthIsMeasured) {
+  const Scene scene = scene_of(text_of("dt(u) = -advect(1, u)", "advect = central(2); time = rk2"));
+  for (const auto& [nu, growth, steps] : {std::tuple{0.5, 1.00778, 594.0}, {1.0, 1.118, 42.0}}) {
+    const Largest found = scene.analysis().excess(nu);
+    EXPECT_NEAR(std::exp(found.value), growth, 1e-3 * growth);
+    EXPECT_NEAR(std::ceil(std::log(100.0) / found.value), steps, 1);
+    EXPECT_NEAR(std::abs(found.angles[0]), M_PI / 2, 1e-3);
+  }
+}
+
+/// Growth that the equations have is no fault of the scheme: u' = 3 u + lap(u) is limited as lap(u) is, but for that.
+TEST(StepLimit, GrowthOfTheEquationsIsAllowed) {
+  const Scene scene = scene_of(text_of("dt(u) = 0.3*u + lap(u)", "time = euler"));
+  EXPECT_NEAR(scene.analysis().growth_rate(), 0.3, 1e-4);
+  const StepLimit found = scene.limit();
+  ASSERT_EQ(found.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(found.step, 2 / (4 - 0.3), 1e-3);
+  EXPECT_NEAR(scene_of(text_of("dt(u) = 0.3*u", "time = euler")).analysis().growth_rate(), 0.3, 1e-9);
+}
+
+/// An oscillation that Euler's method lets grow: not one that the equations have.
+TEST(StepLimit, OfAnOscillationByEuler) {
+  const std::string text =
+      "model m { field a, b; dt(a) = b - 0.1*a; dt(b) = -a - 0.1*b }\nscheme c { time = euler }\n"
+      "scene s : m with c {\n  grid x = 0 .. 8, cells 8, periodic\n  initial a = 1\n"
+      "  initial b = 0\n  time 0 .. 1, step 0.1\n}\n";
+  const StepLimit found = scene_of(text).limit();
+  ASSERT_EQ(found.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(found.step, 2 * 0.1 / (0.01 + 1), 1e-3 * found.step);  // |1 + dt (-0.1 + i)| = 1
+}
+
+TEST(StepLimit, FollowingTheFlowHasNone) {
+  const std::string euler = "; time = euler";
+  for (const std::string advect : {"semi_lagrangian", "semi_lagrangian(cubic)"}) {
+    const Scene scene = scene_of(text_of("dt(u) = -advect(1.3, u)", "advect = " + advect + euler));
+    EXPECT_EQ(scene.limit().kind, StepLimit::Kind::none) << advect;
+  }
+}
+
+/// The tangent of the step is that of all passes of a repeat: v goes 4 times as far as in a step of its own.
+TEST(StepLimit, OfSubcyclesIsThatOfTheirParts) {
+  const auto text = [](const std::string& parts) {
+    return "model m { field u, v; dt(u) = lap(u); dt(v) = 4*lap(v) }\nscheme c { time = euler }\n"
+           "scene s : m with c {\n  grid x = 0 .. 8, cells 8, periodic\n  initial u = 1\n"
+           "  initial v = 0\n  time 0 .. 1, step 0.1\n" +
+           parts + "}\n";
+  };
+  EXPECT_NEAR(scene_of(text("")).limit().step, 0.125, 1e-4);
+  EXPECT_NEAR(scene_of(text("  subcycle v in 2\n")).limit().step, 0.25, 1e-4);
+  EXPECT_NEAR(scene_of(text("  subcycle v in 8\n")).limit().step, 0.5, 1e-4);
+}
 
 }  // namespace
 }  // namespace dpde::stability

@@ -15,6 +15,7 @@
 #include "driver/storage.h"
 #include "model/build.h"
 #include "preparing.h"
+#include "stability_report.h"
 #include "stencil/operator_order.h"
 #include "task_run.h"
 #include "training/beside.h"
@@ -208,6 +209,25 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   return text;
 }
 
+/// The scene as a run would begin: its initial state and coefficients are made for that.
+std::string report_stability(Job& job, Json& result) {
+  result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
+  std::optional<driver::CompileOptions> options = job.compile_options();
+  if (!options) return "";
+  options->without_task = true;
+  DiagnosticSink sink;  // what is wrong with files was told already
+  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, sink);
+  if (!compiled) return "";
+  driver::SessionOptions session_options;
+  session_options.threads = thread_count(job.options());
+  const std::unique_ptr<driver::Session> session = driver::Session::open(
+      job.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session_options, sink);
+  if (session == nullptr) return "stability: not analysed, the initial state cannot be made\n";
+  const stability::Verdict verdict = stability::verdict_of(*session);
+  result["stability"] = stability_json(*session, verdict, job.source());
+  return stability_text(*session, verdict, job.source());
+}
+
 void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {
   const model::Problem& problem = *compiled.problem;
   const driver::Cost cost = driver::cost_of(compiled.loop, compiled.step_name());
@@ -232,8 +252,7 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
   } else {
     result["order"] = {{"space", nullptr}, {"time", nullptr}};
   }
-  // Not analysed yet: null says so.
-  result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
+  text += report_stability(job, result);
   result["conserved"] = nullptr;
   text += report_networks(problem, result);
   const driver::CopyRate copy =

@@ -31,7 +31,7 @@ Exit exit_for(const std::vector<Diagnostic>& diagnostics) {
     if (d.kind->severity != Severity::error) continue;
     const std::string_view code = d.kind->code;
     Exit exit = Exit::wrong_input;
-    if (code.starts_with("E08")) exit = Exit::failed;
+    if (code.starts_with("E08") && code != "E0808" && code != "E0809") exit = Exit::failed;  // those: before any run
     if (code == "E0902" || code == "E0903" || code == "E0910") exit = Exit::machine_failed;
     // A machine that fails is worse than an input that is wrong, which explains more than a run that failed.
     worst = std::max(worst, exit);
@@ -145,6 +145,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& tak
     verb.add_flag("--no-cache", options.no_cache, "compile everything anew");
     verb.add_option("--threads", options.threads, "number of threads (0: all cores)")->check(CLI::Range(0, 4096));
   }
+  if (takes.force) verb.add_flag("--force", options.force, "run although the step is above the largest stable one");
   if (takes.out) verb.add_option("--out", options.out, "folder for the files")->type_name("DIR");
   if (takes.seed) verb.add_option("--seed", options.seed, "seed of random numbers")->check(number_fits, "", "");
   verb.add_flag("--quiet,-q", options.quiet, "no text but errors");

@@ -33,6 +33,7 @@ struct CommonOptions {
   int threads = 0;  // 0: all cores
   std::uint64_t seed = 0;
   bool quiet = false, json = false;
+  bool force = false;  // a step that is above the largest stable one is made all the same
 };
 
 /// One call of a verb: collects messages and files, and says in the end how it went.
@@ -72,7 +73,7 @@ class Job {
 
 /// Which of `common`'s options a verb takes beside FILE.
 struct Takes {
-  bool name = true, compile = true, out = true, seed = true, json = true;
+  bool name = true, compile = true, out = true, seed = true, json = true, force = false;
 };
 void add_common_options(CLI::App& verb, CommonOptions& options, const Takes& takes = {});
 

@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
   int status = 0;
   add_run(app, status);
   add_check(app, status);
+  add_stability(app, status);
   add_emit(app, status);
   add_verify(app, status);
   add_gradient(app, status);

@@ -16,6 +16,7 @@
 #include "record.h"
 #include "run_checkpoint.h"
 #include "scene_output.h"
+#include "stability/verdict.h"
 #include "support/evaluate.h"
 #include "text_plot.h"
 #include "verbs.h"
@@ -112,7 +113,7 @@ bool Run::open() {
   session.threads = thread_count(options_);
   session.stop = &interrupt_flag();
   session_ = driver::Session::open(job_.source(), compiled_, session, job_.sink());
-  return session_ != nullptr;
+  return session_ != nullptr && stability::check_step(*session_, options_.force, job_.sink());
 }
 
 /// The calls that the record, checkpoints and the progress line need, as one interval.
@@ -248,7 +249,7 @@ void Run::show_curve() {
 void add_run(CLI::App& app, int& status) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* verb = app.add_subcommand("run", "step a scene through time, or make a data set");
-  add_common_options(*verb, *options);
+  add_common_options(*verb, *options, {.force = true});
   verb->add_option("--every", options->every, "record observables (and with --out all states) every N steps")
       ->check(CLI::PositiveNumber);
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");

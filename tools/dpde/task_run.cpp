@@ -12,6 +12,7 @@
 #include "interrupt.h"
 #include "preparing.h"
 #include "scene_output.h"
+#include "stability/verdict.h"
 
 namespace dpde::tools {
 
@@ -25,7 +26,7 @@ void add_storage_options(CLI::App& verb, TaskOptions& options) {
 }
 
 void add_task_options(CLI::App& verb, TaskOptions& options) {
-  add_common_options(verb, options);
+  add_common_options(verb, options, {.force = true});
   add_storage_options(verb, options);
   const auto flag = [&](const char* name, analysis::Certifying how, const char* what) {
     return verb.add_flag_callback(
@@ -95,7 +96,7 @@ bool open_task(Job& job, const TaskOptions& options, TaskRun& run) {
   }
   run.session = driver::Session::open(job.source(), run.compiled, session, job.sink());
   if (run.session) run.inverse = driver::Inverse::open(*run.session, job.source(), job.sink());
-  return run.inverse != nullptr;
+  return run.inverse != nullptr && stability::check_step(*run.session, options.force, job.sink());
 }
 
 Json certificate_json(const TaskRun& run) {

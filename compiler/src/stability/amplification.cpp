@@ -15,7 +15,7 @@ namespace {
 using std::numbers::pi;
 
 /// Along each axis; multiples of four have the waves of two and of four cells, which most schemes have their limits at.
-constexpr std::array<int, 3> waves_along{256, 32, 12};
+constexpr std::array<int, 3> waves_along{128, 24, 8};
 constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
 constexpr int climbs = 3;
 
@@ -103,6 +103,15 @@ std::vector<Angles> first_waves(int rank) {
 
 namespace {
 
+/// Longer than all that are looked at first: there rounding is as large as what a difference leaves, and the root of it
+/// is in the eigenvalues of equations of second order.
+bool is_too_long(int rank, const Angles& angles) {
+  double longest = 0;
+  for (std::size_t axis = 0; axis < static_cast<std::size_t>(rank); ++axis)
+    longest = std::max(longest, std::abs(std::remainder(angles[axis], 2 * pi)));
+  return longest < 0.99 * long_waves.back();
+}
+
 /// Along each axis in turn, with steps that are halved where none leads up.
 Largest climb(int rank, Largest from, double step, const std::function<double(const Angles&)>& f) {
   while (step > 1e-5) {
@@ -110,6 +119,7 @@ Largest climb(int rank, Largest from, double step, const std::function<double(co
     for (int way = 0; way < 2 * rank; ++way) {
       Angles next = from.angles;
       next[static_cast<std::size_t>(way / 2)] += way % 2 == 0 ? step : -step;
+      if (is_too_long(rank, next)) continue;
       const double value = f(next);
       if (!(value > from.value + 1e-15)) continue;
       from = {next, value};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a linear step makes of the waves exp(i k x): with the angles a = k h (radians a cell) the vector of amplitudes is
-// multiplied by the matrix G(a) (von Neumann's analysis; R. D. Richtmyer and K. W. Morton, Difference Methods for
+// What a linear step makes of the waves exp(i k x): with the angles a = k h (radians a cell) the vector of amplitudes
+// is multiplied by the matrix G(a) (von Neumann's analysis; R. D. Richtmyer and K. W. Morton, Difference Methods for
 // Initial-Value Problems, 1967, chapter 4).
 #pragma once
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "stencil/build.h"
 #include "stencil/effects.h"
 #include "stencil/passes/passes.h"
-#include "stencil/build.h"
 #include "support/contains.h"
 #include "support/evaluate.h"
 #include "support/match.h"
@@ -19,7 +19,7 @@ using namespace stencil;
 namespace {
 
 constexpr std::int64_t span = 2 * farthest_offset + 1;
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
@@ -144,7 +144,7 @@ const Value& Evaluation::field_value(const std::string& name) {
   const auto [entry, is_new] = fields_.try_emplace(name);
   if (is_new) {
     const auto known = point_.fields.find(name);
-    entry->second.number = known == point_.fields.end() ? not_a_number : known->second;
+    entry->second.number = known == point_.fields.end() ? unknown_value : known->second;
   }
   return entry->second;
 }
@@ -153,7 +153,7 @@ double Evaluation::parameter(const std::string& name) const {
   if (const auto counter = counters_.find(name); counter != counters_.end()) return counter->second;
   if (name == "dt") return dt_;
   const auto known = point_.params.find(name);
-  return known == point_.params.end() ? not_a_number : known->second;
+  return known == point_.params.end() ? unknown_value : known->second;
 }
 
 Value Evaluation::access(const std::string& name, const Offset& offset) {
@@ -198,26 +198,33 @@ Value Evaluation::binary(const Binary& b) {
     default: break;
   }
   // What depends on a number that is not known is not known either, conditions too.
-  if (std::isnan(left.number) || std::isnan(right.number)) return {not_a_number, {}};
+  if (std::isnan(left.number) || std::isnan(right.number)) return {unknown_value, {}};
   return {evaluate_binary(b.op, left.number, right.number), {}};
 }
 
 Value Evaluation::value(const Expr& e) {
   return match(
-      e->kind, [](const Literal& l) { return Value{l.value, {}}; },
-      [&](const Param& p) { return Value{parameter(p.name), {}}; },
-      [&](const Local& l) { return locals_.at(l.name); },
-      [&](const Access& a) { return access(a.field, a.offset); }, [&](const Interp& i) { return interpolate(i); },
-      [](const Inside&) { return Value{1, {}}; }, [&](const Neg& n) { return -value(n.operand); },
-      [&](const Binary& b) { return binary(b); },
+      e->kind,
+      [](const Literal& l) {
+        return Value{l.value, {}};
+      },
+      [&](const Param& p) {
+        return Value{parameter(p.name), {}};
+      },
+      [&](const Local& l) { return locals_.at(l.name); }, [&](const Access& a) { return access(a.field, a.offset); },
+      [&](const Interp& i) { return interpolate(i); },
+      [](const Inside&) {
+        return Value{1, {}};
+      },
+      [&](const Neg& n) { return -value(n.operand); }, [&](const Binary& b) { return binary(b); },
       [&](const Call& c) {
         const double a = value(c.arguments.front()).number, b = value(c.arguments.back()).number;
         const bool is_known = !std::isnan(a) && !std::isnan(b);
-        return Value{is_known ? evaluate_call(c.fn, a, b) : not_a_number, {}};
+        return Value{is_known ? evaluate_call(c.fn, a, b) : unknown_value, {}};
       },
       [&](const Select& s) {
         const double condition = value(s.condition).number;
-        if (std::isnan(condition)) return value(s.yes) * Value{not_a_number, {}} + value(s.no);
+        if (std::isnan(condition)) return value(s.yes) * Value{unknown_value, {}} + value(s.no);
         return value(condition != 0 ? s.yes : s.no);
       });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tangent of a step where everything is the same at all points: the perturbation of a state behind the step is a sum
-// of perturbations before it at displaced points. Walls are not seen. It is found by running the tangent's statements
-// once, with sums of displaced perturbations in place of numbers.
+// The tangent of a step where everything is the same at all points: the perturbation of a state behind the step is a
+// sum of perturbations before it at displaced points. Walls are not seen. It is found by running the tangent's
+// statements once, with sums of displaced perturbations in place of numbers.
 #pragma once
 
 #include <array>

@@ -12,10 +12,14 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double first_try = 0.1, last_try = 1e3, smallest_try = 1e-9;  // in units of 1 / largest rate
-constexpr double factor_up = 1.25;
-constexpr double precision = 1e-5;  // of limits, relative
-/// Eigenvalues that are one by right are found apart by the root of rounding, from three states on.
-constexpr double tolerance_of_two = 1e-9, tolerance_of_many = 3e-7;
+constexpr double factor_up = 1.25, factor_along_flow = 1.06;  // interpolation damps more or less with each step
+constexpr double rounding_of_mean = 1e-6;                     // see is_too_long() of waves
+constexpr double precision = 5e-5;                            // of limits, relative
+constexpr double unresolved = 0.5;   // growth of the equations in a step that no step of this size can be judged by
+constexpr double no_growth = 1e-10;  // of the largest rate: rounding
+/// Of one state, of two and of more: eigenvalues that are one by right are found apart, in the end by the root of
+/// rounding.
+constexpr double tolerances[] = {1e-12, 1e-9, 3e-7};
 constexpr double short_step = 1e-3;  // in units of 1 / largest rate
 
 Response sum(const Response& a, const Response& b, double factor) {
@@ -43,9 +47,7 @@ std::optional<Amplification> FrozenAnalysis::at(double step) const {
   return rows ? std::optional(Amplification(*rows, rank_)) : std::nullopt;
 }
 
-double FrozenAnalysis::tolerance() const {
-  return linear_->states().size() <= 2 ? tolerance_of_two : tolerance_of_many;
-}
+double FrozenAnalysis::tolerance() const { return tolerances[std::min<std::size_t>(linear_->states().size(), 3) - 1]; }
 
 /// By differences of order 6 about dt = 0: rounding and what they leave out are both near 1e-13 of the largest rate.
 bool FrozenAnalysis::differentiate(double step) {
@@ -63,8 +65,8 @@ bool FrozenAnalysis::differentiate(double step) {
   return std::isfinite(rate_);
 }
 
-/// Of schemes with a memory, and of those that follow the flow: eigenvalues of a short step that lie near 1 are those of
-/// the equations.
+/// Of schemes with a memory, and of those that follow the flow: eigenvalues of a short step that lie near 1 are those
+/// of the equations.
 bool FrozenAnalysis::measure_rates(double step) {
   const std::optional<Response> at_rest = linear_->response(point_, 0);
   if (at_rest && is_identity(*at_rest) && !linear_->follows_flow()) {
@@ -76,20 +78,26 @@ bool FrozenAnalysis::measure_rates(double step) {
       short_ = short_step / rate_;
       short_step_ = at(short_);
       if (!short_step_) return false;
-      const double found = largest_over_waves(rank_, [&](const Angles& a) {
-                             double largest = 0;
-                             for (const std::complex<double> g : short_step_->eigenvalues(a)) {
-                               if (std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::abs(g - 1.0));
-                             }
-                             return largest;
-                           }).value / short_;
+      const double found = largest_over_waves(rank_,
+                                              [&](const Angles& a) {
+                                                double largest = 0;
+                                                for (const std::complex<double> g : short_step_->eigenvalues(a)) {
+                                                  if (std::abs(g - 1.0) < 0.5)
+                                                    largest = std::max(largest, std::abs(g - 1.0));
+                                                }
+                                                return largest;
+                                              })
+                               .value /
+                           short_;
       const bool is_settled = found > 0.5 * rate_ && found < 2 * rate_;
       if (!std::isfinite(found) || found == 0) break;
       rate_ = found;
       if (is_settled) break;
     }
   }
-  growth_ = std::max(0.0, largest_over_waves(rank_, [&](const Angles& a) { return rate_of_growth(a); }).value);
+  growth_ = std::max(largest_over_waves(rank_, [&](const Angles& a) { return rate_of_growth(a); }).value,
+                     rate_of_growth({}) > rounding_of_mean * rate_ ? rate_of_growth({}) : 0.0);
+  if (!(growth_ > no_growth * rate_)) growth_ = 0;
   return true;
 }
 
@@ -116,7 +124,9 @@ Largest FrozenAnalysis::excess(double step) const {
   if (!g) return {{}, infinite};
   return largest_over_waves(rank_, [&](const Angles& a) {
     const double growth = std::log(g->spectral_radius(a));
-    return std::isnan(growth) ? infinite : growth - 2 * std::max(rate_of_growth(a), 0.0) * step;
+    const double by_equations = growth_ == 0 ? 0 : std::max(rate_of_growth(a), 0.0) * step;
+    if (by_equations > unresolved) return 0.0;
+    return std::isnan(growth) ? infinite : growth - 2 * by_equations;
   });
 }
 
@@ -136,15 +146,15 @@ std::size_t FrozenAnalysis::largest_share(const Angles& wave, double step) const
 }
 
 StepLimit FrozenAnalysis::bisect(double stable, double unstable) const {
-  StepLimit result{StepLimit::Kind::limit, 0, 0, {}, 0};
+  Largest grows = excess(unstable);
   while (unstable - stable > precision * unstable) {
     const double middle = 0.5 * (stable + unstable);
-    (excess(middle).value > tolerance() ? unstable : stable) = middle;
+    const Largest now = excess(middle);
+    const bool is_unstable = now.value > tolerance();
+    (is_unstable ? unstable : stable) = middle;
+    if (is_unstable) grows = now;
   }
-  result.step = stable;
-  result.wave = excess(unstable * (1 + 1e-3)).angles;
-  result.state = largest_share(result.wave, unstable);
-  return result;
+  return {StepLimit::Kind::limit, stable, 0, grows.angles, largest_share(grows.angles, unstable)};
 }
 
 /// Below a step that is unstable: either there is a limit, or growth goes on as a power of the step.
@@ -172,8 +182,9 @@ StepLimit FrozenAnalysis::limit() const {
   if (rate_ == 0) return {};
   double step = first_try / rate_;
   if (excess(step).value > tolerance()) return descend(step);
-  for (; step < last_try / rate_; step *= factor_up) {
-    if (excess(step * factor_up).value > tolerance()) return bisect(step, step * factor_up);
+  const double factor = linear_->follows_flow() ? factor_along_flow : factor_up;
+  for (; step < last_try / rate_; step *= factor) {
+    if (excess(step * factor).value > tolerance()) return bisect(step, step * factor);
   }
   return {};
 }

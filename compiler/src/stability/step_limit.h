@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The largest stable step at a frozen point: the one up to which no wave grows faster than the equations let it.
 //
-// A wave of angles a grows by |g| = the spectral radius of G(a) in a step. The equations, continuous in time, let it grow
-// by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0. The step is stable where
+// A wave of angles a grows by |g| = the spectral radius of G(a) in a step. The equations, continuous in time, let it
+// grow by exp(s dt), s being the largest real part of the eigenvalues of dG/d(dt) at dt = 0. The step is stable where
 //   ln |g| <= 2 max(s, 0) dt  for all a :
-// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real.
+// von Neumann's condition |g| <= 1 + O(dt), with a factor 2 for what a scheme may err in growth that is real. Waves
+// that the equations multiply by more than exp(1/2) in a step are not judged: that is blow-up of theirs, or a step that
+// does not resolve it.
 #pragma once
 
 #include <optional>
@@ -21,7 +23,7 @@ struct StepLimit {
   } kind = Kind::none;
   double step = 0;
   double order = 0;
-  Angles wave{};         // that grows first beyond the limit, or most at the step that was asked for
+  Angles wave{};          // that grows first beyond the limit, or most at the step that was asked for
   std::size_t state = 0;  // the largest share of it
   /// Growth at each step, but so little (an order of 4 and more) that short runs look stable.
   bool is_weak() const { return kind == Kind::never && order > 3.5; }
@@ -35,6 +37,8 @@ class FrozenAnalysis {
   /// The largest magnitude of the equations' eigenvalues, and their largest real part, both 1/time.
   double largest_rate() const { return rate_; }
   double growth_rate() const { return growth_; }
+  /// The largest real part of one wave.
+  double growth_rate_of(const Angles& wave) const { return rate_of_growth(wave); }
   /// ln |g| beyond what the equations may do, of the wave where that is largest; infinite where it is not finite.
   Largest excess(double step) const;
   /// The wave as this step has it: |g|, and the state with the largest share.
@@ -58,7 +62,7 @@ class FrozenAnalysis {
   FrozenPoint point_;
   int rank_;
   double rate_ = 0, growth_ = 0;
-  std::optional<Amplification> rates_;  // dG/d(dt) where G is smooth about dt = 0 and 1 there
+  std::optional<Amplification> rates_;       // dG/d(dt) where G is smooth about dt = 0 and 1 there
   std::optional<Amplification> short_step_;  // else G of a step that is short for all waves, `short_`
   double short_ = 0;
 };

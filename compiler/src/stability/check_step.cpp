@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a verdict says to people.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "stability/verdict.h"
+
+namespace dpde::stability {
+
+namespace {
+
+SourceRange equation_of(const model::Problem& problem, const std::string& field) {
+  const model::State* state = problem.find_state(field);
+  if (state != nullptr && !state->history_of.empty()) state = problem.find_state(state->history_of);
+  return state == nullptr ? problem.time_origin.range : state->origin.range;
+}
+
+std::string with_force(std::string hint, const Verdict& verdict, bool ruins) {
+  if (!verdict.place.empty()) hint += fmt::format("; coefficients were frozen as they begin at {}", verdict.place);
+  return ruins ? hint + "; --force runs it all the same" : hint;
+}
+
+void report_never(driver::Session& session, const Verdict& verdict, bool ruins, DiagnosticSink& sink) {
+  const model::Problem& problem = session.problem();
+  std::string hint = "a smaller step only takes longer to fail";
+  if (const std::optional<OtherScheme> other = stable_scheme(session, verdict))
+    hint = fmt::format("time = {} is stable up to a step of {:.4g}", other->time, other->step);
+  const KindRef kind = ruins ? KindRef("never-stable") : KindRef("weakly-unstable");
+  sink.report(kind, equation_of(problem, verdict.field),
+              {problem.scene, wave_text(verdict, problem), fmt::format("{:.9g}", verdict.growth),
+               fmt::format("{:.3g}", std::ceil(verdict.hundredfold()))},
+              with_force(hint, verdict, ruins));
+}
+
+void report_above(driver::Session& session, const Verdict& verdict, bool ruins, DiagnosticSink& sink) {
+  const model::Problem& problem = session.problem();
+  const std::string hint = verdict.parts > 1 ? std::string("a smaller courant = ... makes the parts of steps shorter")
+                                             : fmt::format("--set step={} is stable", verdict.largest_step);
+  const KindRef kind = ruins ? KindRef("unstable-step") : KindRef("step-above-limit");
+  sink.report(kind, limiting_term(problem, verdict).value_or(equation_of(problem, verdict.field)),
+              {fmt::format("{:.6g}", verdict.step), fmt::format("{:.6g}", verdict.limit.step),
+               wave_text(verdict, problem), fmt::format("{:.4g}", verdict.growth)},
+              with_force(hint, verdict, ruins));
+}
+
+}  // namespace
+
+bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
+  const Verdict verdict = verdict_of(session);
+  if (!verdict.is_above()) return true;
+  const bool ruins = verdict.ruins_run() && !force;
+  if (verdict.limit.kind == StepLimit::Kind::never) {
+    if (verdict.end_growth > 0.1) report_never(session, verdict, ruins, sink);
+  } else {
+    report_above(session, verdict, ruins, sink);
+  }
+  return !ruins;
+}
+
+}  // namespace dpde::stability

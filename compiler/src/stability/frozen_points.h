@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points of a scene at which its coefficients and its initial state are frozen for an analysis of waves.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "driver/session.h"
+#include "stability/linear_step.h"
+
+namespace dpde::stability {
+
+struct ScenePoint {
+  FrozenPoint point;
+  std::string place;  // "x = 0.1, y = 0.2"; "" where all points are alike
+};
+
+/// Where the fields that the tangent reads are smallest and largest, some places between, and where cells are smallest;
+/// at other times too where that matters. Each different one once, one where nothing varies.
+std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep& linear);
+
+/// Whether a step from all places, states and times has this response: the analysis of one holds for all.
+bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point);
+
+}  // namespace dpde::stability

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace dpde::stability {
+
+namespace {
+
+constexpr double disturbance = 1e-6;  // of the largest value of a field
+constexpr double cell_steps = 2e7;    // a run
+constexpr int fewest_steps = 500, most_steps = 100'000;
+constexpr int looks = 64;              // at the second half of a run; more often before, after each sixteenth of it
+constexpr double out_of_bounds = 1e4;  // in units of the first disturbance, beyond what the equations do
+constexpr double tolerated = 1.25;     // growth over half a run
+
+double largest_difference(const dpde_layout& layout, const std::vector<void*>& a, const std::vector<void*>& b,
+                          const std::vector<double>& scales, std::vector<double>& first, std::vector<double>& second) {
+  double largest = 0;
+  for (std::size_t s = 0; s < a.size(); ++s) {
+    copy_out(layout, a[s], first);
+    copy_out(layout, b[s], second);
+    double sum = 0;
+    for (std::size_t i = 0; i < first.size(); ++i) sum += (first[i] - second[i]) * (first[i] - second[i]);
+    const double difference = std::sqrt(sum / static_cast<double>(first.size())) / scales[s];
+    largest = difference > largest || std::isnan(difference) ? difference : largest;
+  }
+  return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
+}
+
+/// Two runs beside one another.
+class Pair {
+ public:
+  Pair(driver::Session& session, double step, const TrialOptions& options)
+      : session_(session), plain_(setup(session, step)), disturbed_(setup(session, step)) {
+    session.engine().begin_other(plain_);
+    session.engine().begin_other(disturbed_);
+    std::mt19937_64 random(options.seed);
+    std::uniform_real_distribution<double> noise(-1, 1);
+    const std::size_t cells = session.workspace().cell_count();
+    first_.resize(cells);
+    second_.resize(cells);
+    for (int s = 0; s < plain_.state_count(); ++s) {
+      std::vector<double> values = session.initial(s);
+      plain_.initial(s).copy_in(values);
+      double scale = 0;
+      for (const double v : values) scale = std::max(scale, std::abs(v));
+      scales_.push_back(scale > 0 ? scale : 1);
+      for (double& v : values) v += disturbance * scales_.back() * noise(random);
+      disturbed_.initial(s).copy_in(values);
+    }
+    for (Rollout* rollout : {&plain_, &disturbed_}) {
+      rollout->set_param("dt", step);  // begin_other() gave it the scene's
+      rollout->restart();
+    }
+  }
+
+  void advance(int steps) {
+    plain_.advance(steps);
+    disturbed_.advance(steps);
+  }
+  double difference() {
+    return largest_difference(session_.workspace().layout(), plain_.present(), disturbed_.present(), scales_, first_,
+                              second_);
+  }
+
+ private:
+  /// Steps as they are asked for: no Courant number splits them.
+  static RolloutSetup setup(driver::Session& session, double step) {
+    RolloutSetup result = session.engine().setup();
+    result.dt = step;
+    result.rate = nullptr;
+    result.rate_field.clear();
+    return result;
+  }
+
+  driver::Session& session_;
+  Rollout plain_, disturbed_;
+  std::vector<double> scales_, first_, second_;
+};
+
+}  // namespace
+
+std::optional<Trial> try_step(driver::Session& session, double step, const TrialOptions& options) {
+  const double cells = static_cast<double>(session.workspace().cell_count());
+  const int wanted = options.steps > 0
+                         ? options.steps
+                         : static_cast<int>(std::clamp<double>(cell_steps / cells, fewest_steps, most_steps));
+  Pair pair(session, step, options);
+  const double begin = pair.difference();
+  Trial result{step, true, 1, 0};
+  double last = begin;
+  double before = 0, behind = 0;  // the largest differences in the second and in the last quarter
+  while (result.steps < wanted) {
+    if (options.stop != nullptr && options.stop->load()) return std::nullopt;
+    const int now = std::min({std::max(1, std::min(result.steps / 16, wanted / looks)), wanted - result.steps});
+    pair.advance(now);
+    result.steps += now;
+    const double allowed = 2 * options.growth_rate * step * result.steps;
+    const double difference = pair.difference();
+    if (!(difference < begin * out_of_bounds * std::exp(allowed))) {
+      result.growth =
+          std::isfinite(difference) ? std::pow(difference / last, 1.0 / now) : std::numeric_limits<double>::infinity();
+      result.is_stable = false;
+      return result;
+    }
+    last = difference;
+    const double part = static_cast<double>(result.steps) / wanted;
+    if (part > 0.25 && part <= 0.5) before = std::max(before, difference);
+    if (part > 0.75) behind = std::max(behind, difference);
+  }
+  const double half = 0.5 * wanted;
+  if (before > 1e-15 && behind > 1e-15) result.growth = std::pow(behind / before, 1 / half);
+  result.is_stable = std::log(result.growth) * half <= std::log(tolerated) + 2 * options.growth_rate * step * half;
+  return result;
+}
+
+Search search_limit(driver::Session& session, double guess, double precision, double range, const TrialOptions& options,
+                    const std::function<void(const Trial&)>& tell) {
+  Search result;
+  const auto is_stable = [&](double step) {
+    const std::optional<Trial> trial = try_step(session, step, options);
+    result.was_stopped = result.was_stopped || !trial;
+    if (!trial) return false;
+    result.trials.push_back(*trial);
+    (trial->is_stable ? result.largest : result.smallest_unstable) = step;
+    if (tell) tell(*trial);
+    return trial->is_stable;
+  };
+  if (is_stable(guess)) {
+    for (double step = guess * 1.1; step <= guess * range && is_stable(step); step *= 1.3) {
+    }
+  } else {
+    for (double step = guess / 1.1; step >= guess / range && !result.was_stopped && !is_stable(step); step /= 1.3) {
+    }
+  }
+  while (!result.was_stopped && result.largest > 0 && result.smallest_unstable > 0 &&
+         result.smallest_unstable - result.largest > precision * result.largest) {
+    is_stable(0.5 * (result.largest + result.smallest_unstable));
+  }
+  std::ranges::sort(result.trials, {}, &Trial::step);
+  return result;
+}
+
+}  // namespace dpde::stability

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/verdict.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "driver/over_time.h"
+#include "model/build.h"
+#include "stability/frozen_points.h"
+#include "stability/wall_spectrum.h"
+#include "stencil/from_model.h"
+#include "support/evaluate.h"
+
+namespace dpde::stability {
+
+namespace {
+
+std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step);
+
+constexpr double hundred = 4.605170185988092;  // ln 100
+constexpr double wall_tolerance = 1e-6;        // ln |g| of a dense matrix
+
+/// The states' perturbations in a step of a problem, lowered anew.
+std::optional<LinearStep> linear_step(const model::Problem& problem) {
+  DiagnosticSink sink;
+  const stencil::ProgramNames names = stencil::program_names(problem);
+  stencil::Module module = stencil::from_model(driver::spread_over_time(problem), names, sink);
+  if (sink.has_errors()) return std::nullopt;
+  std::string why;
+  return LinearStep::make(module, names.step, why);
+}
+
+/// Into how many equal parts the Courant number splits the first step.
+int parts_of(driver::Session& session) {
+  const dpde_program* rate = session.compiled().program(session.compiled().names.rate);
+  if (rate == nullptr || session.problem().courant <= 0) return 1;
+  Workspace::Bound bound;
+  for (int s = 0; s < session.rollout().state_count(); ++s)
+    bound[session.rollout().state_name(s)] = session.rollout().initial(s).base();
+  session.workspace().run(*rate, session.problem().t_begin, bound);
+  const std::vector<double> rates = session.workspace().dense(session.compiled().names.rate_field);
+  const double largest = *std::ranges::max_element(rates);
+  const double parts = std::ceil(session.problem().step * largest / session.problem().courant);
+  return std::isfinite(parts) && parts >= 1 && parts < 1e9 ? static_cast<int>(parts) : 1;
+}
+
+bool has_walls(const model::Problem& problem) {
+  return std::ranges::any_of(problem.axes, [](const model::Axis& a) { return a.topology == Topology::bounded; });
+}
+
+/// The largest step not above the limit that the run is a whole number of.
+double whole_step(const model::Problem& problem, double limit) {
+  const double length = problem.steps * problem.step;
+  if (!(limit > 0) || !(length > 0)) return 0;
+  const double steps = std::ceil(length / limit * (1 - 1e-12));
+  return length / std::max(1.0, steps);
+}
+
+/// One analysis for all frozen points: the smallest limit, and the most growth at the scene's step.
+class Examination {
+ public:
+  Examination(driver::Session& session, const LinearStep& linear, Verdict& verdict)
+      : session_(session), linear_(linear), verdict_(verdict), rank_(static_cast<int>(session.axes().size())) {}
+
+  bool run() {
+    for (const ScenePoint& point : frozen_points(session_, linear_)) {
+      std::optional<FrozenAnalysis> analysis = FrozenAnalysis::make(linear_, point.point, rank_, verdict_.step);
+      if (!analysis) continue;
+      look_at(*analysis, point);
+    }
+    if (!is_any_) return false;
+    verdict_.is_exact = !has_walls(session_.problem()) && is_same_everywhere(session_, linear_, worst_.point) &&
+                        !linear_.follows_flow();
+    if (has_walls(session_.problem()) && verdict_.limit.kind != StepLimit::Kind::never) look_at_walls();
+    return true;
+  }
+
+ private:
+  void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
+    verdict_.growth_rate = std::max(verdict_.growth_rate, analysis.growth_rate());
+    if (!is_any_ || linear_.follows_flow() ||
+        analysis.excess(verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step).value >
+            1e-9) {
+      const StepLimit limit = analysis.limit();
+      const auto rank_of = [](const StepLimit& l) {
+        return l.kind == StepLimit::Kind::never   ? 0.0
+               : l.kind == StepLimit::Kind::limit ? l.step
+                                                  : std::numeric_limits<double>::infinity();
+      };
+      if (!is_any_ || rank_of(limit) < rank_of(verdict_.limit)) take(limit, point);
+    }
+    const Largest now = analysis.excess(verdict_.step);
+    if (!is_any_ || now.value > verdict_.beyond) {
+      verdict_.beyond = now.value;
+      verdict_.growth = analysis.growth_of(now.angles, verdict_.step);
+      if (verdict_.limit.kind == StepLimit::Kind::never) verdict_.wave = now.angles;
+    }
+    is_any_ = true;
+  }
+
+  void take(const StepLimit& limit, const ScenePoint& point) {
+    verdict_.limit = limit;
+    verdict_.place = point.place;
+    verdict_.wave = limit.wave;
+    verdict_.field = linear_.states()[limit.state];
+    worst_ = point;
+    verdict_.worst = point.point;
+  }
+
+  /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
+  void look_at_walls() {
+    const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
+    const double short_step = 1e-3 * (has_limit ? verdict_.limit.step : verdict_.step);
+    const auto rate_at = [&](double step) {
+      return std::log(spectral_radius_between_walls(linear_, worst_.point, session_.axes(), step)) / step;
+    };
+    const double allowed = 2 * std::max({0.0, rate_at(short_step), verdict_.growth_rate});
+    const auto is_stable = [&](double step) { return (rate_at(step) - allowed) * step <= wall_tolerance; };
+    double low = has_limit ? verdict_.limit.step : verdict_.step;
+    if (is_stable(low)) return;
+    double high = low;
+    while (!is_stable(low) && low > short_step) low /= 2;
+    if (low <= short_step) return;  // an eigenvalue that rounding moves, or one that grows slowly at every step
+    while (high - low > 1e-3 * high) {
+      const double middle = 0.5 * (low + high);
+      (is_stable(middle) ? low : high) = middle;
+    }
+    verdict_.limit.kind = StepLimit::Kind::limit;
+    verdict_.limit.step = low;
+    verdict_.is_of_walls = true;
+    const double now = rate_at(verdict_.step) * verdict_.step;
+    if (now - allowed * verdict_.step <= verdict_.beyond) return;
+    verdict_.beyond = now - allowed * verdict_.step;
+    verdict_.growth = std::exp(now);
+  }
+
+  driver::Session& session_;
+  const LinearStep& linear_;
+  Verdict& verdict_;
+  int rank_;
+  ScenePoint worst_;
+  bool is_any_ = false;
+};
+
+}  // namespace
+
+bool Verdict::is_above() const {
+  if (!is_analysed() || limit.kind == StepLimit::Kind::none) return false;
+  return limit.kind == StepLimit::Kind::never || step > limit.step * (1 + 1e-4);
+}
+
+bool Verdict::ruins_run() const { return is_above() && end_growth > hundred; }
+
+double Verdict::hundredfold() const {
+  return is_above() && beyond > 0 ? hundred / (beyond * parts) : std::numeric_limits<double>::infinity();
+}
+
+Verdict verdict_of(driver::Session& session) {
+  Verdict verdict;
+  const driver::Compiled& compiled = session.compiled();
+  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), verdict.why);
+  if (!linear) return verdict;
+  verdict.parts = parts_of(session);
+  verdict.step = session.problem().step / verdict.parts;
+  if (!Examination(session, *linear, verdict).run()) {
+    verdict.why = "the step's tangent is not finite at the initial state";
+    return verdict;
+  }
+  verdict.end_growth = verdict.beyond * session.steps() * verdict.parts;
+  if (verdict.limit.kind == StepLimit::Kind::limit)
+    verdict.courant = courant_number(session.problem(), verdict.worst, verdict.limit.step);
+  if (verdict.limit.kind == StepLimit::Kind::limit && verdict.parts == 1)
+    verdict.largest_step = whole_step(session.problem(), verdict.limit.step);
+  return verdict;
+}
+
+std::vector<double> growths_at(const driver::Session& session, const Verdict& verdict,
+                               const std::vector<double>& steps) {
+  std::vector<double> growths(steps.size(), std::numeric_limits<double>::quiet_NaN());
+  std::string why;
+  const driver::Compiled& compiled = session.compiled();
+  const std::optional<LinearStep> linear = LinearStep::make(compiled.stencil, compiled.step_name(), why);
+  if (!linear || !verdict.is_analysed()) return growths;
+  const int rank = static_cast<int>(session.axes().size());
+  const auto analysis = FrozenAnalysis::make(*linear, verdict.worst, rank, verdict.step);
+  for (std::size_t i = 0; analysis && i < steps.size(); ++i)
+    growths[i] = analysis->growth_of(analysis->excess(steps[i]).angles, steps[i]);
+  return growths;
+}
+
+namespace {
+
+/// Terms that an expression is a sum of, with their signs.
+void collect_terms(const model::Expr& e, bool is_negative, std::vector<model::Expr>& terms) {
+  const model::Binary* b = std::get_if<model::Binary>(&e->kind);
+  if (b != nullptr && (b->op == BinaryOp::add || b->op == BinaryOp::subtract)) {
+    collect_terms(b->left, is_negative, terms);
+    collect_terms(b->right, is_negative != (b->op == BinaryOp::subtract), terms);
+  } else if (const model::Neg* n = std::get_if<model::Neg>(&e->kind)) {
+    collect_terms(n->operand, !is_negative, terms);
+  } else {
+    terms.push_back(is_negative ? model::negate(e, e->origin) : e);
+  }
+}
+
+/// The terms that do not come from this part of the text.
+model::Expr sum_without(const std::vector<model::Expr>& terms, const SourceRange& left_out) {
+  model::Expr sum = model::number(0);
+  for (const model::Expr& term : terms) {
+    if (term->origin.range != left_out) sum = model::binary(BinaryOp::add, sum, term);
+  }
+  return sum;
+}
+
+/// Infinite where there is none, 0 where every step is unstable.
+double limit_of(const LinearStep& linear, const FrozenPoint& point, int rank, double step) {
+  const auto analysis = FrozenAnalysis::make(linear, point, rank, step);
+  if (!analysis) return 0;
+  const StepLimit limit = analysis->limit();
+  return limit.kind == StepLimit::Kind::limit  ? limit.step
+         : limit.kind == StepLimit::Kind::none ? std::numeric_limits<double>::infinity()
+                                               : 0;
+}
+
+}  // namespace
+
+std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict) {
+  if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || !problem.program.empty())
+    return std::nullopt;
+  std::optional<SourceRange> best;
+  double largest = verdict.limit.step * 1.25;
+  for (std::size_t s = 0; s < problem.states.size(); ++s) {
+    const std::optional<model::Expr>& rate = problem.states[s].rhs;
+    if (!rate || !problem.states[s].history_of.empty() || std::holds_alternative<model::Field>((*rate)->kind)) continue;
+    std::vector<model::Expr> terms;
+    collect_terms(*rate, false, terms);
+    std::vector<SourceRange> tried;
+    for (const model::Expr& term : terms) {
+      const SourceRange range = term->origin.range;
+      if (!range.is_known() || std::ranges::find(tried, range) != tried.end()) continue;
+      tried.push_back(range);
+      model::Problem without = problem;
+      without.states[s].rhs = sum_without(terms, range);
+      const std::optional<LinearStep> linear = linear_step(without);
+      const int rank = static_cast<int>(problem.axes.size());
+      const double limit = linear ? limit_of(*linear, verdict.worst, rank, verdict.step) : 0;
+      if (!(limit > largest)) continue;
+      largest = limit;
+      best = range;
+    }
+  }
+  return best;
+}
+
+std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict) {
+  const model::Problem& problem = session.problem();
+  if (!problem.program.empty()) return std::nullopt;
+  constexpr std::pair<model::TimeScheme, const char*> others[] = {{model::TimeScheme::ssp_rk3, "ssp_rk3"},
+                                                                  {model::TimeScheme::rk4, "rk4"}};
+  for (const auto& [time, name] : others) {
+    model::Problem other = problem;
+    std::erase_if(other.states, [](const model::State& s) { return !s.history_of.empty(); });
+    other.scheme.time = time;
+    const std::optional<LinearStep> linear = linear_step(other);
+    double limit = std::numeric_limits<double>::infinity();
+    for (const ScenePoint& point : linear ? frozen_points(session, *linear) : std::vector<ScenePoint>{})
+      limit = std::min(limit, limit_of(*linear, point.point, static_cast<int>(problem.axes.size()), verdict.step));
+    if (limit > 0 && std::isfinite(limit)) return OtherScheme{name, limit};
+  }
+  return std::nullopt;
+}
+
+std::string wave_text(const Verdict& verdict, const model::Problem& problem) {
+  if (verdict.is_of_walls) return "what walls do";
+  std::vector<std::string> parts;
+  double last = 0;
+  for (std::size_t a = 0; a < problem.axes.size(); ++a) {
+    const double angle = std::abs(std::remainder(verdict.wave[a], 2 * std::numbers::pi));
+    if (angle < 1e-4) continue;
+    const bool is_same = std::abs(angle - last) < 1e-3;
+    parts.push_back(is_same
+                        ? problem.axes[a].name
+                        : fmt::format("of {:.3g} cells along {}", 2 * std::numbers::pi / angle, problem.axes[a].name));
+    last = angle;
+  }
+  return fmt::format("the wave {}",
+                     parts.empty() ? "as long as the grid" : fmt::format("{}", fmt::join(parts, " and ")));
+}
+
+namespace {
+
+/// Of expressions without derivatives; not a number of others.
+double value_at(const model::Expr& e, const FrozenPoint& point) {
+  const auto named = [](const std::map<std::string, double>& values, const std::string& name) {
+    const auto known = values.find(name);
+    return known == values.end() ? std::numeric_limits<double>::quiet_NaN() : known->second;
+  };
+  if (const auto* n = std::get_if<model::Number>(&e->kind)) return n->value;
+  if (const auto* p = std::get_if<model::Param>(&e->kind)) return named(point.params, p->name);
+  if (const auto* f = std::get_if<model::Field>(&e->kind)) return named(point.fields, f->name);
+  if (const auto* c = std::get_if<model::Coordinate>(&e->kind)) return point.place[static_cast<std::size_t>(c->axis)];
+  if (const auto* n = std::get_if<model::Neg>(&e->kind)) return -value_at(n->operand, point);
+  if (const auto* i = std::get_if<model::Interpolate>(&e->kind)) return value_at(i->operand, point);
+  if (const auto* b = std::get_if<model::Binary>(&e->kind))
+    return evaluate_binary(b->op, value_at(b->left, point), value_at(b->right, point));
+  if (const auto* c = std::get_if<model::Call>(&e->kind))
+    return evaluate_call(c->fn, value_at(c->arguments.front(), point), value_at(c->arguments.back(), point));
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step) {
+  double largest = 0;
+  bool is_known = true;
+  for (const model::State& state : problem.states) {
+    if (!state.rhs) continue;
+    model::any_part(*state.rhs, [&](const model::Expr& e) {
+      const model::Advect* advect = std::get_if<model::Advect>(&e->kind);
+      if (advect == nullptr) return false;
+      double rate = 0;
+      for (std::size_t a = 0; a < advect->velocity.size(); ++a) {
+        is_known = is_known && !problem.axes[a].stretch;
+        rate += std::abs(value_at(advect->velocity[a], point)) / problem.axes[a].spacing();
+      }
+      is_known = is_known && std::isfinite(rate);
+      largest = std::max(largest, rate);
+      return false;
+    });
+  }
+  return is_known && largest * step > 1e-12 ? std::optional(largest * step) : std::nullopt;
+}
+
+}  // namespace
+
+}  // namespace dpde::stability

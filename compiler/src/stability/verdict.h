@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether a scene's step is stable, before it is made: the largest step that is, what limits it, and what happens
+// beyond.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "driver/session.h"
+#include "stability/step_limit.h"
+
+namespace dpde::stability {
+
+struct Verdict {
+  std::string why;  // not analysed, and why; "" where it is
+  StepLimit limit;
+  bool is_exact = false;     // holds for all places, states and times, and there are no walls; else an estimate
+  bool is_of_walls = false;  // it is walls that lower the limit
+  double step = 0;           // the scene's, or that of the parts into which a Courant number splits it
+  int parts = 1;
+  double growth = 1;       // |g| in such a step, of the wave that grows most beyond what the equations do
+  double beyond = 0;       // ln |g| less what the equations may do
+  double growth_rate = 0;  // largest of the equations' own, 1/time
+  double end_growth = 0;   // ln of the growth beyond the equations' over the run
+  std::string place;       // where coefficients are frozen; "" where all places are alike
+  std::string field;       // that grows first
+  FrozenPoint worst;       // that place, as it is frozen
+  Angles wave{};
+  std::optional<double> courant;  // |v| step/h, summed over the axes, at the limit
+  double largest_step = 0;        // at most the limit, and the run is a whole number of it; 0 where there is none
+
+  bool is_analysed() const { return why.empty(); }
+  bool is_above() const;
+  /// Beyond the limit by so much that the run's errors grow a hundredfold.
+  bool ruins_run() const;
+  /// Steps in which errors grow a hundredfold; infinite where they do not.
+  double hundredfold() const;
+};
+
+Verdict verdict_of(driver::Session& session);
+
+/// |g| of the wave that grows most beyond what the equations do, at each of the steps, where the verdict is worst.
+std::vector<double> growths_at(const driver::Session& session, const Verdict& verdict,
+                               const std::vector<double>& steps);
+
+/// The term of an equation without which the largest stable step is largest.
+/// What of an equation this is, as a person wrote it: lap(u) is one term.
+std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict);
+
+/// Another time scheme that has a limit, and its largest step, for scenes without one: "ssp_rk3".
+struct OtherScheme {
+  std::string time;
+  double step;
+};
+std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict& verdict);
+
+/// "the wave of 2 cells along x and of 8 along y", "what walls do".
+std::string wave_text(const Verdict& verdict, const model::Problem& problem);
+
+/// Reports a step that is too large: an error where it ruins the run (`force`: a warning), else a warning. False after
+/// an error.
+bool check_step(driver::Session& session, bool force, DiagnosticSink& sink);
+
+}  // namespace dpde::stability

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability/wall_spectrum.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stencil/build.h"
+#include "stencil/interpret.h"
+
+namespace dpde::stability {
+
+namespace {
+
+constexpr std::array<int, 3> cells_along{24, 8, 5};
+
+class SmallGrid {
+ public:
+  SmallGrid(const LinearStep& linear, const FrozenPoint& point, const std::vector<model::Axis>& axes, double step)
+      : linear_(linear), point_(point), params_(point.params) {
+    grid_.rank = static_cast<int>(axes.size());
+    for (std::size_t a = 0; a < axes.size(); ++a)
+      grid_.cells[a] = std::min(axes[a].cells, cells_along[axes.size() - 1]);
+    for (const auto& [field, widths] : stencil::required_halo(linear.module(), linear.program()))
+      halo_ = std::max(halo_, *std::ranges::max_element(widths));
+    params_["dt"] = step;
+  }
+
+  Eigen::MatrixXd tangent() const {
+    const std::size_t cells = static_cast<std::size_t>(grid_.cells[0]) * static_cast<std::size_t>(grid_.cells[1]) *
+                              static_cast<std::size_t>(grid_.cells[2]);
+    const std::size_t states = linear_.states().size();
+    const auto size = static_cast<Eigen::Index>(cells * states);
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size, size);
+    for (std::size_t s = 0; s < states; ++s) {
+      for (std::size_t c = 0; c < cells && !linear_.perturbation_of(s).empty(); ++c) {
+        result.col(static_cast<Eigen::Index>(s * cells + c)) = column(s, c, cells);
+      }
+    }
+    return result;
+  }
+
+ private:
+  Eigen::VectorXd column(std::size_t state, std::size_t cell, std::size_t cells) const {
+    stencil::State memory(grid_, halo_);
+    for (const std::string& input : linear_.inputs()) {
+      if (stencil::is_coordinate(input)) {
+        const auto axis = static_cast<std::size_t>(input[0] - 'x');
+        const double h = point_.params.at("h" + input);
+        memory.set_coordinate(static_cast<int>(axis), Topology::bounded,
+                              point_.place[axis] - 0.5 * grid_.cells[axis] * h, h);
+      } else {
+        const auto known = point_.fields.find(input);
+        const double value = known == point_.fields.end() ? std::numeric_limits<double>::quiet_NaN() : known->second;
+        memory.set(input, std::vector<double>(cells, value));
+      }
+    }
+    for (std::size_t s = 0; s < linear_.states().size(); ++s) {
+      if (linear_.perturbation_of(s).empty()) continue;
+      std::vector<double> values(cells, 0.0);
+      if (s == state) values[cell] = 1;
+      memory.set(linear_.perturbation_of(s), values);
+    }
+    stencil::interpret(linear_.module(), linear_.program(), memory, params_);
+    Eigen::VectorXd result = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cells * linear_.states().size()));
+    for (std::size_t s = 0; s < linear_.states().size(); ++s) {
+      if (linear_.perturbation_of(s).empty()) continue;
+      const std::vector<double> values = memory.get(linear_.perturbation_of(s));
+      std::ranges::copy(values, result.begin() + static_cast<std::ptrdiff_t>(s * cells));
+    }
+    return result;
+  }
+
+  const LinearStep& linear_;
+  const FrozenPoint& point_;
+  stencil::Params params_;
+  stencil::Grid grid_;
+  int halo_ = 0;
+};
+
+}  // namespace
+
+double spectral_radius_between_walls(const LinearStep& linear, const FrozenPoint& point,
+                                     const std::vector<model::Axis>& axes, double step) {
+  const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step).tangent();
+  if (!tangent.allFinite()) return std::numeric_limits<double>::quiet_NaN();
+  return Eigen::EigenSolver<Eigen::MatrixXd>(tangent, false).eigenvalues().cwiseAbs().maxCoeff();
+}
+
+}  // namespace dpde::stability

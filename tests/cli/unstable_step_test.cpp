@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps that are too large are told before the first one, with the largest that works.
+#include "command_support.h"
+
+namespace dpde::testing {
+namespace {
+
+using UnstableStep = Command;
+
+std::string plate(const std::string& scheme, const std::string& rate, const std::string& time) {
+  return "model m {\n  field u\n  param k\n  dt(u) = " + rate + "\n}\nscheme c { " + scheme + " }\n" +
+         "scene s : m with c {\n  grid x = 0 .. 1, cells 16, periodic\n  grid y = 0 .. 1, cells 16, periodic\n" +
+         "  k = 0.5\n  initial u = sin(2*pi*x)\n  time " + time + "\n}\n" +
+         "task t : s {\n  unknown k from 0.4\n  minimise mean(u^2) at t = 1\n  using lbfgs(), iterations 3\n}\n";
+}
+
+/// 0.5*lap(u), Euler, h = 1/16: dt <= h^2/(4*0.5) = 1/512.
+TEST_F(UnstableStep, IsRefusedWithTheLargestThatWorksAndTheTermThatLimitsIt) {
+  write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u) + 0.1*u", "0 .. 1, step 1/128"));
+  for (const std::string verb : {"run s.dpde s", "gradient s.dpde t", "optimize s.dpde t"}) {
+    const Outcome run = dpde(verb + " --json");
+    EXPECT_EQ(run.status, 2) << verb << run.err;
+    ASSERT_EQ(run.codes(), std::vector<std::string>{"E0808"}) << verb << run.err;
+    const Json d = run.json()["diagnostics"][0];
+    EXPECT_EQ(d["line"], 4) << verb;
+    EXPECT_EQ(d["column"], 11) << verb;
+    EXPECT_NE(d["hint"].get<std::string>().find("--force"), std::string::npos) << d;
+  }
+  const std::string hint = dpde("run s.dpde s --json").json()["diagnostics"][0]["hint"];
+  const std::string step = hint.substr(hint.find("step=") + 5, hint.find(" is stable") - hint.find("step=") - 5);
+  EXPECT_NEAR(std::stod(step), 1.0 / 512, 0.02 / 512) << hint;
+  const Outcome stable = dpde("run s.dpde s --json --set step=" + step);
+  EXPECT_EQ(stable.status, 0) << stable.err;
+  EXPECT_TRUE(stable.codes().empty()) << stable.err;
+  EXPECT_EQ(dpde("run s.dpde s --json --force").codes(), (std::vector<std::string>{"W0802", "W0801"}));
+}
+
+/// Growth that stays small to the end of a short run is told and no more.
+TEST_F(UnstableStep, OfAShortRunIsAWarning) {
+  write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u)", "0 .. 3/500, step 1/500"));
+  const Outcome run = dpde("run s.dpde s --json");
+  EXPECT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.codes(), std::vector<std::string>{"W0802"}) << run.err;
+}
+
+/// |g| = sqrt(1 + nu^2) at pi/2 for central(2) and Euler; RK2 grows by nu^4/8, a hundredfold in 594 steps at nu = 0.5.
+TEST_F(UnstableStep, OfSchemesWithoutAStableOneIsTold) {
+  const auto wind = [](const std::string& time, const std::string& end) {
+    return "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = central(2); time = " + time +
+           " }\nscene s : m with c {\n  grid x = 0 .. 64, cells 64, periodic\n  initial u = sin(2*pi*x/64)\n  time 0 "
+           ".. " +
+           end + ", step 0.5\n}\n";
+  };
+  write("euler.dpde", wind("euler", "100"));
+  const Outcome euler = dpde("run euler.dpde --json");
+  EXPECT_EQ(euler.codes(), std::vector<std::string>{"E0809"}) << euler.err;
+  EXPECT_NE(euler.err.find("factor of 1.118"), std::string::npos) << euler.err;
+  EXPECT_NE(euler.err.find("time = ssp_rk3 is stable up to a step of 1.732"), std::string::npos) << euler.err;
+  write("short.dpde", wind("rk2", "50"));
+  const Outcome weak = dpde("run short.dpde --json");
+  EXPECT_EQ(weak.codes(), std::vector<std::string>{"W0803"}) << weak.err;
+  EXPECT_NE(weak.err.find("59"), std::string::npos) << weak.err;
+  write("long.dpde", wind("rk2", "1000"));
+  EXPECT_EQ(dpde("run long.dpde --json").codes(), std::vector<std::string>{"E0809"});
+}
+
+TEST_F(UnstableStep, IsInTheVerdictOfCheck) {
+  write("s.dpde", plate("lap = central(2); time = euler", "k*lap(u) + 0.1*u", "0 .. 1, step 1/128"));
+  const Outcome check = dpde("check s.dpde s --json");
+  EXPECT_EQ(check.status, 0) << check.err;
+  const Json found = check.json()["stability"];
+  EXPECT_NEAR(found["max_step"].get<double>(), 1.0 / 512, 1e-3 / 512);
+  EXPECT_NEAR(found["mode"][0].get<double>(), 16 * M_PI, 0.1);  // two cells of 1/16
+  EXPECT_EQ(found["exact"], true);
+  EXPECT_EQ(found["stable"], false);
+  EXPECT_EQ(found["term"]["text"], "k*lap(u)");
+  EXPECT_NEAR(found["growth_rate"].get<double>(), 0.1, 1e-3);
+}
+
+}  // namespace
+}  // namespace dpde::testing

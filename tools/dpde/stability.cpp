@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde stability: proves the verdict. Runs below and above the predicted limit, with and without a random disturbance,
+// and draws predicted and measured boundary in one picture.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include "command.h"
+#include "interrupt.h"
+#include "preparing.h"
+#include "progress.h"
+#include "scene_output.h"
+#include "stability/trial.h"
+#include "stability_report.h"
+#include "text_plot.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+using stability::StepLimit;
+using stability::Verdict;
+
+struct StabilityOptions : CommonOptions {
+  std::string against;
+  int points = 9, steps = 0;
+  bool progress = false;
+};
+
+constexpr double factors[] = {0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.2, 1.5};
+constexpr double precision = 2e-3;  // of measured limits, relative
+constexpr double range = 8;         // about the prediction
+
+/// NAME=LOW..HIGH: so many values, with equal ratios where these are positive and far apart.
+struct Sweep {
+  std::string name;
+  std::vector<double> values;
+  bool is_log = false;
+};
+
+std::optional<Sweep> parse_sweep(const StabilityOptions& options, DiagnosticSink& sink) {
+  const std::string& text = options.against;
+  const std::size_t equals = text.find('='), dots = text.find("..");
+  double low = 0, high = 0;
+  const auto number = [&](std::size_t begin, std::size_t end, double& value) {
+    const auto [stop, error] = std::from_chars(text.data() + begin, text.data() + end, value);
+    return error == std::errc() && stop == text.data() + end && std::isfinite(value);
+  };
+  const bool is_understood = equals != std::string::npos && equals > 0 && dots != std::string::npos && dots > equals &&
+                             number(equals + 1, dots, low) && number(dots + 2, text.size(), high) && low < high;
+  if (!is_understood) {
+    sink.report("bad-option", {}, {fmt::format("--against {} is no range", text)},
+                "a parameter and its range, as in --against nu=0.001..0.1");
+    return std::nullopt;
+  }
+  Sweep sweep{text.substr(0, equals), {}, low > 0 && high >= 8 * low};
+  for (int i = 0; i < options.points; ++i) {
+    const double part = static_cast<double>(i) / (options.points - 1);
+    sweep.values.push_back(sweep.is_log ? low * std::pow(high / low, part) : low + part * (high - low));
+  }
+  return sweep;
+}
+
+class Stability {
+ public:
+  Stability(Job& job, const StabilityOptions& options)
+      : job_(job), options_(options), progress_(options.progress, options.quiet || options.json) {}
+
+  Json operator()();
+
+ private:
+  std::unique_ptr<driver::Session> open(const std::string& name, double value);
+  stability::TrialOptions trial_options(const Verdict& verdict) const;
+  stability::Search search(driver::Session& session, const Verdict& verdict);
+  void scan_step(Json& result);
+  void scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result);
+  void measure_growth(driver::Session& session, const Verdict& verdict, Json& result);
+  void scan_against(const Sweep& sweep, Json& result);
+  void draw_growths(driver::Session& session, const Verdict& verdict, const std::vector<stability::Trial>& trials);
+  void draw_limits(const Sweep& sweep, const Json& rows, const Json& points);
+  void save_points(const Json& points);
+  bool tell_stop();
+
+  Job& job_;
+  const StabilityOptions& options_;
+  Progress progress_;
+};
+
+/// The scene with a parameter at this value; "" leaves all as they are.
+std::unique_ptr<driver::Session> Stability::open(const std::string& name, double value) {
+  std::optional<driver::CompileOptions> options = job_.compile_options();
+  if (!options) return nullptr;
+  options->without_task = true;
+  if (!name.empty()) options->selection.overrides[name] = fmt::format("{}", value);
+  const Preparing preparing(job_);
+  std::optional<driver::Compiled> compiled = driver::compile(job_.source(), *options, job_.sink());
+  if (!compiled) return nullptr;
+  if (!compiled->problem) {
+    job_.sink().report("nothing-to-do", {}, {"the file has no scene to run"}, "add: scene NAME : PROGRAM { ... }");
+    return nullptr;
+  }
+  driver::SessionOptions session;
+  session.threads = thread_count(options_);
+  return driver::Session::open(job_.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session,
+                               job_.sink());
+}
+
+stability::TrialOptions Stability::trial_options(const Verdict& verdict) const {
+  return {options_.steps, options_.seed, verdict.growth_rate, &interrupt_flag()};
+}
+
+stability::Search Stability::search(driver::Session& session, const Verdict& verdict) {
+  const bool has_limit = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
+  const double guess = has_limit ? verdict.limit.step : session.problem().step;
+  int runs = 0;
+  return stability::search_limit(
+      session, guess, precision, has_limit ? range : 1e3, trial_options(verdict), [&](const stability::Trial& trial) {
+        progress_.show(fmt::format("step {:.5g}: {}", trial.step, trial.is_stable ? "stable" : "unstable"),
+                       std::min(++runs, 12), 12);
+      });
+}
+
+bool Stability::tell_stop() {
+  if (!interrupt_flag().load()) return false;
+  job_.sink().report("run-failed", {}, {"stopped before all runs were made; what is told is of those that were"});
+  return true;
+}
+
+Json points_of(const std::vector<stability::Trial>& trials, const std::vector<double>& predicted) {
+  Json points = Json::array();
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    points.push_back({{"step", trials[i].step},
+                      {"stable", trials[i].is_stable},
+                      {"growth", json_number(trials[i].growth)},
+                      {"predicted_growth", json_number(predicted[i])},
+                      {"steps", trials[i].steps}});
+  }
+  return points;
+}
+
+void Stability::draw_growths(driver::Session& session, const Verdict& verdict,
+                             const std::vector<stability::Trial>& trials) {
+  if (trials.empty()) return;
+  LinePanel panel{fmt::format("{}: growth of a disturbance", session.problem().scene),
+                  "step",
+                  "largest factor a step",
+                  false,
+                  false,
+                  {},
+                  {}};
+  Curve predicted{"predicted", {}, {}}, stable{"measured, stable", {}, {}, true},
+      unstable{"measured, unstable", {}, {}, true};
+  const double low = trials.front().step, high = trials.back().step;
+  for (int i = 0; i <= 100; ++i) predicted.x.push_back(low + (high - low) * i / 100);
+  predicted.y = stability::growths_at(session, verdict, predicted.x);
+  for (const stability::Trial& trial : trials) {
+    if (!std::isfinite(trial.growth)) continue;
+    Curve& curve = trial.is_stable ? stable : unstable;
+    curve.x.push_back(trial.step);
+    curve.y.push_back(trial.growth);
+  }
+  for (Curve* curve : {&predicted, &stable, &unstable}) {
+    panel.log_y = panel.log_y || std::ranges::any_of(curve->y, [](double y) { return y > 30; });
+    if (!curve->x.empty()) panel.curves.push_back(*curve);
+  }
+  if (!options_.quiet && !options_.json) job_.say(text_plot(panel, terminal_is_utf8()));
+  save_picture(job_, session.problem().scene + "_stability", {panel});
+}
+
+void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, double limit, Json& result) {
+  stability::Search found = search(session, verdict);
+  for (const double factor : factors) {
+    if (found.was_stopped) break;
+    const auto trial = stability::try_step(session, factor * limit, trial_options(verdict));
+    if (trial) found.trials.push_back(*trial);
+  }
+  std::ranges::sort(found.trials, {}, &stability::Trial::step);
+  std::vector<double> steps;
+  for (const stability::Trial& trial : found.trials) steps.push_back(trial.step);
+  result["points"] = points_of(found.trials, stability::growths_at(session, verdict, steps));
+  const bool is_found = found.largest > 0 && found.smallest_unstable > 0;
+  result["measured"] = {{"max_step", is_found ? Json(found.largest) : Json(nullptr)},
+                        {"smallest_unstable", is_found ? Json(found.smallest_unstable) : Json(nullptr)}};
+  if (is_found) {
+    result["ratio"] = found.largest / limit;
+    job_.say(
+        fmt::format("measured: stable up to a step of {:.6g}, unstable from {:.6g}, {:.4f} times what is predicted\n",
+                    found.largest, found.smallest_unstable, found.largest / limit));
+  } else {
+    job_.say(fmt::format("measured: no {} step between {:.4g} and {:.4g}\n", found.largest > 0 ? "unstable" : "stable",
+                         steps.empty() ? 0 : steps.front(), steps.empty() ? 0 : steps.back()));
+  }
+  draw_growths(session, verdict, found.trials);
+}
+
+/// Where no step is stable, what grows is compared.
+void Stability::measure_growth(driver::Session& session, const Verdict& verdict, Json& result) {
+  std::vector<stability::Trial> trials;
+  std::vector<double> steps;
+  for (const double factor : {0.25, 0.5, 1.0}) {
+    const auto trial = stability::try_step(session, factor * verdict.step, trial_options(verdict));
+    if (!trial) break;
+    trials.push_back(*trial);
+    steps.push_back(trial->step);
+  }
+  const std::vector<double> predicted = stability::growths_at(session, verdict, steps);
+  result["points"] = points_of(trials, predicted);
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    job_.say(fmt::format(
+        "measured at a step of {:.5g}: {} after {} steps, a factor of {:.7g} a step (predicted {:.7g})\n", steps[i],
+        trials[i].is_stable ? "stable" : "unstable", trials[i].steps, trials[i].growth, predicted[i]));
+  }
+  if (trials.size() == 3) {
+    result["measured"] = {{"max_step", trials[0].is_stable ? Json(steps[0]) : Json(0)}, {"growth", trials[2].growth}};
+    result["ratio"] = json_number(std::log(trials[2].growth) / std::log(predicted[2]));
+  }
+}
+
+void Stability::scan_step(Json& result) {
+  const std::unique_ptr<driver::Session> session = open("", 0);
+  if (session == nullptr) return;
+  result["scene"] = session->problem().scene;
+  const Verdict verdict = stability::verdict_of(*session);
+  result["predicted"] = stability_json(*session, verdict, job_.source());
+  job_.say(stability_text(*session, verdict, job_.source()));
+  const bool is_limited = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
+  if (verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::never) {
+    measure_growth(*session, verdict, result);
+  } else {
+    scan_step_of(*session, verdict, is_limited ? verdict.limit.step : session->problem().step, result);
+    if (!is_limited) result["ratio"] = nullptr;
+  }
+  save_points(result["points"]);
+}
+
+void Stability::scan_against(const Sweep& sweep, Json& result) {
+  Json rows = Json::array(), points = Json::array();
+  for (std::size_t i = 0; i < sweep.values.size() && !interrupt_flag().load(); ++i) {
+    const double value = sweep.values[i];
+    const std::unique_ptr<driver::Session> session = open(sweep.name, value);
+    if (session == nullptr) return;
+    result["scene"] = session->problem().scene;
+    const Verdict verdict = stability::verdict_of(*session);
+    const bool has_limit = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
+    const stability::Search found = search(*session, verdict);
+    if (found.was_stopped) break;
+    const bool is_found = found.largest > 0 && found.smallest_unstable > 0;
+    const Json predicted = has_limit ? Json(verdict.limit.step) : Json(nullptr);
+    const Json measured = is_found ? Json(found.largest) : Json(nullptr);
+    const Json ratio = has_limit && is_found ? Json(found.largest / verdict.limit.step) : Json(nullptr);
+    rows.push_back({{sweep.name, value}, {"predicted", predicted}, {"measured", measured}, {"ratio", ratio}});
+    for (const stability::Trial& trial : found.trials)
+      points.push_back({{sweep.name, value},
+                        {"step", trial.step},
+                        {"stable", trial.is_stable},
+                        {"growth", json_number(trial.growth)},
+                        {"steps", trial.steps}});
+    job_.say(fmt::format("{} = {:.5g}: predicted {}, measured {}, ratio {}\n", sweep.name, value,
+                         has_limit ? fmt::format("{:.5g}", verdict.limit.step) : "no limit",
+                         is_found ? fmt::format("{:.5g}", found.largest) : "no limit",
+                         has_limit && is_found ? fmt::format("{:.4f}", found.largest / verdict.limit.step) : "-"));
+    progress_.show(fmt::format("{} = {:.5g}", sweep.name, value), static_cast<int>(i) + 1, options_.points);
+  }
+  result["predicted"] = Json::array();
+  result["measured"] = Json::array();
+  result["ratio"] = Json::array();
+  for (const Json& row : rows) {
+    for (const char* key : {"predicted", "measured", "ratio"}) result[key].push_back(row[key]);
+  }
+  result["against"] = {{"name", sweep.name}, {"rows", rows}};
+  result["points"] = points;
+  draw_limits(sweep, rows, points);
+  save_points(points);
+}
+
+void Stability::draw_limits(const Sweep& sweep, const Json& rows, const Json& points) {
+  LinePanel panel{"largest stable step", sweep.name, "step", sweep.is_log, true, {}, {}};
+  Curve predicted{"predicted", {}, {}}, measured{"measured", {}, {}, true}, stable{"stable runs", {}, {}, true},
+      unstable{"unstable runs", {}, {}, true};
+  for (const Json& row : rows) {
+    if (!row["predicted"].is_null()) {
+      predicted.x.push_back(row[sweep.name]);
+      predicted.y.push_back(row["predicted"]);
+    }
+    if (!row["measured"].is_null()) {
+      measured.x.push_back(row[sweep.name]);
+      measured.y.push_back(row["measured"]);
+    }
+  }
+  for (const Json& point : points) {
+    Curve& curve = point["stable"].get<bool>() ? stable : unstable;
+    curve.x.push_back(point[sweep.name]);
+    curve.y.push_back(point["step"]);
+  }
+  for (Curve* curve : {&predicted, &measured, &stable, &unstable}) {
+    if (!curve->x.empty()) panel.curves.push_back(*curve);
+  }
+  if (panel.curves.empty()) return;
+  save_picture(job_, "stability_against_" + sweep.name, {panel});
+}
+
+void Stability::save_points(const Json& points) {
+  if (options_.out.empty() || points.empty()) return;
+  std::string table, header;
+  for (const auto& [key, value] : points[0].items()) header += (header.empty() ? "" : ",") + key;
+  for (const Json& point : points) {
+    std::string line;
+    for (const auto& [key, value] : point.items()) {
+      const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+      line += (line.empty() ? "" : ",") + text;
+    }
+    table += "\n" + line;
+  }
+  save_text(job_, "stability.csv", header + table + "\n");
+}
+
+Json Stability::operator()() {
+  Json result = Json::object();
+  if (!prepare_out(job_)) return result;
+  if (options_.against.empty()) {
+    scan_step(result);
+  } else if (const std::optional<Sweep> sweep = parse_sweep(options_, job_.sink())) {
+    scan_against(*sweep, result);
+  }
+  if (!job_.failed()) tell_stop();
+  result["files"] = job_.files();
+  return result;
+}
+
+}  // namespace
+
+void add_stability(CLI::App& app, int& status) {
+  const auto options = std::make_shared<StabilityOptions>();
+  CLI::App* verb = app.add_subcommand("stability", "prove the largest stable step by runs below and above it");
+  add_common_options(*verb, *options);
+  verb->add_option("--against", options->against, "repeat it for values of a parameter or key of --set")
+      ->type_name("NAME=LOW..HIGH");
+  verb->add_option("--points", options->points, "values of that")->check(CLI::Range(2, 1000))->capture_default_str();
+  verb->add_option("--steps", options->steps, "steps of each run (default: 500 to 100000, as cells allow)")
+      ->check(CLI::PositiveNumber);
+  verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
+  verb->footer(
+      "Examples:\n  dpde stability heat.dpde plate\n  dpde stability heat.dpde plate --set cells=32 --set time=rk4 "
+      "--out "
+      "results\n  dpde stability burgers.dpde ends --against nu=0.001..0.1 --out results\n\nA run is unstable where a "
+      "random disturbance of 1e-6 grows faster than twice what the equations do.");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result = Json::object();
+    guarded(job, [&] {
+      if (job.load_source()) result = Stability(job, *options)();
+    });
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools

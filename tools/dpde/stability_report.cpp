@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stability_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "command.h"
+
+namespace dpde::tools {
+
+namespace {
+
+using stability::StepLimit;
+using stability::Verdict;
+
+std::string written_text(const SourceRange& range, const SourceFile& source) {
+  return std::string(
+      source.text().substr(static_cast<std::size_t>(range.begin), static_cast<std::size_t>(range.end - range.begin)));
+}
+
+const char* kind_name(StepLimit::Kind kind) {
+  switch (kind) {
+    case StepLimit::Kind::limit: return "limit";
+    case StepLimit::Kind::none: return "none";
+    case StepLimit::Kind::never: return "never";
+  }
+  return "";
+}
+
+}  // namespace
+
+Json stability_json(driver::Session& session, const Verdict& verdict, const SourceFile& source) {
+  Json result = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
+  if (!verdict.is_analysed()) {
+    result["why"] = verdict.why;
+    return result;
+  }
+  const model::Problem& problem = session.problem();
+  const StepLimit& limit = verdict.limit;
+  result["kind"] = kind_name(limit.kind);
+  if (limit.kind == StepLimit::Kind::limit) result["max_step"] = limit.step;
+  if (limit.kind == StepLimit::Kind::never) result["max_step"] = 0;
+  if (verdict.courant) result["max_courant"] = *verdict.courant;
+  if (limit.kind != StepLimit::Kind::none && !verdict.is_of_walls) {
+    result["mode"] = Json::array();  // wave numbers, radians per unit of length
+    for (std::size_t a = 0; a < problem.axes.size(); ++a)
+      result["mode"].push_back(verdict.wave[a] / problem.axes[a].spacing());
+  }
+  result["exact"] = verdict.is_exact;
+  result["step"] = verdict.step;
+  result["stable"] = !verdict.is_above();
+  result["weak"] = limit.is_weak();
+  result["growth_per_step"] = json_number(verdict.growth);
+  result["steps_to_hundredfold"] = json_number(verdict.hundredfold());
+  result["growth_rate"] = json_number(verdict.growth_rate);
+  result["field"] = verdict.field;
+  result["walls"] = verdict.is_of_walls;
+  result["place"] = verdict.place.empty() ? Json(nullptr) : Json(verdict.place);
+  result["term"] = nullptr;
+  if (const std::optional<SourceRange> term = stability::limiting_term(session.problem(), verdict)) {
+    const LineColumn at = source.locate(term->begin);
+    result["term"] = {{"text", written_text(*term, source)}, {"line", at.line}, {"column", at.column}};
+  }
+  return result;
+}
+
+std::string stability_text(driver::Session& session, const Verdict& verdict, const SourceFile& source) {
+  if (!verdict.is_analysed()) return fmt::format("stability: not analysed, {}\n", verdict.why);
+  const model::Problem& problem = session.problem();
+  const std::string wave = stability::wave_text(verdict, problem);
+  std::string text = "stability: ";
+  switch (verdict.limit.kind) {
+    case StepLimit::Kind::none: text += "no step is too large for it\n"; break;
+    case StepLimit::Kind::never:
+      text += fmt::format(
+          "unstable at every step{}: {} grows by a factor of {:.9g} a step, a hundredfold in {:.3g} steps\n",
+          verdict.limit.is_weak() ? ", weakly" : "", wave, verdict.growth, std::ceil(verdict.hundredfold()));
+      break;
+    case StepLimit::Kind::limit: {
+      text += fmt::format("stable up to a step of {:.6g}", verdict.limit.step);
+      if (verdict.courant) text += fmt::format(" (Courant number {:.4g})", *verdict.courant);
+      text += fmt::format(", the scene's{} is {:.3g} times that\n", verdict.parts > 1 ? " part of a step" : "",
+                          verdict.step / verdict.limit.step);
+      text += fmt::format("  beyond it {} grows first", wave);
+      if (const std::optional<SourceRange> term = stability::limiting_term(session.problem(), verdict))
+        text += fmt::format(", by {} (line {})", written_text(*term, source), source.locate(term->begin).line);
+      text += "\n";
+      break;
+    }
+  }
+  if (verdict.growth_rate > 0)
+    text += fmt::format("  the equations themselves let waves grow, at most by a factor of e in {:.4g}\n",
+                        1 / verdict.growth_rate);
+  if (!verdict.is_exact)
+    text += fmt::format("  an estimate: coefficients are frozen as they begin{}\n",
+                        verdict.place.empty() ? "" : ", worst at " + verdict.place);
+  return text;
+}
+
+}  // namespace dpde::tools
