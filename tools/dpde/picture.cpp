@@ -32,7 +32,11 @@ std::string data_of(const LinePanel& panel, int index) {
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     const Curve& curve = panel.curves[c];
     text += fmt::format("$p{}c{} << EOD\n", index, c);
-    for (std::size_t i = 0; i < curve.y.size(); ++i) text += number(curve.x[i]) + " " + number(curve.y[i]) + "\n";
+    for (std::size_t i = 0; i < curve.y.size(); ++i) {
+      text += number(curve.x[i]) + " " + number(curve.y[i]);
+      if (!curve.low.empty()) text += " " + number(curve.low[i]) + " " + number(curve.high[i]);
+      text += "\n";
+    }
     text += "EOD\n";
   }
   return text;
@@ -105,6 +109,13 @@ std::string labels_of(const std::string& title, const std::string& x_label, cons
                      quoted(x_label), quoted(y_label));
 }
 
+std::string style_of(const Curve& curve, std::size_t number) {
+  const std::size_t colour = number + 1;
+  if (!curve.low.empty()) return fmt::format("using 1:2:3:4 with yerrorlines lw 1.5 pt 7 ps 0.6 lc {}", colour);
+  return curve.points ? fmt::format("using 1:2 with points pt 7 ps 0.4 lc {}", colour)
+                      : fmt::format("using 1:2 with lines lw 2 lc {}", colour);
+}
+
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
@@ -115,12 +126,11 @@ std::string plot_of(const LinePanel& panel, int index) {
     const double room = panel.range->high > panel.range->low ? 0.05 * (panel.range->high - panel.range->low) : 0.5;
     text += fmt::format("set yrange [{}:{}]\n", number(panel.range->low - room), number(panel.range->high + room));
   }
-  text += "set grid lc rgb '#dddddd'\nset key top right noenhanced\nunset colorbox\nplot ";
+  text += fmt::format("set grid lc rgb '#dddddd'\nset key {} noenhanced\nunset colorbox\nplot ",
+                      panel.names_below ? "below left Left reverse maxcols 2" : "top right");
   for (std::size_t c = 0; c < panel.curves.size(); ++c) {
     if (c > 0) text += ", ";
-    text += fmt::format("$p{}c{} using 1:2 {} title {}", index, c,
-                        panel.curves[c].points ? fmt::format("with points pt 7 ps 0.4 lc {}", c + 1)
-                                               : fmt::format("with lines lw 2 lc {}", c + 1),
+    text += fmt::format("$p{}c{} {} title {}", index, c, style_of(panel.curves[c], c),
                         panel.curves.size() > 1 ? quoted(panel.curves[c].title) : "''");
   }
   return text + "\n";

@@ -16,6 +16,7 @@ struct Curve {
   std::string title;
   std::vector<double> x, y;
   bool points = false;  // marks instead of a line
+  std::vector<double> low, high;  // one each a point, or none: bars about y, and marks on the line
 };
 /// Of the values shown, so that pictures can be compared.
 struct ValueRange {
@@ -26,6 +27,7 @@ struct LinePanel {
   bool log_x = false, log_y = false;
   std::optional<ValueRange> range;  // none: what the values need
   std::vector<Curve> curves;
+  bool names_below = false;  // the names of many curves, or long ones, below the picture
 };
 /// Values of shape (ny, nx), x fastest.
 struct MapPanel {

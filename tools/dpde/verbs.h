@@ -11,6 +11,7 @@ namespace dpde::tools {
 void add_run(CLI::App& app, int& status);
 void add_check(CLI::App& app, int& status);
 void add_stability(CLI::App& app, int& status);
+void add_chart(CLI::App& app, int& status);
 void add_emit(CLI::App& app, int& status);
 void add_verify(CLI::App& app, int& status);
 void add_gradient(CLI::App& app, int& status);

@@ -244,10 +244,12 @@ std::vector<ErrorNorms> Session::errors(double t, const std::vector<void*>& stat
       const double error = std::abs(computed[i] - exact[i]);
       norm.l1 += error;
       norm.l2 += error * error;
+      norm.scale += exact[i] * exact[i];
       norm.linf = error > norm.linf || std::isnan(error) ? error : norm.linf;
     }
     norm.l1 /= static_cast<double>(computed.size());
     norm.l2 = std::sqrt(norm.l2 / static_cast<double>(computed.size()));
+    norm.scale = std::sqrt(norm.scale / static_cast<double>(computed.size()));
     norms.push_back(norm);
   }
   workspace().release(*program);

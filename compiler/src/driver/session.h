@@ -41,6 +41,7 @@ struct DataStates {
 struct ErrorNorms {
   std::string field;
   double l1 = 0, l2 = 0, linf = 0;
+  double scale = 0;  // root mean square of the exact solution
 };
 
 class Session {

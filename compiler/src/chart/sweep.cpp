@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "chart/sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/build.h"
+#include "model/print_model.h"
+#include "stability/verdict.h"
+
+namespace dpde::chart {
+
+namespace {
+
+using Method = std::map<std::string, std::string>;
+constexpr double factors[] = {0.25, 0.5, 1, 2};
+constexpr double chosen_fractions[] = {0.9, 0.45};
+constexpr double reference_fraction = 0.25;
+constexpr int fewest_cells = 8;
+
+struct Uses {
+  bool advect = false, first = false, second = false;
+};
+
+Uses uses_of(const model::Problem& problem) {
+  Uses uses;
+  for (const model::State& state : problem.states) {
+    if (!state.rhs) continue;
+    model::any_part(*state.rhs, [&](const model::Expr& e) {
+      if (std::holds_alternative<model::Advect>(e->kind)) uses.advect = true;
+      if (const auto* d = std::get_if<model::Derivative>(&e->kind)) (d->order % 2 == 0 ? uses.second : uses.first) = true;
+      return false;
+    });
+  }
+  return uses;
+}
+
+Method central(const Uses& uses, const std::string& order) {
+  Method method;
+  if (uses.advect) method["advect"] = "central" + order;
+  if (uses.first) method["dx"] = "central" + order;
+  if (uses.second) method["lap"] = "central" + order;
+  return method;
+}
+
+void add_new(std::vector<Method>& methods, const Method& method) {
+  if (std::ranges::find(methods, method) == methods.end()) methods.push_back(method);
+}
+
+/// The same number along every axis, or as many times the scene's.
+Method cells_of(const model::Problem& problem, double factor) {
+  Method cells;
+  for (const model::Axis& axis : problem.axes)
+    cells["cells." + axis.name] = fmt::format("{}", std::lround(axis.cells * factor));
+  return cells;
+}
+
+}  // namespace
+
+std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wishes) {
+  std::vector<Method> methods;
+  if (!wishes.method.empty()) {
+    methods.push_back({});
+    for (const auto& [key, values] : wishes.method) {
+      std::vector<Method> next;
+      for (const Method& method : methods) {
+        for (const std::string& value : values) {
+          next.push_back(method);
+          next.back()[key] = value;
+        }
+      }
+      methods = std::move(next);
+    }
+    return methods;
+  }
+  methods.push_back({});
+  if (!problem.program.empty()) return methods;
+  const Uses uses = uses_of(problem);
+  const bool is_second_order = std::ranges::any_of(problem.states, [](const auto& s) { return !s.velocity_of.empty(); });
+  std::vector<Method> spaces{central(uses, "2"), central(uses, "4")};
+  if (uses.advect) {
+    spaces.push_back(central(uses, "4"));
+    spaces.back()["advect"] = "upwind3";
+  }
+  for (Method space : spaces) {
+    space["time"] = is_second_order ? "leapfrog" : "ssp_rk3";
+    add_new(methods, space);
+    space["time"] = "rk4";
+    add_new(methods, space);
+  }
+  return methods;
+}
+
+std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes) {
+  std::vector<Method> cells;
+  for (const int count : wishes.cells) cells.push_back({{"cells", fmt::format("{}", count)}});
+  for (const double factor : factors) {
+    const bool is_coarse = std::ranges::any_of(
+        problem.axes, [&](const model::Axis& axis) { return axis.cells * factor < fewest_cells && factor < 1; });
+    if (wishes.cells.empty() && !is_coarse) cells.push_back(cells_of(problem, factor));
+  }
+  std::vector<double> fractions = wishes.fractions;
+  if (fractions.empty()) fractions.assign(std::begin(chosen_fractions), std::end(chosen_fractions));
+  std::vector<Entry> entries;
+  for (const Method& method : methods_for(problem, wishes)) {
+    for (const Method& count : cells) {
+      if (wishes.steps.empty()) {
+        for (const double fraction : fractions) entries.push_back({{method, count}, fraction});
+      }
+      for (const double step : wishes.steps) {
+        entries.push_back({{method, count}, 0});
+        entries.back().variant.resolution["step"] = fmt::format("{}", step);
+      }
+    }
+  }
+  return entries;
+}
+
+bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
+                 std::string& why) {
+  const std::unique_ptr<driver::Session> session = open(source, options, entry.variant, why);
+  if (session == nullptr) return false;
+  const stability::Verdict verdict = stability::verdict_of(*session);
+  const double length = scene.steps * scene.step;
+  double largest = scene.step * session->axes().front().spacing() / scene.axes.front().spacing();
+  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::never) {
+    why = "unstable at every step";
+    return false;
+  }
+  if (verdict.is_analysed() && verdict.limit.kind == stability::StepLimit::Kind::limit && verdict.parts == 1)
+    largest = verdict.limit.step;
+  const double steps = std::max(1.0, std::ceil(length / (largest * entry.fraction) * (1 - 1e-12)));
+  entry.variant.resolution["step"] = fmt::format("{}", length / steps);
+  return true;
+}
+
+std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
+                                        const model::Problem& scene, const std::vector<Entry>& entries,
+                                        std::string& why) {
+  double most = 1;  // times the scene's cells
+  for (const Entry& entry : entries) {
+    for (const model::Axis& axis : scene.axes) {
+      const auto own = entry.variant.resolution.find("cells." + axis.name), all = entry.variant.resolution.find("cells");
+      const auto& found = own != entry.variant.resolution.end() ? own : all;
+      if (found != entry.variant.resolution.end()) most = std::max(most, std::stod(found->second) / axis.cells);
+    }
+  }
+  const Uses uses = uses_of(scene);
+  Method best = central(uses, "6");
+  best["time"] = "rk4";
+  const std::vector<Method> methods = scene.program.empty() ? std::vector<Method>{best, {}} : std::vector<Method>{{}};
+  for (Method method : methods) {
+    method["real"] = "f64";
+    std::vector<FinalStates> states;
+    for (const double factor : {most, 2 * most}) {
+      Entry entry{{method, cells_of(scene, factor)}, reference_fraction};
+      why.clear();
+      if (!choose_step(source, options, scene, entry, why)) break;
+      const std::unique_ptr<driver::Session> session = open(source, options, entry.variant, why);
+      if (session == nullptr || session->rollout().run().blow_up) break;
+      states.push_back(final_states(*session));
+    }
+    if (states.size() < 2) continue;
+    return Reference(states[1], states[0],
+                     fmt::format("a run on {:g} times the cells by {}", 2 * most, method_text({method, {}})));
+  }
+  if (why.empty()) why = "finer runs blow up";
+  return std::nullopt;
+}
+
+}  // namespace dpde::chart

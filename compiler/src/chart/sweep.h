@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which variants a chart runs: methods times cells times steps.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "chart/point.h"
+
+namespace dpde::chart {
+
+/// What a person asked for; what is empty is chosen.
+struct Wishes {
+  std::map<std::string, std::vector<std::string>> method;  // by scheme key: real, advect, time ...
+  std::vector<int> cells;                                  // along every axis
+  std::vector<double> steps;
+  /// In place of steps: parts of the largest stable one; where there is none, of the scene's step, which shrinks with
+  /// the cells.
+  std::vector<double> fractions;
+};
+
+struct Entry {
+  Variant variant;
+  double fraction = 0;  // > 0: the step is chosen by choose_step() before the variant is run
+};
+
+/// Methods that suit the scene's equations where none are asked for: its own, and differences of order 2 and 4 and
+/// upwind ones where they are used, each with the scene's integrator and with rk4.
+std::vector<std::map<std::string, std::string>> methods_for(const model::Problem& problem, const Wishes& wishes);
+
+/// All of them; cells are the scene's times 1/4, 1/2, 1 and 2 where none are asked for.
+std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishes);
+
+/// Puts the step into the variant: a whole number of them makes the run. False, and why, where there is none.
+bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
+                 std::string& why);
+
+/// A finer run than all entries, by central differences of order 6 and rk4 where these fit and are stable, else by the
+/// scene's own scheme, and one half as fine. nullopt, and why, where neither can be made.
+std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
+                                        const model::Problem& scene, const std::vector<Entry>& entries,
+                                        std::string& why);
+
+}  // namespace dpde::chart

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// A chart as files, text and JSON, and its points in a file from which another call goes on.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chart/point.h"
+#include "command.h"
+
+namespace dpde::tools {
+
+/// The points that were run, SCENE_chart_points.json in the folder of --out: written anew after each.
+class ChartFile {
+ public:
+  /// False and a diagnostic where a file that is to be resumed cannot be read.
+  bool open(const std::string& folder, const std::string& scene, bool resume, DiagnosticSink& sink);
+  /// Of the text, the variant, and the threads it is timed with.
+  static std::string key_of(const SourceFile& source, const chart::Variant& variant, int threads);
+  std::optional<chart::Point> find(const std::string& key) const;
+  void add(const std::string& key, const chart::Point& point);
+  bool save(DiagnosticSink& sink) const;
+
+  void set_points(std::vector<chart::Point> points) { points_ = std::move(points); }
+  const std::vector<chart::Point>& points() const { return points_; }
+
+ private:
+  std::filesystem::path path_;
+  std::map<std::string, Json> known_;
+  std::vector<chart::Point> points_;
+};
+
+/// Table, picture, CSV and `result`.
+void write_chart(Job& job, const model::Problem& problem, const std::vector<chart::Point>& points,
+                 const chart::Reference& reference, int threads, Json& result);
+
+}  // namespace dpde::tools
