@@ -172,11 +172,11 @@ Json Chart::operator()() {
   if (!is_exact) {
     progress_.show("the reference", 0, static_cast<int>(entries.size()));
     std::string why;
-    std::optional<chart::Reference> found =
-        chart::make_reference(job_.source(), point_options_, problem, entries, why);
+    std::optional<chart::Reference> found = chart::make_reference(job_.source(), point_options_, problem, entries, why);
     if (interrupt_flag().load()) return result;
     if (!found) {
-      job_.sink().report("no-reference", job_.place(), {problem.scene, why}, "give it an exact solution: exact u = ...");
+      job_.sink().report("no-reference", job_.place(), {problem.scene, why},
+                         "give it an exact solution: exact u = ...");
       return result;
     }
     reference_ = std::move(*found);
@@ -193,7 +193,8 @@ Json Chart::operator()() {
 
 void add_chart(CLI::App& app, int& status) {
   const auto options = std::make_shared<ChartOptions>();
-  CLI::App* verb = app.add_subcommand("chart", "speed against accuracy: error against time for methods, cells and steps");
+  CLI::App* verb =
+      app.add_subcommand("chart", "speed against accuracy: error against time for methods, cells and steps");
   add_common_options(*verb, *options);
   verb->add_option("--vary", options->vary,
                    "values of a key of --set; also cells, step, and fraction: parts of the largest stable step")
@@ -210,7 +211,8 @@ void add_chart(CLI::App& app, int& status) {
   verb->footer(
       "Examples:\n  dpde chart advection.dpde ring --out results\n  dpde chart burgers.dpde ends --vary "
       "advect=central2,central4,upwind3 --vary time=ssp_rk3,rk4 --vary cells=64,128,256\n  dpde chart heat.dpde rod "
-      "--vary real=f32,f64 --vary fraction=0.9,0.3 --json\n\nThe error is that at the end of the scene, against its exact "
+      "--vary real=f32,f64 --vary fraction=0.9,0.3 --json\n\nThe error is that at the end of the scene, against its "
+      "exact "
       "solution or else a finer run.");
   on_call(*verb, status, [options] {
     Job job(*options);

@@ -83,7 +83,8 @@ bool ChartFile::open(const std::string& folder, const std::string& scene, bool r
   if (!text) return false;
   const Json json = parse_json(*text);
   if (!json.is_object()) {
-    sink.report("cannot-read", {}, {path_.string(), "it holds no points of a chart"}, "leave out --resume to begin anew");
+    sink.report("cannot-read", {}, {path_.string(), "it holds no points of a chart"},
+                "leave out --resume to begin anew");
     return false;
   }
   for (const auto& [key, point] : json.items()) known_[key] = point;
@@ -186,15 +187,17 @@ std::string speed_ups(const std::vector<Method>& methods, Json& result) {
 }
 
 std::string table_of(const std::vector<Method>& methods) {
-  std::string text = fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", "s per unit", "order");
+  std::string text =
+      fmt::format("{:>10} {:>11} {:>10} {:>11} {:>9}  \n", "cells", "step", "error", "s per unit", "order");
   for (const Method& method : methods) {
     const double slope = slope_of(hull_of(method));
     text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) + "\n";
     const Point* before = nullptr;
     for (const Point& point : method.points) {
       if (!point.failure.empty()) {
-        text += fmt::format("{:>10} {:>11} {}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
-                            point.does_not_fit ? "left out: " + point.failure : point.failure);
+        text +=
+            fmt::format("{:>10} {:>11} {}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",
+                        point.does_not_fit ? "left out: " + point.failure : point.failure);
         continue;
       }
       std::string order = "";
@@ -207,8 +210,9 @@ std::string table_of(const std::vector<Method>& methods) {
         order = fmt::format("{:.2f}", std::log(before->error / point.error) /
                                           std::log(static_cast<double>(point.cells[0]) / before->cells[0]));
       const bool is_wide = point.high_quartile - point.low_quartile > narrow * point.seconds;
-      text += fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}\n", cells_of(point), point.step, point.error,
-                          point.seconds, order, point.is_pareto ? "*" : "", is_wide ? " (timings vary)" : "");
+      text +=
+          fmt::format("{:>10} {:>11.4g} {:>10.3g} {:>11.3g} {:>9}  {}{}\n", cells_of(point), point.step, point.error,
+                      point.seconds, order, point.is_pareto ? "*" : "", is_wide ? " (timings vary)" : "");
     }
   }
   return text + "* nothing else is both faster and more accurate\n";
@@ -217,7 +221,13 @@ std::string table_of(const std::vector<Method>& methods) {
 LinePanel panel_of(const std::string& scene, const std::vector<Method>& methods, const std::vector<Point>& points,
                    double uncertainty, int threads) {
   LinePanel panel{fmt::format("{}: speed against accuracy ({} thread{})", scene, threads, threads == 1 ? "" : "s"),
-                  "relative error (rms at the end)", "seconds per unit of time", true, true, {}, {}, true};
+                  "relative error (rms at the end)",
+                  "seconds per unit of time",
+                  true,
+                  true,
+                  {},
+                  {},
+                  true};
   double slowest = 0, fastest = INFINITY, worst = 0;
   for (const Point& point : points) {
     if (!is_complete(point)) continue;
@@ -257,7 +267,8 @@ LinePanel panel_of(const std::string& scene, const std::vector<Method>& methods,
 }
 
 std::string csv_of(const std::vector<Point>& points) {
-  std::string text = "method,cells,step,steps,error,wall_s,low_quartile,high_quartile,compile_s,memory_bytes,pareto,failure\n";
+  std::string text =
+      "method,cells,step,steps,error,wall_s,low_quartile,high_quartile,compile_s,memory_bytes,pareto,failure\n";
   for (const Point& point : points) {
     text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},\"{}\"\n", chart::method_text(point.variant), cells_of(point),
                         point.step, point.steps, point.failure.empty() ? fmt::format("{}", point.error) : "",
@@ -281,15 +292,16 @@ void write_chart(Job& job, const model::Problem& problem, const std::vector<Poin
   result["methods"] = Json::array();
   for (const Method& method : methods)
     result["methods"].push_back({{"name", method.name}, {"slope", json_number(slope_of(hull_of(method)))}});
-  job.say(fmt::format("{}: errors at t = {:.6g} against {}{}\n", problem.scene,
-                      problem.t_begin + problem.steps * problem.step, reference.text(),
-                      reference.uncertainty() > 0 ? fmt::format(", which is known to {:.2g}", reference.uncertainty())
-                                                  : ""));
+  job.say(fmt::format(
+      "{}: errors at t = {:.6g} against {}{}\n", problem.scene, problem.t_begin + problem.steps * problem.step,
+      reference.text(),
+      reference.uncertainty() > 0 ? fmt::format(", which is known to {:.2g}", reference.uncertainty()) : ""));
   job.say(table_of(methods));
   job.say(speed_ups(methods, result["speed_up"]));
   if (!job.options().out.empty()) {
     save_text(job, problem.scene + "_chart.csv", csv_of(points));
-    save_picture(job, problem.scene + "_chart", {panel_of(problem.scene, methods, points, reference.uncertainty(), threads)});
+    save_picture(job, problem.scene + "_chart",
+                 {panel_of(problem.scene, methods, points, reference.uncertainty(), threads)});
     save_text(job, problem.scene + "_chart.json", result.dump(1) + "\n");
   }
   result["files"] = job.files();

@@ -119,7 +119,7 @@ std::string style_of(const Curve& curve, std::size_t number) {
 std::string plot_of(const LinePanel& panel, int index) {
   std::string text = labels_of(panel.title, panel.x_label, panel.y_label);
   text += panel.log_y ? "unset logscale\nset logscale y\nset format y '%.0e'\n" : "unset logscale\nset format y '%g'\n";
-  if (panel.log_x) text += "set logscale x\n";
+  text += panel.log_x ? "set logscale x\nset format x '%.0e'\n" : "set format x '%g'\n";
   text += "set autoscale\n";
   // Room above and below; equal values have none of their own.
   if (panel.range) {
@@ -169,7 +169,9 @@ std::string script_for(const std::vector<Panel>& given, const std::string& termi
       fmt::format("set terminal {}\nset output {}\nset encoding utf8\n", terminal, quoted(output.string()));
   text +=
       "set linetype 1 lc rgb '#1f77b4'\nset linetype 2 lc rgb '#d62728'\nset linetype 3 lc rgb '#2ca02c'\n"
-      "set linetype 4 lc rgb '#9467bd'\nset border 3\nset tics nomirror\n";
+      "set linetype 4 lc rgb '#9467bd'\nset linetype 5 lc rgb '#ff7f0e'\nset linetype 6 lc rgb '#17becf'\n"
+      "set linetype 7 lc rgb '#8c564b'\nset linetype 8 lc rgb '#e377c2'\nset linetype 9 lc rgb '#7f7f7f'\nset border "
+      "3\nset tics nomirror\n";
   for (std::size_t p = 0; p < panels.size(); ++p) {
     text += match(panels[p], [&](const auto& panel) { return data_of(panel, static_cast<int>(p)); });
   }

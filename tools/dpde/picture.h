@@ -15,7 +15,7 @@ namespace dpde::tools {
 struct Curve {
   std::string title;
   std::vector<double> x, y;
-  bool points = false;  // marks instead of a line
+  bool points = false;            // marks instead of a line
   std::vector<double> low, high;  // one each a point, or none: bars about y, and marks on the line
 };
 /// Of the values shown, so that pictures can be compared.

@@ -15,7 +15,7 @@ namespace dpde::chart {
 
 /// A choice of what --set can override.
 struct Variant {
-  std::map<std::string, std::string> method;     // scheme keys and precision: one curve each
+  std::map<std::string, std::string> method;      // scheme keys and precision: one curve each
   std::map<std::string, std::string> resolution;  // cells and the step
 };
 
@@ -30,9 +30,9 @@ struct Point {
   std::vector<int> cells;
   double step = 0;
   int steps = 0;
-  double largest_step = 0;  // by the verdict; 0: not known or none
-  std::map<std::string, double> errors;  // by state: root mean square over that of the reference
-  double error = 0;                      // the largest of them
+  double largest_step = 0;                                  // by the verdict; 0: not known or none
+  std::map<std::string, double> errors;                     // by state: root mean square over that of the reference
+  double error = 0;                                         // the largest of them
   double seconds = 0, low_quartile = 0, high_quartile = 0;  // per unit of simulated time
   double compile_seconds = 0;
   double memory_bytes = 0;
@@ -42,9 +42,9 @@ struct Point {
 struct PointOptions {
   driver::CompileOptions compile;  // of the scene, with what holds for all variants
   int threads = 1;
-  int samples = 5;                 // timings; the median counts
-  double sample_seconds = 0.1;     // each at least, of as many runs as that takes
-  bool may_be_unstable = false;    // run what the verdict says is unstable
+  int samples = 5;               // timings; the median counts
+  double sample_seconds = 0.1;   // each at least, of as many runs as that takes
+  bool may_be_unstable = false;  // run what the verdict says is unstable
   const std::atomic<bool>* stop = nullptr;
 };
 

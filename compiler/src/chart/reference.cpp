@@ -37,7 +37,8 @@ Stencil stencil_at(double place, int cells, bool is_periodic) {
   return result;
 }
 
-/// For each point of `to` along one axis. Coordinates that run uniformly are compared: maps of stretched axes are equal.
+/// For each point of `to` along one axis. Coordinates that run uniformly are compared: maps of stretched axes are
+/// equal.
 std::vector<Stencil> stencils_along(const model::Axis& from, const model::Axis& to) {
   std::vector<Stencil> result;
   for (int i = 0; i < to.cells; ++i) {

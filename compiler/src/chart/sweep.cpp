@@ -30,7 +30,8 @@ Uses uses_of(const model::Problem& problem) {
     if (!state.rhs) continue;
     model::any_part(*state.rhs, [&](const model::Expr& e) {
       if (std::holds_alternative<model::Advect>(e->kind)) uses.advect = true;
-      if (const auto* d = std::get_if<model::Derivative>(&e->kind)) (d->order % 2 == 0 ? uses.second : uses.first) = true;
+      if (const auto* d = std::get_if<model::Derivative>(&e->kind))
+        (d->order % 2 == 0 ? uses.second : uses.first) = true;
       return false;
     });
   }
@@ -78,7 +79,8 @@ std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wis
   methods.push_back({});
   if (!problem.program.empty()) return methods;
   const Uses uses = uses_of(problem);
-  const bool is_second_order = std::ranges::any_of(problem.states, [](const auto& s) { return !s.velocity_of.empty(); });
+  const bool is_second_order =
+      std::ranges::any_of(problem.states, [](const auto& s) { return !s.velocity_of.empty(); });
   std::vector<Method> spaces{central(uses, "2"), central(uses, "4")};
   if (uses.advect) {
     spaces.push_back(central(uses, "4"));
@@ -142,7 +144,8 @@ std::optional<Reference> make_reference(const SourceFile& source, const PointOpt
   double most = 1;  // times the scene's cells
   for (const Entry& entry : entries) {
     for (const model::Axis& axis : scene.axes) {
-      const auto own = entry.variant.resolution.find("cells." + axis.name), all = entry.variant.resolution.find("cells");
+      const auto own = entry.variant.resolution.find("cells." + axis.name),
+                 all = entry.variant.resolution.find("cells");
       const auto& found = own != entry.variant.resolution.end() ? own : all;
       if (found != entry.variant.resolution.end()) most = std::max(most, std::stod(found->second) / axis.cells);
     }
