@@ -46,7 +46,7 @@ fs::path FrameFile::path_of(int number) const {
 void FrameFile::open_file() {
   if (file_.number >= 0) return;
   const fs::path path = checkpoint_.parent_path() / mark_.file;
-  file_.number = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  file_.number = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
   if (file_.number < 0) fail(path);
 }
 

@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
   add_check(app, status);
   add_stability(app, status);
   add_chart(app, status);
+  add_tune(app, status);
   add_emit(app, status);
   add_verify(app, status);
   add_gradient(app, status);

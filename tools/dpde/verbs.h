@@ -12,6 +12,7 @@ void add_run(CLI::App& app, int& status);
 void add_check(CLI::App& app, int& status);
 void add_stability(CLI::App& app, int& status);
 void add_chart(CLI::App& app, int& status);
+void add_tune(CLI::App& app, int& status);
 void add_emit(CLI::App& app, int& status);
 void add_verify(CLI::App& app, int& status);
 void add_gradient(CLI::App& app, int& status);

@@ -50,15 +50,14 @@ void add_new(std::vector<Method>& methods, const Method& method) {
   if (std::ranges::find(methods, method) == methods.end()) methods.push_back(method);
 }
 
-/// The same number along every axis, or as many times the scene's.
-Method cells_of(const model::Problem& problem, double factor) {
+}  // namespace
+
+std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor) {
   Method cells;
   for (const model::Axis& axis : problem.axes)
-    cells["cells." + axis.name] = fmt::format("{}", std::lround(axis.cells * factor));
+    cells["cells." + axis.name] = fmt::format("{}", std::max(1L, std::lround(axis.cells * factor)));
   return cells;
 }
-
-}  // namespace
 
 std::vector<Method> methods_for(const model::Problem& problem, const Wishes& wishes) {
   std::vector<Method> methods;
@@ -138,10 +137,8 @@ bool choose_step(const SourceFile& source, const PointOptions& options, const mo
   return true;
 }
 
-std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
-                                        const model::Problem& scene, const std::vector<Entry>& entries,
-                                        std::string& why) {
-  double most = 1;  // times the scene's cells
+double finest_of(const model::Problem& scene, const std::vector<Entry>& entries) {
+  double most = 1;
   for (const Entry& entry : entries) {
     for (const model::Axis& axis : scene.axes) {
       const auto own = entry.variant.resolution.find("cells." + axis.name),
@@ -150,6 +147,11 @@ std::optional<Reference> make_reference(const SourceFile& source, const PointOpt
       if (found != entry.variant.resolution.end()) most = std::max(most, std::stod(found->second) / axis.cells);
     }
   }
+  return most;
+}
+
+std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
+                                        const model::Problem& scene, double most, std::string& why) {
   const Uses uses = uses_of(scene);
   Method best = central(uses, "6");
   best["time"] = "rk4";

@@ -36,10 +36,14 @@ std::vector<Entry> entries_of(const model::Problem& problem, const Wishes& wishe
 bool choose_step(const SourceFile& source, const PointOptions& options, const model::Problem& scene, Entry& entry,
                  std::string& why);
 
-/// A finer run than all entries, by central differences of order 6 and rk4 where these fit and are stable, else by the
-/// scene's own scheme, and one half as fine. nullopt, and why, where neither can be made.
+/// So many times the scene's cells along each axis, as --set has them.
+std::map<std::string, std::string> cells_of(const model::Problem& problem, double factor);
+/// The most cells of an entry along an axis, in units of the scene's; 1 at least.
+double finest_of(const model::Problem& scene, const std::vector<Entry>& entries);
+
+/// A run on twice `most` times the scene's cells, by central differences of order 6 and rk4 where these fit and are
+/// stable, else by the scene's own scheme, and one half as fine. nullopt, and why, where neither can be made.
 std::optional<Reference> make_reference(const SourceFile& source, const PointOptions& options,
-                                        const model::Problem& scene, const std::vector<Entry>& entries,
-                                        std::string& why);
+                                        const model::Problem& scene, double most, std::string& why);
 
 }  // namespace dpde::chart

@@ -207,6 +207,7 @@ inline constexpr DiagnosticKind diagnostic_kinds[] = {
     {"E0912", "data-without-time", Severity::error, "{} holds no state at t = {}"},
     {"E0913", "cyclic-import", Severity::error, "{} imports itself: {}"},
     {"E0914", "restart-differs", Severity::error, "{} cannot go on here: it was made with another {}"},
+    {"E0810", "no-choice", Severity::error, "nothing that was tried meets a tolerance of {}"},
     {"E0916", "no-reference", Severity::error, "scene {} has nothing that its runs can be compared with: {}"},
     {"E0915", "not-in-precision", Severity::error, "{} holds {} at index {}, which {} cannot hold"},
     {"E0556", "transport-of-staggered", Severity::error,

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "chart/tune.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace dpde::chart {
+
+namespace {
+
+constexpr double rung_ratio = 1.4142135623730951;
+constexpr int cells_to_begin_with = 8, first_rungs[] = {0, 2};
+constexpr double margin = 0.95;  // of the tolerance that predictions aim at
+constexpr double usual_order = 2, least_order = 0.3, highest_order = 10;
+constexpr double doubt = 2;  // by so much predictions of time may be too long
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// One method with one fraction of the largest stable step.
+struct Candidate {
+  std::map<std::string, std::string> method;
+  double fraction;
+  std::map<int, Point> runs = {};  // by rung
+  int next = 0;                    // the rung that should meet the tolerance
+  double seconds = infinite;       // that it should take
+  std::string out = "";            // why it is out
+};
+
+class Tuner {
+ public:
+  Tuner(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Reference& reference)
+      : source_(source), options_(options), scene_(scene), reference_(reference) {
+    int fewest = std::numeric_limits<int>::max();
+    for (const model::Axis& axis : scene.axes) fewest = std::min(fewest, axis.cells);
+    lowest_ = std::min(1.0, static_cast<double>(cells_to_begin_with) / fewest);
+    highest_rung_ = static_cast<int>(std::floor(std::log(options.most_cells / lowest_) / std::log(rung_ratio) + 1e-9));
+  }
+
+  Choice run(const Wishes& wishes) {
+    std::vector<double> fractions = wishes.fractions;
+    if (fractions.empty()) fractions = {0.9, 0.3};
+    for (const auto& method : methods_for(scene_, wishes)) {
+      for (const double fraction : fractions) candidates_.push_back({method, fraction});
+    }
+    for (Candidate& candidate : candidates_) explore(candidate);
+    while (Candidate* next = most_promising()) {
+      if (!advance(*next)) break;
+    }
+    try_single_precision(wishes);
+    return finish();
+  }
+
+ private:
+  double factor_of(int rung) const { return lowest_ * std::pow(rung_ratio, rung); }
+  bool is_stopped() const { return options_.point.stop != nullptr && options_.point.stop->load(); }
+
+  const Point& run_at(Candidate& candidate, int rung, bool is_proof) {
+    const auto known = candidate.runs.find(rung);
+    if (known != candidate.runs.end()) return known->second;
+    Entry entry{{candidate.method, cells_of(scene_, factor_of(rung))}, candidate.fraction};
+    Point point;
+    std::string why;
+    if (choose_step(source_, options_.point, scene_, entry, why)) {
+      PointOptions options = options_.point;
+      if (!is_proof) {
+        options.samples = 1;
+        options.sample_seconds = std::min(options.sample_seconds, 0.01);
+      }
+      point = run_point(source_, options, entry.variant, reference_);
+      ++result_.tried;
+    } else {
+      point.variant = entry.variant;
+      point.failure = why;
+    }
+    if (options_.tell)
+      options_.tell(fmt::format("{} on {:.3g} times the cells", method_text(point.variant), factor_of(rung)));
+    return candidate.runs[rung] = point;
+  }
+
+  void explore(Candidate& candidate) {
+    for (const int rung : first_rungs) {
+      if (is_stopped() || rung > highest_rung_) break;
+      const Point& point = run_at(candidate, rung, false);
+      if (point.does_not_fit || (!point.failure.empty() && rung == first_rungs[1])) candidate.out = point.failure;
+      if (!candidate.out.empty()) return;
+    }
+    predict(candidate);
+  }
+
+  /// By the two finest runs.
+  void predict(Candidate& candidate) {
+    if (candidate.runs.empty()) return;
+    const auto last = std::prev(candidate.runs.end());
+    const auto [rung, point] = *last;
+    if (!point.failure.empty() || !(point.error > 0)) {  // coarse grids may fail where finer ones do not
+      candidate.next = rung + 1;
+      candidate.seconds = point.seconds > 0 ? point.seconds : 0;
+    } else {
+      double order = usual_order, growth_of_steps = 1;
+      if (last != candidate.runs.begin() && std::prev(last)->second.failure.empty()) {
+        const auto& [before, coarse] = *std::prev(last);
+        const double ratio = std::log(factor_of(rung) / factor_of(before));
+        order = std::log(coarse.error / point.error) / ratio;
+        growth_of_steps = std::log(static_cast<double>(point.steps) / coarse.steps) / ratio;
+      }
+      order = order > least_order ? std::min(order, highest_order) : usual_order;
+      const double wanted = std::log(point.error / (margin * options_.tolerance)) / order / std::log(rung_ratio);
+      candidate.next = std::max(0, rung + static_cast<int>(std::ceil(wanted)));
+      const double growth = growth_of_steps + static_cast<double>(scene_.axes.size());
+      candidate.seconds = point.seconds * std::pow(factor_of(candidate.next) / factor_of(rung), growth);
+    }
+    if (candidate.next > highest_rung_)
+      candidate.out = fmt::format("it would need more than {:g} times the scene's cells", options_.most_cells);
+  }
+
+  Candidate* most_promising() {
+    Candidate* best = nullptr;
+    for (Candidate& candidate : candidates_) {
+      if (!candidate.out.empty() || candidate.runs.empty() || is_stopped()) continue;
+      if (best == nullptr || candidate.seconds < best->seconds) best = &candidate;
+    }
+    return best;
+  }
+
+  /// False where no other can be faster than what is proven.
+  bool advance(Candidate& candidate) {
+    if (proven_ && candidate.seconds > doubt * proven_->seconds) return false;
+    const Point point = run_at(candidate, candidate.next, true);
+    if (point.failure.empty() && point.error <= options_.tolerance) {
+      Point best = point;
+      for (int rung = candidate.next - 1; rung >= 0 && !is_stopped(); --rung) {  // as coarse as it may be
+        const Point coarser = run_at(candidate, rung, true);
+        if (!coarser.failure.empty() || coarser.error > options_.tolerance) break;
+        best = coarser;
+      }
+      prove(best);
+      candidate.out = fmt::format("it takes {:.3g} s a unit of time", best.seconds);
+      candidate.seconds = best.seconds;
+    } else {
+      predict(candidate);
+    }
+    return true;
+  }
+
+  /// Runs that only explored are timed anew.
+  void prove(Point point) {
+    Point timed = run_point(source_, options_.point, point.variant, reference_);
+    ++result_.tried;
+    if (!timed.failure.empty() || timed.seconds == 0) return;
+    if (!proven_ || timed.seconds < proven_->seconds) proven_ = timed;
+  }
+
+  void try_single_precision(const Wishes& wishes) {
+    if (!proven_ || wishes.method.contains("real") || is_stopped()) return;
+    Variant single = proven_->variant;
+    single.method["real"] = "f32";
+    const Point point = run_point(source_, options_.point, single, reference_);
+    ++result_.tried;
+    const bool meets = point.failure.empty() && point.error <= options_.tolerance;
+    if (meets && point.seconds > 0 && point.seconds < proven_->seconds) {
+      result_.runners_up.push_back({*proven_, "single precision is faster and meets the tolerance", proven_->seconds});
+      proven_ = point;
+    } else {
+      const std::string why = !point.failure.empty() ? point.failure
+                              : meets                ? "it is no faster"
+                                                     : fmt::format("its error is {:.3g}", point.error);
+      result_.runners_up.push_back({point, why, 0});
+    }
+  }
+
+  Choice finish() {
+    result_.chosen = proven_;
+    for (const Candidate& candidate : candidates_) {
+      if (candidate.runs.empty()) continue;
+      const Point& last = std::prev(candidate.runs.end())->second;
+      const bool is_chosen = proven_ && candidate.method == proven_->variant.method &&
+                             candidate.runs.contains(candidate.next) &&
+                             candidate.runs.at(candidate.next).step == proven_->step;
+      if (is_chosen) continue;
+      const std::string why = !candidate.out.empty()
+                                  ? candidate.out
+                                  : fmt::format("it should take {:.3g} s a unit of time", candidate.seconds);
+      result_.runners_up.push_back({last, why, std::isfinite(candidate.seconds) ? candidate.seconds : 0});
+    }
+    return std::move(result_);
+  }
+
+  const SourceFile& source_;
+  const TuneOptions& options_;
+  const model::Problem& scene_;
+  const Reference& reference_;
+  double lowest_ = 1;
+  int highest_rung_ = 0;
+  std::vector<Candidate> candidates_;
+  std::optional<Point> proven_;
+  Choice result_;
+};
+
+}  // namespace
+
+Choice tune(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Wishes& wishes,
+            const Reference& reference) {
+  return Tuner(source, options, scene, reference).run(wishes);
+}
+
+}  // namespace dpde::chart

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cheapest method, cells, step and precision whose error meets a tolerance: found by few runs and proven by one.
+//
+// Each method is run on two coarse grids. Its error falls as a power of the cells, its time grows as steps times cells:
+// both are carried on to the first rung of a ladder of grids (a factor of the root of 2 apart) that should meet the
+// tolerance. Methods are then proven in the order of the time they should take, until the next one cannot be faster
+// than what is proven.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chart/sweep.h"
+
+namespace dpde::chart {
+
+struct TuneOptions {
+  PointOptions point;
+  double tolerance = 0;
+  double most_cells = 8;  // times the scene's along each axis
+  std::function<void(const std::string&)> tell;
+};
+
+struct RunnerUp {
+  Point point;                   // the last run of the method
+  std::string reason;            // it lost
+  double predicted_seconds = 0;  // where it would meet the tolerance; 0: not known
+};
+
+struct Choice {
+  std::optional<Point> chosen;  // none: nothing meets the tolerance
+  std::vector<RunnerUp> runners_up;
+  int tried = 0;  // runs
+};
+
+Choice tune(const SourceFile& source, const TuneOptions& options, const model::Problem& scene, const Wishes& wishes,
+            const Reference& reference);
+
+}  // namespace dpde::chart

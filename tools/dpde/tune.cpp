@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// dpde tune: the cheapest scheme, cells, step and precision that meets a tolerance, proven by a run.
+#include "chart/tune.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "chart_scene.h"
+#include "command.h"
+#include "interrupt.h"
+#include "progress.h"
+#include "scene_output.h"
+#include "verbs.h"
+
+namespace dpde::tools {
+
+namespace {
+
+constexpr double reference_part = 3;  // the reference is known to this part of the tolerance, or it proves nothing
+
+struct TuneCommand : CommonOptions {
+  std::vector<std::string> vary;
+  Timing timing;
+  double tolerance = 0, most_cells = 8;
+  bool progress = false;
+};
+
+Json chosen_json(const chart::Point& point) {
+  Json json = Json::object();
+  for (const auto& [key, value] : point.variant.method) json[key] = value;
+  json["cells"] = point.cells;
+  json["step"] = point.step;
+  return json;
+}
+
+std::string spelled(const std::string& value) {  // central4 is central(4) in a file
+  const std::size_t digit = value.find_first_of("0123456789");
+  const bool has_order = digit != std::string::npos && digit + 1 == value.size() && !value.starts_with("rk") &&
+                         !value.starts_with("ab") && !value.starts_with("ssp") && !value.starts_with("f");
+  return has_order ? value.substr(0, digit) + "(" + value.substr(digit) + ")" : value;
+}
+
+/// To paste: a scheme block, and lines of the scene.
+std::string text_to_paste(const chart::Point& point, const model::Problem& problem) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : point.variant.method) keys.push_back(key + " = " + spelled(value));
+  std::string text;
+  if (!keys.empty()) text += fmt::format("scheme tuned {{ {} }}\n", fmt::join(keys, "; "));
+  for (std::size_t a = 0; a < problem.axes.size(); ++a)
+    text += fmt::format("# grid {}: cells {}\n", problem.axes[a].name, point.cells[a]);
+  return text + fmt::format("# time {} .. {}, step {}\n", problem.t_begin,
+                            problem.t_begin + problem.steps * problem.step, point.step);
+}
+
+void report_choice(Job& job, const model::Problem& problem, const chart::Choice& choice, double tolerance,
+                   Json& result) {
+  result["scene"] = problem.scene;
+  result["tolerance"] = tolerance;
+  result["tried"] = choice.tried;
+  result["runner_up"] = Json::array();
+  for (const chart::RunnerUp& other : choice.runners_up) {
+    result["runner_up"].push_back(
+        {{"method", chart::method_text(other.point.variant)},
+         {"cells", other.point.cells},
+         {"step", other.point.step},
+         {"error", other.point.failure.empty() ? json_number(other.point.error) : Json(nullptr)},
+         {"reason", other.reason}});
+  }
+  result["chosen"] = nullptr;
+  if (choice.chosen) {
+    const chart::Point& point = *choice.chosen;
+    result["chosen"] = chosen_json(point);
+    result["error"] = point.error;
+    result["wall_s"] = point.seconds;
+    result["text"] = text_to_paste(point, problem);
+    job.say(
+        fmt::format("{}: {} on {} cells, steps of {:.6g}: error {:.3g}, {:.3g} s a unit of time, after {} runs\n\n{}\n",
+                    problem.scene, chart::method_text(point.variant), fmt::join(point.cells, " x "), point.step,
+                    point.error, point.seconds, choice.tried, text_to_paste(point, problem)));
+  }
+  for (const chart::RunnerUp& other : choice.runners_up)
+    job.say(fmt::format("  not {}{}: {}\n", chart::method_text(other.point.variant),
+                        other.point.cells.empty()
+                            ? ""
+                            : fmt::format(" ({} cells, step {:.4g}, error {:.3g})", fmt::join(other.point.cells, " x "),
+                                          other.point.step, other.point.error),
+                        other.reason));
+}
+
+Json tune_scene(Job& job, const TuneCommand& options) {
+  Json result = Json::object();
+  const std::optional<chart::Wishes> wishes = parse_wishes(options.vary, job.sink());
+  ChartScene scene;
+  if (!wishes || !prepare_out(job) || !open_chart_scene(job, options.timing, scene)) return result;
+  const model::Problem& problem = scene.session->problem();
+  Progress progress(options.progress, options.quiet || options.json);
+  chart::Reference reference;
+  if (!find_reference(job, scene, options.most_cells, progress, reference)) return result;
+  if (reference.uncertainty() * reference_part > options.tolerance) {
+    job.sink().report("no-reference", job.place(),
+                      {problem.scene, fmt::format("{} is known to {:.2g} only, which cannot prove {:g}",
+                                                  reference.text(), reference.uncertainty(), options.tolerance)},
+                      "a larger --tolerance, more --most-cells, or an exact solution: exact u = ...");
+    return result;
+  }
+  int runs = 0;
+  const chart::TuneOptions tuning{scene.options, options.tolerance, options.most_cells,
+                                  [&](const std::string& what) { progress.show(what, ++runs, runs + 10); }};
+  const chart::Choice choice = chart::tune(job.source(), tuning, problem, *wishes, reference);
+  report_choice(job, problem, choice, options.tolerance, result);
+  if (interrupt_flag().load()) {
+    job.sink().report("run-failed", {}, {"stopped before all methods were tried; what is told is of those that were"});
+  } else if (!choice.chosen) {
+    job.sink().report("no-choice", job.place(), {fmt::format("{:g}", options.tolerance)},
+                      "more --most-cells, other methods (--vary), or a larger --tolerance");
+  }
+  if (!job.options().out.empty()) save_text(job, problem.scene + "_tune.json", result.dump(1) + "\n");
+  result["files"] = job.files();
+  return result;
+}
+
+}  // namespace
+
+void add_tune(CLI::App& app, int& status) {
+  const auto options = std::make_shared<TuneCommand>();
+  CLI::App* verb = app.add_subcommand("tune", "the cheapest scheme, cells, step and precision that meets a tolerance");
+  add_common_options(*verb, *options);
+  verb->add_option("--tolerance", options->tolerance, "relative error at the end of the scene (root mean square)")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  add_chart_options(*verb, options->vary, options->timing);
+  verb->add_option("--most-cells", options->most_cells, "along each axis, in units of the scene's")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
+  verb->footer(
+      "Examples:\n  dpde tune advection.dpde ring --tolerance 1e-4\n  dpde tune heat.dpde rod --tolerance 1e-5 --vary "
+      "lap=central2,central4,central6 --vary time=euler,rk4 --json");
+  on_call(*verb, status, [options] {
+    Job job(*options);
+    Json result = Json::object();
+    guarded(job, [&] {
+      if (job.load_source()) result = tune_scene(job, *options);
+    });
+    return job.finish(std::move(result));
+  });
+}
+
+}  // namespace dpde::tools
