@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // dpde check: parses, types, and says what a scene will cost before it runs.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <set>
 
+#include "analysis/conserved_sums.h"
 #include "command.h"
 #include "driver/cost.h"
 #include "driver/data.h"
@@ -209,23 +211,32 @@ std::string report_gradient(Job& job, const TaskOptions& options, const driver::
   return text;
 }
 
+std::string report_conserved(Job& job, const std::shared_ptr<const driver::Compiled>& compiled, Json& result) {
+  const std::optional<std::vector<std::string>> sums = analysis::conserved_sums(job.source(), compiled);
+  if (!sums) return "";
+  result["conserved"] = *sums;
+  return fmt::format("conserved: {}\n", sums->empty() ? "no integral of a field or its square, and no observable"
+                                                      : fmt::format("{}", fmt::join(*sums, ", ")));
+}
+
 /// The scene as a run would begin: its initial state and coefficients are made for that.
 std::string report_stability(Job& job, Json& result) {
   result["stability"] = {{"max_step", nullptr}, {"max_courant", nullptr}, {"mode", nullptr}, {"exact", false}};
+  result["conserved"] = nullptr;
   std::optional<driver::CompileOptions> options = job.compile_options();
   if (!options) return "";
   options->without_task = true;
   DiagnosticSink sink;  // what is wrong with files was told already
-  std::optional<driver::Compiled> compiled = driver::compile(job.source(), *options, sink);
-  if (!compiled) return "";
+  std::optional<driver::Compiled> made = driver::compile(job.source(), *options, sink);
+  if (!made) return "";
+  const auto compiled = std::make_shared<const driver::Compiled>(std::move(*made));
   driver::SessionOptions session_options;
   session_options.threads = thread_count(job.options());
-  const std::unique_ptr<driver::Session> session = driver::Session::open(
-      job.source(), std::make_shared<driver::Compiled>(std::move(*compiled)), session_options, sink);
+  const std::unique_ptr<driver::Session> session = driver::Session::open(job.source(), compiled, session_options, sink);
   if (session == nullptr) return "stability: not analysed, the initial state cannot be made\n";
   const stability::Verdict verdict = stability::verdict_of(*session);
   result["stability"] = stability_json(*session, verdict, job.source());
-  return stability_text(*session, verdict, job.source());
+  return stability_text(*session, verdict, job.source()) + report_conserved(job, compiled, result);
 }
 
 void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& compiled, Json& result) {
@@ -253,7 +264,6 @@ void check_scene(Job& job, const TaskOptions& options, const driver::Compiled& c
     result["order"] = {{"space", nullptr}, {"time", nullptr}};
   }
   text += report_stability(job, result);
-  result["conserved"] = nullptr;
   text += report_networks(problem, result);
   const driver::CopyRate copy =
       driver::measure_copy(std::clamp(cost.bytes * cells, 32e3, 256e6), thread_count(job.options()));
