@@ -139,7 +139,8 @@ bool Run::step() {
   const bool keeps = outcome_.stopped || options_.resume || !options_.checkpoint_every.empty();
   if (checkpoint_ && keeps && !outcome_.blow_up) checkpoint_->save(outcome_.steps_done, states);
   record_->look_at_end(outcome_.steps_done, states);
-  if (outcome_.blow_up) driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink());
+  if (outcome_.blow_up)
+    driver::report_blow_up(*session_, *outcome_.blow_up, job_.sink(), stability::advice_on_blow_up(*session_));
   if (outcome_.stopped) {
     job_.sink().report("interrupted", {},
                        {fmt::format("{}", outcome_.steps_done), fmt::format("{}", session_->steps()),

@@ -121,15 +121,17 @@ std::string grown_before(Session& session, const std::string& name) {
 
 }  // namespace
 
-void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink) {
+void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink, const std::string& advice) {
   const std::string& name = session.rollout().state_name(blow_up.state);
   const model::State* state = session.problem().find_state(name);
   const SourceRange where = state == nullptr ? SourceRange{} : state->origin.range;
   sink.report("blow-up", where,
               {name, fmt::format("{}", blow_up.step), fmt::format("{}", session.steps()),
                fmt::format("{:.6g}", blow_up.t), session.cell_text(blow_up.cell), session.place_text(blow_up.cell)},
-              fmt::format("{}the value is {}; a smaller step than {} may help (--set step=...)",
-                          grown_before(session, name), shown(blow_up.value), session.problem().step));
+              fmt::format("{}the value is {}; {}", grown_before(session, name), shown(blow_up.value),
+                          advice.empty()
+                              ? fmt::format("a smaller step than {} may help (--set step=...)", session.problem().step)
+                              : advice));
 }
 
 }  // namespace dpde::driver

@@ -18,7 +18,7 @@ std::vector<Instability> instabilities_of(Session& session, double suspicious = 
 /// A warning for each, at the equation of the field.
 void report_instabilities(Session& session, DiagnosticSink& sink);
 
-/// A blown-up run in the user's words, at the equation of the field.
-void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink);
+/// A blown-up run in the user's words, at the equation of the field. `advice` is what may help; "": a smaller step.
+void report_blow_up(Session& session, const BlowUp& blow_up, DiagnosticSink& sink, const std::string& advice = "");
 
 }  // namespace dpde::driver

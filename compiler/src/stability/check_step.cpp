@@ -46,6 +46,20 @@ void report_above(driver::Session& session, const Verdict& verdict, bool ruins, 
 
 }  // namespace
 
+std::string advice_on_blow_up(driver::Session& session) {
+  const Verdict verdict = verdict_of(session);
+  const double step = session.problem().step;
+  if (!verdict.is_analysed() || verdict.limit.kind == StepLimit::Kind::none) return "";
+  if (verdict.limit.kind == StepLimit::Kind::never) return "the scheme is unstable at every step (dpde check)";
+  if (verdict.is_above())
+    return fmt::format("the step {} is above {:.4g}, the largest stable one where the run begins", step,
+                       verdict.limit.step);
+  return fmt::format(
+      "where the run begins steps are stable up to {:.4g}: the equations blow up by themselves, or what "
+      "they carry has become faster, and a smaller step than {} may help (--set step=...)",
+      verdict.limit.step, step);
+}
+
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink) {
   const Verdict verdict = verdict_of(session);
   if (!verdict.is_above()) return true;

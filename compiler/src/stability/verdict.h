@@ -59,6 +59,9 @@ std::optional<OtherScheme> stable_scheme(driver::Session& session, const Verdict
 /// "the wave of 2 cells along x and of 8 along y", "what walls do".
 std::string wave_text(const Verdict& verdict, const model::Problem& problem);
 
+/// The verdict for who asks why a run blew up; "" where it says nothing.
+std::string advice_on_blow_up(driver::Session& session);
+
 /// Reports a step that is too large: an error where it ruins the run (`force`: a warning), else a warning. False after
 /// an error.
 bool check_step(driver::Session& session, bool force, DiagnosticSink& sink);
