@@ -89,5 +89,20 @@ TEST(WallLimit, IsFoundByRuns) {
   }
 }
 
+/// Leapfrog between an inflow and an outflow: the mode that the scheme has beside the equations' grows at every step.
+TEST(WallLimit, OfLeapfrogAtAnOutflowIsNone) {
+  DiagnosticSink sink;
+  const std::unique_ptr<driver::Session> session = open(
+      "model m { field u; dt(u) = -advect(1, u) }\nscheme c { advect = central(2); time = leapfrog }\n"
+      "scene s : m with c {\n  grid x = 0 .. 1, cells 64\n  boundary u: x.low = 0, x.high = zero_gradient\n"
+      "  initial u = exp(-100*(x - 0.3)^2)\n  time 0 .. 4, step 1/128\n}\n",
+      sink);
+  ASSERT_NE(session, nullptr);
+  const Verdict verdict = verdict_of(*session);
+  EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
+  EXPECT_TRUE(verdict.is_of_walls);
+  EXPECT_FALSE(try_step(*session, 1.0 / 128, {}).value().is_stable);
+}
+
 }  // namespace
 }  // namespace dpde::stability

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "driver/over_time.h"
@@ -111,31 +112,37 @@ class Examination {
     verdict_.worst = point.point;
   }
 
+  /// ln |g| / step of what grows most between the walls; of the equations' own, those that a short step leaves near 1:
+  /// schemes with a memory have others, which walls may let grow at every step.
+  double rate_between_walls(double step, bool of_equations) const {
+    double largest = 0;
+    for (const std::complex<double> g : eigenvalues_between_walls(linear_, worst_.point, session_.axes(), step)) {
+      if (!of_equations || std::abs(g - 1.0) < 0.5) largest = std::max(largest, std::log(std::abs(g)) / step);
+    }
+    return largest;
+  }
+
   /// Walls may let grow what no wave does; they may damp, too, but a limit that holds away from them stays.
   void look_at_walls() {
     const bool has_limit = verdict_.limit.kind == StepLimit::Kind::limit;
-    const double short_step = 1e-3 * (has_limit ? verdict_.limit.step : verdict_.step);
-    const auto rate_at = [&](double step) {
-      return std::log(spectral_radius_between_walls(linear_, worst_.point, session_.axes(), step)) / step;
-    };
-    const double allowed = 2 * std::max({0.0, rate_at(short_step), verdict_.growth_rate});
-    const auto is_stable = [&](double step) { return (rate_at(step) - allowed) * step <= wall_tolerance; };
     double low = has_limit ? verdict_.limit.step : verdict_.step;
-    if (is_stable(low)) return;
+    const double short_step = 1e-3 * low;
+    const double allowed = 2 * std::max(rate_between_walls(short_step, true), verdict_.growth_rate);
+    const auto beyond = [&](double step) { return (rate_between_walls(step, false) - allowed) * step; };
+    if (beyond(low) <= wall_tolerance) return;
     double high = low;
-    while (!is_stable(low) && low > short_step) low /= 2;
-    if (low <= short_step) return;  // an eigenvalue that rounding moves, or one that grows slowly at every step
-    while (high - low > 1e-3 * high) {
+    while (low > short_step && beyond(low) > wall_tolerance) low /= 2;
+    const bool is_never = low <= short_step;
+    while (!is_never && high - low > 1e-3 * high) {
       const double middle = 0.5 * (low + high);
-      (is_stable(middle) ? low : high) = middle;
+      (beyond(middle) <= wall_tolerance ? low : high) = middle;
     }
-    verdict_.limit.kind = StepLimit::Kind::limit;
-    verdict_.limit.step = low;
+    verdict_.limit.kind = is_never ? StepLimit::Kind::never : StepLimit::Kind::limit;
+    verdict_.limit.step = is_never ? 0 : low;
+    verdict_.limit.order = 1;
     verdict_.is_of_walls = true;
-    const double now = rate_at(verdict_.step) * verdict_.step;
-    if (now - allowed * verdict_.step <= verdict_.beyond) return;
-    verdict_.beyond = now - allowed * verdict_.step;
-    verdict_.growth = std::exp(now);
+    verdict_.beyond = std::max(verdict_.beyond, beyond(verdict_.step));
+    verdict_.growth = std::max(verdict_.growth, std::exp(rate_between_walls(verdict_.step, false) * verdict_.step));
   }
 
   driver::Session& session_;

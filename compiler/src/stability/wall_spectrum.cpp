@@ -81,11 +81,11 @@ class SmallGrid {
 
 }  // namespace
 
-double spectral_radius_between_walls(const LinearStep& linear, const FrozenPoint& point,
-                                     const std::vector<model::Axis>& axes, double step) {
+Eigen::VectorXcd eigenvalues_between_walls(const LinearStep& linear, const FrozenPoint& point,
+                                           const std::vector<model::Axis>& axes, double step) {
   const Eigen::MatrixXd tangent = SmallGrid(linear, point, axes, step).tangent();
-  if (!tangent.allFinite()) return std::numeric_limits<double>::quiet_NaN();
-  return Eigen::EigenSolver<Eigen::MatrixXd>(tangent, false).eigenvalues().cwiseAbs().maxCoeff();
+  if (!tangent.allFinite()) return {};
+  return Eigen::EigenSolver<Eigen::MatrixXd>(tangent, false).eigenvalues();
 }
 
 }  // namespace dpde::stability
