@@ -26,7 +26,7 @@ struct Scene {
   }
 };
 
-Scene scene_of(const std::string& text, const std::map<std::string, double>& fields = {}) {
+Scene scene_of(const std::string& text, const std::map<std::string, FrozenValue>& fields = {}) {
   const SourceFile source("test.dpde", text);
   DiagnosticSink sink;
   driver::CompileOptions options;

@@ -55,7 +55,7 @@ chart::Point Chart::run_entry(chart::Entry entry) {
     point.does_not_fit = !point.is_unstable;
     return point;
   }
-  const std::string key = file_.key_of(job_.source(), entry.variant, scene_.options.threads);
+  const std::string key = file_.key_of(job_, entry.variant, reference_.text());
   if (std::optional<chart::Point> known = file_.find(key)) {
     known->variant = entry.variant;
     return *known;
@@ -83,6 +83,9 @@ void Chart::run_entries(std::vector<chart::Entry> entries) {
 Json Chart::operator()() {
   Json result = Json::object();
   const std::optional<chart::Wishes> wishes = parse_wishes(options_.vary, job_.sink());
+  if (options_.resume && options_.out.empty())
+    job_.sink().report("bad-option", {}, {"--resume needs the --out DIR of the chart"});
+  if (job_.failed()) return result;
   if (!wishes || !prepare_out(job_) || !open_chart_scene(job_, options_.timing, scene_)) return result;
   if (!options_.out.empty() && !file_.open(options_.out, scene_.session->problem().scene, options_.resume, job_.sink()))
     return result;
@@ -93,6 +96,9 @@ Json Chart::operator()() {
   if (interrupt_flag().load())
     job_.sink().report("run-failed", {}, {"stopped before all points were run; the chart is of those that were"},
                        options_.out.empty() ? "" : "the same command with --resume goes on from here");
+  const std::vector<chart::Point>& points = file_.points();
+  if (!points.empty() && std::ranges::all_of(points, &chart::Point::does_not_fit))
+    job_.sink().report("bad-option", {}, {fmt::format("no variant fits the scene: {}", points.front().failure)});
   write_chart(job_, problem, file_.points(), reference_, scene_.options.threads, result);
   return result;
 }

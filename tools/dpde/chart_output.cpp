@@ -53,21 +53,29 @@ Json point_json(const Point& point) {
 
 Point point_from(const Json& json) {
   Point point;
-  point.failure = json["failure"].is_null() ? "" : json["failure"].get<std::string>();
-  point.is_unstable = !json["stable"].get<bool>();
-  point.does_not_fit = !json["fits"].get<bool>();
-  point.cells = json["cells"].get<std::vector<int>>();
-  point.step = json["step"];
-  point.steps = json["steps"];
-  point.largest_step = json["max_step"].is_null() ? 0 : json["max_step"].get<double>();
-  point.errors = json["errors"].get<std::map<std::string, double>>();
-  point.error = json["error"].is_number() ? json["error"].get<double>() : NAN;
-  point.seconds = json["wall_s"].is_null() ? 0 : json["wall_s"].get<double>();
-  point.low_quartile = json["wall_s_quartiles"][0];
-  point.high_quartile = json["wall_s_quartiles"][1];
-  point.compile_seconds = json["compile_s"];
-  point.memory_bytes = json["memory_bytes"];
+  point.failure = json.at("failure").is_null() ? "" : json.at("failure").get<std::string>();
+  point.is_unstable = !json.at("stable").get<bool>();
+  point.does_not_fit = !json.at("fits").get<bool>();
+  point.cells = json.at("cells").get<std::vector<int>>();
+  point.step = json.at("step");
+  point.steps = json.at("steps");
+  point.largest_step = json.at("max_step").is_null() ? 0 : json.at("max_step").get<double>();
+  for (const auto& [name, error] : json.at("errors").items())
+    point.errors[name] = error.is_number() ? error.get<double>() : NAN;
+  point.error = json.at("error").is_number() ? json.at("error").get<double>() : NAN;
+  point.seconds = json.at("wall_s").is_null() ? 0 : json.at("wall_s").get<double>();
+  point.low_quartile = json.at("wall_s_quartiles")[0];
+  point.high_quartile = json.at("wall_s_quartiles")[1];
+  point.compile_seconds = json.at("compile_s");
+  point.memory_bytes = json.at("memory_bytes");
   return point;
+}
+
+/// FNV-1a: the same in every build.
+std::string text_hash(std::string_view text) {
+  std::uint64_t hash = 14695981039346656037u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return fmt::format("{:016x}", hash);
 }
 
 std::string cells_of(const Point& point) {
@@ -87,12 +95,23 @@ bool ChartFile::open(const std::string& folder, const std::string& scene, bool r
                 "leave out --resume to begin anew");
     return false;
   }
-  for (const auto& [key, point] : json.items()) known_[key] = point;
-  return true;
+  try {
+    for (const auto& [key, point] : json.items()) {
+      point_from(point);
+      known_[key] = point;
+    }
+  } catch (const std::exception&) {
+    known_.clear();
+    sink.report("cannot-read", {}, {path_.string(), "it holds no points of a chart"},
+                "leave out --resume to begin anew");
+  }
+  return !sink.has_errors();
 }
 
-std::string ChartFile::key_of(const SourceFile& source, const chart::Variant& variant, int threads) {
-  return fmt::format("{:016x} {} {} {}", std::hash<std::string_view>()(source.text()), version, threads,
+std::string ChartFile::key_of(const Job& job, const chart::Variant& variant, const std::string& reference) {
+  const CommonOptions& options = job.options();
+  return fmt::format("{} {} {} {} {} {} {} {} {}", text_hash(job.source().text()), version, options.name,
+                     options.scheme, options.backend, thread_count(options), fmt::join(options.set, " "), reference,
                      variant_json(variant).dump());
 }
 
@@ -192,8 +211,8 @@ std::string table_of(const std::vector<Method>& methods) {
   for (const Method& method : methods) {
     const double slope = slope_of(hull_of(method));
     text += method.name + (std::isnan(slope) ? "" : fmt::format("  (seconds go as error^-{:.2f})", slope)) + "\n";
-    const Point* before = nullptr;
     for (const Point& point : method.points) {
+      const Point* before = nullptr;
       if (!point.failure.empty()) {
         text +=
             fmt::format("{:>10} {:>11} {}\n", cells_of(point), point.step > 0 ? fmt::format("{:.4g}", point.step) : "-",

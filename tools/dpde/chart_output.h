@@ -18,8 +18,8 @@ class ChartFile {
  public:
   /// False and a diagnostic where a file that is to be resumed cannot be read.
   bool open(const std::string& folder, const std::string& scene, bool resume, DiagnosticSink& sink);
-  /// Of the text, the variant, and the threads it is timed with.
-  static std::string key_of(const SourceFile& source, const chart::Variant& variant, int threads);
+  /// Of the text with what it imports, the command's options, the variant and the reference.
+  static std::string key_of(const Job& job, const chart::Variant& variant, const std::string& reference);
   std::optional<chart::Point> find(const std::string& key) const;
   void add(const std::string& key, const chart::Point& point);
   bool save(DiagnosticSink& sink) const;

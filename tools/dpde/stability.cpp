@@ -187,9 +187,10 @@ void Stability::scan_step_of(driver::Session& session, const Verdict& verdict, d
                         {"smallest_unstable", is_found ? Json(found.smallest_unstable) : Json(nullptr)}};
   if (is_found) {
     result["ratio"] = found.largest / limit;
-    job_.say(
-        fmt::format("measured: stable up to a step of {:.6g}, unstable from {:.6g}, {:.4f} times what is predicted\n",
-                    found.largest, found.smallest_unstable, found.largest / limit));
+    const bool is_predicted = verdict.is_analysed() && verdict.limit.kind == StepLimit::Kind::limit;
+    job_.say(fmt::format("measured: stable up to a step of {:.6g}, unstable from {:.6g}{}\n", found.largest,
+                         found.smallest_unstable,
+                         is_predicted ? fmt::format(", {:.4f} times what is predicted", found.largest / limit) : ""));
   } else {
     job_.say(fmt::format("measured: no {} step between {:.4g} and {:.4g}\n", found.largest > 0 ? "unstable" : "stable",
                          steps.empty() ? 0 : steps.front(), steps.empty() ? 0 : steps.back()));
@@ -216,7 +217,7 @@ void Stability::measure_growth(driver::Session& session, const Verdict& verdict,
   }
   if (trials.size() == 3) {
     result["measured"] = {{"max_step", trials[0].is_stable ? Json(steps[0]) : Json(0)}, {"growth", trials[2].growth}};
-    result["ratio"] = json_number(std::log(trials[2].growth) / std::log(predicted[2]));
+    result["ratio"] = nullptr;  // there is no limit; the growths are to be compared
   }
 }
 
@@ -341,7 +342,7 @@ void add_stability(CLI::App& app, int& status) {
       ->type_name("NAME=LOW..HIGH");
   verb->add_option("--points", options->points, "values of that")->check(CLI::Range(2, 1000))->capture_default_str();
   verb->add_option("--steps", options->steps, "steps of each run (default: 500 to 100000, as cells allow)")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(100, 100'000'000));
   verb->add_flag("--progress", options->progress, "show progress although standard error is no terminal");
   verb->footer(
       "Examples:\n  dpde stability heat.dpde plate\n  dpde stability heat.dpde plate --set cells=32 --set time=rk4 "

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <memory>
 
 #include "chart_scene.h"
@@ -93,6 +94,11 @@ void report_choice(Job& job, const model::Problem& problem, const chart::Choice&
 Json tune_scene(Job& job, const TuneCommand& options) {
   Json result = Json::object();
   const std::optional<chart::Wishes> wishes = parse_wishes(options.vary, job.sink());
+  if (!std::isfinite(options.tolerance) || !std::isfinite(options.most_cells))
+    job.sink().report("bad-option", {}, {"--tolerance and --most-cells are finite numbers"});
+  if (wishes && (!wishes->cells.empty() || !wishes->steps.empty()))
+    job.sink().report("bad-option", {}, {"dpde tune chooses cells and steps by itself: --vary has scheme keys here"});
+  if (job.failed()) return result;
   ChartScene scene;
   if (!wishes || !prepare_out(job) || !open_chart_scene(job, options.timing, scene)) return result;
   const model::Problem& problem = scene.session->problem();

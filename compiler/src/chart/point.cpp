@@ -79,8 +79,10 @@ bool is_allowed(Point& point, driver::Session& session, const PointOptions& opti
 
 }  // namespace
 
-Point run_point(const SourceFile& source, const PointOptions& options, const Variant& variant,
-                const Reference& reference) {
+namespace {
+
+Point run_or_throw(const SourceFile& source, const PointOptions& options, const Variant& variant,
+                   const Reference& reference) {
   Point point;
   point.variant = variant;
   std::string why;
@@ -120,6 +122,21 @@ Point run_point(const SourceFile& source, const PointOptions& options, const Var
   point.low_quartile = quantile(0.25);
   point.high_quartile = quantile(0.75);
   return point;
+}
+
+}  // namespace
+
+/// What one variant throws, for lack of memory as an example, leaves the others alone.
+Point run_point(const SourceFile& source, const PointOptions& options, const Variant& variant,
+                const Reference& reference) {
+  try {
+    return run_or_throw(source, options, variant, reference);
+  } catch (const std::exception& error) {
+    Point point;
+    point.variant = variant;
+    point.failure = error.what();
+    return point;
+  }
 }
 
 void mark_pareto(std::vector<Point>& points) {

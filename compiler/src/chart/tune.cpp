@@ -48,6 +48,7 @@ class Tuner {
     while (Candidate* next = most_promising()) {
       if (!advance(*next)) break;
     }
+    try_longer_steps();
     try_single_precision(wishes);
     return finish();
   }
@@ -111,6 +112,10 @@ class Tuner {
       const double growth = growth_of_steps + static_cast<double>(scene_.axes.size());
       candidate.seconds = point.seconds * std::pow(factor_of(candidate.next) / factor_of(rung), growth);
     }
+    for (const auto& [known, run] : candidate.runs) {  // above all that miss the tolerance
+      if (!run.failure.empty() || !(run.error <= options_.tolerance))
+        candidate.next = std::max(candidate.next, known + 1);
+    }
     if (candidate.next > highest_rung_)
       candidate.out = fmt::format("it would need more than {:g} times the scene's cells", options_.most_cells);
   }
@@ -150,6 +155,22 @@ class Tuner {
     ++result_.tried;
     if (!timed.failure.empty() || timed.seconds == 0) return;
     if (!proven_ || timed.seconds < proven_->seconds) proven_ = timed;
+  }
+
+  /// Coarse grids may have asked for shorter steps than the one that was chosen needs.
+  void try_longer_steps() {
+    for (const double fraction : {0.6, 0.9}) {
+      if (!proven_ || is_stopped()) return;
+      Entry entry{proven_->variant, fraction};
+      entry.variant.resolution.erase("step");
+      std::string why;
+      if (!choose_step(source_, options_.point, scene_, entry, why)) continue;
+      if (std::stod(entry.variant.resolution.at("step")) <= proven_->step) continue;
+      const Point point = run_point(source_, options_.point, entry.variant, reference_);
+      ++result_.tried;
+      const bool meets = point.failure.empty() && point.error <= options_.tolerance && point.seconds > 0;
+      if (meets && point.seconds < proven_->seconds) proven_ = point;
+    }
   }
 
   void try_single_precision(const Wishes& wishes) {

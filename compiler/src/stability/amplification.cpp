@@ -17,7 +17,8 @@ using std::numbers::pi;
 /// Along each axis; multiples of four have the waves of two and of four cells, which most schemes have their limits at.
 constexpr std::array<int, 3> waves_along{128, 24, 8};
 constexpr std::array<double, 6> long_waves{0.2, 0.1, 0.05, 0.02, 0.01, 0.005};
-constexpr int climbs = 3;
+constexpr int along_diagonals = 32;
+constexpr int climbs = 6;
 
 Eigen::Index rows_of(const Response& rows) { return static_cast<Eigen::Index>(rows.size()); }
 
@@ -89,6 +90,15 @@ std::vector<Angles> first_waves(int rank) {
         if (rank > 2) a[2] = 2 * pi * z / count;
         if (a != Angles{}) result.push_back(a);
       }
+    }
+  }
+  // Of one angle along several axes, finely: their sum is what limits advection in several dimensions.
+  for (int direction = 0; rank > 1 && direction < static_cast<int>(std::pow(3, rank)); ++direction) {
+    std::array<int, 3> sign{direction % 3 - 1, direction / 3 % 3 - 1, rank > 2 ? direction / 9 - 1 : 0};
+    if (sign == std::array{0, 0, 0} || sign < std::array{0, 0, 0}) continue;  // the other half is conjugate
+    for (int i = 1; i <= along_diagonals; ++i) {
+      const double angle = pi * i / along_diagonals;
+      result.push_back({sign[0] * angle, sign[1] * angle, sign[2] * angle});
     }
   }
   for (const double length : long_waves) {

@@ -15,11 +15,9 @@ namespace dpde::stability {
 namespace {
 
 constexpr std::size_t places_between = 6;
+constexpr std::size_t most_looks = 1024, most_cells_a_time = 64;  // at responses, which take some 10 us each
+constexpr std::size_t heaviest = 4, most_points = 10;             // that are analysed
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-bool has_memory(const model::Problem& problem) {
-  return std::ranges::any_of(problem.states, [](const model::State& s) { return !s.history_of.empty(); });
-}
 
 std::map<std::string, double> numbers_of(const driver::Session& session) {
   std::map<std::string, double> numbers;
@@ -33,11 +31,16 @@ std::map<std::string, double> numbers_of(const driver::Session& session) {
   return numbers;
 }
 
-/// Within the run. Schemes with a memory begin otherwise, for as long as t is below half a step: theirs is far from it.
+/// Behind the first step.
 double time_within(const driver::Session& session, double part) {
   const model::Problem& problem = session.problem();
-  const double steps = has_memory(problem) ? 1e6 : std::max(1.0, part * session.steps());
-  return problem.t_begin + steps * problem.step;
+  return problem.t_begin + std::max(1.0, part * session.steps()) * problem.step;
+}
+
+FrozenValue unknown() {
+  FrozenValue value(not_a_number);
+  value.slope.fill(not_a_number);
+  return value;
 }
 
 /// Whether the response is another one where this is: NaN in it makes NaN of it.
@@ -50,17 +53,19 @@ bool depends_on(const LinearStep& linear, const FrozenPoint& point, double step,
 
 class Sampler {
  public:
-  Sampler(driver::Session& session, const LinearStep& linear) : session_(session) {
+  Sampler(driver::Session& session, const LinearStep& linear)
+      : session_(session), follows_flow_(linear.follows_flow()) {
     for (const std::string& name : linear.inputs()) {
       if (stencil::is_coordinate(name)) continue;
       const int state = session.engine().state_index(name);
       fields_[name] = state < 0 ? session.workspace().dense(name) : session.initial(state);
+      fields_[name].resize(session.workspace().cell_count());  // of a control field the first interval
     }
     const double step = session.problem().step;
     const FrozenPoint point = at(session.workspace().cell_count() / 2, time_within(session, 0.5)).point;
     reads_places_ = depends_on(linear, point, step, [](FrozenPoint& p) { p.place.fill(not_a_number); });
     for (const auto& [name, values] : fields_) {
-      if (depends_on(linear, point, step, [&](FrozenPoint& p) { p.fields[name] = not_a_number; })) varied_.insert(name);
+      if (depends_on(linear, point, step, [&](FrozenPoint& p) { p.fields[name] = unknown(); })) varied_.insert(name);
     }
   }
 
@@ -80,6 +85,8 @@ class Sampler {
     return result;
   }
 
+  bool varies_in_space() const { return reads_places_ || !varied_.empty(); }
+
   /// For the response.
   bool is_alike(const FrozenPoint& a, const FrozenPoint& b) const {
     return std::ranges::all_of(varied_, [&](const auto& name) { return a.fields.at(name) == b.fields.at(name); }) &&
@@ -88,7 +95,7 @@ class Sampler {
 
   ScenePoint at(std::size_t cell, double t) const {
     ScenePoint result{{{}, numbers_of(session_), {}}, ""};
-    for (const auto& [name, values] : fields_) result.point.fields[name] = values[cell];
+    for (const auto& [name, values] : fields_) result.point.fields[name] = about(values, cell);
     result.point.params["t"] = t;
     const std::array<std::size_t, 3> place = place_of(cell);
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
@@ -103,6 +110,28 @@ class Sampler {
   }
 
  private:
+  /// With the smaller of both differences; none at the ends of bounded axes, and where the flow is followed.
+  FrozenValue about(const std::vector<double>& values, std::size_t cell) const {
+    FrozenValue result(values[cell]);
+    if (follows_flow_) return result;
+    const std::array<std::size_t, 3> place = place_of(cell);
+    std::size_t stride = 1;
+    for (std::size_t a = 0; a < session_.axes().size(); ++a) {
+      const auto n = static_cast<std::size_t>(session_.axes()[a].cells);
+      const bool is_periodic = session_.axes()[a].topology == Topology::periodic;
+      const std::size_t first = cell - place[a] * stride;
+      const std::size_t high = place[a] + 1 < n ? place[a] + 1 : is_periodic ? 0 : place[a];
+      const std::size_t low = place[a] > 0 ? place[a] - 1 : is_periodic ? n - 1 : 0;
+      const double up = values[first + high * stride] - values[cell],
+                   down = values[cell] - values[first + low * stride];
+      const bool is_inside = high != place[a] && low != place[a];
+      // The smaller one: straight on from a jump a field would be what it nowhere is.
+      if (is_inside) result.slope[a] = up * down <= 0 ? 0 : std::abs(up) < std::abs(down) ? up : down;
+      stride *= n;
+    }
+    return result;
+  }
+
   std::array<std::size_t, 3> place_of(std::size_t cell) const {
     std::array<std::size_t, 3> place{};
     for (std::size_t a = 0; a < session_.axes().size(); ++a) {
@@ -137,6 +166,7 @@ class Sampler {
   std::map<std::string, std::vector<double>> fields_;
   std::set<std::string> varied_;  // of them those that the response depends on
   bool reads_places_ = false;
+  bool follows_flow_;
 };
 
 bool is_equal(const Response& a, const Response& b) {
@@ -148,11 +178,58 @@ bool is_equal(const Response& a, const Response& b) {
 }
 
 bool depends_on_time(const driver::Session& session, const LinearStep& linear, FrozenPoint point) {
-  const double step = session.problem().step;
-  const std::optional<Response> now = linear.response(point, step);
-  point.params["t"] += 0.377 * session.steps() * step;
-  const std::optional<Response> later = linear.response(point, step);
-  return now && later && !is_equal(*now, *later);
+  std::optional<Response> before;
+  for (const double part : {0.0, 0.113, 0.237, 0.391, 0.529, 0.683, 0.871, 1.0}) {
+    point.params["t"] = time_within(session, part);
+    const std::optional<Response> now = linear.response(point, session.problem().step);
+    if (before && now && !is_equal(*before, *now)) return true;
+    if (now) before = now;
+  }
+  return false;
+}
+
+/// The sum of the magnitudes of all coefficients: it grows with the largest rate.
+double weight_of(const std::optional<Response>& response) {
+  double sum = 0;
+  for (const Form& form : response.value_or(Response{})) {
+    for (const Form::Term& term : form.terms()) sum += std::abs(term.coefficient);
+  }
+  return sum;
+}
+
+/// So many of them, from light to heavy: where the flow is followed each analysis takes long.
+std::vector<ScenePoint> thinned(std::vector<ScenePoint> points, const driver::Session& session,
+                                const LinearStep& linear) {
+  if (points.size() <= most_points) return points;
+  const auto weight = [&](const ScenePoint& p) { return weight_of(linear.response(p.point, session.problem().step)); };
+  std::ranges::stable_sort(points, std::greater(), weight);
+  std::vector<ScenePoint> result;
+  for (std::size_t i = 0; i < most_points; ++i) result.push_back(points[i * (points.size() - 1) / (most_points - 1)]);
+  return result;
+}
+
+/// Of many cells and times those with the heaviest response: formulas may be large in a spot, or for a moment.
+std::vector<ScenePoint> heaviest_points(const driver::Session& session, const LinearStep& linear,
+                                        const Sampler& sampler, bool varies_in_time) {
+  const std::size_t cells = sampler.varies_in_space() ? session.workspace().cell_count() : 1;
+  const std::size_t most = varies_in_time ? most_cells_a_time : most_looks;
+  const std::size_t looks = std::min(cells, most);
+  const std::size_t times = !varies_in_time ? 1 : cells == 1 ? most_looks : most_looks / most_cells_a_time;
+  std::vector<std::pair<double, ScenePoint>> found;
+  for (std::size_t i = 0; i < looks; ++i) {
+    for (std::size_t k = 0; k < times; ++k) {
+      const double part = times == 1 ? 0.5 : static_cast<double>(k) / static_cast<double>(times - 1);
+      ScenePoint point =
+          sampler.at(cells == 1 ? session.workspace().cell_count() / 2 : i * cells / looks, time_within(session, part));
+      const double weight = weight_of(linear.response(point.point, session.problem().step));
+      found.emplace_back(weight, std::move(point));
+      std::ranges::sort(found, std::greater(), &std::pair<double, ScenePoint>::first);
+      if (found.size() > heaviest) found.pop_back();
+    }
+  }
+  std::vector<ScenePoint> result;
+  for (auto& [weight, point] : found) result.push_back(std::move(point));
+  return result;
 }
 
 }  // namespace
@@ -161,30 +238,46 @@ std::vector<ScenePoint> frozen_points(driver::Session& session, const LinearStep
   const Sampler sampler(session, linear);
   std::vector<ScenePoint> result;
   const std::set<std::size_t> cells = sampler.cells();
-  const bool varies = depends_on_time(session, linear, sampler.at(*cells.begin(), time_within(session, 0.5)).point);
+  const FrozenPoint middle = sampler.at(*cells.begin(), time_within(session, 0.5)).point;
+  const bool varies = depends_on_time(session, linear, middle);
+  const auto add = [&](ScenePoint next) {
+    const auto is_known = [&](const ScenePoint& known) { return sampler.is_alike(known.point, next.point); };
+    if (std::ranges::none_of(result, is_known)) result.push_back(std::move(next));
+  };
   for (const std::size_t cell : cells) {
     for (const double part : varies ? std::vector{0.0, 0.5, 1.0} : std::vector{0.5}) {
-      ScenePoint next = sampler.at(cell, time_within(session, part));
-      const auto is_known = [&](const ScenePoint& known) { return sampler.is_alike(known.point, next.point); };
-      if (std::ranges::none_of(result, is_known)) result.push_back(std::move(next));
+      add(sampler.at(cell, time_within(session, part)));
     }
   }
-  return result;
+  if (varies || sampler.varies_in_space()) {
+    for (ScenePoint& point : heaviest_points(session, linear, sampler, varies)) add(std::move(point));
+  }
+  for (const model::Control& control : session.problem().controls) {
+    const auto [low, high] = std::ranges::minmax(control.values);
+    const std::vector<ScenePoint> before = result;
+    for (ScenePoint point : before) {
+      for (const double value : {low, high}) {
+        point.point.params[control.name] = value;
+        add(point);
+      }
+    }
+  }
+  return linear.follows_flow() ? thinned(std::move(result), session, linear) : result;
 }
 
 bool is_same_everywhere(driver::Session& session, const LinearStep& linear, const FrozenPoint& point) {
   if (linear.reduces() || depends_on_time(session, linear, point)) return false;
-  FrozenPoint unknown = point;
-  unknown.place.fill(not_a_number);
-  for (auto& [name, value] : unknown.fields) {
+  FrozenPoint spoilt = point;
+  spoilt.place.fill(not_a_number);
+  for (auto& [name, value] : spoilt.fields) {
     if (session.engine().state_index(name) < 0) {
       const std::vector<double> values = session.workspace().dense(name);
       if (std::ranges::all_of(values, [&](double v) { return v == values.front(); })) continue;
     }
-    value = not_a_number;
+    value = unknown();
   }
-  for (const model::Control& control : session.problem().controls) unknown.params[control.name] = not_a_number;
-  return linear.response(unknown, session.problem().step).has_value();
+  for (const model::Control& control : session.problem().controls) spoilt.params[control.name] = not_a_number;
+  return linear.response(spoilt, session.problem().step).has_value();
 }
 
 }  // namespace dpde::stability

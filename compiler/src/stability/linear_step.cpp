@@ -20,6 +20,7 @@ using namespace stencil;
 namespace {
 
 constexpr std::int64_t span = 2 * farthest_offset + 1;
+constexpr std::size_t most_terms = 50'000;
 constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
@@ -81,10 +82,11 @@ Form Form::plus(const Form& other) const {
 
 namespace {
 
-/// The value at all points, and how it is perturbed.
+/// The value at the point, its change from cell to cell, and how it is perturbed.
 struct Value {
   double number = 0;
-  Form form;
+  Form form = {};
+  std::array<double, 3> slope = {};  // of fields; no expression has one
 };
 
 Value operator+(const Value& a, const Value& b) { return {a.number + b.number, a.form.plus(b.form)}; }
@@ -115,7 +117,8 @@ std::vector<Tap> taps_along(double displacement, Along along) {
 /// One run of the tangent.
 class Evaluation {
  public:
-  Evaluation(const Module& module, const FrozenPoint& point, double dt) : module_(module), point_(point), dt_(dt) {}
+  Evaluation(const Module& module, const std::set<std::string>& varied, const FrozenPoint& point, double dt)
+      : module_(module), varied_(varied), point_(point), dt_(dt) {}
 
   void perturb(const std::string& field, int component) { fields_[field] = {0, Form(component)}; }
   void run(const std::vector<Statement>& body);
@@ -129,14 +132,17 @@ class Evaluation {
   Value interpolate(const Interp& interp);
   Value binary(const Binary& b);
   Value value(const Expr& e);
+  double condition_of(const Expr& e);
   std::vector<Value> stored_values(const Kernel& kernel);
   void run_kernel(const Kernel& kernel);
   void reduce(const Reduce& reduce);
   void repeat(const Repeat& repeat);
 
   const Module& module_;
+  const std::set<std::string>& varied_;
   const FrozenPoint& point_;
   double dt_;
+  std::array<int, 3> base_{};  // the cell that a kernel is run at, from the point
   std::map<std::string, Value> fields_, locals_;
   std::map<std::string, double> counters_;
   bool is_too_far_ = false;
@@ -146,7 +152,8 @@ const Value& Evaluation::field_value(const std::string& name) {
   const auto [entry, is_new] = fields_.try_emplace(name);
   if (is_new) {
     const auto known = point_.fields.find(name);
-    entry->second.number = known == point_.fields.end() ? unknown_value : known->second;
+    entry->second.number = known == point_.fields.end() ? unknown_value : known->second.value;
+    if (known != point_.fields.end()) entry->second.slope = known->second.slope;
   }
   return entry->second;
 }
@@ -161,11 +168,13 @@ double Evaluation::parameter(const std::string& name) const {
 Value Evaluation::access(const std::string& name, const Offset& offset) {
   if (is_coordinate(name)) {
     const auto axis = static_cast<std::size_t>(name[0] - 'x');
-    return {point_.place[axis] + offset[axis] * parameter("h" + name), {}};
+    return {point_.place[axis] + (offset[axis] + base_[axis]) * parameter("h" + name)};
   }
   const Value& field = field_value(name);
-  if (field.form.is_zero() || offset == Offset{}) return field;
-  return {field.number, field.form.shifted(offset)};
+  double number = field.number;
+  for (std::size_t axis = 0; axis < offset.size(); ++axis)
+    number += field.slope[axis] == 0 ? 0 : field.slope[axis] * (offset[axis] + base_[axis]);
+  return {number, offset == Offset{} ? field.form : field.form.shifted(offset)};
 }
 
 Value Evaluation::interpolate(const Interp& interp) {
@@ -204,6 +213,23 @@ Value Evaluation::binary(const Binary& b) {
   return {evaluate_binary(b.op, left.number, right.number), {}};
 }
 
+bool holds_param(const Expr& e, const std::string& name) {
+  if (const Param* param = std::get_if<Param>(&e->kind)) return param->name == name;
+  bool found = false;
+  for_each_child(e, [&](const Expr& child) { found = found || holds_param(child, name); });
+  return found;
+}
+
+/// Schemes with a memory ask whether t < dt/2, which is their first step: it is not that one which is analysed, however
+/// long the step is.
+double Evaluation::condition_of(const Expr& e) {
+  if (!holds_param(e, "t") || !holds_param(e, "dt")) return value(e).number;
+  const double step = std::exchange(dt_, 0);
+  const double condition = value(e).number;
+  dt_ = step;
+  return condition;
+}
+
 Value Evaluation::value(const Expr& e) {
   return match(
       e->kind,
@@ -225,8 +251,8 @@ Value Evaluation::value(const Expr& e) {
         return Value{is_known ? evaluate_call(c.fn, a, b) : unknown_value, {}};
       },
       [&](const Select& s) {
-        const double condition = value(s.condition).number;
-        if (std::isnan(condition)) return value(s.yes) * Value{unknown_value, {}} + value(s.no);
+        const double condition = condition_of(s.condition);
+        if (std::isnan(condition)) return (value(s.yes) + value(s.no)) * Value{unknown_value} + Value{unknown_value};
         return value(condition != 0 ? s.yes : s.no);
       });
 }
@@ -239,14 +265,24 @@ std::vector<Value> Evaluation::stored_values(const Kernel& kernel) {
   return values;
 }
 
-/// What is not perturbed stays frozen in the step, too: stages of the state itself are made with dt = 0. Else growth by
-/// coefficients that change while the step is made would look like growth by the scheme.
+/// What is not perturbed stays frozen in the step, too: stages of the state itself are made with dt = 0, at the point
+/// and at its neighbours for their slopes. Else growth by coefficients that change while the step is made would look
+/// like growth by the scheme.
 void Evaluation::run_kernel(const Kernel& kernel) {
   std::vector<Value> values = stored_values(kernel);
-  if (std::ranges::all_of(values, [](const Value& v) { return v.form.is_zero(); })) {
+  for (const Value& value : values) is_too_far_ = is_too_far_ || value.form.terms().size() > most_terms;
+  const bool is_of_states =
+      std::ranges::all_of(kernel.stores, [&](const Store& s) { return varied_.contains(s.field); });
+  if (is_of_states && std::ranges::all_of(values, [](const Value& v) { return v.form.is_zero(); })) {
     const double step = std::exchange(dt_, 0);
     const std::vector<Value> frozen = stored_values(kernel);
     if (std::ranges::all_of(frozen, [](const Value& v) { return std::isfinite(v.number); })) values = frozen;
+    for (std::size_t axis = 0; axis < static_cast<std::size_t>(kernel.rank); ++axis) {
+      base_[axis] = 1;
+      const std::vector<Value> beside = stored_values(kernel);
+      base_[axis] = 0;
+      for (std::size_t i = 0; i < values.size(); ++i) values[i].slope[axis] = beside[i].number - frozen[i].number;
+    }
     dt_ = step;
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -258,7 +294,8 @@ void Evaluation::run_kernel(const Kernel& kernel) {
 /// A wave has no mean: its reduction is not perturbed.
 void Evaluation::reduce(const Reduce& reduce) {
   const Value field = field_value(reduce.field);
-  fields_[reduce.result] = {field.number, {}};
+  const bool adds = reduce.kind == Reduction::sum;
+  fields_[reduce.result] = {field.number * (adds ? parameter("cells") : 1)};
 }
 
 /// Outside, what it carries keeps its value.
@@ -348,6 +385,9 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
     result.perturbations_.push_back(before == nullptr ? "" : *before);
     result.results_.push_back(behind == nullptr ? "" : *behind);
   }
+  for (const adjoint::Link& link : tangent.links) {
+    if (link.kind == adjoint::Link::Kind::field) result.varied_.insert(link.primal);
+  }
   result.module_ = remove_dead_code(tangent.module);
   Survey found;
   survey(result.module_, result.program().body, found);
@@ -361,7 +401,7 @@ std::optional<LinearStep> LinearStep::make(const Module& module, const std::stri
 }
 
 std::optional<Response> LinearStep::response(const FrozenPoint& point, double dt) const {
-  Evaluation evaluation(module_, point, dt);
+  Evaluation evaluation(module_, varied_, point, dt);
   for (std::size_t s = 0; s < states_.size(); ++s) {
     if (!perturbations_[s].empty()) evaluation.perturb(perturbations_[s], static_cast<int>(s));
   }

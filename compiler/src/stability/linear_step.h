@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tangent of a step where everything is the same at all points: the perturbation of a state behind the step is a
-// sum of perturbations before it at displaced points. Walls are not seen. It is found by running the tangent's
-// statements once, with sums of displaced perturbations in place of numbers.
+// The tangent of a step with coefficients as they are at one point, those made of differences of fields too: the
+// perturbation of a state behind the step is a sum of perturbations before it at displaced points. Walls are not seen.
+// It is found by running the tangent's statements once, with sums of displaced perturbations in place of numbers.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,9 +17,18 @@
 
 namespace dpde::stability {
 
-/// Values that all points share: fields by name, numbers by name (spacings too, not dt), the place for coordinates.
+/// A field about the point: its value there, and by how much it changes from cell to cell along each axis.
+struct FrozenValue {
+  double value = 0;
+  std::array<double, 3> slope{};
+  FrozenValue() = default;
+  FrozenValue(double number) : value(number) {}  // NOLINT: a number is the same everywhere
+  bool operator==(const FrozenValue&) const = default;
+};
+
+/// What an analysis takes as it is: fields by name, numbers by name (spacings too, not dt), the place for coordinates.
 struct FrozenPoint {
-  std::map<std::string, double> fields;
+  std::map<std::string, FrozenValue> fields;
   std::map<std::string, double> params;
   std::array<double, 3> place{};
 };
@@ -74,6 +84,7 @@ class LinearStep {
  private:
   stencil::Module module_;  // the tangent alone, without what only the primal's results need
   std::vector<std::string> states_, perturbations_, results_, inputs_;
+  std::set<std::string> varied_;  // fields that depend on the states
   bool follows_flow_ = false, reduces_ = false;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace dpde::stability {
 
@@ -41,6 +42,12 @@ bool is_identity(const Response& rows) {
 }
 
 }  // namespace
+
+bool is_resolved(const Angles& a) {
+  return std::ranges::all_of(a, [](double angle) {
+    return std::abs(std::remainder(angle, 2 * std::numbers::pi)) <= std::numbers::pi / 4 + 1e-9;
+  });
+}
 
 std::optional<Amplification> FrozenAnalysis::at(double step) const {
   const std::optional<Response> rows = linear_->response(point_, step);
@@ -95,8 +102,9 @@ bool FrozenAnalysis::measure_rates(double step) {
       if (is_settled) break;
     }
   }
-  growth_ = std::max(largest_over_waves(rank_, [&](const Angles& a) { return rate_of_growth(a); }).value,
-                     rate_of_growth({}) > rounding_of_mean * rate_ ? rate_of_growth({}) : 0.0);
+  growth_ = std::max(
+      largest_over_waves(rank_, [&](const Angles& a) { return is_resolved(a) ? rate_of_growth(a) : -infinite; }).value,
+      rate_of_growth({}) > rounding_of_mean * rate_ ? rate_of_growth({}) : 0.0);
   if (!(growth_ > no_growth * rate_)) growth_ = 0;
   return true;
 }
@@ -121,10 +129,12 @@ std::optional<FrozenAnalysis> FrozenAnalysis::make(const LinearStep& linear, con
 
 Largest FrozenAnalysis::excess(double step) const {
   const std::optional<Amplification> g = at(step);
-  if (!g) return {{}, infinite};
+  if (!g) return {{}, linear_->follows_flow() ? 0 : infinite};  // it goes too far to be followed
   return largest_over_waves(rank_, [&](const Angles& a) {
     const double growth = std::log(g->spectral_radius(a));
-    const double by_equations = growth_ == 0 ? 0 : std::max(rate_of_growth(a), 0.0) * step;
+    // Interpolation damps in each step, short ones too: of waves by themselves no rate is known where flow is followed.
+    const double rate = growth_ == 0 || linear_->follows_flow() ? growth_ : std::clamp(rate_of_growth(a), 0.0, growth_);
+    const double by_equations = rate * step;
     if (by_equations > unresolved) return 0.0;
     return std::isnan(growth) ? infinite : growth - 2 * by_equations;
   });
@@ -163,7 +173,7 @@ StepLimit FrozenAnalysis::descend(double unstable) const {
   for (double step = unstable; step > smallest_try / rate_; step /= 2) {
     const Largest now = excess(step);
     const std::size_t n = growths.size();
-    if (n >= 3 && now.value < 1e3 * tolerance()) {
+    if (n >= 3 && now.value < 30 * tolerance()) {
       const double order = std::log2(growths[n - 2] / growths[n - 1]);
       if (std::abs(order - std::log2(growths[n - 3] / growths[n - 2])) < 0.25)
         return {StepLimit::Kind::never, 0, order, now.angles, largest_share(now.angles, step)};

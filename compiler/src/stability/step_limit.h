@@ -29,6 +29,10 @@ struct StepLimit {
   bool is_weak() const { return kind == Kind::never && order > 3.5; }
 };
 
+/// Eight cells or more along each axis. Growth of shorter waves is that of differences, not of the equations: a wind
+/// that is looked at from behind grows so.
+bool is_resolved(const Angles& a);
+
 class FrozenAnalysis {
  public:
   /// `step` sets the scale of steps that are tried. nullopt where values are not finite.

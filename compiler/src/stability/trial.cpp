@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 
 namespace dpde::stability {
@@ -15,6 +16,7 @@ constexpr double cell_steps = 2e7;    // a run
 constexpr int fewest_steps = 500, most_steps = 100'000;
 constexpr int looks = 64;              // at the second half of a run; more often before, after each sixteenth of it
 constexpr double out_of_bounds = 1e4;  // in units of the first disturbance, beyond what the equations do
+constexpr double most_growth = 60;     // ln of what the equations may do in a run
 constexpr double tolerated = 1.25;     // growth over half a run
 
 double largest_difference(const dpde_layout& layout, const std::vector<void*>& a, const std::vector<void*>& b,
@@ -49,7 +51,11 @@ class Pair {
       double scale = 0;
       for (const double v : values) scale = std::max(scale, std::abs(v));
       scales_.push_back(scale > 0 ? scale : 1);
-      for (double& v : values) v += disturbance * scales_.back() * noise(random);
+      std::vector<double> shares(cells);  // without a mean, which may drift by right
+      for (double& share : shares) share = noise(random);
+      const double mean = std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(cells);
+      for (std::size_t i = 0; i < cells; ++i)
+        values[i] += disturbance * scales_.back() * (shares[i] - (cells > 1 ? mean : 0));
       disturbed_.initial(s).copy_in(values);
     }
     for (Rollout* rollout : {&plain_, &disturbed_}) {
@@ -86,9 +92,10 @@ class Pair {
 
 std::optional<Trial> try_step(driver::Session& session, double step, const TrialOptions& options) {
   const double cells = static_cast<double>(session.workspace().cell_count());
-  const int wanted = options.steps > 0
-                         ? options.steps
-                         : static_cast<int>(std::clamp<double>(cell_steps / cells, fewest_steps, most_steps));
+  int wanted = options.steps > 0 ? options.steps
+                                 : static_cast<int>(std::clamp<double>(cell_steps / cells, fewest_steps, most_steps));
+  if (options.growth_rate > 0)  // or what the equations let grow would leave the range of numbers
+    wanted = std::min(wanted, std::max(2, static_cast<int>(std::min(1e9, most_growth / (options.growth_rate * step)))));
   Pair pair(session, step, options);
   const double begin = pair.difference();
   Trial result{step, true, 1, 0};

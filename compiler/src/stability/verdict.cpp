@@ -81,12 +81,28 @@ class Examination {
   }
 
  private:
+  /// A slope that is frozen may make long waves grow for ever that in truth are carried past it: what limits short
+  /// waves counts, else the field is taken as flat.
+  StepLimit limit_at(const FrozenAnalysis& analysis, const ScenePoint& point) const {
+    const StepLimit limit = analysis.limit();
+    const bool is_long = limit.kind != StepLimit::Kind::none && is_resolved(limit.wave);
+    if (limit.kind != StepLimit::Kind::never && !is_long) return limit;
+    FrozenPoint flat = point.point;
+    bool is_other = false;
+    for (auto& [name, field] : flat.fields) {
+      is_other = is_other || field.slope != FrozenValue().slope;
+      field.slope = {};
+    }
+    const auto without = is_other ? FrozenAnalysis::make(linear_, flat, rank_, verdict_.step) : std::nullopt;
+    return without ? without->limit() : limit;
+  }
+
   void look_at(const FrozenAnalysis& analysis, const ScenePoint& point) {
     verdict_.growth_rate = std::max(verdict_.growth_rate, analysis.growth_rate());
-    if (!is_any_ || linear_.follows_flow() ||
+    if (!is_any_ || linear_.follows_flow() || verdict_.limit.kind == StepLimit::Kind::none ||
         analysis.excess(verdict_.limit.kind == StepLimit::Kind::limit ? verdict_.limit.step : verdict_.step).value >
             1e-9) {
-      const StepLimit limit = analysis.limit();
+      const StepLimit limit = limit_at(analysis, point);
       const auto rank_of = [](const StepLimit& l) {
         return l.kind == StepLimit::Kind::never   ? 0.0
                : l.kind == StepLimit::Kind::limit ? l.step
@@ -157,7 +173,8 @@ class Examination {
 
 bool Verdict::is_above() const {
   if (!is_analysed() || limit.kind == StepLimit::Kind::none) return false;
-  return limit.kind == StepLimit::Kind::never || step > limit.step * (1 + 1e-4);
+  if (limit.kind == StepLimit::Kind::never) return beyond > 1e-9;
+  return step > limit.step * (is_of_walls ? 1 + 2e-3 : 1 + 1e-4);
 }
 
 bool Verdict::ruins_run() const { return is_above() && end_growth > hundred; }
@@ -236,7 +253,8 @@ double limit_of(const LinearStep& linear, const FrozenPoint& point, int rank, do
 }  // namespace
 
 std::optional<SourceRange> limiting_term(const model::Problem& problem, const Verdict& verdict) {
-  if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || !problem.program.empty())
+  if (!verdict.is_analysed() || verdict.limit.kind != StepLimit::Kind::limit || verdict.is_of_walls ||
+      !problem.program.empty())
     return std::nullopt;
   std::optional<SourceRange> best;
   double largest = verdict.limit.step * 1.25;
@@ -302,13 +320,12 @@ namespace {
 
 /// Of expressions without derivatives; not a number of others.
 double value_at(const model::Expr& e, const FrozenPoint& point) {
-  const auto named = [](const std::map<std::string, double>& values, const std::string& name) {
-    const auto known = values.find(name);
-    return known == values.end() ? std::numeric_limits<double>::quiet_NaN() : known->second;
-  };
+  constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
   if (const auto* n = std::get_if<model::Number>(&e->kind)) return n->value;
-  if (const auto* p = std::get_if<model::Param>(&e->kind)) return named(point.params, p->name);
-  if (const auto* f = std::get_if<model::Field>(&e->kind)) return named(point.fields, f->name);
+  if (const auto* p = std::get_if<model::Param>(&e->kind))
+    return point.params.contains(p->name) ? point.params.at(p->name) : not_known;
+  if (const auto* f = std::get_if<model::Field>(&e->kind))
+    return point.fields.contains(f->name) ? point.fields.at(f->name).value : not_known;
   if (const auto* c = std::get_if<model::Coordinate>(&e->kind)) return point.place[static_cast<std::size_t>(c->axis)];
   if (const auto* n = std::get_if<model::Neg>(&e->kind)) return -value_at(n->operand, point);
   if (const auto* i = std::get_if<model::Interpolate>(&e->kind)) return value_at(i->operand, point);
@@ -316,7 +333,7 @@ double value_at(const model::Expr& e, const FrozenPoint& point) {
     return evaluate_binary(b->op, value_at(b->left, point), value_at(b->right, point));
   if (const auto* c = std::get_if<model::Call>(&e->kind))
     return evaluate_call(c->fn, value_at(c->arguments.front(), point), value_at(c->arguments.back(), point));
-  return std::numeric_limits<double>::quiet_NaN();
+  return not_known;
 }
 
 std::optional<double> courant_number(const model::Problem& problem, const FrozenPoint& point, double step) {

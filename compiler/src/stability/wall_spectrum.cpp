@@ -52,7 +52,8 @@ class SmallGrid {
                               point_.place[axis] - 0.5 * grid_.cells[axis] * h, h);
       } else {
         const auto known = point_.fields.find(input);
-        const double value = known == point_.fields.end() ? std::numeric_limits<double>::quiet_NaN() : known->second;
+        const double value =
+            known == point_.fields.end() ? std::numeric_limits<double>::quiet_NaN() : known->second.value;
         memory.set(input, std::vector<double>(cells, value));
       }
     }
