@@ -2,13 +2,16 @@
 #include "chart_scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 
 #include "interrupt.h"
+#include "model/from_ast/parts.h"
 #include "preparing.h"
+#include "support/contains.h"
 
 namespace dpde::tools {
 
@@ -55,6 +58,10 @@ std::optional<chart::Wishes> parse_wishes(const std::vector<std::string>& vary, 
       is_understood = read_numbers(values, wishes.steps);
     } else if (is_understood && key == "fraction") {
       is_understood = read_numbers(values, wishes.fractions);
+    } else if (is_understood && !contains(model::scheme_keys(), key)) {
+      sink.report("bad-option", {}, {fmt::format("--vary {}: {} is no key of a scheme", text, key)},
+                  fmt::format("cells, step, fraction, or one of: {}", fmt::join(model::scheme_keys(), ", ")));
+      return std::nullopt;
     } else if (is_understood) {
       wishes.method[key] = values;
     }

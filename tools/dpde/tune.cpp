@@ -12,6 +12,7 @@
 #include "chart_scene.h"
 #include "command.h"
 #include "interrupt.h"
+#include "model/print_model.h"
 #include "progress.h"
 #include "scene_output.h"
 #include "verbs.h"
@@ -37,27 +38,20 @@ Json chosen_json(const chart::Point& point) {
   return json;
 }
 
-std::string spelled(const std::string& value) {  // central4 is central(4) in a file
-  const std::size_t digit = value.find_first_of("0123456789");
-  const bool has_order = digit != std::string::npos && digit + 1 == value.size() && !value.starts_with("rk") &&
-                         !value.starts_with("ab") && !value.starts_with("ssp") && !value.starts_with("f");
-  return has_order ? value.substr(0, digit) + "(" + value.substr(digit) + ")" : value;
+/// To paste: a scheme block with all that the chosen one has, and lines of the scene.
+std::string text_to_paste(const chart::Point& point, const model::Problem& chosen) {
+  model::Scheme scheme = chosen.scheme;
+  scheme.name = "tuned";
+  std::string text = model::print(scheme);
+  if (!text.ends_with("\n")) text += "\n";
+  for (std::size_t a = 0; a < chosen.axes.size(); ++a)
+    text += fmt::format("# grid {}: cells {}\n", chosen.axes[a].name, point.cells[a]);
+  return text + fmt::format("# time {} .. {}, step {}\n", chosen.t_begin, chosen.t_begin + chosen.steps * chosen.step,
+                            point.step);
 }
 
-/// To paste: a scheme block, and lines of the scene.
-std::string text_to_paste(const chart::Point& point, const model::Problem& problem) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : point.variant.method) keys.push_back(key + " = " + spelled(value));
-  std::string text;
-  if (!keys.empty()) text += fmt::format("scheme tuned {{ {} }}\n", fmt::join(keys, "; "));
-  for (std::size_t a = 0; a < problem.axes.size(); ++a)
-    text += fmt::format("# grid {}: cells {}\n", problem.axes[a].name, point.cells[a]);
-  return text + fmt::format("# time {} .. {}, step {}\n", problem.t_begin,
-                            problem.t_begin + problem.steps * problem.step, point.step);
-}
-
-void report_choice(Job& job, const model::Problem& problem, const chart::Choice& choice, double tolerance,
-                   Json& result) {
+void report_choice(Job& job, const ChartScene& scene, const chart::Choice& choice, double tolerance, Json& result) {
+  const model::Problem& problem = scene.session->problem();
   result["scene"] = problem.scene;
   result["tolerance"] = tolerance;
   result["tried"] = choice.tried;
@@ -76,11 +70,14 @@ void report_choice(Job& job, const model::Problem& problem, const chart::Choice&
     result["chosen"] = chosen_json(point);
     result["error"] = point.error;
     result["wall_s"] = point.seconds;
-    result["text"] = text_to_paste(point, problem);
+    std::string why;
+    const auto session = chart::open(job.source(), scene.options, point.variant, why);
+    const std::string text = session == nullptr ? "" : text_to_paste(point, session->problem());
+    result["text"] = text;
     job.say(
         fmt::format("{}: {} on {} cells, steps of {:.6g}: error {:.3g}, {:.3g} s a unit of time, after {} runs\n\n{}\n",
                     problem.scene, chart::method_text(point.variant), fmt::join(point.cells, " x "), point.step,
-                    point.error, point.seconds, choice.tried, text_to_paste(point, problem)));
+                    point.error, point.seconds, choice.tried, text));
   }
   for (const chart::RunnerUp& other : choice.runners_up)
     job.say(fmt::format("  not {}{}: {}\n", chart::method_text(other.point.variant),
@@ -116,7 +113,7 @@ Json tune_scene(Job& job, const TuneCommand& options) {
   const chart::TuneOptions tuning{scene.options, options.tolerance, options.most_cells,
                                   [&](const std::string& what) { progress.show(what, ++runs, runs + 10); }};
   const chart::Choice choice = chart::tune(job.source(), tuning, problem, *wishes, reference);
-  report_choice(job, problem, choice, options.tolerance, result);
+  report_choice(job, scene, choice, options.tolerance, result);
   if (interrupt_flag().load()) {
     job.sink().report("run-failed", {}, {"stopped before all methods were tried; what is told is of those that were"});
   } else if (!choice.chosen) {

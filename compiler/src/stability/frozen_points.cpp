@@ -188,11 +188,12 @@ bool depends_on_time(const driver::Session& session, const LinearStep& linear, F
   return false;
 }
 
-/// The sum of the magnitudes of all coefficients: it grows with the largest rate.
+/// The sum of the magnitudes of what a step changes: it grows with the largest rate.
 double weight_of(const std::optional<Response>& response) {
   double sum = 0;
-  for (const Form& form : response.value_or(Response{})) {
-    for (const Form::Term& term : form.terms()) sum += std::abs(term.coefficient);
+  for (std::size_t row = 0; response && row < response->size(); ++row) {
+    for (const Form::Term& term : (*response)[row].terms())
+      sum += std::abs(term.coefficient - (term.key == static_cast<std::int64_t>(row) ? 1 : 0));
   }
   return sum;
 }

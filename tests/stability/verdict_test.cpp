@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verdicts on whole scenes, against closed forms at the places, times and values that limit them: h^2/(2 d k) of
+// diffusion by Euler's method and central differences.
+#include "stability/verdict.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace dpde::stability {
+namespace {
+
+Verdict verdict_on(const std::string& equation, const std::string& more, const std::string& scheme,
+                   const std::string& initial = "sin(2*pi*x/64)", int rank = 1) {
+  std::string text = "model m { field u; " + equation + " }\nscheme c { " + scheme + " }\nscene s : m with c {\n";
+  for (int axis = 0; axis < rank; ++axis) text += fmt::format("  grid {} = 0 .. 64, cells 64, periodic\n", "xyz"[axis]);
+  text += "  initial u = " + initial + "\n" + more + "\n}\n";
+  const SourceFile source("test.dpde", text);
+  DiagnosticSink sink;
+  driver::CompileOptions options;
+  options.selection.name = "s";
+  options.backend = driver::Backend::jit;
+  std::optional<driver::Compiled> compiled = driver::compile(source, options, sink);
+  for (const Diagnostic& d : sink.all()) ADD_FAILURE() << d.message << "\n" << text;
+  const auto session =
+      driver::Session::open(source, std::make_shared<driver::Compiled>(std::move(compiled).value()), {}, sink);
+  return verdict_of(*session);
+}
+
+const std::string run = "  time 0 .. 1, step 1/400";
+
+/// A coefficient that is large in one spot, for a moment, or in one interval of a control.
+TEST(Verdict, FindsWhereAndWhenCoefficientsAreLargest) {
+  const auto limit_of = [](const std::string& equation, const std::string& more, double k) {
+    const Verdict verdict = verdict_on(equation, more, "time = euler");
+    EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::limit) << equation;
+    EXPECT_FALSE(verdict.is_exact);
+    EXPECT_NEAR(verdict.limit.step, 0.5 / k, 0.02 * 0.5 / k) << equation;
+  };
+  limit_of("dt(u) = (1 + 99*exp(-(x - 23.5)^2))*lap(u)", run, 100);
+  limit_of("dt(u) = (0.01 + exp(-((t - 0.25)/0.05)^2))*lap(u)", run, 1.01);
+  limit_of("dt(u) = sin(2*pi*t)^2*lap(u)", run, 1);
+  limit_of("control F; dt(u) = F*lap(u)", "  F = 1 + 9*t every 0.1\n" + run, 1 + 9 * 0.95);
+  limit_of("dt(u) = if(x < 20, 0, 1)*lap(u)", run, 1);
+}
+
+/// What a condition hides is no reason to call a verdict exact.
+TEST(Verdict, IsExactWhereAllPlacesAreAlike) {
+  EXPECT_TRUE(verdict_on("dt(u) = lap(u)", run, "time = euler").is_exact);
+  EXPECT_FALSE(verdict_on("dt(u) = if(x > 30, 0, 4*lap(u))", run, "time = euler").is_exact);
+  EXPECT_FALSE(verdict_on("dt(u) = lap(u) - u^3", run, "time = euler").is_exact);
+}
+
+/// norm(grad(u)) is not 0 because the field is frozen: the coefficient of dt(u) = lap(u)*|u_x| is its slope, pi/32.
+TEST(Verdict, KnowsSlopes) {
+  const Verdict verdict = verdict_on("dt(u) = abs(dx(u))*lap(u)", run, "time = euler");
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(verdict.limit.step, 0.5 / (std::numbers::pi / 32), 0.05 * 0.5 / (std::numbers::pi / 32));
+}
+
+/// A scheme with a memory is looked at behind its first step, with coefficients of the run's own times.
+TEST(Verdict, OfASchemeWithAMemoryKnowsTheTime) {
+  const Verdict verdict =
+      verdict_on("dt(u) = -advect(1 + 0.1*t, u)", "  time 0 .. 10, step 1/10", "advect = upwind(1); time = ab2");
+  ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+  EXPECT_NEAR(verdict.limit.step, 0.5 / 2, 0.01);
+}
+
+/// c dt/h of RK4 with central differences along all three axes: 2 sqrt(2)/(3 m), m the largest of the symbol,
+/// 1.3722 with central(4), 1.5860 with central(6): waves that lie between those of the scan.
+TEST(Verdict, FindsNarrowPeaksInThreeDimensions) {
+  for (const auto& [order, largest] : {std::pair{4, 1.3722}, {6, 1.5860}}) {
+    const Verdict verdict = verdict_on("dt(u) = -advect((1, 1, 1), u)", "  time 0 .. 0.1, step 0.1",
+                                       fmt::format("advect = central({}); time = rk4", order), "sin(2*pi*x/64)", 3);
+    ASSERT_EQ(verdict.limit.kind, StepLimit::Kind::limit);
+    EXPECT_NEAR(verdict.limit.step, 2.8284 / (3 * largest), 2e-3);
+  }
+}
+
+/// A difference from the wrong side grows as fast as cells are small: no growth of the equations.
+TEST(Verdict, DoesNotForgiveDifferencesThatGrow) {
+  const Verdict verdict = verdict_on(
+      "dt(u) = -fwd(u) }\noperator fwd(f) order 1 = (f[+1] - f)/hx\nmodel other { field u; "
+      "dt(u) = lap(u)",
+      run, "time = rk4");
+  EXPECT_EQ(verdict.limit.kind, StepLimit::Kind::never);
+}
+
+}  // namespace
+}  // namespace dpde::stability
